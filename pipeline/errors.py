@@ -1,0 +1,79 @@
+"""What can go wrong, said so that the engineer at the bench can mend it.
+
+Every problem names the place (file, sheet, row, column), what is wrong, what was expected and what
+to do. A problem that stops the work on a file is raised as `InputError`; one that does not is
+collected as a `Problem` in the record of that file and shown by ``rig2sea check`` and the report.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where in the engineer's files: as much of it as is known.
+
+    `row` is the row number that a spreadsheet program or an editor shows (first row is 1);
+    `column` is the spreadsheet letter or the column's name.
+    """
+
+    file: str
+    sheet: str | None = None
+    row: int | None = None
+    column: str | None = None
+
+    def __str__(self) -> str:
+        """Return e.g. ``raw/a/load_test/drive.xlsx, sheet "Code 90", row 14, column C``."""
+        parts = [self.file]
+        if self.sheet is not None:
+            parts.append(f'sheet "{self.sheet}"')
+        if self.row is not None:
+            parts.append(f"row {self.row}")
+        if self.column is not None:
+            parts.append(f"column {self.column}")
+        return ", ".join(parts)
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing wrong in the input.
+
+    `severity`: "error" means the file (or sheet) was left out; "warning" means that points were
+    left out or a result is doubtful; "note" says what was assumed.
+    """
+
+    severity: Literal["error", "warning", "note"]
+    place: Place
+    what: str
+    expected: str = ""
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        """Return the message a person reads: place and fault, then expectation, then remedy."""
+        lines = [f"{self.place}: {self.what}"]
+        if self.expected:
+            lines.append(f"Expected {self.expected}")
+        if self.remedy:
+            lines.append(self.remedy)
+        return "\n".join(lines)
+
+
+class Rig2SeaError(Exception):
+    """Base of every error that a user is meant to read; its text is the whole message."""
+
+
+class InputError(Rig2SeaError):
+    """A file from outside cannot be used."""
+
+    def __init__(self, problem: Problem) -> None:
+        super().__init__(str(problem))
+        self.problem = problem
+
+    @classmethod
+    def at(cls, place: Place, what: str, *, expected: str = "", remedy: str = "") -> "InputError":
+        """Build the error from its parts."""
+        return cls(Problem("error", place, what, expected, remedy))
+
+
+class CannotComputeError(Rig2SeaError):
+    """The input is readable, but the wanted result does not follow from it; the text says why."""

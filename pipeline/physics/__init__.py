@@ -1,0 +1,1 @@
+"""Pure functions of the physics: SI units, SNAME axes, no files."""

@@ -1,0 +1,208 @@
+"""Fitted characteristics with covariance, intervals, quality and validity range."""
+
+from typing import Literal
+
+from pipeline.records.base import Record, Source
+
+Interval = tuple[float, float]
+Vector = tuple[float, ...]
+Matrix = tuple[tuple[float, ...], ...]
+
+
+class Outlier(Record):
+    """A point whose residual the robust fit found too large to belong; it was not fitted."""
+
+    source: Source | None
+    label: str
+    residual: float
+    robust_sigmas: float
+
+
+class OrderScore(Record):
+    """How well one candidate order did: the evidence for the choice."""
+
+    order: str
+    parameters: int
+    aicc: float
+    leave_one_out_rmse: float
+    chosen: bool = False
+
+
+class FitQuality(Record):
+    """How good a fit is and where it holds."""
+
+    points: int
+    outliers: tuple[Outlier, ...] = ()
+    r_squared: float
+    residual_std: float
+    unit: str
+    valid_range: Interval
+    orders: tuple[OrderScore, ...] = ()
+    order_reason: str = ""
+
+
+class ResidualPoint(Record):
+    """One fitted point for the residual plot."""
+
+    x: float
+    measured: float
+    fitted: float
+    outlier: bool = False
+    source: Source | None = None
+
+
+class PolynomialFit(Record):
+    """y = sum c_i x^i with the covariance of c and 95 % intervals."""
+
+    quantity: str
+    variable: str
+    coefficients: Vector
+    covariance: Matrix
+    ci95: tuple[Interval, ...]
+    quality: FitQuality
+    points: tuple[ResidualPoint, ...] = ()
+
+
+class Check(Record):
+    """A physical or numerical check and its outcome."""
+
+    name: str
+    passed: bool
+    text: str
+
+
+class PropellerFit(Record):
+    """Table 1: K_T(J) and K_M(J) of one propeller."""
+
+    diameter_m: float
+    thrust: PolynomialFit
+    torque: PolynomialFit
+    checks: tuple[Check, ...]
+
+
+class CodeSpread(Record):
+    """The bench's points at one code: their range and how they scatter about the surface."""
+
+    code: float
+    points: int
+    shaft_speed_rpm: Interval
+    torque_nm: Interval
+    residual_std_nm: float
+    loading_minus_unloading_nm: float | None
+
+
+class DriveFit(Record):
+    """The mechanical characteristic M(n, N) as one polynomial surface.
+
+    M = sum_k c_k (n / n_scale)^i_k (|N| / N_scale)^j_k, n in rev/s, M in N m. The covariance is
+    clustered by sweep, because the errors of one sweep go together.
+    """
+
+    exponents: tuple[tuple[int, int], ...]
+    coefficients: Vector
+    covariance: Matrix
+    shaft_speed_scale_rps: float
+    code_scale: float
+    code_range: Interval
+    clusters: int
+    quality: FitQuality
+    codes: tuple[CodeSpread, ...]
+    checks: tuple[Check, ...]
+
+
+PointStatus = Literal["live", "dead", "extrapolated", "no_working_point"]
+
+
+class StaticRow(Record):
+    """Table 2, one speed: T = K_F0 sign N + K_F1 N + K_F2 N|N|."""
+
+    speed_mps: float
+    fit: PolynomialFit
+    dead_zone_code: float
+    thrust_max_n: float
+    thrust_max_ci95: Interval
+
+
+class StaticCharacteristic(Record):
+    """The static family T(N, V): working points of drive and propeller on a grid.
+
+    Matrices are indexed [speed][code]; codes are positive, thrust and speed along the same
+    direction; negative codes mirror them (Kostenko 2023, eq. 4). "dead": the thrust is not
+    positive and the paper's convention T = 0 holds. "extrapolated": the working point lies outside
+    what the bench measured. `thrust_std_n` is the standard error from the fits' covariance.
+    """
+
+    speed_mps: Vector
+    code: Vector
+    thrust_n: Matrix
+    thrust_std_n: Matrix
+    shaft_speed_rpm: Matrix
+    torque_nm: Matrix
+    advance_ratio: Matrix
+    status: tuple[tuple[PointStatus, ...], ...]
+    table2: tuple[StaticRow, ...]
+    monte_carlo_draws: int
+    monte_carlo_ratio: Interval
+    """Smallest and largest ratio of Monte Carlo to analytic standard error over the grid."""
+    checks: tuple[Check, ...]
+    explanations: tuple[str, ...]
+
+
+class SpeedInverse(Record):
+    """Table 4, one speed: N = K_N0 sign T + K_N1 T + K_N2 T|T| + K_N3 T^3."""
+
+    speed_mps: float
+    thrust_max_n: float
+    coefficients: Vector
+    ci95: tuple[Interval, ...]
+
+
+class FirmwareBranch(Record):
+    """One sign of thrust for the firmware: |N| on a grid of speed and T / T_max(V).
+
+    Interpolated linearly in speed (rows and `thrust_max_n`) and in the fraction; `code[v][0]` is
+    the edge of the dead zone; every row rises strictly. Speed is counted along the thrust.
+    """
+
+    sign: Literal[1, -1]
+    speed_mps: Vector
+    thrust_max_n: Vector
+    fraction: Vector
+    code: Matrix
+    against_motion: str
+    """How thrust against the motion is modelled, for the report."""
+
+
+class FirmwareCharacteristic(Record):
+    """The monotone form of N(T, V) and its exact inverse T(N, V)."""
+
+    thrust_dead_n: float
+    code_max: int
+    positive: FirmwareBranch
+    negative: FirmwareBranch
+
+
+class RoundTrip(Record):
+    """Largest |T(N(T, V), V) - T| over 0.5 N < T <= T_max at one speed."""
+
+    speed_mps: float
+    cubic_n: float | None
+    firmware_n: float
+    firmware_rounded_codes: float
+    published_n: float | None = None
+
+
+class InverseCharacteristic(Record):
+    """Tables 3 and 4 and the firmware form.
+
+    `table3_*` are None without mooring data, `table4` is empty without a static family.
+    """
+
+    table3_positive: PolynomialFit | None
+    table3_negative: PolynomialFit | None
+    table4: tuple[SpeedInverse, ...]
+    firmware: FirmwareCharacteristic | None
+    round_trip: tuple[RoundTrip, ...]
+    checks: tuple[Check, ...]
+    explanations: tuple[str, ...]
+    """What could not be computed and why, and what was assumed."""

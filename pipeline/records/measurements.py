@@ -1,0 +1,104 @@
+"""What was measured on the bench: one checked record for each kind of raw file."""
+
+from typing import Literal
+
+from pipeline.errors import Problem
+from pipeline.records.base import Record, Source
+
+
+class ColumnRead(Record):
+    """How one column of a raw file was understood."""
+
+    quantity: str
+    header: str
+    column: str
+    unit: str
+    unit_from: Literal["header", "unit row", "mapping", "assumed"]
+
+
+class SheetRead(Record):
+    """What was found on one sheet (or the one table of a CSV file)."""
+
+    file: str
+    sheet: str | None
+    rows: int
+    columns: tuple[ColumnRead, ...]
+    summary: str
+    """One line for a person, e.g. ``code 90 (sheet name), 84 points, 1324-1607 rpm``."""
+
+
+class LoadTestPoint(Record):
+    """One steady point of a drive on the load bench, in the motoring quadrant of its code.
+
+    A sweep in reverse (code, speed and torque negative) is stored with all three signs as
+    measured. `marks` says why a point is not fitted ("warm-up", "duplicate", "commented out",
+    "torque not a number" ...); an empty tuple means that it is.
+    """
+
+    source: Source
+    code: float
+    shaft_speed_rpm: float
+    torque_nm: float
+    current_a: float | None = None
+    voltage_v: float | None = None
+    input_power_w: float | None = None
+    output_power_w: float | None = None
+    branch: Literal["loading", "unloading"]
+    marks: tuple[str, ...] = ()
+
+
+class LoadTestRecord(Record):
+    """All load-test files of one vehicle."""
+
+    points: tuple[LoadTestPoint, ...]
+    sheets: tuple[SheetRead, ...]
+    problems: tuple[Problem, ...]
+
+
+class MooringPoint(Record):
+    """Thrust at rest for one code; thrust and code carry the sign, the tare is already removed.
+
+    `tare_n` is what was subtracted; `sweep` tells rising |code| from falling.
+    """
+
+    source: Source
+    code: float
+    thrust_n: float
+    tare_n: float = 0.0
+    shaft_speed_rpm: float | None = None
+    voltage_v: float | None = None
+    current_a: float | None = None
+    sweep: Literal["up", "down"]
+    marks: tuple[str, ...] = ()
+
+
+class MooringRecord(Record):
+    """All mooring (bollard) tables of one vehicle.
+
+    `hysteresis_n`: mean thrust of the falling sweeps less the rising ones at equal code, None when
+    only one was flown. `tare_drift_n`: largest change of the reading at code 0 within a file.
+    """
+
+    points: tuple[MooringPoint, ...]
+    sheets: tuple[SheetRead, ...]
+    problems: tuple[Problem, ...]
+    hysteresis_n: float | None = None
+    tare_drift_n: float | None = None
+
+
+class OpenWaterPoint(Record):
+    """One point of the propeller's open-water curves."""
+
+    source: Source
+    advance_ratio: float
+    thrust_coefficient: float | None = None
+    torque_coefficient: float | None = None
+    marks: tuple[str, ...] = ()
+
+
+class OpenWaterRecord(Record):
+    """All open-water files of one vehicle."""
+
+    points: tuple[OpenWaterPoint, ...]
+    sheets: tuple[SheetRead, ...]
+    problems: tuple[Problem, ...]

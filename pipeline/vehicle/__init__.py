@@ -1,0 +1,1 @@
+"""The vehicle file: its schema and its reader."""

@@ -1,0 +1,279 @@
+"""``vehicle.yaml`` as frozen models. Axes are SNAME (x forward, y starboard, z down), units SI."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+Positive = Annotated[float, Field(gt=0)]
+Fraction = Annotated[float, Field(gt=0, le=1)]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,47}$")]
+Vector3 = tuple[float, float, float]
+
+
+class Section(BaseModel):
+    """A part of the vehicle file: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Water(Section):
+    """The water that the tables are computed for."""
+
+    density_kgpm3: Annotated[float, Field(gt=500, lt=1500)]
+    gravity_mps2: Annotated[float, Field(gt=9.7, lt=9.9)]
+
+
+class Propeller(Section):
+    """Geometry of a screw propeller."""
+
+    diameter_m: Annotated[float, Field(gt=0.005, lt=10)]
+    pitch_ratio: Positive | None = None
+    area_ratio: Fraction | None = None
+    blades: Annotated[int, Field(ge=1, le=12)] | None = None
+    source: str = ""
+
+
+class Drive(Section):
+    """A motor with its controller, commanded by a code."""
+
+    code_min: Annotated[int, Field(ge=-32767, le=0)]
+    code_max: Annotated[int, Field(gt=0, le=32767)]
+    source: str = ""
+
+
+class Thruster(Section):
+    """One thruster; `direction` is where it pushes the vehicle at positive code."""
+
+    name: Name
+    propeller: Name
+    drive: Name
+    position_m: Vector3
+    direction: Vector3
+
+    @model_validator(mode="after")
+    def _direction_is_a_unit_vector(self) -> Self:
+        length = sum(part * part for part in self.direction) ** 0.5
+        if abs(length - 1.0) > 1e-3:
+            raise ValueError(f"direction has length {length:.4f}, a unit vector is expected")
+        return self
+
+
+class Portions(Section):
+    """The largest share of T_max that each control channel may use (Kostenko 2023, eq. 6)."""
+
+    surge: Fraction
+    heading: Fraction
+    pitch: Fraction
+
+    @model_validator(mode="after")
+    def _channels_that_share_a_thruster_fit_into_it(self) -> Self:
+        for channel, share in (("heading", self.heading), ("pitch", self.pitch)):
+            if self.surge + share > 1.0 + 1e-9:
+                raise ValueError(
+                    f"surge + {channel} = {self.surge + share:.3g}, at most 1 is expected: "
+                    "they share the same thrusters"
+                )
+        return self
+
+
+class Allocator(Section):
+    """Four inclined stern thrusters and an optional bow one (Kostenko 2023, fig. 8, eq. 5).
+
+    `delta_deg` is the angle of the stern thrusters to the longitudinal axis, `stern_arm_m` L_s,
+    `bow_arm_m` L_b. `upper`, `lower`, `left`, `right`, `bow` name the thrusters.
+    """
+
+    delta_deg: Annotated[float, Field(gt=0, lt=90)]
+    stern_arm_m: Positive
+    bow_arm_m: Positive | None = None
+    upper: Name
+    lower: Name
+    left: Name
+    right: Name
+    bow: Name | None = None
+    portions: Portions
+    form: Literal["limit", "scaled"] = "limit"
+
+
+class Tables(Section):
+    """Which thruster the tables are for and where they are tabulated."""
+
+    propeller: Name
+    drive: Name
+    speed_mps: tuple[Annotated[float, Field(ge=0, le=20)], ...] = (0.0, 0.5, 1.0, 1.5, 2.0)
+    thrust_dead_n: Positive = 0.5
+    supply_voltage_v: Positive | None = None
+    """Of a mooring file taken at several voltages, the one that the tables are for."""
+
+    @model_validator(mode="after")
+    def _speeds_rise_from_zero(self) -> Self:
+        pairs = zip(self.speed_mps, self.speed_mps[1:], strict=False)
+        if not self.speed_mps or self.speed_mps[0] != 0.0 or any(a >= b for a, b in pairs):
+            raise ValueError("speed_mps must start at 0 and rise")
+        return self
+
+
+class Column(Section):
+    """Where a quantity stands when the reader cannot tell by itself."""
+
+    header: str
+    unit: str | None = None
+    sign: Literal[1, -1] = 1
+
+
+class BenchColumns(Section):
+    """Mapping of columns for one kind of raw file.
+
+    `sheets` restricts reading to these sheets; `only` keeps the rows whose column has this text.
+    """
+
+    sheets: tuple[str, ...] | None = None
+    only: dict[str, str] = {}
+
+
+class LoadTestColumns(BenchColumns):
+    """Columns of a load test."""
+
+    code: Column | None = None
+    shaft_speed: Column | None = None
+    torque: Column | None = None
+    current: Column | None = None
+    voltage: Column | None = None
+    input_power: Column | None = None
+    output_power: Column | None = None
+    warm_up_s: Annotated[float, Field(ge=0)] | None = None
+
+
+class Pwm(Section):
+    """How pulse width becomes a code: code = (pwm - neutral) / half_range * code_max."""
+
+    neutral_us: Positive = 1500.0
+    half_range_us: Positive = 400.0
+
+
+class MooringColumns(BenchColumns):
+    """Columns of a mooring table."""
+
+    code: Column | None = None
+    pwm: Column | None = None
+    thrust: Column | None = None
+    shaft_speed: Column | None = None
+    voltage: Column | None = None
+    current: Column | None = None
+    pwm_range: Pwm = Pwm()
+
+
+class OpenWaterColumns(BenchColumns):
+    """Columns of an open-water test."""
+
+    advance_ratio: Column | None = None
+    thrust_coefficient: Column | None = None
+    torque_coefficient: Column | None = None
+    power_coefficient: Column | None = None
+    thrust: Column | None = None
+    torque: Column | None = None
+    shaft_speed: Column | None = None
+    speed: Column | None = None
+
+
+class Columns(Section):
+    """Column mappings by kind of raw file."""
+
+    load_test: LoadTestColumns = LoadTestColumns()
+    mooring: MooringColumns = MooringColumns()
+    open_water: OpenWaterColumns = OpenWaterColumns()
+
+
+class PublishedTable2(Section):
+    """Printed coefficients of T(N) by speed."""
+
+    speed_mps: tuple[float, ...]
+    KF0: tuple[float, ...]
+    KF1: tuple[float, ...]
+    KF2: tuple[float, ...]
+
+
+class PublishedTable3(Section):
+    """Printed coefficients of N(T) at rest; `negative` takes the signed thrust."""
+
+    positive: tuple[float, float, float, float]
+    negative: tuple[float, float, float, float]
+
+
+class PublishedTable4(Section):
+    """Printed coefficients of N(T, V) by speed."""
+
+    speed_mps: tuple[float, ...]
+    T_max_n: tuple[float, ...]
+    KN0: tuple[float, ...]
+    KN1: tuple[float, ...]
+    KN2: tuple[float, ...]
+    KN3: tuple[float, ...]
+
+
+class PublishedTable1(Section):
+    """Printed coefficients of K_T(J) and K_M(J), ascending."""
+
+    KT: tuple[float, ...]
+    KM: tuple[float, ...]
+
+
+class Published(Section):
+    """Tables somebody printed, to compare with; never used in a fit."""
+
+    source: str
+    table1: PublishedTable1 | None = None
+    table2: PublishedTable2 | None = None
+    table3: PublishedTable3 | None = None
+    table4: PublishedTable4 | None = None
+
+
+class Vehicle(Section):
+    """The whole vehicle file."""
+
+    name: Name
+    title: str
+    data_note: str = ""
+    """Shown at the top of the report: where the raw files are from."""
+    water: Water
+    propellers: dict[Name, Propeller]
+    drives: dict[Name, Drive]
+    thrusters: tuple[Thruster, ...] = Field(default=(), max_length=12)
+    allocator: Allocator | None = None
+    tables: Tables
+    columns: Columns = Columns()
+    published: Published | None = None
+
+    @model_validator(mode="after")
+    def _names_exist(self) -> Self:
+        names = [thruster.name for thruster in self.thrusters]
+        repeated = {name for name in names if names.count(name) > 1}
+        if repeated:
+            raise ValueError(f"thrusters: {', '.join(sorted(repeated))} named twice")
+        used = [("tables", self.tables.propeller, self.tables.drive)]
+        used += [(f"thruster {t.name}", t.propeller, t.drive) for t in self.thrusters]
+        for user, propeller, drive in used:
+            for kind, name, known in (
+                ("propeller", propeller, self.propellers),
+                ("drive", drive, self.drives),
+            ):
+                if name not in known:
+                    raise ValueError(
+                        f"{user}: {kind} {name!r} is not among {', '.join(sorted(known))}"
+                    )
+        if self.allocator is not None:
+            for part in ("upper", "lower", "left", "right", "bow"):
+                name = getattr(self.allocator, part)
+                if name is not None and name not in names:
+                    raise ValueError(f"allocator.{part}: there is no thruster {name!r}")
+        return self
+
+    @property
+    def propeller(self) -> Propeller:
+        """The propeller that the tables are for."""
+        return self.propellers[self.tables.propeller]
+
+    @property
+    def drive(self) -> Drive:
+        """The drive that the tables are for."""
+        return self.drives[self.tables.drive]
