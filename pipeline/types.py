@@ -1,5 +1,6 @@
 """Array types used in signatures throughout."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,4 +10,4 @@ FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 BoolArray = npt.NDArray[np.bool_]
 #: What a physics function accepts where it broadcasts: a number or an array of numbers.
-ArrayLike = float | npt.NDArray[np.floating[Any]]
+ArrayLike = float | Sequence[float] | npt.NDArray[np.floating[Any]]

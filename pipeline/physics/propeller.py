@@ -169,5 +169,7 @@ def efficiency(
     >>> round(float(efficiency(j, k_t, k_m)), 2)
     0.75
     """
-    j, k_t, k_m = (np.asarray(a, float) for a in (advance_ratio, thrust_coefficient, torque_coefficient))
+    j, k_t, k_m = (
+        np.asarray(a, float) for a in (advance_ratio, thrust_coefficient, torque_coefficient)
+    )
     return j * k_t / (2.0 * np.pi * k_m)

@@ -2,6 +2,8 @@
 
 from typing import Literal
 
+from pydantic import Field
+
 from pipeline.records.base import Record, Source
 
 Interval = tuple[float, float]
@@ -94,17 +96,24 @@ class CodeSpread(Record):
 class DriveFit(Record):
     """The mechanical characteristic M(n, N) as one polynomial surface.
 
-    M = sum_k c_k (n / n_scale)^i_k (|N| / N_scale)^j_k, n in rev/s, M in N m. The covariance is
-    clustered by sweep, because the errors of one sweep go together.
+    M = sum_k c_k x^i_k y^j_k with x = (n - n_c(N)) / n_scale, y = |N| / N_scale and
+    n_c = sum_l centre_l y^l; n in rev/s, M in N m. The covariance is clustered by sweep, because
+    the errors of one sweep go together, and carries the scatter of torque scale between drives.
     """
 
     exponents: tuple[tuple[int, int], ...]
     coefficients: Vector
     covariance: Matrix
+    shaft_speed_centre_rps: Vector
     shaft_speed_scale_rps: float
     code_scale: float
+    x_range: Interval
+    """Band of x that was measured; outside it M continues along its tangent."""
     code_range: Interval
     clusters: int
+    torque_scale_by_file: dict[str, float] = Field(default_factory=dict)
+    """Torque of each drive (file) over that of the family: the spread between exemplars."""
+    torque_scale_std: float = 0.0
     quality: FitQuality
     codes: tuple[CodeSpread, ...]
     checks: tuple[Check, ...]
@@ -121,6 +130,9 @@ class StaticRow(Record):
     dead_zone_code: float
     thrust_max_n: float
     thrust_max_ci95: Interval
+    mode_code: Vector
+    thrust_modes_n: Matrix
+    """Modes m of the thrust's covariance along `mode_code`: Cov(T) = sum m m^T. [N]"""
 
 
 class StaticCharacteristic(Record):

@@ -31,12 +31,13 @@ class LoadTestPoint(Record):
     """One steady point of a drive on the load bench, in the motoring quadrant of its code.
 
     A sweep in reverse (code, speed and torque negative) is stored with all three signs as
-    measured. `marks` says why a point is not fitted ("warm-up", "duplicate", "commented out",
-    "torque not a number" ...); an empty tuple means that it is.
+    measured; `code` is None where the file does not say it. `marks` says why a point is not fitted
+    ("warm-up", "duplicate", "commented out", "torque not a number" ...); an empty tuple means that
+    it is.
     """
 
     source: Source
-    code: float
+    code: float | None
     shaft_speed_rpm: float
     torque_nm: float
     current_a: float | None = None

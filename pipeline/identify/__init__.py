@@ -1,0 +1,1 @@
+"""Fits: pure functions from records of measurements to records of characteristics."""

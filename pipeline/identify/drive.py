@@ -1,0 +1,316 @@
+"""The drive's mechanical characteristic M(n, N): one smooth surface over speed and code."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.linear_fit import LinearFit, fit_linear, robust_sigmas
+from pipeline.identify.polynomial import name_outliers
+from pipeline.physics.drive import (
+    TorqueSurface,
+    drive_torque,
+    drive_torque_slope,
+    surface_basis,
+)
+from pipeline.records.fits import Check, CodeSpread, DriveFit, FitQuality, OrderScore
+from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
+from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.units import rpm_to_rps
+from pipeline.vehicle.schema import Vehicle
+
+#: Largest powers of speed and code that are tried.
+LARGEST_POWERS = (4, 4)
+#: Largest power of the code in the centre line of the measured speeds.
+CENTRE_POWER = 3
+#: A sheet with fewer points cannot tell an outlier from a bend.
+FEWEST_TO_JUDGE = 8
+#: An order with fewer terms is taken when its error between codes is within this of the best.
+SIMPLER_IS_BETTER = 1.05
+
+
+@dataclass(frozen=True)
+class _Bench:
+    """The fitted points as columns, mirrored to positive code, speed and torque."""
+
+    points: tuple[LoadTestPoint, ...]
+    shaft_speed_rps: FloatArray
+    code: FloatArray
+    torque_nm: FloatArray
+    sweep: IntArray
+    sheet: IntArray
+    file: IntArray
+    loading: BoolArray
+
+
+def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
+    """Fit the family of mechanical characteristics.
+
+    The powers are chosen by the error at codes left out one at a time (the surface is there to
+    interpolate between codes), then by simplicity. The covariance is clustered by sweep (file,
+    code, branch), because the errors of a sweep go together; with two or more drives on the bench
+    the scatter of their torque scale is added, because every point of a drive shares it.
+
+    Parameters
+    ----------
+    load_test : LoadTestRecord
+        Checked points; those with marks are not fitted.
+    vehicle : Vehicle
+        Gives the range of codes.
+
+    Returns
+    -------
+    DriveFit
+
+    Raises
+    ------
+    CannotComputeError
+        If there are no points, no codes, or fewer than three codes.
+    """
+    bench = _bench(load_test)
+    codes = np.unique(bench.code)
+    if codes.size < 3:
+        raise CannotComputeError(
+            f"the load test holds {codes.size} control code(s) "
+            f"({', '.join(f'{code:g}' for code in codes)}); a family M(n, N) that interpolates "
+            "between codes needs at least 3, six or more are better"
+        )
+    sigmas = _sigmas_within_sweeps(bench)
+    frame = _frame(bench, float(vehicle.drive.code_max))
+    scores = _score_powers(bench, frame, sigmas)
+    chosen = next(powers for powers, score in scores.items() if score.chosen)
+    frame = replace(frame, exponents=_exponents(*chosen))
+    basis = surface_basis(bench.shaft_speed_rps, bench.code, frame)
+    fit = fit_linear(basis, bench.torque_nm, clusters=bench.sweep, sigmas=sigmas)
+    surface = replace(frame, coefficients=fit.coefficients)
+    scale_by_file = _torque_scale_by_file(bench, fit)
+    scale_std = float(np.std(list(scale_by_file.values()), ddof=1)) if len(scale_by_file) > 1 else 0
+    # every point of a drive shares its torque scale: a rank-one term along the coefficients
+    covariance = fit.covariance + np.outer(fit.coefficients, fit.coefficients) * (
+        scale_std**2 / max(len(scale_by_file), 1)
+    )
+    return DriveFit(
+        exponents=tuple((int(i), int(j)) for i, j in surface.exponents),
+        coefficients=tuple(fit.coefficients.tolist()),
+        covariance=tuple(tuple(row) for row in covariance.tolist()),
+        shaft_speed_centre_rps=tuple(surface.centre_rps.tolist()),
+        shaft_speed_scale_rps=surface.shaft_speed_scale_rps,
+        code_scale=surface.code_scale,
+        x_range=surface.x_range,
+        code_range=(float(codes[0]), float(codes[-1])),
+        clusters=int(np.unique(bench.sweep).size),
+        torque_scale_by_file=scale_by_file,
+        torque_scale_std=scale_std,
+        quality=FitQuality(
+            points=int((~fit.outlier).sum()),
+            outliers=name_outliers(
+                fit, [point.source for point in bench.points], bench.code, "code"
+            ),
+            r_squared=fit.r_squared,
+            residual_std=fit.residual_std,
+            unit="N m",
+            valid_range=(float(codes[0]), float(codes[-1])),
+            orders=tuple(scores.values()),
+            order_reason=(
+                f"Powers up to x^{chosen[0]} and N^{chosen[1]}: the smallest error at codes left "
+                "out one at a time, or within 5 % of it with fewer terms. The leave-one-out column "
+                "is the error at the codes left out."
+            ),
+        ),
+        codes=_spread_by_code(bench, fit),
+        checks=_physical_checks(bench, surface),
+    )
+
+
+def torque_surface(drive: DriveFit) -> TorqueSurface:
+    """Turn the record into the surface that the physics evaluates."""
+    return TorqueSurface(
+        np.array(drive.exponents, dtype=np.int64),
+        np.array(drive.coefficients),
+        np.array(drive.shaft_speed_centre_rps),
+        drive.shaft_speed_scale_rps,
+        drive.code_scale,
+        drive.x_range,
+    )
+
+
+def _bench(load_test: LoadTestRecord) -> _Bench:
+    points = tuple(p for p in load_test.points if not p.marks and p.code is not None)
+    if not points:
+        without_code = sum(1 for p in load_test.points if p.code is None)
+        raise CannotComputeError(
+            f"the load test holds {without_code} points but no control code, so the family M(n, N) "
+            "has no second variable; add a code column, a sheet per code, or a mapping in "
+            "vehicle.yaml under columns.load_test.code"
+            if without_code
+            else "no usable load-test points, so the drive's characteristic M(n, N) cannot be "
+            "fitted; put M-Test workbooks into load_test/"
+        )
+    code = np.array([p.code for p in points], float)
+    sign = np.sign(code)
+    return _Bench(
+        points=points,
+        shaft_speed_rps=sign * np.array([rpm_to_rps(p.shaft_speed_rpm) for p in points]),
+        code=np.abs(code),
+        torque_nm=sign * np.array([p.torque_nm for p in points]),
+        sweep=_labels([(p.source.file, p.code, p.branch) for p in points]),
+        sheet=_labels([(p.source.file, p.source.sheet, p.code) for p in points]),
+        file=_labels([p.source.file for p in points]),
+        loading=np.array([p.branch == "loading" for p in points]),
+    )
+
+
+def _labels(keys: Sequence[object]) -> IntArray:
+    known: dict[object, int] = {}
+    return np.array([known.setdefault(key, len(known)) for key in keys], dtype=np.int64)
+
+
+def _exponents(speed_power: int, code_power: int) -> IntArray:
+    pairs = product(range(speed_power + 1), range(code_power + 1))
+    return np.array(list(pairs), dtype=np.int64)
+
+
+def _frame(bench: _Bench, code_scale: float) -> TorqueSurface:
+    """Centre line and scale of the measured speeds; a surface without terms yet."""
+    codes = np.unique(bench.code)
+    ranges = [
+        (own.min(), own.max()) for own in (bench.shaft_speed_rps[bench.code == c] for c in codes)
+    ]
+    middle = np.array([(low + high) / 2 for low, high in ranges])
+    power = min(CENTRE_POWER, codes.size - 2)
+    centre = np.polynomial.polynomial.polyfit(codes / code_scale, middle, power)
+    scale = float(max((high - low) / 2 for low, high in ranges))
+    x = bench.shaft_speed_rps - np.polynomial.polynomial.polyval(bench.code / code_scale, centre)
+    return TorqueSurface(
+        exponents=np.zeros((0, 2), dtype=np.int64),
+        coefficients=np.zeros(0),
+        centre_rps=centre,
+        shaft_speed_scale_rps=scale,
+        code_scale=code_scale,
+        x_range=(float(x.min()) / scale, float(x.max()) / scale),
+    )
+
+
+def _sigmas_within_sweeps(bench: _Bench) -> FloatArray:
+    """Distance of each point from a robust parabola through its own sheet's points.
+
+    A point is judged by its neighbours on the bench, not by the surface: where the surface is too
+    stiff it would call good points bad.
+    """
+    sigmas = np.zeros(bench.code.shape)
+    for label in np.unique(bench.sheet):
+        own = bench.sheet == label
+        if own.sum() >= FEWEST_TO_JUDGE:
+            n = bench.shaft_speed_rps[own]
+            design = np.vander((n - n.mean()) / max(float(np.ptp(n)), 1e-9), 3, increasing=True)
+            sigmas[own] = robust_sigmas(design, bench.torque_nm[own])
+    return sigmas
+
+
+def _score_powers(
+    bench: _Bench, frame: TorqueSurface, sigmas: FloatArray
+) -> dict[tuple[int, int], OrderScore]:
+    """Score every pair of powers; the error is that at codes left out one at a time."""
+    codes = np.unique(bench.code)
+    errors: dict[tuple[int, int], tuple[float, LinearFit, int]] = {}
+    for powers in product(range(1, LARGEST_POWERS[0] + 1), range(1, LARGEST_POWERS[1] + 1)):
+        if powers[1] > codes.size - 2:
+            continue
+        exponents = _exponents(*powers)
+        basis = surface_basis(
+            bench.shaft_speed_rps, bench.code, replace(frame, exponents=exponents)
+        )
+        try:
+            fit = fit_linear(basis, bench.torque_nm, sigmas=sigmas)
+        except CannotComputeError:
+            continue
+        errors[powers] = (_error_at_left_out_codes(bench, basis, fit), fit, len(exponents))
+    if not errors:
+        raise CannotComputeError(
+            f"{bench.code.size} points at {codes.size} codes do not determine even a plane M(n, N)"
+        )
+    smallest = min(error for error, _, _ in errors.values())
+    within = [p for p, (error, _, _) in errors.items() if error <= SIMPLER_IS_BETTER * smallest]
+    chosen = min(within, key=lambda powers: (errors[powers][2], errors[powers][0]))
+    return {
+        powers: OrderScore(
+            order=f"x^{powers[0]} N^{powers[1]}",
+            parameters=terms,
+            aicc=fit.aicc,
+            leave_one_out_rmse=error,
+            chosen=powers == chosen,
+        )
+        for powers, (error, fit, terms) in errors.items()
+    }
+
+
+def _error_at_left_out_codes(bench: _Bench, basis: FloatArray, fit: LinearFit) -> float:
+    """RMS error at each inner code predicted from the others; the end codes would extrapolate."""
+    keep = ~fit.outlier
+    squares: list[FloatArray] = []
+    for code in np.unique(bench.code)[1:-1]:
+        others, own = keep & (bench.code != code), keep & (bench.code == code)
+        coefficients = np.linalg.lstsq(basis[others], bench.torque_nm[others], rcond=None)[0]
+        squares.append((bench.torque_nm[own] - basis[own] @ coefficients) ** 2)
+    return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else np.inf
+
+
+def _torque_scale_by_file(bench: _Bench, fit: LinearFit) -> dict[str, float]:
+    """Torque of each drive over that of the family, least squares through zero."""
+    scales = {}
+    for label in np.unique(bench.file):
+        own = (bench.file == label) & ~fit.outlier
+        if own.any():
+            name = bench.points[int(np.flatnonzero(own)[0])].source.file
+            family = fit.fitted[own]
+            scales[name] = float(bench.torque_nm[own] @ family / (family @ family))
+    return scales
+
+
+def _spread_by_code(bench: _Bench, fit: LinearFit) -> tuple[CodeSpread, ...]:
+    spreads = []
+    for code in np.unique(bench.code):
+        own = (bench.code == code) & ~fit.outlier
+        if not own.any():
+            continue
+        residual = fit.residuals[own]
+        up, down = residual[bench.loading[own]], residual[~bench.loading[own]]
+        speed = bench.shaft_speed_rps[own] * 60.0
+        torque = bench.torque_nm[own]
+        spreads.append(
+            CodeSpread(
+                code=float(code),
+                points=int(own.sum()),
+                shaft_speed_rpm=(float(speed.min()), float(speed.max())),
+                torque_nm=(float(torque.min()), float(torque.max())),
+                residual_std_nm=float(np.sqrt(np.mean(residual**2))),
+                loading_minus_unloading_nm=(
+                    float(up.mean() - down.mean()) if up.size and down.size else None
+                ),
+            )
+        )
+    return tuple(spreads)
+
+
+def _physical_checks(bench: _Bench, surface: TorqueSurface) -> tuple[Check, ...]:
+    slope = drive_torque_slope(bench.shaft_speed_rps, bench.code, surface)
+    step = 1.0
+    rise = drive_torque(bench.shaft_speed_rps, bench.code + step, surface) - drive_torque(
+        bench.shaft_speed_rps, bench.code, surface
+    )
+    return (
+        Check(
+            name="torque falls with shaft speed",
+            passed=bool(np.all(slope < 0)),
+            text=f"dM/dn from {slope.min() / 60:.3g} to {slope.max() / 60:.3g} N m per rpm "
+            "at the measured points",
+        ),
+        Check(
+            name="torque rises with code",
+            passed=bool(np.all(rise > 0)),
+            text=f"dM/dN from {rise.min() / step:.3g} to {rise.max() / step:.3g} N m per code "
+            "at the measured points",
+        ),
+    )

@@ -1,0 +1,160 @@
+"""The inverse characteristics: Table 3, Table 4 and the monotone firmware form."""
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.firmware_grid import (
+    Family,
+    family_curves,
+    grid_from_family,
+    grid_from_mooring,
+)
+from pipeline.identify.mooring_inverse import fit_table3, gap_at_rest, points_for_tables
+from pipeline.identify.round_trip import monotone_checks, round_trips, trip_checks
+from pipeline.identify.speed_inverse import fit_table4_row
+from pipeline.records.fits import (
+    Check,
+    FirmwareCharacteristic,
+    InverseCharacteristic,
+    PolynomialFit,
+    RoundTrip,
+    SpeedInverse,
+    StaticCharacteristic,
+)
+from pipeline.records.measurements import MooringPoint, MooringRecord
+from pipeline.vehicle.schema import Vehicle
+
+#: A smaller gap between mooring test and calculation is within what such a rig repeats to. [N]
+GAP_WITHIN_RIG_N = 0.5
+
+
+def inverse_characteristic(
+    static: StaticCharacteristic | None, mooring: MooringRecord | None, vehicle: Vehicle
+) -> InverseCharacteristic:
+    """Compute everything that turns a wanted thrust into a code.
+
+    With the static family: Table 4 and a firmware grid over speed, the negative sign mirrored
+    (Kostenko 2023, eq. 8). With mooring data: Table 3 by sign. With mooring data alone: a firmware
+    grid at rest, each sign from its own points.
+
+    Parameters
+    ----------
+    static : StaticCharacteristic or None
+        The calculated family.
+    mooring : MooringRecord or None
+        Thrust measured at rest.
+    vehicle : Vehicle
+        Codes, dead thrust, published tables.
+
+    Returns
+    -------
+    InverseCharacteristic
+        What cannot be computed is None or empty, and `explanations` says why.
+
+    Raises
+    ------
+    CannotComputeError
+        If neither source gives anything.
+    """
+    notes: list[str] = []
+    points = _mooring_points(mooring, vehicle, notes)
+    dead_n = vehicle.tables.thrust_dead_n
+    positive = _table3(points, 1, dead_n, notes)
+    negative = _table3(points, -1, dead_n, notes)
+    family = family_curves(static, dead_n) if static is not None else None
+    if static is not None and family is not None:
+        table4 = _table4(static, family, dead_n, notes)
+        firmware: FirmwareCharacteristic | None = grid_from_family(family, vehicle)
+        notes.append(
+            "Negative codes mirror positive ones (Kostenko 2023, eq. 8): the bench tested the "
+            "drive in one direction only."
+        )
+    else:
+        table4 = ()
+        firmware = _firmware_at_rest(points, vehicle, notes)
+    if firmware is None and positive is None and negative is None:
+        raise CannotComputeError(" ".join(notes))
+    checks: list[Check] = []
+    trips: tuple[RoundTrip, ...] = ()
+    if static is not None and points:
+        checks.append(_gap_check(points, static))
+    if firmware is not None:
+        if family is not None:
+            trips = round_trips(family, table4, firmware, vehicle.published)
+            checks.extend(trip_checks(trips, table4))
+        checks.extend(monotone_checks(firmware))
+    return InverseCharacteristic(
+        table3_positive=positive,
+        table3_negative=negative,
+        table4=table4,
+        firmware=firmware,
+        round_trip=trips,
+        checks=tuple(checks),
+        explanations=tuple(notes),
+    )
+
+
+def _mooring_points(
+    mooring: MooringRecord | None, vehicle: Vehicle, notes: list[str]
+) -> tuple[MooringPoint, ...]:
+    if mooring is None:
+        notes.append("Table 3 needs mooring data; there are none.")
+        return ()
+    try:
+        return points_for_tables(mooring, vehicle)
+    except CannotComputeError as error:
+        notes.append(str(error))
+        return ()
+
+
+def _table3(
+    points: tuple[MooringPoint, ...], sign: int, dead_n: float, notes: list[str]
+) -> PolynomialFit | None:
+    if not points:
+        return None
+    try:
+        return fit_table3(points, sign, dead_n)
+    except CannotComputeError as error:
+        notes.append(f"Table 3, {'positive' if sign > 0 else 'negative'} thrust: {error}")
+        return None
+
+
+def _firmware_at_rest(
+    points: tuple[MooringPoint, ...], vehicle: Vehicle, notes: list[str]
+) -> FirmwareCharacteristic | None:
+    if not points:
+        return None
+    notes.append(
+        "Without the static family the tables hold at rest only: the speed of the vehicle takes "
+        "thrust away, and nothing here says how much."
+    )
+    try:
+        return grid_from_mooring(points, vehicle)
+    except CannotComputeError as error:
+        notes.append(f"No firmware tables: {error}")
+        return None
+
+
+def _table4(
+    static: StaticCharacteristic, family: Family, dead_n: float, notes: list[str]
+) -> tuple[SpeedInverse, ...]:
+    rows = []
+    for row in static.table2:
+        if row.speed_mps > family.speed_mps[-1] + 1e-9:
+            notes.append(f"Table 4 has no row at {row.speed_mps:g} m/s: no thrust there.")
+            continue
+        rows.append(fit_table4_row(row, family.at(row.speed_mps), dead_n))
+    return tuple(rows)
+
+
+def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -> Check:
+    codes, gap = gap_at_rest(points, np.array(static.code), np.array(static.thrust_n[0]))
+    std = np.interp(codes, np.array(static.code), np.array(static.thrust_std_n[0]))
+    worst = int(np.argmax(np.abs(gap)))
+    return Check(
+        name="mooring test agrees with the calculation at rest",
+        passed=bool(np.all(np.abs(gap) <= np.maximum(GAP_WITHIN_RIG_N, 2 * std))),
+        text=f"calculated less measured thrust: {gap.min():+.2f} to {gap.max():+.2f} N, largest at "
+        f"code {codes[worst]:g} ({gap[worst]:+.2f} N, standard error of the calculation "
+        f"{std[worst]:.2f} N)",
+    )

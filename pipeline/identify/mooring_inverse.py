@@ -1,0 +1,127 @@
+"""Table 3: the inverse characteristic N(T) at rest from the mooring test, each sign apart."""
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.polynomial import fit_polynomial
+from pipeline.identify.thrust_curve import ThrustCurve, curve_from_measurements
+from pipeline.records.fits import PolynomialFit
+from pipeline.records.measurements import MooringPoint, MooringRecord
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+#: Kostenko 2023, eq. (7).
+DEGREE = 3
+#: Readings within this share of the wanted supply voltage belong to it.
+VOLTAGE_TOLERANCE = 0.05
+
+
+def points_for_tables(mooring: MooringRecord, vehicle: Vehicle) -> tuple[MooringPoint, ...]:
+    """Usable points at the supply voltage that the tables are for.
+
+    Raises
+    ------
+    CannotComputeError
+        If there are none, or several voltages and no choice in the vehicle file.
+    """
+    used = tuple(point for point in mooring.points if not point.marks)
+    if not used:
+        raise CannotComputeError(
+            "no usable mooring points, so Table 3 cannot be fitted; put a table of thrust against "
+            "code or PWM into mooring/"
+        )
+    wanted = vehicle.tables.supply_voltage_v
+    voltages = np.array([p.voltage_v for p in used if p.voltage_v is not None], float)
+    if wanted is None:
+        spread = float(np.ptp(voltages)) if voltages.size else 0.0
+        if voltages.size and spread > 2 * VOLTAGE_TOLERANCE * float(np.median(voltages)):
+            raise CannotComputeError(
+                f"the mooring data were taken at supply voltages from {voltages.min():g} to "
+                f"{voltages.max():g} V; say in vehicle.yaml which one the tables are for "
+                "(tables.supply_voltage_v)"
+            )
+        return used
+    near = tuple(
+        p
+        for p in used
+        if p.voltage_v is None or abs(p.voltage_v - wanted) <= VOLTAGE_TOLERANCE * wanted
+    )
+    if not near:
+        known = ", ".join(f"{v:g}" for v in np.unique(np.round(voltages, 1)))
+        raise CannotComputeError(
+            f"tables.supply_voltage_v is {wanted:g} V, but the mooring data were taken at {known} V"
+        )
+    return near
+
+
+def fit_table3(points: tuple[MooringPoint, ...], sign: int, thrust_dead_n: float) -> PolynomialFit:
+    """Fit N = K_0 + K_1 T + K_2 T^2 + K_3 T^3 to one sign of thrust, T and N signed.
+
+    Parameters
+    ----------
+    points : tuple of MooringPoint
+        Points of one supply voltage.
+    sign : int
+        1 or -1.
+    thrust_dead_n : float
+        Thrust up to which the code is zero; smaller readings are not fitted. [N]
+
+    Raises
+    ------
+    CannotComputeError
+        If the points do not carry the cubic.
+
+    References
+    ----------
+    Kostenko 2023, eq. (7), Table 3. For negative thrust the variable is the signed T.
+    """
+    used = [p for p in points if sign * p.thrust_n > thrust_dead_n and sign * p.code > 0]
+    return fit_polynomial(
+        np.array([p.thrust_n for p in used], float),
+        np.array([p.code for p in used], float),
+        degree=DEGREE,
+        quantity="N",
+        variable="T",
+        unit="code",
+        degree_reason="Cubic as in Kostenko 2023, eq. (7).",
+        sources=[p.source for p in used],
+        compared_degrees=(1, 2, 3, 4, 5),
+    )
+
+
+def mooring_curve(points: tuple[MooringPoint, ...], sign: int) -> ThrustCurve:
+    """Monotone T(N) of one sign at rest, as magnitudes.
+
+    Raises
+    ------
+    CannotComputeError
+        With too few codes of this sign.
+    """
+    used = [p for p in points if sign * p.code >= 0]
+    return curve_from_measurements(
+        np.array([abs(p.code) for p in used], float),
+        np.array([sign * p.thrust_n if p.code else 0.0 for p in used], float),
+    )
+
+
+def gap_at_rest(
+    points: tuple[MooringPoint, ...], code: FloatArray, thrust_n: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Thrust calculated at rest less thrust measured at the mooring, by tested positive code.
+
+    Parameters
+    ----------
+    points : tuple of MooringPoint
+        Mooring points.
+    code, thrust_n : ndarray, shape (m,)
+        The family's row at zero speed.
+
+    Returns
+    -------
+    codes, gap_n : ndarray, shape (k,)
+        Codes with positive thrust, and calculated less measured. [N]
+    """
+    used = [p for p in points if p.code > 0 and code[0] <= p.code <= code[-1]]
+    codes = np.unique([p.code for p in used])
+    measured = np.array([np.mean([p.thrust_n for p in used if p.code == c]) for c in codes])
+    return codes, np.interp(codes, code, thrust_n) - measured

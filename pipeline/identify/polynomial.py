@@ -1,0 +1,159 @@
+"""Polynomial fits of one variable with quality, intervals and the case for the order."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.linear_fit import LinearFit, fit_linear
+from pipeline.records.base import Source
+from pipeline.records.fits import (
+    FitQuality,
+    Interval,
+    OrderScore,
+    Outlier,
+    PolynomialFit,
+    ResidualPoint,
+)
+from pipeline.types import FloatArray, IntArray
+
+
+def fit_polynomial(
+    x: FloatArray,
+    y: FloatArray,
+    *,
+    degree: int,
+    quantity: str,
+    variable: str,
+    unit: str,
+    degree_reason: str,
+    sources: Sequence[Source | None] | None = None,
+    compared_degrees: Sequence[int] = (1, 2, 3, 4),
+    clusters: IntArray | None = None,
+) -> PolynomialFit:
+    """Fit y = sum c_i x^i of a given degree and say how other degrees would have done.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (m,)
+        Variable and measured quantity.
+    degree : int
+        Degree of the fit.
+    quantity, variable, unit : str
+        Names for the report, and the unit of `quantity`.
+    degree_reason : str
+        Why this degree; the evidence of the scores is appended.
+    sources : sequence of Source, optional
+        Row of each point, to name outliers by.
+    compared_degrees : sequence of int
+        Degrees to score beside the chosen one.
+    clusters : ndarray of int, shape (m,), optional
+        See `fit_linear`.
+
+    Returns
+    -------
+    PolynomialFit
+
+    Raises
+    ------
+    CannotComputeError
+        If the points do not determine the polynomial.
+    """
+    try:
+        fit = fit_linear(np.vander(x, degree + 1, increasing=True), y, clusters=clusters)
+    except CannotComputeError as error:
+        raise CannotComputeError(f"{quantity}({variable}): {error}") from None
+    orders = _score_degrees(x, y, degree, compared_degrees)
+    names = tuple(sources) if sources is not None else (None,) * len(x)
+    return PolynomialFit(
+        quantity=quantity,
+        variable=variable,
+        coefficients=tuple(fit.coefficients.tolist()),
+        covariance=tuple(tuple(row) for row in fit.covariance.tolist()),
+        ci95=as_intervals(fit.ci95),
+        quality=FitQuality(
+            points=int((~fit.outlier).sum()),
+            outliers=name_outliers(fit, names, x, variable),
+            r_squared=fit.r_squared,
+            residual_std=fit.residual_std,
+            unit=unit,
+            valid_range=(float(x[~fit.outlier].min()), float(x[~fit.outlier].max())),
+            orders=orders,
+            order_reason=f"{degree_reason} {compare_orders(orders)}".strip(),
+        ),
+        points=tuple(
+            ResidualPoint(
+                x=float(x[i]),
+                measured=float(y[i]),
+                fitted=float(fit.fitted[i]),
+                outlier=bool(fit.outlier[i]),
+                source=names[i],
+            )
+            for i in np.argsort(x, kind="stable").tolist()
+        ),
+    )
+
+
+def as_intervals(ci95: FloatArray) -> tuple[Interval, ...]:
+    """Rows (low, high) of an array of shape (k, 2) as the record's tuples."""
+    return tuple((float(low), float(high)) for low, high in ci95)
+
+
+def name_outliers(
+    fit: LinearFit, sources: Sequence[Source | None], x: FloatArray, variable: str
+) -> tuple[Outlier, ...]:
+    """List the points that the fit left out, worst first, each with its row."""
+    worst_first: list[int] = sorted(
+        np.flatnonzero(fit.outlier).tolist(), key=lambda index: -abs(fit.robust_sigmas[index])
+    )
+    return tuple(
+        Outlier(
+            source=sources[index],
+            label=f"{variable} = {x[index]:.4g}",
+            residual=float(fit.residuals[index]),
+            robust_sigmas=float(fit.robust_sigmas[index]),
+        )
+        for index in worst_first
+    )
+
+
+def compare_orders(orders: Sequence[OrderScore]) -> str:
+    """Say in one sentence how the chosen order stands against the best of the compared ones."""
+    chosen = next((score for score in orders if score.chosen), None)
+    if chosen is None or len(orders) < 2:
+        return ""
+    best = min(orders, key=lambda score: score.aicc)
+    best_out = min(orders, key=lambda score: score.leave_one_out_rmse)
+    ratio = chosen.leave_one_out_rmse / max(best_out.leave_one_out_rmse, np.finfo(float).tiny)
+    if best.chosen:
+        return (
+            f"AICc prefers it too; its leave-one-out error is {ratio:.2f} times the smallest "
+            f"({best_out.order})."
+        )
+    return (
+        f"AICc would prefer {best.order} (by {chosen.aicc - best.aicc:.1f}); the leave-one-out "
+        f"error of the chosen order is {ratio:.2f} times the smallest ({best_out.order})."
+    )
+
+
+def _score_degrees(
+    x: FloatArray, y: FloatArray, chosen: int, degrees: Sequence[int]
+) -> tuple[OrderScore, ...]:
+    scores = []
+    for degree in sorted({*degrees, chosen}):
+        try:
+            fit = fit_linear(np.vander(x, degree + 1, increasing=True), y)
+        except CannotComputeError:
+            continue
+        if not np.isfinite(fit.aicc):
+            continue
+        scores.append(
+            OrderScore(
+                order=f"degree {degree}",
+                parameters=degree + 1,
+                aicc=fit.aicc,
+                leave_one_out_rmse=fit.leave_one_out_rmse,
+                chosen=degree == chosen,
+            )
+        )
+    return tuple(scores)

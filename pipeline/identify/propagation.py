@@ -1,0 +1,124 @@
+"""From the covariance of the fits to the standard error of thrust: analytic and Monte Carlo.
+
+The thrust at a working point is T(theta) with theta = (K_T coefficients, K_M coefficients, drive
+coefficients). The shaft speed follows from the torque balance f(n, theta) = 0, so by the implicit
+function theorem dn/dtheta = -(df/dtheta) / (df/dn). The three fits are independent of each other.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.physics.drive import TorqueSurface, surface_basis
+from pipeline.physics.torque_balance import (
+    OpenWaterPropeller,
+    WorkingPoints,
+    thrust_slope,
+    torque_excess_slope,
+    working_points,
+)
+from pipeline.types import FloatArray
+
+
+@dataclass(frozen=True)
+class ThrusterModel:
+    """The fitted propeller and drive with the covariances of their coefficients."""
+
+    propeller: OpenWaterPropeller
+    surface: TorqueSurface
+    thrust_covariance: FloatArray
+    torque_covariance: FloatArray
+    drive_covariance: FloatArray
+    fastest_shaft_rps: float
+
+    def solve(self, code: FloatArray, speed_mps: FloatArray | float) -> WorkingPoints:
+        """Solve the torque balance; see `working_points`."""
+        return working_points(
+            code,
+            speed_mps,
+            propeller=self.propeller,
+            surface=self.surface,
+            fastest_shaft_rps=self.fastest_shaft_rps,
+        )
+
+    def covariance(self) -> FloatArray:
+        """Block-diagonal covariance of theta, shape (p, p)."""
+        from scipy.linalg import block_diag
+
+        return np.asarray(
+            block_diag(self.thrust_covariance, self.torque_covariance, self.drive_covariance)
+        )
+
+
+def thrust_jacobian(model: ThrusterModel, points: WorkingPoints, code: FloatArray) -> FloatArray:
+    """Differentiate thrust to theta at solved points, shape (m, p); zero where not found.
+
+    Parameters
+    ----------
+    model : ThrusterModel
+    points : WorkingPoints
+        Solutions, arrays of shape (m,).
+    code : ndarray, shape (m,)
+        Codes of the points.
+    """
+    propeller, surface = model.propeller, model.surface
+    n = np.where(points.found, points.shaft_speed_rps, 1.0)
+    powers_t = points.advance_ratio[:, None] ** np.arange(len(propeller.thrust_coefficients))
+    powers_m = points.advance_ratio[:, None] ** np.arange(len(propeller.torque_coefficients))
+    force = propeller.density_kgpm3 * n**2 * propeller.diameter_m**4
+    basis = surface_basis(n, code, surface)
+    excess_slope = torque_excess_slope(points, code, propeller=propeller, surface=surface)
+    safe = np.where(points.found, excess_slope, 1.0)
+    # dT/dn * dn/dtheta, with df/dtheta = (0, J^i rho n^2 D^5, -basis)
+    through_speed = (thrust_slope(points, propeller) / safe)[:, None]
+    jacobian = np.concatenate(
+        [
+            powers_t * force[:, None],
+            -through_speed * powers_m * (force * propeller.diameter_m)[:, None],
+            through_speed * basis,
+        ],
+        axis=1,
+    )
+    return np.where(points.found[:, None], jacobian, 0.0)
+
+
+def monte_carlo_std(
+    model: ThrusterModel,
+    code: FloatArray,
+    speed_mps: FloatArray,
+    *,
+    draws: int,
+    seed: int,
+) -> FloatArray:
+    """Draw theta and return the standard deviation of thrust, shape (m,).
+
+    Parameters
+    ----------
+    model : ThrusterModel
+    code, speed_mps : ndarray, shape (m,)
+        Points to evaluate.
+    draws, seed : int
+        Number of draws of theta and the seed of their generator.
+    """
+    generator = np.random.default_rng(seed)
+    propeller, surface = model.propeller, model.surface
+
+    def draw(mean: FloatArray, covariance: FloatArray) -> FloatArray:
+        return generator.multivariate_normal(mean, covariance, size=draws, method="svd")
+
+    k_t = draw(np.asarray(propeller.thrust_coefficients), model.thrust_covariance)
+    k_m = draw(np.asarray(propeller.torque_coefficients), model.torque_covariance)
+    drive = draw(surface.coefficients, model.drive_covariance)
+    thrusts = np.empty((draws, code.size))
+    for index in range(draws):
+        drawn = working_points(
+            code,
+            speed_mps,
+            propeller=OpenWaterPropeller(
+                k_t[index], k_m[index], propeller.diameter_m, propeller.density_kgpm3
+            ),
+            surface=replace(surface, coefficients=drive[index]),
+            fastest_shaft_rps=model.fastest_shaft_rps,
+        )
+        thrusts[index] = drawn.thrust_n
+    return np.asarray(thrusts.std(axis=0, ddof=1))

@@ -1,0 +1,121 @@
+"""Table 1: the open-water polynomials K_T(J) and K_M(J) of a propeller."""
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.polynomial import fit_polynomial
+from pipeline.physics.propeller import efficiency, polynomial
+from pipeline.physics.torque_balance import first_zero
+from pipeline.records.base import Source
+from pipeline.records.fits import Check, PolynomialFit, PropellerFit
+from pipeline.records.measurements import OpenWaterRecord
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+#: Kostenko 2023, eq. (2).
+DEGREE = 2
+
+
+def fit_propeller(open_water: OpenWaterRecord, vehicle: Vehicle) -> PropellerFit:
+    """Fit K_T(J) and K_M(J) by quadratics and check that they are those of a propeller.
+
+    Parameters
+    ----------
+    open_water : OpenWaterRecord
+        Checked points; those with marks are not fitted.
+    vehicle : Vehicle
+        Gives the propeller's diameter.
+
+    Returns
+    -------
+    PropellerFit
+
+    Raises
+    ------
+    CannotComputeError
+        If the points do not determine both curves.
+
+    References
+    ----------
+    Kostenko 2023, eq. (2), Table 1.
+    """
+    if not any(not point.marks for point in open_water.points):
+        raise CannotComputeError(
+            "no usable open-water points, so K_T(J) and K_M(J) cannot be fitted; put a file with "
+            "K_T and K_M (or 10K_Q) against J into open_water/"
+        )
+    thrust_fit = _fit_curve(open_water, "K_T", "thrust_coefficient")
+    torque_fit = _fit_curve(open_water, "K_M", "torque_coefficient")
+    return PropellerFit(
+        diameter_m=vehicle.propeller.diameter_m,
+        thrust=thrust_fit,
+        torque=torque_fit,
+        checks=_physical_checks(thrust_fit, torque_fit),
+    )
+
+
+def _fit_curve(open_water: OpenWaterRecord, quantity: str, attribute: str) -> PolynomialFit:
+    x, y, sources = _column(open_water, attribute)
+    return fit_polynomial(
+        x,
+        y,
+        degree=DEGREE,
+        quantity=quantity,
+        variable="J",
+        unit="1",
+        degree_reason="Quadratic as in Kostenko 2023, eq. (2), and as the firmware tables want it.",
+        sources=sources,
+    )
+
+
+def _column(
+    open_water: OpenWaterRecord, attribute: str
+) -> tuple[FloatArray, FloatArray, tuple[Source, ...]]:
+    used = [
+        (point.advance_ratio, getattr(point, attribute), point.source)
+        for point in open_water.points
+        if not point.marks and getattr(point, attribute) is not None
+    ]
+    x = np.array([row[0] for row in used], float)
+    y = np.array([row[1] for row in used], float)
+    return x, y, tuple(row[2] for row in used)
+
+
+def _physical_checks(thrust_fit: PolynomialFit, torque_fit: PolynomialFit) -> tuple[Check, ...]:
+    k_t, k_m = np.array(thrust_fit.coefficients), np.array(torque_fit.coefficients)
+    low = max(thrust_fit.quality.valid_range[0], torque_fit.quality.valid_range[0])
+    high = min(thrust_fit.quality.valid_range[1], torque_fit.quality.valid_range[1])
+    thrust_zero, torque_zero = first_zero(k_t), first_zero(k_m)
+    j = np.linspace(low, min(high, thrust_zero), 200)
+    falling = {
+        name: bool(
+            np.all(np.polynomial.polynomial.polyval(j, np.polynomial.polynomial.polyder(c)) < 0)
+        )
+        for name, c in (("K_T", k_t), ("K_M", k_m))
+    }
+    torque_coefficient = polynomial(j, k_m)
+    if np.all(torque_coefficient > 0):
+        best = float(efficiency(j, polynomial(j, k_t), torque_coefficient).max())
+        efficiency_text = f"largest efficiency {best:.3f} for J up to {j[-1]:.3f}"
+        efficient = best < 1.0
+    else:
+        efficient, efficiency_text = False, "K_M is not positive everywhere below J(K_T = 0)"
+    return (
+        Check(
+            name="K_T crosses zero before K_M",
+            passed=thrust_zero < torque_zero,
+            text=f"K_T = 0 at J = {thrust_zero:.4f}, K_M = 0 at J = {torque_zero:.4f}"
+            + ("" if thrust_zero <= high else f" (measured to J = {high:.3f} only)"),
+        ),
+        *(
+            Check(
+                name=f"{name} falls with J",
+                passed=falls,
+                text=f"slope of {name} negative for J from {j[0]:.3f} to {j[-1]:.3f}"
+                if falls
+                else f"{name} rises somewhere between J = {j[0]:.3f} and {j[-1]:.3f}",
+            )
+            for name, falls in falling.items()
+        ),
+        Check(name="efficiency below 1", passed=efficient, text=efficiency_text),
+    )

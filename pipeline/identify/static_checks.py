@@ -1,0 +1,103 @@
+"""What a static family looks like when it is right, and why parts of it are missing."""
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.identify.propagation import ThrusterModel
+from pipeline.physics.drive import drive_torque
+from pipeline.records.fits import Check, DriveFit, PropellerFit
+from pipeline.types import FloatArray
+
+
+def grid_checks(
+    thrust_n: FloatArray,
+    status: npt.NDArray[np.str_],
+    monte_carlo_ratio: tuple[float, float],
+    draws: int,
+) -> tuple[Check, ...]:
+    """Check that thrust rises with code, falls with speed, and that its two errors agree.
+
+    Parameters
+    ----------
+    thrust_n, status : ndarray, shape (speeds, codes)
+        The family.
+    monte_carlo_ratio : tuple
+        Range of Monte Carlo over analytic standard error.
+    draws : int
+        Monte Carlo draws.
+    """
+    ratio = monte_carlo_ratio
+    met = status != "no_working_point"
+    rises = np.diff(thrust_n, axis=1)[met[:, 1:] & met[:, :-1]] >= -1e-9
+    falls = np.diff(thrust_n, axis=0)[met[1:] & met[:-1]] <= 1e-9
+    # the standard error of a standard deviation from m draws is 1 / sqrt(2 (m - 1)) of it
+    allowed = 5.0 / np.sqrt(2.0 * (draws - 1))
+    return (
+        Check(
+            name="thrust rises with code",
+            passed=bool(rises.all()),
+            text=f"{int((~rises).sum())} of {rises.size} steps of the grid fall",
+        ),
+        Check(
+            name="thrust falls with speed",
+            passed=bool(falls.all()),
+            text=f"{int((~falls).sum())} of {falls.size} steps of the grid rise",
+        ),
+        Check(
+            name="Monte Carlo agrees with the analytic error",
+            passed=1 - allowed <= ratio[0] and ratio[1] <= 1 + allowed,
+            text=f"ratio of standard errors {ratio[0]:.3f} to {ratio[1]:.3f} over the tested "
+            f"codes and speeds, {draws} draws",
+        ),
+    )
+
+
+def explain_status(
+    status: npt.NDArray[np.str_],
+    speed: FloatArray,
+    code: FloatArray,
+    propeller: PropellerFit,
+    drive: DriveFit,
+) -> tuple[str, ...]:
+    """Say in sentences which parts of the family are dead, extrapolated or missing, and why."""
+    lowest = f"{drive.code_range[0]:g}"
+    lines = []
+    lines.append(
+        f"Codes below {lowest} were not on the bench: there the surface M(n, N) is continued, and "
+        "the results are marked as extrapolated."
+    )
+    for row, v in zip(status, speed, strict=True):
+        dead = code[row == "dead"]
+        if dead.size and float(v) in {0.5, 1.0, 1.5, 2.0}:
+            lines.append(
+                f"At {v:g} m/s codes up to {dead.max():g} give no thrust: at the shaft speed where "
+                "K_T = 0 the propeller already needs more torque than the drive has."
+            )
+        unmet = code[row == "no_working_point"]
+        if unmet.size:
+            lines.append(
+                f"At {v:g} m/s the curves do not meet at {unmet.size} codes "
+                f"({unmet.min():g} to {unmet.max():g}): the propeller stays below the drive's "
+                "torque at every shaft speed the bench supports."
+            )
+    highest = propeller.torque.quality.valid_range[1]
+    if "extrapolated" in status:
+        lines.append(
+            f"Working points beyond J = {highest:.3f} or outside the shaft speeds of the bench are "
+            "extrapolated too."
+        )
+    return tuple(lines)
+
+
+def explain_no_balance(model: ThrusterModel, drive: DriveFit) -> str:
+    """Say with numbers why the propeller and the drive have no working point at rest."""
+    code = np.array([drive.code_range[1]])
+    fastest = model.fastest_shaft_rps
+    needed = float(model.propeller.torque_nm(fastest, 0.0))
+    given = float(drive_torque(fastest, code, model.surface)[0])
+    return (
+        f"the propeller's torque meets the drive's at no code at rest: at code {code[0]:g} and "
+        f"{fastest * 60:.0f} rpm (1.5 times the fastest of the bench) the propeller needs "
+        f"{needed:.3g} N m and the drive gives {given:.3g} N m. Check the propeller's diameter in "
+        "vehicle.yaml, the unit of torque in load_test/ and the K_M (not 10 K_M) in open_water/"
+    )

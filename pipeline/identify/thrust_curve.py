@@ -1,0 +1,131 @@
+"""A monotone curve T(N) of one sign at one speed, and its inverse."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.types import ArrayLike, FloatArray
+
+#: Smallest rise of thrust between knots: keeps the inverse defined on flat stretches. [N]
+SMALLEST_RISE_N = 1e-6
+#: A measured curve with fewer codes beyond the dead zone is not worth smoothing.
+FEWEST_CODES = 5
+
+
+@dataclass(frozen=True)
+class ThrustCurve:
+    """T(N) from the edge of the dead zone (thrust 0) to the last code, both strictly rising.
+
+    `code` and `thrust_n` are magnitudes of shape (m,); between them a monotone cubic (PCHIP;
+    Fritsch and Carlson 1980) runs.
+    """
+
+    code: FloatArray
+    thrust_n: FloatArray
+
+    @property
+    def thrust_max_n(self) -> float:
+        """Thrust at the last code [N]."""
+        return float(self.thrust_n[-1])
+
+    def thrust(self, code: ArrayLike) -> FloatArray:
+        """Thrust at codes; zero inside the dead zone, clamped beyond the last code [N]."""
+        from scipy.interpolate import PchipInterpolator
+
+        codes = np.clip(np.asarray(code, float), self.code[0], self.code[-1])
+        return np.asarray(PchipInterpolator(self.code, self.thrust_n)(codes))
+
+    def slope(self, code: ArrayLike) -> FloatArray:
+        """Slope dT/dN [N]."""
+        from scipy.interpolate import PchipInterpolator
+
+        codes = np.clip(np.asarray(code, float), self.code[0], self.code[-1])
+        return np.asarray(PchipInterpolator(self.code, self.thrust_n).derivative()(codes))
+
+    def code_at(self, thrust_n: ArrayLike) -> FloatArray:
+        """Code that gives a thrust: the inverse by a bracketed root of the same cubic."""
+        from scipy.interpolate import PchipInterpolator
+        from scipy.optimize import elementwise
+
+        wanted = np.clip(np.asarray(thrust_n, float), self.thrust_n[0], self.thrust_n[-1])
+        curve = PchipInterpolator(self.code, self.thrust_n)
+        upper = np.clip(np.searchsorted(self.thrust_n, wanted), 1, len(self.code) - 1)
+        low, high = self.code[upper - 1], self.code[upper]
+
+        def excess(code: FloatArray, target: FloatArray) -> FloatArray:
+            return np.asarray(curve(code)) - target
+
+        result = elementwise.find_root(excess, (low, high), args=(wanted,))
+        # at a knot round-off can leave no sign change: the knot itself is the answer
+        nearer_high = np.abs(self.thrust_n[upper] - wanted) < np.abs(
+            self.thrust_n[upper - 1] - wanted
+        )
+        return np.where(result.success, result.x, np.where(nearer_high, high, low))
+
+
+def curve_from_family(code: FloatArray, thrust_n: FloatArray) -> ThrustCurve | None:
+    """Curve through a calculated row of the static family, None where it gives no thrust.
+
+    The edge of the dead zone lies between the last code without thrust and the first with it,
+    where the line through the first two live points meets zero.
+
+    Parameters
+    ----------
+    code, thrust_n : ndarray, shape (m,)
+        Rising codes and thrust, zero where the point is dead.
+    """
+    live = np.flatnonzero(thrust_n > 0)
+    if live.size < 2:
+        return None
+    first = live[0]
+    codes, thrusts = code[first:], _strictly_rising(thrust_n[first:])
+    gradient = (thrusts[1] - thrusts[0]) / (codes[1] - codes[0])
+    lowest = code[first - 1] if first > 0 else 0.0
+    edge = max(codes[0] - thrusts[0] / gradient, lowest)
+    if codes[0] - edge < 1e-6:
+        edge = codes[0] - 1e-6
+    return ThrustCurve(np.concatenate([[edge], codes]), np.concatenate([[0.0], thrusts]))
+
+
+def curve_from_measurements(code: FloatArray, thrust_n: FloatArray) -> ThrustCurve:
+    """Smooth monotone curve through measured points of one sign.
+
+    Readings at one code are averaged; a cubic smoothing spline (penalty by generalised cross
+    validation; Craven and Wahba 1979) takes the noise out, isotonic regression any fall that is
+    left.
+
+    Parameters
+    ----------
+    code, thrust_n : ndarray, shape (m,)
+        Magnitudes, any order, code 0 and the dead zone included or not.
+
+    Raises
+    ------
+    CannotComputeError
+        With fewer than five codes that give thrust.
+    """
+    from scipy.interpolate import make_smoothing_spline
+    from scipy.optimize import isotonic_regression
+
+    codes, index = np.unique(code, return_inverse=True)
+    mean = np.bincount(index, weights=thrust_n) / np.bincount(index)
+    dead = np.flatnonzero(mean <= 0)
+    first = int(dead[-1]) + 1 if dead.size else 0
+    live = codes[first:]
+    if live.size < FEWEST_CODES:
+        raise CannotComputeError(
+            f"thrust was measured at {live.size} codes beyond the dead zone; "
+            f"{FEWEST_CODES} are the least for a characteristic"
+        )
+    smooth = make_smoothing_spline(live, mean[first:])(live)
+    rising = _strictly_rising(np.maximum(isotonic_regression(smooth).x, SMALLEST_RISE_N))
+    gradient = (rising[1] - rising[0]) / (live[1] - live[0])
+    lowest = float(codes[first - 1]) if first > 0 else 0.0
+    edge = min(max(live[0] - rising[0] / gradient, lowest), live[0] - 1e-6)
+    return ThrustCurve(np.concatenate([[edge], live]), np.concatenate([[0.0], rising]))
+
+
+def _strictly_rising(values: FloatArray) -> FloatArray:
+    steps = SMALLEST_RISE_N * np.arange(len(values))
+    return np.asarray(np.maximum.accumulate(values - steps) + steps)

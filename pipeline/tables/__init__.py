@@ -1,0 +1,1 @@
+"""Tables 1-4 as the file that firmware builds and people read."""

@@ -1,0 +1,154 @@
+"""The body of ``tables.json``: Tables 1-4 with intervals, quality and the published values."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from pipeline.records.fits import (
+    Check,
+    FitQuality,
+    InverseCharacteristic,
+    PolynomialFit,
+    PropellerFit,
+    SpeedInverse,
+    StaticCharacteristic,
+    StaticRow,
+)
+from pipeline.vehicle.schema import Vehicle
+
+Json = dict[str, Any]
+
+
+def build_tables(
+    vehicle: Vehicle,
+    propeller: PropellerFit | None,
+    static: StaticCharacteristic | None,
+    inverse: InverseCharacteristic | None,
+    not_computed: Mapping[str, str] | None = None,
+) -> Json:
+    """Gather the four tables; one that could not be computed is None and says why.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Name, codes, published tables.
+    propeller, static, inverse : record or None
+        What the fits gave.
+    not_computed : mapping, optional
+        Stage name to the reason why it gave nothing.
+
+    Returns
+    -------
+    dict
+        JSON-ready; the keys are those of docs/formats.md.
+    """
+    return {
+        "vehicle": vehicle.name,
+        "table1": _table1(propeller),
+        "table2": _table2(static.table2) if static else None,
+        "table3": _table3(inverse),
+        "table4": _table4(inverse.table4) if inverse and inverse.table4 else None,
+        "quality": {
+            "table1": {
+                "KT": _quality(propeller.thrust.quality),
+                "KM": _quality(propeller.torque.quality),
+                "checks": _checks(propeller.checks),
+            }
+            if propeller
+            else None,
+            "table2": {
+                "rows": [_quality(row.fit.quality) for row in static.table2],
+                "checks": _checks(static.checks),
+                "monte_carlo_over_analytic": list(static.monte_carlo_ratio),
+            }
+            if static
+            else None,
+            "table3": {
+                name: _quality(fit.quality)
+                for name, fit in _signs(inverse).items()
+                if fit is not None
+            },
+            "round_trip": [trip.model_dump() for trip in inverse.round_trip] if inverse else [],
+            "checks": _checks(inverse.checks) if inverse else [],
+        },
+        "published": vehicle.published.model_dump() if vehicle.published else None,
+        "firmware": inverse.firmware.model_dump() if inverse and inverse.firmware else None,
+        "not_computed": dict(not_computed or {}),
+        "notes": [
+            *(static.explanations if static else ()),
+            *(inverse.explanations if inverse else ()),
+        ],
+    }
+
+
+def _table1(propeller: PropellerFit | None) -> Json | None:
+    if propeller is None:
+        return None
+    return {
+        "KT": list(propeller.thrust.coefficients),
+        "KM": list(propeller.torque.coefficients),
+        "ci95": {
+            "KT": [list(pair) for pair in propeller.thrust.ci95],
+            "KM": [list(pair) for pair in propeller.torque.ci95],
+        },
+    }
+
+
+def _table2(rows: tuple[StaticRow, ...]) -> Json:
+    names = ("KF0", "KF1", "KF2")
+    return {
+        "speed_mps": [row.speed_mps for row in rows],
+        **{name: [row.fit.coefficients[i] for row in rows] for i, name in enumerate(names)},
+        "dead_zone_code": [row.dead_zone_code for row in rows],
+        "T_max_n": [row.thrust_max_n for row in rows],
+        "ci95": {
+            **{name: [list(row.fit.ci95[i]) for row in rows] for i, name in enumerate(names)},
+            "T_max_n": [list(row.thrust_max_ci95) for row in rows],
+        },
+    }
+
+
+def _table3(inverse: InverseCharacteristic | None) -> Json | None:
+    fits = _signs(inverse)
+    if not any(fits.values()):
+        return None
+    return {
+        **{name: list(fit.coefficients) if fit else None for name, fit in fits.items()},
+        "ci95": {
+            name: [list(pair) for pair in fit.ci95] if fit else None for name, fit in fits.items()
+        },
+    }
+
+
+def _signs(inverse: InverseCharacteristic | None) -> dict[str, PolynomialFit | None]:
+    return {
+        "positive": inverse.table3_positive if inverse else None,
+        "negative": inverse.table3_negative if inverse else None,
+    }
+
+
+def _table4(rows: tuple[SpeedInverse, ...]) -> Json:
+    names = ("KN0", "KN1", "KN2", "KN3")
+    return {
+        "speed_mps": [row.speed_mps for row in rows],
+        "T_max_n": [row.thrust_max_n for row in rows],
+        **{name: [row.coefficients[i] for row in rows] for i, name in enumerate(names)},
+        "ci95": {name: [list(row.ci95[i]) for row in rows] for i, name in enumerate(names)},
+    }
+
+
+def _quality(quality: FitQuality) -> Json:
+    return quality.model_dump(
+        include={
+            "points",
+            "r_squared",
+            "residual_std",
+            "unit",
+            "valid_range",
+            "order_reason",
+            "outliers",
+        }
+    )
+
+
+def _checks(checks: tuple[Check, ...]) -> list[Json]:
+    return [check.model_dump() for check in checks]

@@ -1,0 +1,139 @@
+"""Tables 3 and 4 and the firmware grid: round trips, monotony, known cubics."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.inverse import inverse_characteristic
+from pipeline.identify.thrust_curve import curve_from_family, curve_from_measurements
+from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.measurements import MooringRecord
+from pipeline.vehicle.schema import Vehicle
+
+Maker = Callable[[Callable[[float], float], float], MooringRecord]
+# Table 3 of Kostenko 2023, positive thrust
+PRINTED = (12.7, 4.336, -0.070, 7.29e-4)
+
+
+def printed_thrust(code: float) -> float:
+    """Invert the printed cubic N(T)."""
+    roots = np.polynomial.polynomial.polyroots([PRINTED[0] - code, *PRINTED[1:]])
+    return float(min(r.real for r in roots if abs(r.imag) < 1e-9 and r.real > 0))
+
+
+def test_table3_comes_back_from_its_own_points(mooring_from: Maker, vehicle: Vehicle) -> None:
+    inverse = inverse_characteristic(None, mooring_from(printed_thrust, 0.05), vehicle)
+    assert inverse.table3_positive is not None
+    assert inverse.table3_negative is not None
+    thrust = np.linspace(0.5, 42, 100)
+    fitted = np.polynomial.polynomial.polyval(thrust, inverse.table3_positive.coefficients)
+    printed = np.polynomial.polynomial.polyval(thrust, PRINTED)
+    assert np.abs(fitted - printed).max() < 1.0
+    mirrored = np.polynomial.polynomial.polyval(-thrust, inverse.table3_negative.coefficients)
+    assert np.abs(mirrored + printed).max() < 1.0
+
+
+def test_noiseless_mooring_gives_the_exact_cubic(mooring_from: Maker, vehicle: Vehicle) -> None:
+    inverse = inverse_characteristic(None, mooring_from(printed_thrust, 0.0), vehicle)
+    assert inverse.table3_positive is not None
+    np.testing.assert_allclose(inverse.table3_positive.coefficients, PRINTED, rtol=1e-6)
+
+
+def test_round_trips_through_our_own_family(static: StaticCharacteristic, vehicle: Vehicle) -> None:
+    inverse = inverse_characteristic(static, None, vehicle)
+    assert len(inverse.round_trip) == 21  # every 0.1 m/s, tabulated or between
+    for trip in inverse.round_trip:
+        assert trip.firmware_n <= 0.1
+        assert trip.firmware_rounded_codes <= 0.5 + 0.1 / 0.1  # 0.1 N is at most one code
+    # at rest this bench has no dead zone and N(T) starts with a vertical tangent: no cubic has one
+    cubic = [t.cubic_n for t in inverse.round_trip if t.cubic_n is not None and t.speed_mps > 0]
+    assert len(cubic) == 4
+    assert max(cubic) <= 0.3
+
+
+def test_firmware_grid_is_monotone(static: StaticCharacteristic, vehicle: Vehicle) -> None:
+    firmware = inverse_characteristic(static, None, vehicle).firmware
+    assert firmware is not None
+    code = np.array(firmware.positive.code)
+    assert (np.diff(code, axis=1) > 0).all()
+    assert (np.diff(firmware.positive.thrust_max_n) < 0).all()
+    np.testing.assert_allclose(code[:, -1], 127)
+    assert firmware.negative.code == firmware.positive.code
+
+
+def test_gap_between_mooring_and_calculation_is_found(
+    static: StaticCharacteristic, mooring_from: Maker, vehicle: Vehicle
+) -> None:
+    rest = np.array(static.thrust_n[0])
+
+    def weaker(code: float) -> float:
+        return float(np.interp(code, static.code, rest)) - 1.0
+
+    name = "mooring test agrees with the calculation at rest"
+    apart = inverse_characteristic(static, mooring_from(weaker, 0.0), vehicle)
+    (gap,) = [check for check in apart.checks if check.name == name]
+    assert not gap.passed
+    assert "+1.00 N" in gap.text
+    same = inverse_characteristic(static, mooring_from(lambda c: weaker(c) + 1.0, 0.0), vehicle)
+    (none,) = [check for check in same.checks if check.name == name]
+    assert none.passed
+
+
+def test_mooring_alone_gives_tables_at_rest(mooring_from: Maker, vehicle: Vehicle) -> None:
+    inverse = inverse_characteristic(None, mooring_from(printed_thrust, 0.02), vehicle)
+    assert inverse.table4 == ()
+    assert inverse.firmware is not None
+    assert inverse.firmware.positive.speed_mps == (0.0,)
+    assert any("at rest only" in line for line in inverse.explanations)
+
+
+def test_voltages_must_be_chosen(mooring_from: Maker, vehicle: Vehicle) -> None:
+    record = mooring_from(printed_thrust, 0.0)
+    two = record.model_copy(
+        update={
+            "points": tuple(
+                p.model_copy(update={"voltage_v": v}) for v in (12.0, 16.0) for p in record.points
+            )
+        }
+    )
+    with pytest.raises(CannotComputeError, match=r"12 to 16 V.*supply_voltage_v"):
+        inverse_characteristic(None, two, vehicle)
+    chosen = vehicle.model_copy(
+        update={"tables": vehicle.tables.model_copy(update={"supply_voltage_v": 16.0})}
+    )
+    inverse = inverse_characteristic(None, two, chosen)
+    assert inverse.table3_positive is not None
+    assert inverse.table3_positive.quality.points == 24
+    other = vehicle.model_copy(
+        update={"tables": vehicle.tables.model_copy(update={"supply_voltage_v": 20.0})}
+    )
+    with pytest.raises(CannotComputeError, match="taken at 12, 16 V"):
+        inverse_characteristic(None, two, other)
+
+
+def test_neither_source_says_so(vehicle: Vehicle) -> None:
+    with pytest.raises(CannotComputeError, match="mooring"):
+        inverse_characteristic(None, None, vehicle)
+
+
+def test_curve_is_its_own_inverse() -> None:
+    code = np.arange(1.0, 128.0)
+    curve = curve_from_family(code, np.maximum(-4 + 0.254 * code + 8.82e-4 * code**2, 0))
+    assert curve is not None
+    wanted = np.linspace(0, curve.thrust_max_n, 333)
+    np.testing.assert_allclose(curve.thrust(curve.code_at(wanted)), wanted, atol=1e-9)
+    assert curve.code[0] == pytest.approx(14.97, abs=0.05)
+    assert curve_from_family(code, np.zeros(127)) is None
+
+
+def test_measured_curve_takes_noise_out() -> None:
+    generator = np.random.default_rng(0)
+    code = np.repeat(np.arange(0.0, 401.0, 4.0), 2)
+    truth = 50 * (np.maximum(code - 30, 0) / 370) ** 1.5
+    noise = np.where(truth > 0, generator.normal(0, 0.2, code.size), 0)
+    curve = curve_from_measurements(code, truth + noise)
+    assert (np.diff(curve.thrust_n) > 0).all()
+    inner = np.arange(60.0, 390.0)
+    assert np.abs(curve.thrust(inner) - 50 * ((inner - 30) / 370) ** 1.5).max() < 0.3

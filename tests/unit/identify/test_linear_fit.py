@@ -1,0 +1,92 @@
+"""The regression under every fit, against certified values and against hand-made outliers."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.linear_fit import fit_linear
+
+# NIST Statistical Reference Datasets, linear regression: load cell calibration (Pontius, 1968)
+LOAD = np.tile(np.arange(1, 21) * 150000.0, 2)
+DEFLECTION = np.array(
+    [
+        *(0.11019, 0.21956, 0.32949, 0.43899, 0.54803, 0.65694, 0.76562, 0.87487, 0.98292, 1.09146),
+        *(1.20001, 1.30822, 1.41599, 1.52399, 1.63194, 1.73947, 1.84646, 1.95392, 2.06128, 2.16844),
+        *(0.11052, 0.22018, 0.32939, 0.43886, 0.54798, 0.65739, 0.76596, 0.87474, 0.98300, 1.09150),
+        *(1.20004, 1.30818, 1.41613, 1.52408, 1.63159, 1.73965, 1.84696, 1.95445, 2.06177, 2.16829),
+    ]
+)
+
+
+def test_pontius_certified_values() -> None:
+    fit = fit_linear(np.vander(LOAD, 3, increasing=True), DEFLECTION)
+    certified = [0.673565789473684e-03, 0.732059160401003e-06, -0.316081871345029e-14]
+    errors = [0.107938612033077e-03, 0.157817399981659e-09, 0.486652849992036e-16]
+    assert not fit.outlier.any()
+    np.testing.assert_allclose(fit.coefficients, certified, rtol=1e-8)
+    np.testing.assert_allclose(np.sqrt(np.diag(fit.covariance)), errors, rtol=1e-8)
+    assert fit.residual_std == pytest.approx(0.205177424076185e-03, rel=1e-8)
+    assert fit.r_squared == pytest.approx(0.999999900178537, rel=1e-12)
+
+
+def test_wampler1_certified_values() -> None:
+    """NIST Wampler1: the exact quintic with unit coefficients."""
+    x = np.arange(21.0)
+    design = np.vander(x, 6, increasing=True)
+    fit = fit_linear(design, design.sum(axis=1))
+    np.testing.assert_allclose(fit.coefficients, np.ones(6), rtol=1e-6)
+
+
+def test_interval_holds_the_truth_as_often_as_it_says() -> None:
+    generator = np.random.default_rng(7)
+    design = np.vander(np.linspace(0, 1, 25), 3, increasing=True)
+    truth = np.array([0.14, -0.15, -0.06])
+    inside = np.zeros(3)
+    trials = 400
+    for _ in range(trials):
+        fit = fit_linear(design, design @ truth + generator.normal(0, 0.001, 25))
+        inside += (fit.ci95[:, 0] <= truth) & (truth <= fit.ci95[:, 1])
+    # 99.9 % binomial band about 0.95 for 400 trials
+    assert np.all(np.abs(inside / trials - 0.95) < 0.04)
+
+
+def test_clustered_errors_widen_the_interval() -> None:
+    """A shared offset a sweep is not averaged out by more points of the same sweep."""
+    generator = np.random.default_rng(3)
+    x = np.tile(np.linspace(0, 1, 30), 12)
+    sweep = np.repeat(np.arange(12), 30)
+    y = 1 - x + generator.normal(0, 0.05, 12)[sweep] + generator.normal(0, 0.005, x.size)
+    design = np.vander(x, 2, increasing=True)
+    plain = fit_linear(design, y)
+    clustered = fit_linear(design, y, clusters=sweep)
+    width = clustered.ci95[0, 1] - clustered.ci95[0, 0]
+    assert width > 2 * (plain.ci95[0, 1] - plain.ci95[0, 0])
+    assert clustered.ci95[0, 0] <= 1.0 <= clustered.ci95[0, 1]
+
+
+@given(
+    index=st.integers(0, 39),
+    jump=st.floats(15, 1000) | st.floats(-1000, -15),
+)
+def test_one_outlier_is_named_and_moves_nothing(index: int, jump: float) -> None:
+    generator = np.random.default_rng(11)
+    x = np.linspace(-1, 1, 40)
+    design = np.vander(x, 3, increasing=True)
+    noise = generator.normal(0, 1e-3, 40)
+    clean = fit_linear(design, design @ [1.0, 2.0, 3.0] + noise)
+    noise[index] += jump * 1e-3
+    spoiled = fit_linear(design, design @ [1.0, 2.0, 3.0] + noise)
+    assert spoiled.outlier[index]
+    assert np.abs(spoiled.coefficients - clean.coefficients).max() < 2e-3
+
+
+def test_too_few_points_say_so() -> None:
+    with pytest.raises(CannotComputeError, match="3 points cannot carry 3 coefficients"):
+        fit_linear(np.vander([1.0, 2.0, 3.0], 3), np.ones(3))
+
+
+def test_points_all_at_one_place_say_so() -> None:
+    with pytest.raises(CannotComputeError, match="do not determine"):
+        fit_linear(np.vander(np.ones(9), 3), np.ones(9))

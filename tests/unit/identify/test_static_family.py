@@ -1,0 +1,117 @@
+"""The torque balance against its closed form at rest, and the two error propagations."""
+
+import numpy as np
+import pytest
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.propagation import monte_carlo_std, thrust_jacobian
+from pipeline.identify.static import dead_zone_edge, static_characteristic, thruster_model
+from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
+from pipeline.vehicle.schema import Vehicle
+
+
+def row(static: StaticCharacteristic, speed_mps: float) -> np.ndarray:
+    return np.array(static.thrust_n[static.speed_mps.index(speed_mps)])
+
+
+def test_thrust_at_rest_is_the_root_of_the_quadratic(static: StaticCharacteristic) -> None:
+    code = np.array(static.code)
+    a, k = 0.0171 * 1000.62 * 0.14**5, 0.04
+    c = (0.73 + 0.04 * 28.2) * code / 127
+    n = (-k + np.sqrt(k**2 + 4 * a * c)) / (2 * a)
+    truth = 0.139 * 1000.62 * n**2 * 0.14**4
+    tested = code >= 20
+    assert np.abs(row(static, 0.0) - truth)[tested].max() < 0.25
+
+
+def test_thrust_falls_with_speed_and_dies(static: StaticCharacteristic) -> None:
+    assert all(check.passed for check in static.checks), static.checks
+    status = static.status[static.speed_mps.index(2.0)]
+    assert status[0] == "dead"
+    assert status[126] == "live"
+    assert any("give no thrust" in line for line in static.explanations)
+
+
+def test_truth_lies_in_the_interval_of_thrust(static: StaticCharacteristic) -> None:
+    """Standard errors are honest: the known thrust at rest is within three of them."""
+    code = np.array(static.code)[19:]
+    a, k = 0.0171 * 1000.62 * 0.14**5, 0.04
+    n = (-k + np.sqrt(k**2 + 4 * a * (0.73 + 0.04 * 28.2) * code / 127)) / (2 * a)
+    truth = 0.139 * 1000.62 * n**2 * 0.14**4
+    pull = (row(static, 0.0)[19:] - truth) / np.array(static.thrust_std_n[0])[19:]
+    assert np.abs(pull).max() < 3
+
+
+def test_jacobian_is_the_derivative(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    model = thruster_model(propeller, drive, vehicle)
+    code, speed = np.array([40.0, 90.0, 127.0]), np.array([0.0, 1.0, 2.0])
+    points = model.solve(code, speed)
+    jacobian = thrust_jacobian(model, points, code)
+    for part, (fit, width) in enumerate(
+        ((propeller.thrust, 3), (propeller.torque, 3), (drive, len(drive.coefficients)))
+    ):
+        for i in range(width):
+            moved = list(fit.coefficients)
+            step = 1e-6 * max(abs(moved[i]), 1e-3)
+            moved[i] += step
+            fits = [propeller, drive]
+            if part < 2:
+                name = ("thrust", "torque")[part]
+                new = getattr(propeller, name).model_copy(update={"coefficients": tuple(moved)})
+                fits[0] = propeller.model_copy(update={name: new})
+            else:
+                fits[1] = drive.model_copy(update={"coefficients": tuple(moved)})
+            after = thruster_model(fits[0], fits[1], vehicle).solve(code, speed)
+            numeric = (after.thrust_n - points.thrust_n) / step
+            column = (0, 3, 6)[part] + i
+            np.testing.assert_allclose(jacobian[:, column], numeric, rtol=2e-3, atol=1e-2)
+
+
+def test_monte_carlo_is_reproducible(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    model = thruster_model(propeller, drive, vehicle)
+    arguments = (model, np.array([90.0]), np.array([1.0]))
+    first = monte_carlo_std(*arguments, draws=50, seed=1)
+    assert first == monte_carlo_std(*arguments, draws=50, seed=1)
+    assert first != monte_carlo_std(*arguments, draws=50, seed=2)
+
+
+def test_table2_row_follows_the_family(static: StaticCharacteristic) -> None:
+    for table_row in static.table2:
+        k = table_row.fit.coefficients
+        code = np.array(table_row.mode_code)
+        polynomial = k[0] + k[1] * code + k[2] * code**2
+        family = row(static, table_row.speed_mps)[code.astype(int) - 1]
+        assert np.abs(polynomial - family).max() < 0.6
+        assert table_row.thrust_max_ci95[0] < table_row.thrust_max_n < table_row.thrust_max_ci95[1]
+
+
+@pytest.mark.parametrize(
+    ("coefficients", "edge"),
+    [((-4.0, 0.254, 8.82e-4), 14.97), ((-15.0, 0.208, 8.67e-4), 58.06), ((0.5, 0.2, 1e-3), 0.0)],
+)
+def test_dead_zone_ends_at_the_root(coefficients: tuple[float, ...], edge: float) -> None:
+    """Table 2 of Kostenko 2023 at 0 and 2 m/s: the root, not the thrust K_F0."""
+    assert dead_zone_edge(coefficients) == pytest.approx(edge, abs=0.02)
+
+
+def test_curves_that_never_meet_say_so(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    """A propeller a tenth of the size loads the drive so little that it would overspeed."""
+    small = propeller.model_copy(update={"diameter_m": 0.014})
+    with pytest.raises(CannotComputeError, match="meets the drive's at no code") as error:
+        static_characteristic(small, strong(drive), vehicle)
+    assert "diameter" in str(error.value)
+
+
+def strong(drive: DriveFit) -> DriveFit:
+    """The same drive without the fall of its torque."""
+    flat = tuple(
+        c if power[0] == 0 else 0.0
+        for c, power in zip(drive.coefficients, drive.exponents, strict=True)
+    )
+    return drive.model_copy(update={"coefficients": flat})
