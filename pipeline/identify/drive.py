@@ -95,10 +95,12 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
         exponents=tuple((int(i), int(j)) for i, j in surface.exponents),
         coefficients=tuple(fit.coefficients.tolist()),
         covariance=tuple(tuple(row) for row in covariance.tolist()),
-        shaft_speed_centre_rps=tuple(surface.centre_rps.tolist()),
+        centre_rps=tuple(surface.centre_rps.tolist()),
         shaft_speed_scale_rps=surface.shaft_speed_scale_rps,
         code_scale=surface.code_scale,
-        x_range=surface.x_range,
+        band_code=tuple(surface.band_code.tolist()),
+        slowest_rps=tuple(surface.slowest_rps.tolist()),
+        fastest_rps=tuple(surface.fastest_rps.tolist()),
         code_range=(float(codes[0]), float(codes[-1])),
         clusters=int(np.unique(bench.sweep).size),
         torque_scale_by_file=scale_by_file,
@@ -129,10 +131,12 @@ def torque_surface(drive: DriveFit) -> TorqueSurface:
     return TorqueSurface(
         np.array(drive.exponents, dtype=np.int64),
         np.array(drive.coefficients),
-        np.array(drive.shaft_speed_centre_rps),
+        np.array(drive.centre_rps),
         drive.shaft_speed_scale_rps,
         drive.code_scale,
-        drive.x_range,
+        np.array(drive.band_code),
+        np.array(drive.slowest_rps),
+        np.array(drive.fastest_rps),
     )
 
 
@@ -173,28 +177,30 @@ def _exponents(speed_power: int, code_power: int) -> IntArray:
 
 
 def _frame(bench: _Bench, code_scale: float) -> TorqueSurface:
-    """Centre line and scale of the measured speeds; a surface without terms yet."""
+    """Centre line and band of the measured speeds; a surface without terms yet.
+
+    Below the lowest code the band shrinks towards standstill at code 0.
+    """
     codes = np.unique(bench.code)
-    ranges = [
-        (own.min(), own.max()) for own in (bench.shaft_speed_rps[bench.code == c] for c in codes)
-    ]
-    middle = np.array([(low + high) / 2 for low, high in ranges])
+    ends = np.array(
+        [(own.min(), own.max()) for own in (bench.shaft_speed_rps[bench.code == c] for c in codes)]
+    )
     power = min(CENTRE_POWER, codes.size - 2)
-    centre = np.polynomial.polynomial.polyfit(codes / code_scale, middle, power)
-    scale = float(max((high - low) / 2 for low, high in ranges))
-    x = bench.shaft_speed_rps - np.polynomial.polynomial.polyval(bench.code / code_scale, centre)
+    centre = np.polynomial.polynomial.polyfit(codes / code_scale, ends.mean(axis=1), power)
     return TorqueSurface(
         exponents=np.zeros((0, 2), dtype=np.int64),
         coefficients=np.zeros(0),
         centre_rps=centre,
-        shaft_speed_scale_rps=scale,
+        shaft_speed_scale_rps=float(np.ptp(ends, axis=1).max()) / 2,
         code_scale=code_scale,
-        x_range=(float(x.min()) / scale, float(x.max()) / scale),
+        band_code=np.concatenate([[0.0], codes]),
+        slowest_rps=np.concatenate([[0.0], ends[:, 0]]),
+        fastest_rps=np.concatenate([[0.0], ends[:, 1]]),
     )
 
 
 def _sigmas_within_sweeps(bench: _Bench) -> FloatArray:
-    """Distance of each point from a robust parabola through its own sheet's points.
+    """Distance of each point from a robust cubic through its own sheet's points.
 
     A point is judged by its neighbours on the bench, not by the surface: where the surface is too
     stiff it would call good points bad.
@@ -214,36 +220,58 @@ def _score_powers(
 ) -> dict[tuple[int, int], OrderScore]:
     """Score every pair of powers; the error is that at codes left out one at a time."""
     codes = np.unique(bench.code)
-    errors: dict[tuple[int, int], tuple[float, LinearFit, int]] = {}
+    tried: dict[tuple[int, int], _Candidate] = {}
     for powers in product(range(1, LARGEST_POWERS[0] + 1), range(1, LARGEST_POWERS[1] + 1)):
         if powers[1] > codes.size - 2:
             continue
-        exponents = _exponents(*powers)
-        basis = surface_basis(
-            bench.shaft_speed_rps, bench.code, replace(frame, exponents=exponents)
-        )
+        shape = replace(frame, exponents=_exponents(*powers))
+        basis = surface_basis(bench.shaft_speed_rps, bench.code, shape)
         try:
             fit = fit_linear(basis, bench.torque_nm, sigmas=sigmas)
         except CannotComputeError:
             continue
-        errors[powers] = (_error_at_left_out_codes(bench, basis, fit), fit, len(exponents))
-    if not errors:
+        surface = replace(shape, coefficients=fit.coefficients)
+        slope = drive_torque_slope(bench.shaft_speed_rps, bench.code, surface)
+        tried[powers] = _Candidate(
+            error_nm=_error_at_left_out_codes(bench, basis, fit),
+            aicc=fit.aicc,
+            terms=len(shape.exponents),
+            falls=bool(np.all(slope < 0)),
+        )
+    if not tried:
         raise CannotComputeError(
             f"{bench.code.size} points at {codes.size} codes do not determine even a plane M(n, N)"
         )
-    smallest = min(error for error, _, _ in errors.values())
-    within = [p for p, (error, _, _) in errors.items() if error <= SIMPLER_IS_BETTER * smallest]
-    chosen = min(within, key=lambda powers: (errors[powers][2], errors[powers][0]))
+    chosen = _choose(tried)
     return {
         powers: OrderScore(
-            order=f"x^{powers[0]} N^{powers[1]}",
-            parameters=terms,
-            aicc=fit.aicc,
-            leave_one_out_rmse=error,
+            order=f"x^{powers[0]} N^{powers[1]}"
+            + ("" if candidate.falls else " (rises with speed somewhere)"),
+            parameters=candidate.terms,
+            aicc=candidate.aicc,
+            leave_one_out_rmse=candidate.error_nm,
             chosen=powers == chosen,
         )
-        for powers, (error, fit, terms) in errors.items()
+        for powers, candidate in tried.items()
     }
+
+
+@dataclass(frozen=True)
+class _Candidate:
+    """One pair of powers: its error at codes left out, and whether it is a drive at all."""
+
+    error_nm: float
+    aicc: float
+    terms: int
+    falls: bool
+
+
+def _choose(tried: dict[tuple[int, int], _Candidate]) -> tuple[int, int]:
+    """Take the simplest of the near-best, among those whose torque falls with speed if any do."""
+    drives = {p: c for p, c in tried.items() if c.falls} or tried
+    smallest = min(candidate.error_nm for candidate in drives.values())
+    within = [p for p, c in drives.items() if c.error_nm <= SIMPLER_IS_BETTER * smallest]
+    return min(within, key=lambda powers: (drives[powers].terms, drives[powers].error_nm))
 
 
 def _error_at_left_out_codes(bench: _Bench, basis: FloatArray, fit: LinearFit) -> float:

@@ -104,7 +104,9 @@ def monte_carlo_std(
     propeller, surface = model.propeller, model.surface
 
     def draw(mean: FloatArray, covariance: FloatArray) -> FloatArray:
-        return generator.multivariate_normal(mean, covariance, size=draws, method="svd")
+        return generator.multivariate_normal(
+            mean, covariance, size=draws, method="svd", check_valid="ignore"
+        )
 
     k_t = draw(np.asarray(propeller.thrust_coefficients), model.thrust_covariance)
     k_m = draw(np.asarray(propeller.torque_coefficients), model.torque_covariance)

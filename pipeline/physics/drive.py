@@ -12,15 +12,17 @@ class TorqueSurface:
     r"""The family M(n, N) as one polynomial around the speeds at which each code is used.
 
     .. math:: M(n, N) = \sum_k c_k x^{i_k} y^{j_k}, \quad
-              x = \frac{n - n_c(N)}{n_s}, \quad y = \frac{|N|}{N_s}, \quad
-              n_c(N) = \sum_l b_l y^l
+              x = \frac{n - n_c(y)}{n_s}, \quad y = \frac{|N|}{N_s}, \quad
+              n_c(y) = \sum_l b_l y^l
 
-    A drive under torque control is measured in a narrow band of speeds that moves with the code;
-    powers of n itself would be all but the same within it. Outside `x_range`, the band that was
-    measured, M goes on along its tangent: a polynomial continued further would be anything.
+    A drive under torque control is measured in a band of speeds that moves with the code; powers
+    of n itself would be all but the same within it. Outside the band M goes on along its tangent:
+    a polynomial continued further would be anything.
 
     `exponents` shape (k, 2) holds (i_k, j_k); `coefficients` shape (k,) [N m]; `centre_rps` shape
-    (l,) holds b_l [rev/s]; `shaft_speed_scale_rps` is n_s [rev/s], `code_scale` N_s.
+    (l,) holds b_l [rev/s]; `shaft_speed_scale_rps` is n_s [rev/s], `code_scale` N_s; `band_code`,
+    `slowest_rps`, `fastest_rps` shape (f,) hold the ends of the measured band at code 0 and at the
+    tested codes, linear between.
     """
 
     exponents: IntArray
@@ -28,7 +30,9 @@ class TorqueSurface:
     centre_rps: FloatArray
     shaft_speed_scale_rps: float
     code_scale: float
-    x_range: tuple[float, float]
+    band_code: FloatArray
+    slowest_rps: FloatArray
+    fastest_rps: FloatArray
 
 
 def surface_basis(
@@ -43,8 +47,7 @@ def surface_basis(
     surface : TorqueSurface
         Its `coefficients` are not used.
     """
-    x, y = _coordinates(shaft_speed_rps, code, surface)
-    inside = np.clip(x, *surface.x_range)
+    x, inside, y = _coordinates(shaft_speed_rps, code, surface)
     power = surface.exponents[:, 0]
     in_speed = inside[..., None] ** power
     slope = power * inside[..., None] ** np.maximum(power - 1, 0)
@@ -55,12 +58,18 @@ def surface_basis(
 
 def _coordinates(
     shaft_speed_rps: ArrayLike, code: ArrayLike, surface: TorqueSurface
-) -> tuple[FloatArray, FloatArray]:
-    n, y = np.broadcast_arrays(
-        np.asarray(shaft_speed_rps, float), np.abs(np.asarray(code, float)) / surface.code_scale
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """x, x held to the measured band, and y."""
+    n, codes = np.broadcast_arrays(
+        np.asarray(shaft_speed_rps, float), np.abs(np.asarray(code, float))
     )
+    y = codes / surface.code_scale
     centre = np.polynomial.polynomial.polyval(y, surface.centre_rps)
-    return (n - centre) / surface.shaft_speed_scale_rps, y
+    slowest = np.interp(codes, surface.band_code, surface.slowest_rps)
+    fastest = np.interp(codes, surface.band_code, surface.fastest_rps)
+    held = np.clip(n, slowest, fastest)
+    scale = surface.shaft_speed_scale_rps
+    return (n - centre) / scale, (held - centre) / scale, y
 
 
 def drive_torque(shaft_speed_rps: ArrayLike, code: ArrayLike, surface: TorqueSurface) -> FloatArray:
@@ -79,8 +88,8 @@ def drive_torque(shaft_speed_rps: ArrayLike, code: ArrayLike, surface: TorqueSur
     --------
     A drive whose torque falls from 1 N m at rest to nothing at 20 rev/s for code 100:
 
-    >>> s = TorqueSurface(np.array([[0, 1], [1, 0]]), np.array([1.0, -1.0]), np.zeros(1), 20., 100.,
-    ...                   (0.0, 1.0))
+    >>> s = TorqueSurface(np.array([[0, 1], [1, 0]]), np.array([1.0, -1.0]), np.zeros(1), 20.0,
+    ...                   100.0, np.array([0.0, 100.0]), np.zeros(2), np.array([0.0, 20.0]))
     >>> drive_torque(np.array([0.0, 10.0, 20.0]), 100, s).tolist()
     [1.0, 0.5, 0.0]
     """
@@ -94,8 +103,8 @@ def drive_torque_slope(
 
     Parameters as in `drive_torque`.
     """
-    x, y = _coordinates(shaft_speed_rps, code, surface)
+    _, inside, y = _coordinates(shaft_speed_rps, code, surface)
     power = surface.exponents[:, 0]
-    slope = power * np.clip(x, *surface.x_range)[..., None] ** np.maximum(power - 1, 0)
+    slope = power * inside[..., None] ** np.maximum(power - 1, 0)
     basis = slope * y[..., None] ** surface.exponents[:, 1]
     return np.asarray(basis @ surface.coefficients) / surface.shaft_speed_scale_rps

@@ -96,19 +96,22 @@ class CodeSpread(Record):
 class DriveFit(Record):
     """The mechanical characteristic M(n, N) as one polynomial surface.
 
-    M = sum_k c_k x^i_k y^j_k with x = (n - n_c(N)) / n_scale, y = |N| / N_scale and
-    n_c = sum_l centre_l y^l; n in rev/s, M in N m. The covariance is clustered by sweep, because
-    the errors of one sweep go together, and carries the scatter of torque scale between drives.
+    M = sum_k c_k x^i_k y^j_k with x = (n - n_c) / shaft_speed_scale, y = |N| / code_scale and
+    n_c = sum_l centre_l y^l; n in rev/s, M in N m. Outside the measured band of speeds (given at
+    `band_code`, linear between) M continues along its tangent. The covariance is clustered by
+    sweep, because the errors of one sweep go together, and carries the scatter of torque scale
+    between drives.
     """
 
     exponents: tuple[tuple[int, int], ...]
     coefficients: Vector
     covariance: Matrix
-    shaft_speed_centre_rps: Vector
+    centre_rps: Vector
     shaft_speed_scale_rps: float
     code_scale: float
-    x_range: Interval
-    """Band of x that was measured; outside it M continues along its tangent."""
+    band_code: Vector
+    slowest_rps: Vector
+    fastest_rps: Vector
     code_range: Interval
     clusters: int
     torque_scale_by_file: dict[str, float] = Field(default_factory=dict)

@@ -3,11 +3,17 @@
 from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic_core import PydanticCustomError
 
 Positive = Annotated[float, Field(gt=0)]
 Fraction = Annotated[float, Field(gt=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,47}$")]
 Vector3 = tuple[float, float, float]
+
+
+def _fault_at(text: str, *path: str | int) -> PydanticCustomError:
+    """Build an error that tells the reader of the file which of its lines is meant."""
+    return PydanticCustomError("vehicle", "{text}", {"text": text, "path": path})
 
 
 class Section(BaseModel):
@@ -184,6 +190,14 @@ class Columns(Section):
     open_water: OpenWaterColumns = OpenWaterColumns()
 
 
+def _check_lengths(section: Section, speed_mps: tuple[float, ...], *rows: str) -> None:
+    """Each row of a table by speed has one entry a speed."""
+    for row in rows:
+        found = len(getattr(section, row))
+        if found != len(speed_mps):
+            raise ValueError(f"{row} has {found} entries, speed_mps has {len(speed_mps)}")
+
+
 class PublishedTable2(Section):
     """Printed coefficients of T(N) by speed."""
 
@@ -191,6 +205,11 @@ class PublishedTable2(Section):
     KF0: tuple[float, ...]
     KF1: tuple[float, ...]
     KF2: tuple[float, ...]
+
+    @model_validator(mode="after")
+    def _one_entry_a_speed(self) -> Self:
+        _check_lengths(self, self.speed_mps, "KF0", "KF1", "KF2")
+        return self
 
 
 class PublishedTable3(Section):
@@ -209,6 +228,11 @@ class PublishedTable4(Section):
     KN1: tuple[float, ...]
     KN2: tuple[float, ...]
     KN3: tuple[float, ...]
+
+    @model_validator(mode="after")
+    def _one_entry_a_speed(self) -> Self:
+        _check_lengths(self, self.speed_mps, "T_max_n", "KN0", "KN1", "KN2", "KN3")
+        return self
 
 
 class PublishedTable1(Section):
@@ -247,25 +271,27 @@ class Vehicle(Section):
     @model_validator(mode="after")
     def _names_exist(self) -> Self:
         names = [thruster.name for thruster in self.thrusters]
-        repeated = {name for name in names if names.count(name) > 1}
-        if repeated:
-            raise ValueError(f"thrusters: {', '.join(sorted(repeated))} named twice")
-        used = [("tables", self.tables.propeller, self.tables.drive)]
-        used += [(f"thruster {t.name}", t.propeller, t.drive) for t in self.thrusters]
-        for user, propeller, drive in used:
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                raise _fault_at(f'thruster "{name}" is there twice', "thrusters", index, "name")
+        used: list[tuple[tuple[str | int, ...], Tables | Thruster]] = [(("tables",), self.tables)]
+        used += [(("thrusters", index), one) for index, one in enumerate(self.thrusters)]
+        for path, user in used:
             for kind, name, known in (
-                ("propeller", propeller, self.propellers),
-                ("drive", drive, self.drives),
+                ("propeller", user.propeller, tuple(self.propellers)),
+                ("drive", user.drive, tuple(self.drives)),
             ):
                 if name not in known:
-                    raise ValueError(
-                        f"{user}: {kind} {name!r} is not among {', '.join(sorted(known))}"
-                    )
+                    among = ", ".join(known) or "none"
+                    text = f'there is no {kind} "{name}"; {kind}s has {among}'
+                    raise _fault_at(text, *path, kind)
         if self.allocator is not None:
             for part in ("upper", "lower", "left", "right", "bow"):
                 name = getattr(self.allocator, part)
                 if name is not None and name not in names:
-                    raise ValueError(f"allocator.{part}: there is no thruster {name!r}")
+                    among = ", ".join(names) or "none"
+                    text = f'there is no thruster "{name}"; thrusters has {among}'
+                    raise _fault_at(text, "allocator", part)
         return self
 
     @property

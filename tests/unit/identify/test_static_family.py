@@ -5,7 +5,7 @@ import pytest
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.propagation import monte_carlo_std, thrust_jacobian
-from pipeline.identify.static import dead_zone_edge, static_characteristic, thruster_model
+from pipeline.identify.static import static_characteristic, thruster_model
 from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
 from pipeline.vehicle.schema import Vehicle
 
@@ -89,13 +89,13 @@ def test_table2_row_follows_the_family(static: StaticCharacteristic) -> None:
         assert table_row.thrust_max_ci95[0] < table_row.thrust_max_n < table_row.thrust_max_ci95[1]
 
 
-@pytest.mark.parametrize(
-    ("coefficients", "edge"),
-    [((-4.0, 0.254, 8.82e-4), 14.97), ((-15.0, 0.208, 8.67e-4), 58.06), ((0.5, 0.2, 1e-3), 0.0)],
-)
-def test_dead_zone_ends_at_the_root(coefficients: tuple[float, ...], edge: float) -> None:
-    """Table 2 of Kostenko 2023 at 0 and 2 m/s: the root, not the thrust K_F0."""
-    assert dead_zone_edge(coefficients) == pytest.approx(edge, abs=0.02)
+def test_codes_below_the_bench_continue_the_line(static: StaticCharacteristic) -> None:
+    """Nothing was tested below code 20: the thrust runs on straight and stops at zero."""
+    rest = row(static, 0.0)
+    np.testing.assert_allclose(np.diff(rest[15:21], 2), 0, atol=1e-9)
+    assert static.status[0][18] == "extrapolated"
+    assert static.status[0][0] == "dead"
+    assert (rest >= 0).all()
 
 
 def test_curves_that_never_meet_say_so(

@@ -1,0 +1,71 @@
+# make        set up, then raw/ -> processed/ and reports/; ends by naming the report
+# make test   set up, then all tests
+# make check  linters, types, import rules
+# make lock   write requirements.lock anew from pyproject.toml
+# make cross  install the cross-compiler and the emulator of the firmware tests (Debian, Ubuntu)
+# make bundled  write the raw files of the bundled vehicle anew
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DELETE_ON_ERROR:
+.DEFAULT_GOAL := run
+
+VENV ?= .venv
+BIN := $(VENV)/bin
+STAMP := $(VENV)/.set-up
+FIND_PYTHON := for p in python3.11 python3 python3.12 python3.13 python; do \
+	"$$p" -c 'import sys; sys.exit(sys.version_info < (3, 11))' >/dev/null 2>&1 \
+	&& { echo "$$p"; break; }; done || true
+PYTHON ?= $(shell $(FIND_PYTHON))
+PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
+TESTS ?=
+
+.PHONY: run setup test check lock cross bundled clean
+
+run: setup
+	@$(BIN)/rig2sea run
+
+setup: $(STAMP)
+
+$(STAMP): requirements.lock pyproject.toml
+	@if [ -z "$(PYTHON)" ]; then \
+	  echo "rig2sea needs Python 3.11 or newer; none was found ($$(python3 --version 2>&1 || true))." >&2; \
+	  echo "Install it (Debian, Ubuntu: apt install python3.11 python3.11-venv), or name one: make PYTHON=/path/to/python3.11" >&2; \
+	  exit 1; fi
+	@if ! $(BIN)/python -c '' >/dev/null 2>&1; then \
+	  echo "Making $(VENV) with $(PYTHON) ..."; \
+	  $(PYTHON) -m venv --clear $(VENV) || { \
+	    echo "The environment could not be made. On Debian and Ubuntu the venv module is a package of its own: apt install python3-venv" >&2; \
+	    exit 1; }; fi
+	@echo "Installing the packages of requirements.lock ..."
+	@$(PIP) install --require-hashes --requirement requirements.lock
+	@$(PIP) install --no-deps --no-build-isolation --editable .
+	@touch $@
+
+test: setup
+	@$(BIN)/python -m pytest -n 2 -q --cov --cov-report= --cov-fail-under=85 $(TESTS)
+
+check: setup
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/snakefmt --check Snakefile pipeline/rules
+
+lock: setup
+	$(BIN)/uv pip compile --quiet --upgrade --python-version 3.11 --generate-hashes \
+	  --no-emit-index-url --no-emit-find-links --no-header --no-annotate \
+	  --extra dev pyproject.toml -o requirements.lock
+	@if grep -nE '://|^[[:space:]]*--(index|extra-index|find-links|trusted)' requirements.lock; then \
+	  echo "requirements.lock names a registry; it must hold names, versions and hashes alone." >&2; \
+	  exit 1; fi
+
+cross:
+	sh .ci/install_cross_tools.sh
+
+bundled: setup
+	$(BIN)/python -m pipeline.bundled.mmt300_files --to raw/mmt300
+
+clean:
+	rm -rf processed/* processed/.rig2sea reports/* .snakemake .mypy_cache .ruff_cache \
+	  .pytest_cache .hypothesis .import_linter_cache .coverage

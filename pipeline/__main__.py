@@ -1,0 +1,5 @@
+"""``python -m pipeline`` is ``rig2sea``."""
+
+from pipeline.cli import main
+
+main()

@@ -1,0 +1,1 @@
+"""Raw files of the bundled vehicles, rebuilt from printed tables by a deterministic generator."""

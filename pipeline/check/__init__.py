@@ -1,0 +1,1 @@
+"""What ``rig2sea check`` shows: what was understood of raw files, and every problem."""

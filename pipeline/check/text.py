@@ -1,0 +1,96 @@
+"""Findings of a check as lines for a person, or as one JSON object for a machine."""
+
+from dataclasses import asdict
+from typing import Any
+
+from pipeline.check.files import FileFinding, Findings, VehicleFinding
+from pipeline.errors import Problem
+from pipeline.provenance import canonical_json
+
+_MAX_CODES = 40
+
+
+def as_text(findings: Findings) -> str:
+    """Return the report for a person: every file, then every problem, then the count."""
+    blocks = [_vehicle(vehicle) for vehicle in findings.vehicles]
+    blocks += [_file(file) for file in findings.files]
+    problems = sorted(
+        findings.all_problems, key=lambda p: ("error", "warning", "note").index(p.severity)
+    )
+    blocks += [f"{problem.severity}: {problem}" for problem in problems]
+    blocks.append(_count(findings))
+    return "\n\n".join(blocks)
+
+
+def to_json(findings: Findings) -> str:
+    """Return the same as JSON; docs/formats.md describes it."""
+    body: dict[str, Any] = {
+        "schema": "rig2sea/check/1",
+        "ok": not findings.failed,
+        "vehicles": [
+            {"file": v.file, "name": v.name, "notes": list(v.notes)} for v in findings.vehicles
+        ],
+        "files": [
+            {
+                "file": f.file,
+                "kind": f.kind,
+                "kind_from": f.kind_from,
+                "sheets": [sheet.model_dump(mode="json") for sheet in f.sheets],
+                "points": f.points,
+                "marked": f.marks,
+                "codes": f.codes,
+                "ranges": {
+                    q.name: {"count": q.count, "min": q.least, "max": q.most} for q in f.quantities
+                },
+            }
+            for f in findings.files
+        ],
+        "problems": [_problem(problem) for problem in findings.all_problems],
+    }
+    return canonical_json(body)
+
+
+def _problem(problem: Problem) -> dict[str, Any]:
+    place = asdict(problem.place)
+    rest = {key: value for key, value in asdict(problem).items() if key != "place"}
+    return {**place, **rest, "text": str(problem)}
+
+
+def _vehicle(vehicle: VehicleFinding) -> str:
+    if vehicle.problems:
+        return f"{vehicle.file}\n  cannot be used, see below"
+    lines = [f"{vehicle.file}", f"  vehicle {vehicle.name}"]
+    lines += [f"  {note}" for note in vehicle.notes]
+    return "\n".join(lines)
+
+
+def _file(file: FileFinding) -> str:
+    kind = file.kind.replace("_", " ")
+    told = "" if file.kind_from == "folder" else " (told by its content)"
+    lines = [file.file, f"  {kind}{told}: {file.points} points"]
+    for sheet in file.sheets:
+        name = f'sheet "{sheet.sheet}"' if sheet.sheet is not None else "table"
+        lines.append(f"  {name}, {sheet.rows} rows: {sheet.summary}")
+        lines += [
+            f"    column {c.column} {c.header!r}: {c.quantity.replace('_', ' ')} in "
+            f"{c.unit or '1'} (unit from {c.unit_from})"
+            for c in sheet.columns
+        ]
+    if file.codes:
+        shown = [f"{code} ({count})" for code, count in file.codes.items()]
+        rest = f" and {len(shown) - _MAX_CODES} more" if len(shown) > _MAX_CODES else ""
+        lines.append(f"  codes (points): {', '.join(shown[:_MAX_CODES])}{rest}")
+    lines += [
+        f"  {q.name}: {q.least:.6g} to {q.most:.6g} in {q.count} points" for q in file.quantities
+    ]
+    lines += [f"  left out of fits: {count} points, {mark}" for mark, count in file.marks.items()]
+    return "\n".join(lines)
+
+
+def _count(findings: Findings) -> str:
+    severities = [problem.severity for problem in findings.all_problems]
+    files = len(findings.files) + len(findings.vehicles)
+    return (
+        f"{files} files, {severities.count('error')} errors, {severities.count('warning')} "
+        f"warnings, {severities.count('note')} notes."
+    )

@@ -1,0 +1,210 @@
+"""The command line: one command for each thing a person wants, and no logic.
+
+Everything heavy is imported inside the command that needs it, so that ``--help`` answers at once.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from pipeline import __version__
+
+_F = TypeVar("_F", bound=Callable[..., Any])
+_LOG = "rig2sea-error.log"
+
+
+class _Cli(click.Group):
+    """Ends every command with one message and an exit code, never with a traceback."""
+
+    def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - as click has it
+        from pipeline.errors import Rig2SeaError
+        from pipeline.plan import UsageError
+
+        try:
+            return super().invoke(ctx)
+        except (click.exceptions.Exit, click.ClickException, click.Abort):
+            raise
+        except UsageError as error:
+            raise click.UsageError(str(error), ctx) from None
+        except Rig2SeaError as error:
+            click.echo(f"error: {error}", err=True)
+            raise click.exceptions.Exit(1) from None
+        except KeyboardInterrupt:
+            click.echo("Stopped. The next run goes on from here.", err=True)
+            raise click.exceptions.Exit(1) from None
+        except BrokenPipeError:
+            raise  # click knows what to do when the reader of a pipe has gone
+        except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one message
+            click.echo(_own_fault(error), err=True)
+            raise click.exceptions.Exit(1) from None
+
+
+def _own_fault(error: Exception) -> str:
+    """Write the traceback to a file and return what to tell the user."""
+    import tempfile
+    import traceback
+
+    trace = "".join(traceback.format_exception(error))
+    log = Path(tempfile.gettempdir()) / _LOG
+    try:
+        log.write_text(trace, encoding="utf-8")
+        where = f"The details are in {log}."
+    except OSError:
+        where = "The details could not be written."
+    first = (str(error).splitlines() or [""])[0]
+    return (
+        f"error: a fault of rig2sea itself ({type(error).__name__}: {first}). {where}\n"
+        "Please report it with that file and the command that you typed; see CONTRIBUTING.md."
+    )
+
+
+def _folders(command: _F) -> _F:
+    """Add --raw and --out."""
+    command = click.option(
+        "--out",
+        type=click.Path(path_type=Path),
+        default=Path(),
+        metavar="DIR",
+        help="Folder that gets processed/ and reports/.  [default: here]",
+    )(command)
+    return click.option(
+        "--raw",
+        type=click.Path(path_type=Path),
+        default=Path("raw"),
+        metavar="DIR",
+        help="Folder that holds a folder for each vehicle.  [default: raw]",
+    )(command)
+
+
+@click.group(
+    cls=_Cli,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog="Exit codes: 0 done, 1 bad input or a failed check, 2 wrong usage.",
+)
+@click.version_option(__version__, prog_name="rig2sea")
+def cli() -> None:
+    r"""Rig data of underwater-vehicle thrusters in, coefficient tables and firmware out.
+
+    \b
+    Example:
+      rig2sea check raw/mmt300
+      rig2sea run
+    """
+
+
+@cli.command()
+@click.argument("vehicles", nargs=-1, metavar="[VEHICLE]...")
+@_folders
+@click.option("--cores", type=click.IntRange(1), metavar="N", help="Cores to use.  [default: all]")
+@click.option("--force", is_flag=True, help="Redo everything, changed or not.")
+def run(vehicles: tuple[str, ...], raw: Path, out: Path, cores: int | None, force: bool) -> None:
+    r"""Bring tables, firmware and reports up to date; only what changed is redone.
+
+    VEHICLE is a name under raw/ or a path to a folder that holds vehicle.yaml; without one, all
+    under raw/ are run.
+
+    \b
+    Examples:
+      rig2sea run
+      rig2sea run mmt300 --cores 2
+      rig2sea run ~/bench/t200 --out ~/bench/results
+    """
+    from pipeline.workflow.progress import Progress
+    from pipeline.workflow.run import Request
+    from pipeline.workflow.run import run as run_workflow
+    from pipeline.workflow.summary import summary
+
+    result = run_workflow(Request(vehicles, raw, out, cores, force), Progress())
+    for paragraph in summary(result, out):
+        click.echo(f"\n{paragraph}")
+    raise click.exceptions.Exit(result.code)
+
+
+@cli.command()
+@click.argument("paths", nargs=-1, required=True, metavar="PATH...")
+@click.option(
+    "--vehicle",
+    type=click.Path(path_type=Path, exists=True),
+    metavar="FILE",
+    help="The vehicle.yaml to read by.  [default: the one in the file's vehicle folder]",
+)
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Where a PATH that is a vehicle's name is looked for.  [default: raw]",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+def check(paths: tuple[str, ...], vehicle: Path | None, raw: Path, as_json: bool) -> None:
+    r"""Read raw files and print what was understood and every problem; change nothing.
+
+    PATH is a raw file, a folder of them, a vehicle's folder or its name.
+
+    \b
+    Examples:
+      rig2sea check raw/mmt300
+      rig2sea check raw/mmt300/load_test/drive-07.xlsx
+      rig2sea check mmt300 --json
+    """
+    from pipeline.check.files import check_paths
+    from pipeline.check.text import as_text, to_json
+
+    findings = check_paths(paths, raw=raw, vehicle_file=vehicle)
+    click.echo(to_json(findings) if as_json else as_text(findings))
+    raise click.exceptions.Exit(1 if findings.failed else 0)
+
+
+@cli.command()
+@click.argument("vehicle")
+@click.option(
+    "--to",
+    "to",
+    type=click.Path(path_type=Path, file_okay=False),
+    required=True,
+    metavar="DIR",
+    help="Folder for the files; made when it is not there.",
+)
+@_folders
+def export(vehicle: str, to: Path, raw: Path, out: Path) -> None:
+    r"""Write a vehicle's firmware tables: C99 header and source, JSON and CSV.
+
+    Results that are out of date are brought up to date first.
+
+    \b
+    Example:
+      rig2sea export mmt300 --to build/firmware
+    """
+    from pipeline.workflow.export import export_firmware
+    from pipeline.workflow.run import Request
+
+    for path in export_firmware(Request((vehicle,), raw, out), to):
+        click.echo(path)
+
+
+@cli.command(hidden=True)
+@click.argument("name")
+@click.argument("inputs", nargs=-1, type=click.Path(path_type=Path))
+@click.option("--vehicle", default="", help="Name of the vehicle.")
+@click.option("--code", default="", help="Digest of the stage's code.")
+@click.option("--to", "outputs", type=click.Path(path_type=Path), required=True, multiple=True)
+def stage(
+    name: str, inputs: tuple[Path, ...], vehicle: str, code: str, outputs: tuple[Path, ...]
+) -> None:
+    r"""Run one stage: read files, compute, write one file.
+
+    \b
+    Example:
+      rig2sea stage propeller --vehicle mmt300 --to processed/mmt300/propeller.json \
+          raw/mmt300/vehicle.yaml processed/mmt300/open_water.json
+    """
+    from pipeline.stage_process import run_stage
+
+    raise click.exceptions.Exit(run_stage(name, vehicle, code, inputs, outputs))
+
+
+def main() -> None:
+    """Run the command line."""
+    cli.main(prog_name="rig2sea")

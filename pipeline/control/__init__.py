@@ -1,0 +1,1 @@
+"""Thrust allocation: wrench demand to control codes, pure functions, SNAME axes."""

@@ -1,0 +1,186 @@
+r"""From a wanted wrench to the thrust of each thruster: Kostenko 2023, eq. (6) with portions.
+
+Two forms. "scaled" is eq. (6) as printed: every demand is multiplied by its portion, even when
+nothing saturates. "limit" takes the portion only as the limit of the channel, |T| <= Pi T_max, and
+is the default: a demand within reach is realised. Both keep the same bound, so thrusters shared by
+two channels never saturate when the portions sum to at most one.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pipeline.control.wrench import paper_wrench
+from pipeline.errors import CannotComputeError
+from pipeline.types import ArrayLike, BoolArray, FloatArray
+from pipeline.vehicle.schema import Allocator
+
+Form = Literal["limit", "scaled"]
+
+
+@dataclass(frozen=True)
+class Demand:
+    """Wanted wrench in SNAME axes, arrays that broadcast together. [N], [N m].
+
+    `heave_n` (Z, positive down) goes to the bow thruster only; eq. (6) leaves that one out.
+    """
+
+    surge_n: ArrayLike
+    pitch_nm: ArrayLike = 0.0
+    yaw_nm: ArrayLike = 0.0
+    heave_n: ArrayLike = 0.0
+
+
+@dataclass(frozen=True)
+class ThrustLimits:
+    """Largest thrust of one stern thruster at a speed, by sign, both positive. [N]."""
+
+    forward_n: float
+    reverse_n: float
+
+    @property
+    def both_n(self) -> float:
+        """What the thruster can do in either sign."""
+        return min(self.forward_n, self.reverse_n)
+
+
+@dataclass(frozen=True)
+class ChannelThrusts:
+    """Thrust per thruster that each channel asks: T_x, T_phi, T_psi of eq. (6). [N].
+
+    Signs are the paper's: `heading_n` positive with M_y (to port), `pitch_n` with M_z (nose up).
+    """
+
+    surge_n: FloatArray
+    heading_n: FloatArray
+    pitch_n: FloatArray
+
+    def stern_thrust_n(self) -> FloatArray:
+        """Upper, lower, left, right: T_x -+ T_psi, T_x -+ T_phi; shape (..., 4). [N]."""
+        parts = [
+            self.surge_n - self.pitch_n,
+            self.surge_n + self.pitch_n,
+            self.surge_n - self.heading_n,
+            self.surge_n + self.heading_n,
+        ]
+        return np.stack(np.broadcast_arrays(*parts), axis=-1)
+
+
+def demanded_channels(demand: Demand, allocator: Allocator) -> ChannelThrusts:
+    r"""Per-thruster thrusts of the demand before any limit or portion.
+
+    .. math:: \frac{F_x}{4 \cos\delta}, \quad \frac{M_y}{2 L_s \sin\delta}, \quad
+              \frac{M_z}{2 L_s \sin\delta}, \qquad M_y = -N,\ M_z = M
+
+    Parameters
+    ----------
+    demand : Demand
+        Wanted wrench, SNAME. [N], [N m]
+    allocator : Allocator
+        delta and L_s.
+
+    Returns
+    -------
+    ChannelThrusts
+        Unlimited. [N]
+    """
+    delta = np.radians(allocator.delta_deg)
+    moment_per_newton = 2.0 * allocator.stern_arm_m * np.sin(delta)
+    return ChannelThrusts(
+        surge_n=np.asarray(demand.surge_n, float) / (4.0 * np.cos(delta)),
+        heading_n=-np.asarray(demand.yaw_nm, float) / moment_per_newton + 0.0,
+        pitch_n=np.asarray(demand.pitch_nm, float) / moment_per_newton,
+    )
+
+
+def limited_channels(
+    demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allocator, form: Form | None = None
+) -> ChannelThrusts:
+    r"""Apply eq. (6): the portions and the limits of the thruster.
+
+    "scaled": :math:`\Pi\,\mathrm{clip}(T, \pm T_{max})`; "limit":
+    :math:`\mathrm{clip}(T, \pm \Pi T_{max})`. The surge channel has a limit for each sign; heading
+    and pitch push one thruster forward and its partner back and take the smaller limit.
+
+    Parameters
+    ----------
+    demanded : ChannelThrusts
+        From `demanded_channels`. [N]
+    limits : ThrustLimits
+        T_max: fixed from the mooring test, or T_max(V) with speed compensation. [N]
+    allocator : Allocator
+        The portions, and the form unless `form` is given.
+    form : {"limit", "scaled"}, optional
+        Overrides the allocator's.
+
+    Returns
+    -------
+    ChannelThrusts
+        What the allocator asks of the thrusters. [N]
+
+    References
+    ----------
+    Kostenko 2023, eq. (6); its last condition prints "<=" where ">=" is meant.
+    """
+    portions = allocator.portions
+
+    def limited(
+        thrust: FloatArray, portion: float, reverse_n: float, forward_n: float
+    ) -> FloatArray:
+        if (form or allocator.form) == "scaled":
+            return portion * np.clip(thrust, -reverse_n, forward_n)
+        return np.clip(thrust, -portion * reverse_n, portion * forward_n)
+
+    both = limits.both_n
+    return ChannelThrusts(
+        surge_n=limited(demanded.surge_n, portions.surge, limits.reverse_n, limits.forward_n),
+        heading_n=limited(demanded.heading_n, portions.heading, both, both),
+        pitch_n=limited(demanded.pitch_n, portions.pitch, both, both),
+    )
+
+
+def within_reach(
+    demanded: ChannelThrusts, limits: ThrustLimits, allocator: Allocator, form: Form | None = None
+) -> BoolArray:
+    """Tell where no channel is cut: below Pi T_max in "limit", below T_max in "scaled"."""
+    chosen = form or allocator.form
+    slack = 1.0 + 1e-9  # a demand exactly at the limit is within reach in spite of rounding
+    portions = allocator.portions
+
+    def inside(thrust: FloatArray, portion: float, reverse_n: float, forward_n: float) -> BoolArray:
+        share = portion * slack if chosen == "limit" else slack
+        return np.asarray((thrust <= share * forward_n) & (thrust >= -share * reverse_n))
+
+    both = limits.both_n
+    return np.asarray(
+        inside(demanded.surge_n, portions.surge, limits.reverse_n, limits.forward_n)
+        & inside(demanded.heading_n, portions.heading, both, both)
+        & inside(demanded.pitch_n, portions.pitch, both, both)
+    )
+
+
+def bow_thrust(demand: Demand, limits: ThrustLimits, allocator: Allocator) -> FloatArray:
+    """Thrust of the bow thruster, positive up: -Z, zero unless heave is asked. [N].
+
+    Its pitch moment T_b L_b comes with it; eq. (6) does not take it back at the stern.
+
+    Raises
+    ------
+    CannotComputeError
+        If heave is asked of a vehicle without a bow thruster.
+    """
+    up = -np.asarray(demand.heave_n, float) + 0.0
+    if allocator.bow is None and up.any():
+        raise CannotComputeError(
+            "A heave force is asked, but the vehicle file names no bow thruster (allocator.bow)."
+        )
+    return np.clip(up, -limits.reverse_n, limits.forward_n)
+
+
+def asked_wrench(
+    channels: ChannelThrusts, allocator: Allocator, bow_thrust_n: ArrayLike = 0.0
+) -> FloatArray:
+    """Wrench that the chosen form asks for, after portions and limits; (..., 6) SNAME."""
+    bow = np.asarray(bow_thrust_n, float)
+    return paper_wrench(channels.stern_thrust_n(), allocator, bow).to_sname()

@@ -1,0 +1,324 @@
+"""Wrench error of the allocator over demand and speed, without and with speed compensation.
+
+The paper's thesis in numbers: with the mooring inverse the thrusters give less and less of what is
+asked as the vehicle gathers speed; with N(T, V) they give it.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pipeline.control.allocation import (
+    ChannelThrusts,
+    Demand,
+    ThrustLimits,
+    demanded_channels,
+    limited_channels,
+    within_reach,
+)
+from pipeline.control.inverse import (
+    Inverse,
+    firmware_grid,
+    mooring_cubic,
+    rounded,
+    speed_cubic,
+)
+from pipeline.control.real_thrust import RealThruster
+from pipeline.errors import CannotComputeError
+from pipeline.records.allocation import AllocationMap, SpeedError
+from pipeline.records.fits import InverseCharacteristic, Matrix, StaticCharacteristic
+from pipeline.types import BoolArray, FloatArray
+from pipeline.vehicle.schema import Allocator, Vehicle
+
+#: Spacing of the map's speeds. [m/s]
+SPEED_STEP_MPS = 0.1
+#: Demands on each axis of the grid; odd, so that zero is one of them.
+SURGE_DEMANDS, MOMENT_DEMANDS = 41, 21
+
+_COMPONENTS = ("surge", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class DemandGrid:
+    """Demands on the three axes, SNAME: shapes (s,), (p,), (y,). [N], [N m]."""
+
+    surge_n: FloatArray
+    pitch_nm: FloatArray
+    yaw_nm: FloatArray
+
+    def open(self) -> Demand:
+        """Return the axes shaped to broadcast to (s, p, y)."""
+        return Demand(
+            self.surge_n[:, None, None], self.pitch_nm[None, :, None], self.yaw_nm[None, None, :]
+        )
+
+
+@dataclass(frozen=True)
+class _Setting:
+    allocator: Allocator
+    thruster: RealThruster
+    thrust_dead_n: float
+    round_codes: bool
+    follow_axis: bool
+
+
+@dataclass(frozen=True)
+class _Field:
+    """Asked and achieved (X, M, N) over a grid, shape (s, p, y, 3), and which demands are which."""
+
+    asked: FloatArray
+    achieved: FloatArray
+    opposed: BoolArray
+    in_dead_band: BoolArray
+
+
+def allocation_map(
+    vehicle: Vehicle,
+    inverse: InverseCharacteristic,
+    static: StaticCharacteristic,
+    *,
+    compensated_by: Literal["firmware", "cubic"] = "firmware",
+    round_codes: bool = False,
+    follow_axis: bool = False,
+) -> AllocationMap:
+    r"""Compare what is asked with what the thrusters give, over demands and speeds.
+
+    For every speed and every demand (X, M, N) of a fixed grid: eq. (6) gives the wanted thrusts,
+    an inverse characteristic the codes, the static family T(N, V) the real thrusts and eq. (5) the
+    real wrench. The grid spans what the chosen form can ask at rest; the same demands are given to
+    both variants.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        With an allocator.
+    inverse : InverseCharacteristic
+        Tables 3 and 4 and the firmware form. Without Table 3 the mooring variant uses the row at
+        rest of the firmware grid.
+    static : StaticCharacteristic
+        The real thruster.
+    compensated_by : {"firmware", "cubic"}
+        N(T, V) by the monotone grid, or by eq. (8).
+    round_codes : bool
+        Send whole codes.
+    follow_axis : bool
+        Real inflow of a stern thruster V cos(delta) in place of the paper's V.
+
+    Returns
+    -------
+    AllocationMap
+        One score per speed and variant, and slices for the picture.
+
+    Raises
+    ------
+    CannotComputeError
+        Without an allocator in the vehicle file, or without the compensated inverse.
+    """
+    if vehicle.allocator is None:
+        raise CannotComputeError(
+            "The allocator's error map needs the geometry of the stern thrusters: the vehicle file "
+            "has no section 'allocator'."
+        )
+    allocator, dead = vehicle.allocator, vehicle.tables.thrust_dead_n
+    code_max = vehicle.drive.code_max
+    thruster = RealThruster.from_record(static)
+    compensated: Inverse = (
+        firmware_grid(inverse)
+        if compensated_by == "firmware"
+        else speed_cubic(inverse, thrust_dead_n=dead, code_max=code_max)
+    )
+    moored = mooring_cubic(inverse, thrust_dead_n=dead, code_max=code_max)
+    mooring: Inverse = moored or firmware_grid(inverse, at_rest=True)
+    setting = _Setting(allocator, thruster, dead, round_codes, follow_axis)
+    grid = demand_grid(allocator, compensated.limits(0.0))
+    speeds = map_speeds(vehicle.tables.speed_mps)
+    half_surge = float(grid.surge_n[-1]) / 2.0
+    zero = np.zeros(1)
+    surge_slice = DemandGrid(grid.surge_n, zero, zero)
+    yaw_slice = DemandGrid(np.array([half_surge]), zero, grid.yaw_nm)
+
+    def errors(axis: int, demands: DemandGrid, by: Inverse) -> Matrix:
+        fields = (_evaluate(setting, demands, v, by, by.limits(v)) for v in speeds)
+        return tuple(tuple((f.achieved - f.asked)[..., axis].ravel().tolist()) for f in fields)
+
+    def scores(by: Inverse) -> tuple[SpeedError, ...]:
+        return tuple(_score(setting, grid, v, by, compensated.limits(v)) for v in speeds)
+
+    channel_force = 4.0 * np.cos(np.radians(allocator.delta_deg)) * allocator.portions.surge
+    return AllocationMap(
+        form=allocator.form,
+        portions=(
+            allocator.portions.surge,
+            allocator.portions.heading,
+            allocator.portions.pitch,
+        ),
+        mooring=scores(mooring),
+        compensated=scores(compensated),
+        speed_mps=tuple(speeds),
+        surge_demand_n=tuple(grid.surge_n.tolist()),
+        surge_error_mooring=errors(0, surge_slice, mooring),
+        surge_error_compensated=errors(0, surge_slice, compensated),
+        yaw_demand_nm=tuple(grid.yaw_nm.tolist()),
+        yaw_error_mooring=errors(2, yaw_slice, mooring),
+        yaw_error_compensated=errors(2, yaw_slice, compensated),
+        explanations=_explanations(setting, inverse, static),
+        mooring_inverse=mooring.name,
+        compensated_inverse=compensated.name,
+        thrust_dead_n=dead,
+        surge_reach_n=tuple(channel_force * compensated.limits(v).forward_n for v in speeds),
+        yaw_slice_surge_n=half_surge,
+    )
+
+
+def map_speeds(table_speed_mps: tuple[float, ...]) -> list[float]:
+    """Every 0.1 m/s up to the last tabulated speed, and the tabulated ones. [m/s].
+
+    Examples
+    --------
+    >>> map_speeds((0.0, 0.25))
+    [0.0, 0.1, 0.2, 0.25]
+    """
+    steps = int(np.floor(table_speed_mps[-1] / SPEED_STEP_MPS + 1e-9))
+    even = np.round(np.arange(steps + 1) * SPEED_STEP_MPS, 9)
+    return [float(v) for v in np.unique(np.concatenate([even, np.array(table_speed_mps)]))]
+
+
+def demand_grid(allocator: Allocator, rest: ThrustLimits) -> DemandGrid:
+    """Demands up to what the form can ask at rest: Pi T_max in "limit", T_max in "scaled"."""
+    delta = np.radians(allocator.delta_deg)
+    full = allocator.form == "scaled"
+    portions = allocator.portions
+    moment = 2.0 * np.sin(delta) * allocator.stern_arm_m * rest.both_n
+    surge = 4.0 * np.cos(delta) * rest.both_n * (1.0 if full else portions.surge)
+    pitch = moment * (1.0 if full else portions.pitch)
+    yaw = moment * (1.0 if full else portions.heading)
+
+    def axis(largest: float, count: int) -> FloatArray:
+        return np.linspace(-largest, largest, count)
+
+    return DemandGrid(
+        axis(surge, SURGE_DEMANDS), axis(pitch, MOMENT_DEMANDS), axis(yaw, MOMENT_DEMANDS)
+    )
+
+
+def _evaluate(
+    setting: _Setting, grid: DemandGrid, speed_mps: float, inverse: Inverse, limits: ThrustLimits
+) -> _Field:
+    """Asked and achieved wrench over a grid at one speed.
+
+    The upper and lower thruster see surge and pitch only, the left and right one surge and yaw
+    only: each is evaluated on its two axes, and the sums broadcast to three.
+    """
+    allocator = setting.allocator
+    channels = limited_channels(demanded_channels(grid.open(), allocator), limits, allocator)
+    wanted = _stern(channels)
+    code = [inverse.code(thrust, speed_mps) for thrust in wanted]
+    if setting.round_codes:
+        code = [rounded(c) for c in code]
+    inflow = speed_mps
+    if setting.follow_axis:
+        inflow *= float(np.cos(np.radians(allocator.delta_deg)))
+    real = [setting.thruster.thrust(c, inflow) for c in code]
+    backward = -np.sign(speed_mps)
+    against = [backward * thrust > setting.thrust_dead_n for thrust in wanted]
+    dead = [(np.abs(t) <= setting.thrust_dead_n) & (np.abs(t) > 1e-12) for t in wanted]
+    return _Field(
+        asked=_wrench(wanted, allocator),
+        achieved=_wrench(real, allocator),
+        opposed=against[0] | against[1] | against[2] | against[3],
+        in_dead_band=dead[0] | dead[1] | dead[2] | dead[3],
+    )
+
+
+def _stern(channels: ChannelThrusts) -> list[FloatArray]:
+    """Upper, lower, left, right without broadcasting them to one shape."""
+    surge, heading, pitch = channels.surge_n, channels.heading_n, channels.pitch_n
+    return [surge - pitch, surge + pitch, surge - heading, surge + heading]
+
+
+def _wrench(stern: list[FloatArray], allocator: Allocator) -> FloatArray:
+    """(X, M, N) of eq. (5) in SNAME axes, shape (s, p, y, 3), from open arrays."""
+    upper, lower, left, right = stern
+    delta = np.radians(allocator.delta_deg)
+    arm = np.sin(delta) * allocator.stern_arm_m
+    parts = [
+        (upper + lower + left + right) * np.cos(delta),
+        -(upper - lower) * arm,
+        -(right - left) * arm,
+    ]
+    return np.stack(np.broadcast_arrays(*parts), axis=-1) + 0.0
+
+
+def _score(
+    setting: _Setting, grid: DemandGrid, speed_mps: float, inverse: Inverse, limits: ThrustLimits
+) -> SpeedError:
+    """Score one speed; `limits` say what is within reach there, the same for both variants."""
+    allocator = setting.allocator
+    field = _evaluate(setting, grid, speed_mps, inverse, inverse.limits(speed_mps))
+    shape = field.asked.shape[:-1]
+    reachable = np.broadcast_to(
+        within_reach(demanded_channels(grid.open(), allocator), limits, allocator), shape
+    )
+    delta = np.radians(allocator.delta_deg)
+    largest = setting.thruster.thrust_max_n(speed_mps)
+    moment = 2.0 * largest * np.sin(delta) * allocator.stern_arm_m
+    available = np.array([4.0 * largest * np.cos(delta), moment, moment])
+    if largest <= 0.0:
+        available = np.full(3, np.inf)  # nothing is within reach; no error to normalise
+    error = (field.achieved - field.asked) / available
+    same_sign = reachable & ~field.opposed
+    scored = same_sign & ~np.broadcast_to(field.in_dead_band, shape)
+    size = np.where(scored[..., None], np.abs(error), 0.0)
+    s, p, y, component = np.unravel_index(int(np.argmax(size)), size.shape)
+    count = int(scored.sum())
+    return SpeedError(
+        speed_mps=speed_mps,
+        worst=float(size.max()),
+        rms=float(np.sqrt((size**2).sum() / (3 * count))) if count else 0.0,
+        worst_demand=(float(grid.surge_n[s]), float(grid.pitch_nm[p]), float(grid.yaw_nm[y])),
+        reachable_share=float(reachable.mean()),
+        opposed_share=float((reachable & field.opposed).mean()),
+        worst_component=_COMPONENTS[component],
+        worst_asked=tuple(field.asked[s, p, y].tolist()),
+        worst_achieved=tuple(field.achieved[s, p, y].tolist()),
+        worst_with_dead_band=float(np.abs(error[same_sign]).max(initial=0.0)),
+        worst_opposed=float(np.abs(error[reachable & field.opposed]).max(initial=0.0)),
+        range_n_nm=tuple(available.tolist()) if largest > 0.0 else (0.0, 0.0, 0.0),
+    )
+
+
+def _explanations(
+    setting: _Setting, inverse: InverseCharacteristic, static: StaticCharacteristic
+) -> tuple[str, ...]:
+    inflow = (
+        "V cos(delta), the speed along its axis"
+        if setting.follow_axis
+        else "V_x, as in the paper (along its inclined axis the speed is V_x cos(delta), "
+        f"{100 * (1 - np.cos(np.radians(setting.allocator.delta_deg))):.0f} % less)"
+    )
+    texts = [
+        f"The inflow of every stern thruster is taken as {inflow}.",
+        (
+            f"A wanted thrust of at most {setting.thrust_dead_n:g} N gets code 0 (eqs. 7 and 8); "
+            "demands that put a thruster there are scored apart (worst_with_dead_band)."
+        ),
+        (
+            "Thrust against the motion is modelled by the mooring branch; demands that need it are "
+            "scored apart (worst_opposed): there the score compares a model with itself."
+        ),
+    ]
+    unmet = sum(row.count("no_working_point") for row in static.status)
+    if unmet:
+        texts.append(
+            f"The static family has no working point at {unmet} of its nodes; the thrust is taken "
+            "as zero there, and an error near them is one of the family, not of the allocator."
+        )
+    if inverse.table3_positive is None and inverse.table3_negative is None:
+        texts.append(
+            "There is no mooring test: the variant without compensation uses the row at rest of "
+            "the calculated N(T, V)."
+        )
+    elif inverse.table3_positive is None or inverse.table3_negative is None:
+        texts.append("The mooring test covers one sign of thrust; the other is mirrored from it.")
+    return tuple(texts)

@@ -1,0 +1,262 @@
+"""Thrust to control code: the mooring cubic (7), the speed cubic (8), the firmware grid.
+
+One protocol for the allocator's two variants. Speed is that of the vehicle along the thruster's
+positive direction; against the motion every form uses its values at rest.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from pipeline.control.allocation import ThrustLimits
+from pipeline.errors import CannotComputeError
+from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust
+from pipeline.records.fits import FirmwareBranch, InverseCharacteristic, PolynomialFit
+from pipeline.types import ArrayLike, FloatArray
+
+
+class Inverse(Protocol):
+    """What the allocator needs to know of a thruster."""
+
+    @property
+    def name(self) -> str:
+        """What it is, for the report."""
+
+    def limits(self, speed_mps: float) -> ThrustLimits:
+        """T_max for each sign at a speed of the vehicle. [N]."""
+
+    def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
+        """Signed code for a wanted thrust, not rounded, clamped to the drive's range."""
+
+
+def rounded(code: FloatArray) -> FloatArray:
+    """Round to whole codes, halves away from zero as C's `lround` does.
+
+    Examples
+    --------
+    >>> rounded(np.array([-2.5, 0.4, 2.5])).tolist()
+    [-3.0, 0.0, 3.0]
+    """
+    return np.sign(code) * np.floor(np.abs(code) + 0.5)
+
+
+def _limits_under_way(rest: ThrustLimits, along: ThrustLimits, speed_mps: float) -> ThrustLimits:
+    """+-T_max(V) as the paper takes it: against the motion no more is promised than along it."""
+    if speed_mps > 0.0:
+        return ThrustLimits(along.forward_n, min(rest.reverse_n, along.forward_n))
+    if speed_mps < 0.0:
+        return ThrustLimits(min(rest.forward_n, along.reverse_n), along.reverse_n)
+    return rest
+
+
+@dataclass(frozen=True)
+class MooringCubic:
+    """Inverse (7), Table 3: a cubic in the signed thrust for each sign, the same at every speed.
+
+    `positive` and `negative` shape (d + 1,), ascending; `thrust_max_n` from the mooring test.
+    """
+
+    positive: FloatArray
+    negative: FloatArray
+    thrust_max_n: ThrustLimits
+    thrust_dead_n: float
+    code_max: int
+    name: str = "mooring inverse (7), Table 3"
+
+    def limits(self, speed_mps: float) -> ThrustLimits:  # noqa: ARG002 (fixed: the paper's point)
+        """T_max of the mooring test, whatever the speed. [N]."""
+        return self.thrust_max_n
+
+    def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
+        """N(T) of eq. (7); the speed does not enter."""
+        thrust, _ = np.broadcast_arrays(np.asarray(thrust_n, float), np.asarray(speed_mps, float))
+        held = np.clip(thrust, -self.thrust_max_n.reverse_n, self.thrust_max_n.forward_n)
+        polyval = np.polynomial.polynomial.polyval
+        code = np.where(held > 0.0, polyval(held, self.positive), polyval(held, self.negative))
+        live = np.abs(thrust) > self.thrust_dead_n
+        return np.where(live, np.clip(code, -self.code_max, self.code_max), 0.0)
+
+
+@dataclass(frozen=True)
+class SpeedCubic:
+    """Inverse (8), Table 4: rows of K_N0..K_N3 by speed, mirrored for negative thrust.
+
+    Between tabulated speeds the *codes* at equal T / T_max(V) are interpolated, not the
+    coefficients at equal T: that would evaluate the faster row beyond its own T_max, where the
+    cubic was never fitted, and the printed coefficients are not monotone in speed. The code rises
+    with the thrust wherever both rows do.
+
+    `speed_mps`, `thrust_max_n` shape (v,); `coefficients` shape (v, 4).
+    """
+
+    speed_mps: FloatArray
+    thrust_max_n: FloatArray
+    coefficients: FloatArray
+    thrust_dead_n: float
+    code_max: int
+    name: str = "speed-compensated cubic (8), Table 4"
+
+    def _largest(self, speed_mps: ArrayLike) -> FloatArray:
+        return np.asarray(np.interp(speed_mps, self.speed_mps, self.thrust_max_n))
+
+    def limits(self, speed_mps: float) -> ThrustLimits:
+        """+-T_max(V), linear between tabulated speeds. [N]."""
+        largest = float(self._largest(abs(speed_mps)))
+        return ThrustLimits(largest, largest)
+
+    def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
+        """N(T, V) of eq. (8)."""
+        thrust, speed = np.broadcast_arrays(
+            np.asarray(thrust_n, float), np.asarray(speed_mps, float)
+        )
+        along = np.clip(np.sign(thrust) * speed, 0.0, self.speed_mps[-1])
+        fraction = np.minimum(np.abs(thrust) / self._largest(along), 1.0)
+        rows = np.stack(
+            [
+                np.polynomial.polynomial.polyval(fraction * largest, row)
+                for largest, row in zip(self.thrust_max_n, self.coefficients, strict=True)
+            ]
+        )
+        upper = np.clip(np.searchsorted(self.speed_mps, along), 1, max(len(rows) - 1, 1))
+        if len(rows) == 1:
+            size = rows[0]
+        else:
+            low = self.speed_mps[upper - 1]
+            share = (along - low) / (self.speed_mps[upper] - low)
+            below = np.take_along_axis(rows, (upper - 1)[None], axis=0)[0]
+            above = np.take_along_axis(rows, upper[None], axis=0)[0]
+            size = (1.0 - share) * below + share * above
+        live = np.abs(thrust) > self.thrust_dead_n
+        return np.where(live, np.sign(thrust) * np.clip(size, 0.0, self.code_max), 0.0)
+
+
+@dataclass(frozen=True)
+class FirmwareGrid:
+    """The monotone grid that the firmware evaluates; the default with compensation.
+
+    With `at_rest` the row at rest is used at every speed: a mooring inverse for a vehicle
+    without mooring data.
+    """
+
+    positive: ThrustGrid
+    negative: ThrustGrid
+    thrust_dead_n: float
+    code_max: int
+    at_rest: bool = False
+    name: str = "speed-compensated firmware grid"
+
+    def limits(self, speed_mps: float) -> ThrustLimits:
+        """+-T_max(V), linear between the grid's speeds. [N]."""
+        speed = 0.0 if self.at_rest else speed_mps
+        rest, along = (
+            ThrustLimits(*(float(grid.at_speed(np.array([v]))[0][0]) for grid in self._grids))
+            for v in (0.0, abs(speed))
+        )
+        return _limits_under_way(rest, along, speed)
+
+    @property
+    def _grids(self) -> tuple[ThrustGrid, ThrustGrid]:
+        return self.positive, self.negative
+
+    def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
+        """N(T, V) of the grid."""
+        speed = np.zeros_like(np.asarray(speed_mps, float)) if self.at_rest else speed_mps
+        code = code_from_thrust(
+            thrust_n,
+            speed,
+            positive=self.positive,
+            negative=self.negative,
+            thrust_dead_n=self.thrust_dead_n,
+        )
+        return np.clip(code, -self.code_max, self.code_max)
+
+
+def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:
+    """Arrays of one recorded branch of the firmware form."""
+    return ThrustGrid(
+        speed_mps=np.array(branch.speed_mps),
+        thrust_max_n=np.array(branch.thrust_max_n),
+        fraction=np.array(branch.fraction),
+        code=np.array(branch.code),
+    )
+
+
+def firmware_grid(record: InverseCharacteristic, *, at_rest: bool = False) -> FirmwareGrid:
+    """Take the firmware form out of the record.
+
+    Raises
+    ------
+    CannotComputeError
+        If the record has none.
+    """
+    firmware = record.firmware
+    if firmware is None:
+        raise CannotComputeError(
+            "There is no firmware form of N(T, V): " + " ".join(record.explanations)
+        )
+    name = "firmware grid, row at rest at every speed" if at_rest else FirmwareGrid.name
+    return FirmwareGrid(
+        positive=thrust_grid(firmware.positive),
+        negative=thrust_grid(firmware.negative),
+        thrust_dead_n=firmware.thrust_dead_n,
+        code_max=firmware.code_max,
+        at_rest=at_rest,
+        name=name,
+    )
+
+
+def speed_cubic(
+    record: InverseCharacteristic, *, thrust_dead_n: float, code_max: int
+) -> SpeedCubic:
+    """Take Table 4 out of the record.
+
+    Raises
+    ------
+    CannotComputeError
+        If Table 4 is empty.
+    """
+    if not record.table4:
+        raise CannotComputeError("There is no Table 4: " + " ".join(record.explanations))
+    return SpeedCubic(
+        speed_mps=np.array([row.speed_mps for row in record.table4]),
+        thrust_max_n=np.array([row.thrust_max_n for row in record.table4]),
+        coefficients=np.array([row.coefficients for row in record.table4]),
+        thrust_dead_n=thrust_dead_n,
+        code_max=code_max,
+    )
+
+
+def _largest_thrust(fit: PolynomialFit) -> float:
+    return max(abs(end) for end in fit.quality.valid_range)
+
+
+def mooring_cubic(
+    record: InverseCharacteristic, *, thrust_dead_n: float, code_max: int
+) -> MooringCubic | None:
+    """Take Table 3 out of the record; None without any mooring data.
+
+    A sign that was not measured is mirrored from the other: N(-T) = -N(T).
+    """
+    forward, reverse = record.table3_positive, record.table3_negative
+    if forward is None and reverse is None:
+        return None
+    name = MooringCubic.name
+    if forward is None or reverse is None:
+        name += " (one sign measured, the other mirrored)"
+    measured = [fit for fit in (forward, reverse) if fit is not None]
+    first, last = measured[0], measured[-1]
+    positive, negative = np.array(first.coefficients), np.array(last.coefficients)
+    # c_i T^i turns into -c_i (-T)^i
+    if forward is None:
+        positive = -positive * (-1.0) ** np.arange(len(positive))
+    if reverse is None:
+        negative = -negative * (-1.0) ** np.arange(len(negative))
+    return MooringCubic(
+        positive=positive,
+        negative=negative,
+        thrust_max_n=ThrustLimits(_largest_thrust(first), _largest_thrust(last)),
+        thrust_dead_n=thrust_dead_n,
+        code_max=code_max,
+        name=name,
+    )

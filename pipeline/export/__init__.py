@@ -1,0 +1,1 @@
+"""Firmware source and table files from a fitted characteristic."""

@@ -1,0 +1,194 @@
+"""Render the header and the source of the firmware."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.export import c_text
+from pipeline.export.fixed_point import FixedBranch, FixedTables, fixed_tables
+from pipeline.export.single_precision import SingleBranch, SingleTables, single_tables
+from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
+
+
+@dataclass(frozen=True)
+class Identity:
+    """What the generated files say about where they come from."""
+
+    vehicle: str
+    tables_digest: str
+    tool_version: str
+
+    @property
+    def identifier(self) -> str:
+        """The vehicle's name as a C identifier."""
+        return c_text.c_identifier(self.vehicle)
+
+    @property
+    def stem(self) -> str:
+        """File name without suffix."""
+        return f"{self.vehicle}_thruster"
+
+    @property
+    def macro(self) -> str:
+        """Prefix of the macros."""
+        return f"{self.identifier.upper()}_THRUSTER"
+
+
+def render_header(identity: Identity, characteristic: FirmwareCharacteristic) -> str:
+    """Return the text of ``<vehicle>_thruster.h``."""
+    positive, negative = characteristic.positive, characteristic.negative
+    return render(
+        "thruster.h.j2",
+        identity,
+        code_max=characteristic.code_max,
+        dead_n=characteristic.thrust_dead_n,
+        thrust_min=-max(negative.thrust_max_n),
+        thrust_max=max(positive.thrust_max_n),
+        positive_speed=positive.speed_mps[-1],
+        negative_speed=negative.speed_mps[-1],
+    )
+
+
+def render_source(identity: Identity, characteristic: FirmwareCharacteristic) -> str:
+    """Return the text of ``<vehicle>_thruster.c``."""
+    return render(
+        "thruster.c.j2",
+        identity,
+        single=_single_block(characteristic, single_tables(characteristic)),
+        fixed=_fixed_block(characteristic, fixed_tables(characteristic)),
+    )
+
+
+def render(template: str, identity: Identity, **values: object) -> str:
+    """Fill in one of the templates beside this module."""
+    import jinja2
+
+    environment = jinja2.Environment(
+        autoescape=False,  # noqa: S701  C source, not HTML; texts pass the filters below
+        keep_trailing_newline=True,
+        loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
+        lstrip_blocks=True,
+        trim_blocks=True,
+        undefined=jinja2.StrictUndefined,
+    )
+    environment.filters["comment"] = c_text.c_comment
+    environment.filters["literal"] = c_text.c_string
+    environment.filters["string_size"] = c_text.c_string_size
+    return environment.get_template(template).render(
+        id=identity.identifier,
+        macro=identity.macro,
+        stem=identity.stem,
+        vehicle=identity.vehicle,
+        digest=identity.tables_digest,
+        version=identity.tool_version,
+        **values,
+    )
+
+
+@dataclass(frozen=True)
+class _Table:
+    """One table of a branch: which member of the C struct it is, and its numbers."""
+
+    member: str
+    name: str
+    comment: str
+    values: npt.NDArray[np.generic]
+
+
+class _Arrays:
+    """Tables of constants; one that repeats an earlier one is not written again."""
+
+    def __init__(self, ctype: str, literal: Callable[[Any], str]) -> None:
+        self._ctype = ctype
+        self._literal = literal
+        self._names: dict[tuple[str, ...], str] = {}
+        self.texts: list[str] = []
+
+    def add(self, table: _Table, titles: Sequence[str]) -> str:
+        """Return the name under which the numbers of the table are to be found."""
+        rows = [
+            [self._literal(value) for value in row]
+            for row in table.values.reshape(len(titles), -1).tolist()
+        ]
+        key = (table.member, *(literal for row in rows for literal in row))
+        if key not in self._names:
+            self._names[key] = table.name
+            titled = list(zip(titles, rows, strict=True))
+            self.texts.append(
+                c_text.c_array(self._ctype, table.name, titled, comment=table.comment)
+            )
+        return self._names[key]
+
+
+def _block(
+    dead: str,
+    arrays: _Arrays,
+    branches: Sequence[tuple[str, FirmwareBranch, Sequence[_Table]]],
+) -> dict[str, object]:
+    """Return what the template needs for one variant: tables, branches, the dead zone."""
+    rendered = []
+    for name, source, tables in branches:
+        speeds = [f"at {speed:g} m/s" for speed in source.speed_mps]
+        members = {
+            table.member: arrays.add(table, speeds if table.member == "code" else [""])
+            for table in tables
+        }
+        sizes = {"speeds": len(source.speed_mps), "fractions": len(source.fraction)}
+        rendered.append({"name": name, **sizes, **members})
+    return {"dead": dead, "arrays": arrays.texts, "branches": rendered}
+
+
+def _single_block(
+    characteristic: FirmwareCharacteristic, single: SingleTables
+) -> dict[str, object]:
+    def tables(name: str, branch: SingleBranch) -> Sequence[_Table]:
+        return (
+            _Table(
+                "speed", f"{name}_speed_mps_f32", "Speed along the thrust. [m/s]", branch.speed_mps
+            ),
+            _Table("thrust_max", f"{name}_thrust_max_n_f32", "T_max. [N]", branch.thrust_max_n),
+            _Table("fraction", f"{name}_fraction_f32", "Thrust / T_max. [-]", branch.fraction),
+            _Table("code", f"{name}_code_f32", "Magnitude of the code. [-]", branch.code),
+        )
+
+    return _block(
+        c_text.float_literal(float(single.thrust_dead_n)),
+        _Arrays("float", c_text.float_literal),
+        (
+            ("positive", characteristic.positive, tables("positive", single.positive)),
+            ("negative", characteristic.negative, tables("negative", single.negative)),
+        ),
+    )
+
+
+def _fixed_block(characteristic: FirmwareCharacteristic, fixed: FixedTables) -> dict[str, object]:
+    def tables(name: str, branch: FixedBranch) -> Sequence[_Table]:
+        q16, q30 = "UQ16.16, 65536 is 1", "UQ2.30, 1073741824 is 1"
+        return (
+            _Table(
+                "speed",
+                f"{name}_speed_q16",
+                f"Speed along the thrust; {q16} m/s.",
+                branch.speed_q16,
+            ),
+            _Table(
+                "thrust_max", f"{name}_thrust_max_q16", f"T_max; {q16} N.", branch.thrust_max_q16
+            ),
+            _Table(
+                "fraction", f"{name}_fraction_q30", f"Thrust / T_max; {q30}.", branch.fraction_q30
+            ),
+            _Table("code", f"{name}_code_q16", f"Magnitude of the code; {q16}.", branch.code_q16),
+        )
+
+    return _block(
+        c_text.unsigned_literal(fixed.thrust_dead_q16),
+        _Arrays("uint32_t", c_text.unsigned_literal),
+        (
+            ("positive", characteristic.positive, tables("positive", fixed.positive)),
+            ("negative", characteristic.negative, tables("negative", fixed.negative)),
+        ),
+    )

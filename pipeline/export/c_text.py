@@ -1,0 +1,145 @@
+"""Pieces of C source: identifiers, string literals, comments and tables of constants.
+
+Names and texts come from files that people write, so nothing goes into the source unescaped.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+
+#: Line length of generated source.
+WIDTH = 100
+_INDENT = "    "
+
+
+def c_identifier(name: str) -> str:
+    """Return the C identifier for a vehicle's name.
+
+    Parameters
+    ----------
+    name : str
+        Letters, digits, ``_`` and ``-``, the first a letter, at most 48 characters.
+
+    Returns
+    -------
+    str
+        The name with ``_`` for ``-``.
+
+    Raises
+    ------
+    CannotComputeError
+        When the name could not be part of a file name and an identifier.
+
+    Examples
+    --------
+    >>> c_identifier("mmt-300")
+    'mmt_300'
+    """
+    if re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]{0,47}", name, flags=re.ASCII) is None:
+        raise CannotComputeError(
+            f"Firmware source cannot be named after the vehicle {name!r}: expected 1 to 48 of the "
+            "letters A-Z and a-z, digits, _ and -, the first a letter. Rename it in vehicle.yaml."
+        )
+    return name.replace("-", "_")
+
+
+def c_string(text: str) -> str:
+    r"""Return a C string literal; anything but printable ASCII becomes octal escapes of UTF-8.
+
+    A question mark is escaped too, so that no trigraph arises.
+
+    Examples
+    --------
+    >>> print(c_string('a"b\\'))
+    "a\"b\\"
+    """
+    plain = {byte: chr(byte) for byte in range(0x20, 0x7F) if chr(byte) not in '"\\?'}
+    escaped = {ord('"'): '\\"', ord("\\"): "\\\\", ord("?"): "\\?"}
+    body = "".join(
+        plain.get(byte) or escaped.get(byte) or f"\\{byte:03o}" for byte in text.encode("utf-8")
+    )
+    return f'"{body}"'
+
+
+def c_string_size(text: str) -> int:
+    """Return the number of bytes that `c_string` takes in memory, the final zero included."""
+    return len(text.encode("utf-8")) + 1
+
+
+def c_comment(text: str) -> str:
+    """Return text that cannot end the comment it stands in, nor start a line.
+
+    Examples
+    --------
+    >>> c_comment("a */ b")
+    'a * / b'
+    """
+    printable = "".join(c if 0x20 <= ord(c) < 0x7F else "?" for c in text)
+    return (
+        printable.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("??", "? ?")
+    )
+
+
+def float_literal(value: float) -> str:
+    """Return the shortest literal that C reads as this value in single precision.
+
+    Examples
+    --------
+    >>> float_literal(0.1), float_literal(127)
+    ('0.1f', '127.0f')
+    """
+    return f"{np.float32(value)!s}f"
+
+
+def double_literal(value: float) -> str:
+    """Return the shortest literal that C reads as this double.
+
+    Examples
+    --------
+    >>> double_literal(-0.0)
+    '0.0'
+    """
+    return repr(float(value) + 0.0)
+
+
+def unsigned_literal(value: int) -> str:
+    """Return an unsigned literal.
+
+    Examples
+    --------
+    >>> unsigned_literal(65536)
+    '65536U'
+    """
+    return f"{int(value)}U"
+
+
+def c_array(
+    ctype: str, name: str, rows: Sequence[tuple[str, Iterable[str]]], *, comment: str
+) -> str:
+    """Return ``static const ctype name[n] = {...};`` with a comment above and one before each row.
+
+    Parameters
+    ----------
+    ctype, name, comment : str
+        Type, identifier, and what the numbers are, with the unit.
+    rows : sequence of (str, iterable of str)
+        For every row its comment (may be empty) and its literals.
+    """
+    lines: list[str] = []
+    count = 0
+    for title, literals in rows:
+        if title:
+            lines.append(f"{_INDENT}/* {title} */")
+        line = _INDENT
+        for literal in literals:
+            count += 1
+            if len(line) + len(literal) + 1 > WIDTH:
+                lines.append(line.rstrip())
+                line = _INDENT
+            line += f"{literal}, "
+        lines.append(line.rstrip())
+    body = "\n".join(lines)
+    return f"/* {comment} */\nstatic const {ctype} {name}[{count}] = {{\n{body}\n}};"

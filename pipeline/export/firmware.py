@@ -1,0 +1,85 @@
+"""Write the firmware source and the table files of one vehicle."""
+
+import os
+from pathlib import Path
+
+from pipeline.errors import CannotComputeError
+from pipeline.export.c_source import Identity, render_header, render_source
+from pipeline.export.grid_check import check_characteristic
+from pipeline.export.self_test import render_self_test
+from pipeline.export.table_files import render_csv, render_json
+from pipeline.records.fits import FirmwareCharacteristic
+
+
+def write_firmware(
+    name: str,
+    characteristic: FirmwareCharacteristic,
+    *,
+    tables_digest: str,
+    tool_version: str,
+    folder: Path,
+    tables: dict[str, object] | None,
+) -> tuple[Path, ...]:
+    """Write C99 header, source and self-test, JSON and CSV; the same bytes for the same input.
+
+    Parameters
+    ----------
+    name : str
+        Name of the vehicle: 1 to 48 letters, digits, ``_`` and ``-``, the first a letter. Files
+        are called after it; in identifiers ``-`` becomes ``_``.
+    characteristic : FirmwareCharacteristic
+        The monotone grid of both signs of thrust.
+    tables_digest, tool_version : str
+        What the files say about where they come from.
+    folder : Path
+        Where to; made if it does not exist.
+    tables : dict or None
+        Tables 1-4, carried along in the JSON file.
+
+    Returns
+    -------
+    tuple of Path
+        Header, source, self-test, JSON, CSV.
+
+    Raises
+    ------
+    CannotComputeError
+        When the name or the characteristic cannot be exported (see `check_characteristic`), or a
+        file cannot be written. Nothing is written unless everything could be generated, and a
+        file is replaced only by a complete one.
+    """
+    identity = Identity(vehicle=name, tables_digest=tables_digest, tool_version=tool_version)
+    stem = identity.identifier and identity.stem
+    check_characteristic(characteristic)
+    contents = {
+        f"{stem}.h": render_header(identity, characteristic),
+        f"{stem}.c": render_source(identity, characteristic),
+        f"{stem}_self_test.c": render_self_test(identity, characteristic),
+        f"{stem}.json": render_json(identity, characteristic, tables),
+        f"{stem}.csv": render_csv(identity, characteristic),
+    }
+    try:
+        return _write_all(contents, folder)
+    except OSError as error:
+        raise CannotComputeError(
+            f"{folder}: the firmware of {name} cannot be written: {error.strerror or error}.\n"
+            "Make the folder writable, free some space, or name another folder."
+        ) from error
+
+
+def _write_all(contents: dict[str, str], folder: Path) -> tuple[Path, ...]:
+    """Write every file under a temporary name beside its own, then rename all of them."""
+    folder.mkdir(parents=True, exist_ok=True)
+    pending = [(folder / f".{name}.{os.getpid()}.tmp", folder / name) for name in contents]
+    try:
+        for (temporary, _), text in zip(pending, contents.values(), strict=True):
+            with temporary.open("w", encoding="utf-8", newline="\n") as stream:
+                stream.write(text)
+                stream.flush()
+                os.fsync(stream.fileno())
+        for temporary, final in pending:
+            temporary.replace(final)
+    finally:
+        for temporary, _ in pending:
+            temporary.unlink(missing_ok=True)
+    return tuple(final for _, final in pending)

@@ -1,0 +1,99 @@
+"""Table 2: eq. (4) fitted to the static family at one speed."""
+
+import numpy as np
+
+from pipeline.identify.polynomial import as_intervals
+from pipeline.identify.propagation import ThrusterModel, thrust_jacobian
+from pipeline.physics.thruster_static import dead_zone_code
+from pipeline.physics.torque_balance import WorkingPoints
+from pipeline.records.fits import DriveFit, FitQuality, Matrix, PolynomialFit, StaticRow
+from pipeline.types import BoolArray, FloatArray
+
+#: A row needs this many live codes.
+FEWEST_LIVE_CODES = 8
+#: Share of the largest variance below which a mode of the covariance is left out.
+SMALLEST_MODE = 1e-6
+NORMAL_95 = 1.959964
+
+
+def table2_row(
+    speed_mps: float, model: ThrusterModel, drive: DriveFit, code: FloatArray
+) -> StaticRow | None:
+    """Fit T = K_F0 + K_F1 N + K_F2 N^2 to the family at one speed, over the tested codes.
+
+    Parameters
+    ----------
+    speed_mps : float
+        Speed along the thrust. [m/s]
+    model : ThrusterModel
+        Fitted propeller and drive.
+    drive : DriveFit
+        Its range of codes.
+    code : ndarray, shape (c,)
+        Codes of the family; the last is the largest the firmware sends.
+
+    Returns
+    -------
+    StaticRow or None
+        None where too few codes give thrust.
+
+    References
+    ----------
+    Kostenko 2023, eq. (4), Table 2.
+    """
+    tested = code[(code >= drive.code_range[0]) & (code <= drive.code_range[1])]
+    points = model.solve(tested, np.full(tested.shape, speed_mps))
+    live = points.found
+    last = model.solve(code[-1:], np.array([speed_mps]))
+    thrust_max = float(last.thrust_n[0])
+    gradient = thrust_jacobian(model, last, code[-1:])[0]
+    half = NORMAL_95 * float(np.sqrt(gradient @ model.covariance() @ gradient))
+    width = 3
+    if live.sum() < FEWEST_LIVE_CODES:
+        return None
+    thrust_n, used = points.thrust_n[live], tested[live]
+    design = np.vander(used, width, increasing=True)
+    solver = np.linalg.pinv(design)
+    coefficients = solver @ thrust_n
+    jacobian = solver @ thrust_jacobian(model, points, tested)[live]
+    covariance = jacobian @ model.covariance() @ jacobian.T
+    spread = NORMAL_95 * np.sqrt(np.diag(covariance))
+    residual = thrust_n - design @ coefficients
+    total = np.sum((thrust_n - thrust_n.mean()) ** 2)
+    fit = PolynomialFit(
+        quantity="T",
+        variable="N",
+        coefficients=tuple(coefficients.tolist()),
+        covariance=tuple(tuple(row) for row in covariance.tolist()),
+        ci95=as_intervals(np.stack([coefficients - spread, coefficients + spread], axis=1)),
+        quality=FitQuality(
+            points=int(live.sum()),
+            r_squared=float(1 - residual @ residual / total),
+            residual_std=float(np.sqrt(residual @ residual / (live.sum() - width))),
+            unit="N",
+            valid_range=(float(used[0]), float(used[-1])),
+            order_reason=(
+                "Quadratic as in Kostenko 2023, eq. (4). The intervals carry the bench's noise; "
+                f"the form itself misses the family by up to {np.abs(residual).max():.2f} N."
+            ),
+        ),
+    )
+    return StaticRow(
+        speed_mps=float(speed_mps),
+        fit=fit,
+        dead_zone_code=min(dead_zone_code(coefficients), float(code[-1])),
+        thrust_max_n=thrust_max,
+        thrust_max_ci95=(thrust_max - half, thrust_max + half),
+        mode_code=tuple(used.tolist()),
+        thrust_modes_n=_covariance_modes(model, points, tested, live),
+    )
+
+
+def _covariance_modes(
+    model: ThrusterModel, points: WorkingPoints, code: FloatArray, live: BoolArray
+) -> Matrix:
+    """Eigenvectors of Cov(T) along the live codes, scaled; the negligible ones are left out."""
+    jacobian = thrust_jacobian(model, points, code)[live]
+    values, vectors = np.linalg.eigh(jacobian @ model.covariance() @ jacobian.T)
+    keep = values > SMALLEST_MODE * values.max()
+    return tuple(tuple(mode) for mode in (vectors[:, keep] * np.sqrt(values[keep])).T.tolist())

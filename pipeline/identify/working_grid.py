@@ -1,0 +1,130 @@
+"""Working points of drive and propeller on the grid of codes and speeds, with their errors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.propagation import ThrusterModel, thrust_jacobian
+from pipeline.identify.static_checks import explain_no_balance
+from pipeline.physics.torque_balance import WorkingPoints
+from pipeline.records.fits import DriveFit, PointStatus, PropellerFit
+from pipeline.types import BoolArray, FloatArray
+
+#: A working point this far (share of the span) outside the measured speeds is an extrapolation.
+SPEED_MARGIN = 0.02
+
+
+@dataclass(frozen=True)
+class WorkingGrid:
+    """The family on a grid; all arrays have shape (speeds, codes).
+
+    Codes outside the tested ones continue the line through the two nearest: the drive's surface
+    knows nothing there, and where it is not a drive the balance has solutions that no motor has.
+    """
+
+    thrust_n: FloatArray
+    thrust_std_n: FloatArray
+    shaft_speed_rps: FloatArray
+    torque_nm: FloatArray
+    advance_ratio: FloatArray
+    status: npt.NDArray[np.str_]
+
+
+def solve_grid(
+    model: ThrusterModel,
+    propeller: PropellerFit,
+    drive: DriveFit,
+    *,
+    speed_mps: FloatArray,
+    code: FloatArray,
+) -> WorkingGrid:
+    """Solve the torque balance at tested codes and continue to the others.
+
+    Parameters
+    ----------
+    model : ThrusterModel
+        Fitted propeller and drive.
+    propeller, drive : PropellerFit, DriveFit
+        Their measured ranges.
+    speed_mps : ndarray, shape (v,)
+        Speeds along the thrust, from 0. [m/s]
+    code : ndarray, shape (c,)
+        Positive codes, rising by one.
+
+    Raises
+    ------
+    CannotComputeError
+        If the curves meet at no code at rest.
+    """
+    tested = (code >= drive.code_range[0]) & (code <= drive.code_range[1])
+    speeds, codes = np.meshgrid(speed_mps, code[tested], indexing="ij")
+    points = model.solve(codes.ravel(), speeds.ravel())
+    if not (points.found & (speeds.ravel() == 0)).any():
+        raise CannotComputeError(explain_no_balance(model, drive))
+    jacobian = thrust_jacobian(model, points, codes.ravel())
+    std = np.sqrt(np.einsum("ij,jk,ik->i", jacobian, model.covariance(), jacobian))
+    status = _status(points, codes.ravel(), propeller, drive).reshape(speeds.shape)
+
+    def spread(values: FloatArray, *, linear: bool = True) -> FloatArray:
+        return _continue(values.reshape(speeds.shape), tested, code, linear=linear)
+
+    thrust_n = spread(points.thrust_n)
+    names = np.where(thrust_n > 0, "extrapolated", "dead").astype(status.dtype)
+    names[:, tested] = status
+    live = names != "dead"
+    shaft = np.where(live, spread(points.shaft_speed_rps), 0.0)
+    turning = shaft > 0
+    diameter = model.propeller.diameter_m
+    ratio = speed_mps[:, None] / (np.where(turning, shaft, 1.0) * diameter)
+    return WorkingGrid(
+        thrust_n=thrust_n,
+        thrust_std_n=np.where(live, spread(std, linear=False), 0.0),
+        shaft_speed_rps=shaft,
+        torque_nm=np.where(live, spread(points.torque_nm), 0.0),
+        advance_ratio=np.where(turning, ratio, 0.0),
+        status=names,
+    )
+
+
+def _continue(
+    values: FloatArray, tested: BoolArray, code: FloatArray, *, linear: bool
+) -> FloatArray:
+    """Fill the columns outside the tested codes, by a line or by the nearest value; not below 0."""
+    full = np.zeros((values.shape[0], code.size))
+    full[:, tested] = values
+    known = code[tested]
+    for outside, end, inner in ((code < known[0], 0, 1), (code > known[-1], -1, -2)):
+        if not outside.any():
+            continue
+        slope = (values[:, end] - values[:, inner]) / (known[end] - known[inner])
+        reach = (code[outside] - known[end])[None, :] * (1.0 if linear else 0.0)
+        # a dead end stays dead: its slope belongs to points beyond the dead zone
+        alive = values[:, end : end + 1 or None] > 0
+        continued = np.maximum(values[:, [end]] + slope[:, None] * reach, 0.0)
+        full[:, outside] = np.where(alive, continued, 0.0)
+    return full
+
+
+def _status(
+    points: WorkingPoints, code: FloatArray, propeller: PropellerFit, drive: DriveFit
+) -> npt.NDArray[np.str_]:
+    measured_codes = np.array([spread.code for spread in drive.codes])
+    slow, fast = (
+        np.interp(code, measured_codes, [spread.shaft_speed_rpm[end] for spread in drive.codes])
+        for end in (0, 1)
+    )
+    margin = SPEED_MARGIN * (fast - slow)
+    rpm = points.shaft_speed_rps * 60.0
+    ratio_range = propeller.torque.quality.valid_range
+    outside: BoolArray = (
+        (code < measured_codes[0])
+        | (code > measured_codes[-1])
+        | (rpm < slow - margin)
+        | (rpm > fast + margin)
+        | (points.advance_ratio > ratio_range[1])
+        | (points.advance_ratio < min(ratio_range[0], 0.0))
+    )
+    names: list[PointStatus] = ["dead", "no_working_point", "extrapolated"]
+    return np.select([points.dead, ~points.found, outside], names, default="live")

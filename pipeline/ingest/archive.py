@@ -1,0 +1,239 @@
+"""What is inside an xlsx file, looked at with bounded effort before any reader unpacks it.
+
+The sizes that a zip directory states may be false, so every member is unpacked here once, in
+pieces, against the limits; a reader that trusts the directory comes after.
+"""
+
+import re
+import struct
+import zipfile
+import zlib
+from dataclasses import dataclass, field
+from io import BytesIO
+
+from pipeline.errors import InputError, Place
+from pipeline.ingest.cells import column_index
+from pipeline.ingest.sheet import Limits
+
+_PIECE = 1 << 16
+_LOCAL_HEADER = struct.Struct("<4s5H3I2H")
+_DECLARATION = re.compile(rb"<!\s*(?:DOCTYPE|ENTITY)", re.IGNORECASE)
+_CELL = re.compile(
+    rb"<(?:\w+:)?c(?P<attributes>\s[^<>]*?)?(?:/>|>(?P<inside>.*?)</(?:\w+:)?c>)", re.DOTALL
+)
+_REFERENCE = re.compile(rb"(?<![\w:])r\s*=\s*[\"']([A-Za-z]{1,3})([0-9]{1,10})[\"']")
+_ANY_REFERENCE = re.compile(rb"(?<![\w:])r\s*=\s*[\"']?\s*([A-Za-z]*)([0-9]*)")
+_FAR = 10**9
+_ROW = re.compile(rb"<(?:\w+:)?row(?=[\s>/])(?:[^<>]*?\sr\s*=\s*[\"']([0-9]{1,7})[\"'])?")
+_FORMULA = re.compile(rb"<(?:\w+:)?f(?=[\s>/])")
+_VALUE = re.compile(rb"<(?:\w+:)?(?:v|is)(?:\s[^<>]*)?>\s*[^<\s]|<(?:\w+:)?t(?:\s[^<>]*)?>[^<]")
+_TEXT_CELL = re.compile(rb"\st\s*=\s*[\"']s[\"']")
+_SAVE_AGAIN = "Open it in a spreadsheet program, save it as .xlsx and copy it here again."
+
+
+@dataclass
+class SheetScan:
+    """What a worksheet's XML says before it is read: extent and formulas without values."""
+
+    rows: int = 0
+    columns: int = 0
+    cells: int = 0
+    text_cells: int = 0
+    formulas_without_value: list[tuple[int, int]] = field(default_factory=list)
+    """(row number, column index) of each."""
+
+
+@dataclass(frozen=True)
+class Archive:
+    """A zip file whose members were unpacked within the limits."""
+
+    names: frozenset[str]
+    members: dict[str, bytes]
+    """The XML members, by lower-case name; others were measured and dropped."""
+
+
+def unpack(data: bytes, place: Place, limits: Limits) -> Archive:
+    """Unpack the XML members of a zip file within the limits.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    place : Place
+        The file, for messages.
+    limits : Limits
+        What it may cost.
+
+    Returns
+    -------
+    Archive
+        Names and XML members.
+
+    Raises
+    ------
+    InputError
+        Truncated, damaged, encrypted, or larger than the limits.
+    """
+    try:
+        with zipfile.ZipFile(BytesIO(data)) as packed:
+            entries = packed.infolist()
+    except (zipfile.BadZipFile, ValueError, OSError, struct.error, NotImplementedError) as error:
+        raise InputError.at(
+            place,
+            "the workbook is damaged or truncated: its table of contents cannot be read.",
+            expected="a complete .xlsx file.",
+            remedy="Copy it from the bench again, or save it again in a spreadsheet program.",
+        ) from error
+    _check_directory(entries, place, limits)
+    members: dict[str, bytes] = {}
+    total = 0
+    for entry in entries:
+        content = _unpack_member(data, entry, place, limits, limits.max_unpacked_bytes - total)
+        total += len(content)
+        if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
+            declaration = _DECLARATION.search(content)
+            if declaration is not None:
+                raise InputError.at(
+                    place,
+                    f'its part "{entry.filename[:80]}" declares a document type or entities, which '
+                    "no spreadsheet program writes; it was not read.",
+                    expected="a workbook as a spreadsheet program saves it.",
+                    remedy=_SAVE_AGAIN,
+                )
+            members[entry.filename.lower()] = content
+    return Archive(frozenset(entry.filename.lower() for entry in entries), members)
+
+
+def _check_directory(entries: list[zipfile.ZipInfo], place: Place, limits: Limits) -> None:
+    names = [entry.filename.lower() for entry in entries]
+    if any(entry.flag_bits & 0x1 for entry in entries):
+        raise InputError.at(
+            place,
+            "the zip file is encrypted.",
+            expected="a workbook without a password.",
+            remedy="Save it without a password and copy it here again.",
+        )
+    if len(set(names)) != len(names) or len(names) > 20 * limits.max_sheets:
+        raise InputError.at(
+            place,
+            "the workbook's table of contents names a part twice or far too many parts.",
+            expected="a workbook as a spreadsheet program saves it.",
+            remedy=_SAVE_AGAIN,
+        )
+    total = sum(entry.file_size for entry in entries)
+    if total > limits.max_unpacked_bytes:
+        raise _too_large(place, f"unpacks to {total / 1e6:.0f} MB", limits)
+
+
+def _too_large(place: Place, what: str, limits: Limits) -> InputError:
+    return InputError.at(
+        place,
+        f"the workbook {what}: this looks like a zip bomb and was not read.",
+        expected=f"at most {limits.max_unpacked_bytes / 1e6:.0f} MB unpacked and a ratio of at most "
+        f"{limits.max_ratio:g}.",
+        remedy="If it is a real record, export it again in parts or as CSV.",
+    )
+
+
+def _unpack_member(
+    data: bytes, entry: zipfile.ZipInfo, place: Place, limits: Limits, left: int
+) -> bytes:
+    """Unpack one member, whatever size the directory states."""
+    damaged = InputError.at(
+        place,
+        f'the workbook is damaged: its part "{entry.filename[:80]}" cannot be unpacked.',
+        expected="a complete .xlsx file.",
+        remedy="Copy it from the bench again, or save it again in a spreadsheet program.",
+    )
+    start = entry.header_offset
+    header = data[start : start + _LOCAL_HEADER.size]
+    if len(header) < _LOCAL_HEADER.size or not header.startswith(b"PK\x03\x04"):
+        raise damaged
+    fields = _LOCAL_HEADER.unpack(header)
+    start += _LOCAL_HEADER.size + fields[9] + fields[10]
+    packed = data[start : start + entry.compress_size]
+    if len(packed) < entry.compress_size:
+        raise damaged
+    if entry.compress_type == zipfile.ZIP_STORED:
+        content = packed
+    elif entry.compress_type == zipfile.ZIP_DEFLATED:
+        try:
+            content = _inflate(packed, place, limits, left)
+        except zlib.error as error:
+            raise damaged from error
+    else:
+        raise damaged
+    if len(content) > left:
+        what = f"unpacks to more than {limits.max_unpacked_bytes / 1e6:.0f} MB"
+        raise _too_large(place, what, limits)
+    if len(content) != entry.file_size or zlib.crc32(content) != entry.CRC:
+        raise damaged
+    return content
+
+
+def _inflate(packed: bytes, place: Place, limits: Limits, left: int) -> bytes:
+    stream = zlib.decompressobj(-zlib.MAX_WBITS)
+    pieces: list[bytes] = []
+    size = 0
+    piece = stream.decompress(packed, _PIECE)
+    while piece:
+        pieces.append(piece)
+        size += len(piece)
+        if size > left:
+            what = f"unpacks to more than {limits.max_unpacked_bytes / 1e6:.0f} MB"
+            raise _too_large(place, what, limits)
+        # Small members (styles of a template, empty sheets) may pack well without any harm.
+        if size > 4_000_000 and size > limits.max_ratio * len(packed):
+            raise _too_large(place, f"unpacks to over {limits.max_ratio:g} times its size", limits)
+        piece = stream.decompress(stream.unconsumed_tail, _PIECE)
+    if not stream.eof:
+        raise zlib.error("incomplete")
+    return b"".join(pieces)
+
+
+def scan_sheet(xml: bytes) -> SheetScan:
+    """Find a worksheet's extent and its formula cells without a stored value.
+
+    Parameters
+    ----------
+    xml : bytes
+        The member ``xl/worksheets/sheetN.xml``.
+
+    Returns
+    -------
+    SheetScan
+        Extent from cell A1, number of cells, and formulas without values.
+    """
+    scan = SheetScan()
+    # The extent is taken from every reference in the text, so that no odd quoting can hide a cell
+    # at the far end: a reader that lays the sheet out as a dense table would not survive it.
+    for letters, number in set(_ANY_REFERENCE.findall(xml)):
+        # A number of too many digits would be cut to its last ones, or worse, by other readers.
+        scan.rows = max(scan.rows, int(number or 0) if len(number) <= 7 else _FAR)
+        far = len(letters) > 3
+        scan.columns = max(scan.columns, _FAR if far else column_index(letters.decode()) + 1)
+    rows = [(found.start(), found[1]) for found in _ROW.finditer(xml)]
+    row = 0
+    for position, (start, number) in enumerate(rows):
+        row = int(number) if number else row + 1
+        scan.rows = max(scan.rows, row)
+        end = rows[position + 1][0] if position + 1 < len(rows) else len(xml)
+        column = -1
+        for cell in _CELL.finditer(xml, start, end):
+            attributes = cell["attributes"] or b""
+            reference = _REFERENCE.search(attributes)
+            column = column_index(reference[1].decode()) if reference else column + 1
+            at_row = int(reference[2]) if reference else row
+            scan.columns = max(scan.columns, column + 1)
+            scan.cells += 1
+            scan.text_cells += _TEXT_CELL.search(attributes) is not None
+            inside = cell["inside"] or b""
+            if b"f" in inside and _FORMULA.search(inside) and not _VALUE.search(inside):
+                scan.formulas_without_value.append((at_row, column))
+    return scan
+
+
+def longest_shared_text(xml: bytes) -> int:
+    """Return the size of the longest entry of ``xl/sharedStrings.xml`` [bytes]."""
+    entries = re.split(rb"</(?:\w+:)?si>", xml)
+    return max((len(entry) for entry in entries), default=0)

@@ -1,0 +1,296 @@
+"""What the readers of simple bench tables share: a file's tables, their rows, what is wrong."""
+
+import hashlib
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.blocks import Block, is_commented
+from pipeline.ingest.cells import NotANumberError, shorten
+from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
+from pipeline.ingest.rows import listed
+from pipeline.ingest.sheet import Row
+from pipeline.ingest.vocabulary import split_header, unit_told_by_name
+from pipeline.ingest.workbook import read_sheets
+from pipeline.vehicle.schema import BenchColumns, Column
+
+COMMENTED = "commented out"
+#: In the units of the records (N, N m, rpm, us ...); keeps every later product finite, too.
+_LARGEST = 1e9
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One row: numbers by quantity, in the units of the records, signs of the mapping applied."""
+
+    row: int
+    values: Mapping[str, float]
+    marks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class BenchFile:
+    """The tables of one file with their readings, and every problem met."""
+
+    tables: tuple[tuple[Block, tuple[Reading, ...]], ...]
+    problems: tuple[Problem, ...]
+
+
+def source_name(path: Path, raw_root: Path) -> str:
+    """Return a file's name in sources and messages: relative to the raw folder if it is in it.
+
+    >>> source_name(Path("/a/raw/mmt300/mooring/run-1.xlsx"), Path("/a/raw"))
+    'mmt300/mooring/run-1.xlsx'
+    >>> source_name(Path("/b/run-1.xlsx"), Path("/a/raw"))
+    'run-1.xlsx'
+    """
+    try:
+        return path.resolve().relative_to(raw_root.resolve()).as_posix()
+    except ValueError:
+        return path.name
+
+
+def without_copies(paths: Sequence[Path], raw_root: Path) -> tuple[list[Path], list[Problem]]:
+    """Leave out files that are byte for byte a copy of an earlier one.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Files; one that cannot be read is kept, its reader will say why.
+    raw_root : Path
+        For the names in messages.
+
+    Returns
+    -------
+    list of Path
+        Files to read.
+    list of Problem
+        A warning for each copy: its points would count twice.
+    """
+    kept: list[Path] = []
+    problems: list[Problem] = []
+    first: dict[str, Path] = {}
+    for path in paths:
+        try:
+            with path.open("rb") as stream:
+                digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        except OSError:
+            kept.append(path)
+            continue
+        if first.setdefault(digest, path) is path:
+            kept.append(path)
+            continue
+        what = f"the same content as {source_name(first[digest], raw_root)}; left out."
+        place = Place(source_name(path, raw_root))
+        problems.append(Problem("warning", place, what, "", "Delete the copy."))
+    return kept, problems
+
+
+def mapped_columns(columns: BenchColumns) -> dict[str, Column]:
+    """Return the columns that vehicle.yaml states, by quantity."""
+    return {
+        name: column
+        for name in type(columns).model_fields
+        if isinstance(column := getattr(columns, name), Column)
+    }
+
+
+def read_bench_file(
+    path: Path, shown_as: str, wanted: Wanted, columns: BenchColumns, looked_for: str
+) -> BenchFile:
+    """Read every table of one file; never raises for what is in it.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    shown_as : str
+        Its name in messages and sources.
+    wanted : Wanted
+        Quantities to look for.
+    columns : BenchColumns
+        What vehicle.yaml states: sheets, and texts of rows to keep.
+    looked_for : str
+        The required columns in words, for the message that there are none.
+
+    Returns
+    -------
+    BenchFile
+        Tables with at least one row.
+    """
+    problems: list[Problem] = []
+    tables: list[tuple[Block, tuple[Reading, ...]]] = []
+    wrong: Sequence[Problem]
+    try:
+        sheets = read_sheets(path, shown_as)
+    except InputError as error:
+        return BenchFile((), (error.problem,))
+    except Exception as error:  # noqa: BLE001 - whatever a broken file does to a library, others go on
+        what = f"the file cannot be read ({type(error).__name__}: {shorten(str(error))})."
+        remedy = "Save it again in a spreadsheet program."
+        return BenchFile((), (Problem("error", Place(shown_as), what, "", remedy),))
+    kept, wrong = choose_sheets(sheets, columns.sheets, wanted.kind)
+    problems += wrong
+    for sheet in kept:
+        problems += sheet.problems
+        search = find_blocks(sheet, wanted)
+        problems += search.problems
+        if not search.blocks and not search.problems and names_seen(sheet):
+            what = f"no {looked_for} here; the sheet was not read. It has {names_seen(sheet)}."
+            problems.append(Problem("note", sheet.place(), what))
+        for block in search.blocks:
+            problems += _assumed_units(block, wanted)
+            readings, wrong = _readings(block, wanted)
+            problems += wrong
+            if readings:
+                tables.append((block, readings))
+    if not tables and not any(problem.severity == "error" for problem in problems):
+        problems.append(_nothing(shown_as, wanted, looked_for))
+    return BenchFile(tuple(tables), tuple(problems))
+
+
+def _nothing(shown_as: str, wanted: Wanted, looked_for: str) -> Problem:
+    if wanted.only:
+        rows = ", ".join(f'{header} = "{text}"' for header, text in wanted.only.items())
+        return Problem(
+            "error",
+            Place(shown_as),
+            f"no row left by columns: {wanted.kind}: only: {rows}.",
+            "rows with this text.",
+            "Correct it in vehicle.yaml.",
+        )
+    return Problem(
+        "error",
+        Place(shown_as),
+        f"no {looked_for} found on any sheet.",
+        "a row of column names over the numbers, in English or Russian.",
+        f"Name the columns, or state them in vehicle.yaml under columns: {wanted.kind}.",
+    )
+
+
+def _assumed_units(block: Block, wanted: Wanted) -> list[Problem]:
+    """Say which units were assumed without a word for them in the header."""
+    notes = []
+    for quantity, column in block.columns.items():
+        words = wanted.vocabulary[quantity]
+        told = any(unit_told_by_name(header, words) for header in split_header(column.header))
+        if column.unit and column.unit_from == "assumed" and not told and column.unit != "1":
+            what = (
+                f'{quantity.replace("_", " ")} "{shorten(column.header)}": no unit is stated, '
+                f"{column.unit} is assumed."
+            )
+            notes.append(Problem("note", block.place(block.header_row, quantity), what))
+    return notes
+
+
+def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[Problem]]:
+    """Read the rows of a table; rows without any required number are headings or blank."""
+    readings: list[Reading] = []
+    odd: dict[str, list[tuple[int, str]]] = defaultdict(list)
+    empty: dict[str, list[int]] = defaultdict(list)
+    seen: set[str] = set()
+    rows = list(block.rows())
+    if not rows:
+        return (), []  # no row has the texts that vehicle.yaml asks for
+    for row, cells in rows:
+        values, faults = _numbers(block, cells)
+        if not values:
+            continue  # a heading, a note or a blank row
+        seen |= set(values)
+        commented, complete = is_commented(cells), wanted.is_complete(set(values))
+        if complete:
+            readings.append(Reading(row, values, (COMMENTED,) if commented else ()))
+        if commented:
+            continue
+        for quantity, fault in faults.items():
+            odd[quantity].append((row, fault))
+        if not complete:
+            for quantity in _absent(block, wanted, values.keys() | faults.keys()):
+                empty[quantity].append(row)
+    return tuple(readings), _faults(block, wanted, odd, empty, seen)
+
+
+def _numbers(block: Block, cells: Row) -> tuple[dict[str, float], dict[str, str]]:
+    """Return the numbers of a row by quantity, and what is wrong with the other cells."""
+    values: dict[str, float] = {}
+    faults: dict[str, str] = {}
+    for quantity in block.columns:
+        try:
+            value = block.value(cells, quantity)
+        except NotANumberError as error:
+            faults[quantity] = str(error)
+            continue
+        if value is not None and abs(value) > _LARGEST:
+            faults[quantity] = f"{value:.3g} is beyond anything a bench measures"
+        elif value is not None:
+            values[quantity] = value
+    return values, faults
+
+
+def _absent(block: Block, wanted: Wanted, there: AbstractSet[str]) -> list[str]:
+    """Return a required quantity of each group of which nothing is there."""
+    groups = [[name for name in group if name in block.columns] for group in wanted.required]
+    return [group[0] for group in groups if group and not there & set(group)]
+
+
+def _faults(
+    block: Block,
+    wanted: Wanted,
+    odd: Mapping[str, Sequence[tuple[int, str]]],
+    empty: Mapping[str, Sequence[int]],
+    seen: set[str],
+) -> list[Problem]:
+    problems: list[Problem] = []
+    for quantity, column in block.columns.items():
+        if quantity in seen:
+            continue
+        needed = any(
+            quantity in group and not seen.intersection(group) for group in wanted.required
+        )
+        left_out = "the table was left out" if needed else "the column was left out"
+        problems.append(
+            Problem(
+                "error" if needed else "warning",
+                block.place(block.header_row, quantity),
+                f'{_name(quantity)} "{shorten(column.header)}" holds no number at all; {left_out}.',
+                "decimal numbers.",
+                "Export the file again; formulas need their stored results.",
+            )
+        )
+    for quantity, faults in odd.items():
+        if quantity not in seen:
+            continue
+        rows = [row for row, _ in faults]
+        first = faults[0][1]
+        needed = any(quantity in group for group in wanted.required)
+        many = f" ({listed(rows)})" if len(rows) > 1 else ""
+        left_out = "" if needed else " The rest of the row was read."
+        problems.append(
+            Problem(
+                "warning",
+                block.place(rows[0], quantity),
+                f"{_name(quantity)} {first}{many}.{left_out}",
+                f"a decimal number (point or comma), {block.columns[quantity].unit_stated()}.",
+                'Fix the cell, or mark the row with "#" in column A to leave it out.',
+            )
+        )
+    for quantity, blank in empty.items():
+        if quantity not in seen:
+            continue
+        problems.append(
+            Problem(
+                "warning",
+                block.place(blank[0], quantity),
+                f"{_name(quantity)} is empty in {listed(blank)}; left out.",
+                "a decimal number.",
+                'Fill the cell, or mark the row with "#" in column A.',
+            )
+        )
+    return problems
+
+
+def _name(quantity: str) -> str:
+    return quantity.replace("_", " ")

@@ -1,0 +1,176 @@
+"""A table found on a sheet: which column holds which quantity, in which unit."""
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from pipeline.errors import Place
+from pipeline.ingest.cells import (
+    NotANumberError,
+    column_letter,
+    is_number,
+    parse_number,
+    shorten,
+)
+from pipeline.ingest.sheet import Cell, Row, Sheet
+from pipeline.records.measurements import ColumnRead
+
+UnitFrom = Literal["header", "unit row", "mapping", "assumed"]
+
+#: Error values of spreadsheets in CSV exports start like a comment.
+_ERROR_VALUE = re.compile(
+    r"#(?:DIV/0!|N/A|NAME\?|NULL!|NUM!|REF!|VALUE!|SPILL!|CALC!|ДЕЛ/0!|Н/Д|ИМЯ\?|ПУСТО!|ЧИСЛО!"
+    r"|ССЫЛКА!|ЗНАЧ!)",
+    re.IGNORECASE,
+)
+
+
+@dataclass(frozen=True)
+class BlockColumn:
+    """One column: value in the record's unit = cell * factor * sign."""
+
+    quantity: str
+    index: int
+    header: str
+    unit: str
+    """As written; empty where the quantity has none."""
+    unit_from: UnitFrom
+    unit_row: int | None
+    """Row where the unit stands, for messages."""
+    factor: float
+    sign: int
+    group: str = ""
+    """Texts above the name in this column, e.g. "Loading" over several names."""
+
+    @property
+    def letter(self) -> str:
+        """The spreadsheet's name of the column."""
+        return column_letter(self.index)
+
+    def value(self, cell: Cell) -> float | None:
+        """Return the cell's number in the unit of the records; None where it is empty.
+
+        Raises `NotANumberError`.
+        """
+        number = parse_number(cell, self.unit or None)
+        return None if number is None else number * self.factor * self.sign
+
+    def as_record(self) -> ColumnRead:
+        """Return what the record says about this column."""
+        return ColumnRead(
+            quantity=self.quantity,
+            header=self.header,
+            column=self.letter,
+            unit=self.unit,
+            unit_from=self.unit_from,
+        )
+
+    def unit_stated(self) -> str:
+        """Say where the unit is from, for a message.
+
+        e.g. ``kg cm, the unit stated in cell C3``.
+        """
+        if not self.unit:
+            return "no unit"
+        if self.unit_from == "mapping":
+            return f"{self.unit}, the unit stated in vehicle.yaml"
+        if self.unit_row is not None:
+            return f"{self.unit}, the unit stated in cell {self.letter}{self.unit_row}"
+        return f"{self.unit}, {'assumed' if self.unit_from == 'assumed' else 'as the header says'}"
+
+
+@dataclass(frozen=True)
+class HeadingCell:
+    """A cell above a table that belongs to none of its columns' names."""
+
+    row: int
+    column: int
+    value: Cell
+
+
+@dataclass(frozen=True)
+class Block:
+    """One table of a sheet."""
+
+    sheet: Sheet
+    columns: Mapping[str, BlockColumn]
+    header_row: int
+    first_row: int
+    """First row of data; numbers are as a spreadsheet shows them."""
+    last_row: int
+    above: tuple[HeadingCell, ...]
+    """What stands over the table, top to bottom, left to right."""
+    other_headers: tuple[str, ...] = ()
+    """Headers of columns that were not read."""
+    only: tuple[tuple[int, str], ...] = ()
+    span: tuple[int, int] = (0, 10_000)
+    """First and last column index of the block, for tables side by side."""
+
+    def rows(self) -> Iterator[tuple[int, Row]]:
+        """Yield (row number, cells) of the data rows, comments and section headings included."""
+        for row in range(self.first_row, self.last_row + 1):
+            cells = self.sheet.cells(row)
+            if all(_same(_at(cells, index), text) for index, text in self.only):
+                yield row, cells
+
+    def value(self, cells: Row, quantity: str) -> float | None:
+        """Return a number of a row in the record's unit; None: no such column, or empty.
+
+        Raises `NotANumberError`.
+        """
+        column = self.columns.get(quantity)
+        return None if column is None else column.value(_at(cells, column.index))
+
+    def text(self, cells: Row, quantity: str) -> str | None:
+        """Return a cell of a row as text; None where there is none."""
+        column = self.columns.get(quantity)
+        cell = None if column is None else _at(cells, column.index)
+        return None if cell is None else str(cell)
+
+    def place(self, row: int | None = None, quantity: str | None = None) -> Place:
+        """Return the place of a row, and of a quantity's column, for a message."""
+        column = self.columns.get(quantity) if quantity is not None else None
+        return self.sheet.place(row, None if column is None else column.letter)
+
+    def section_text(self, cells: Row) -> str | None:
+        """Return the text of a row that holds text but no numbers within the block."""
+        low, high = self.span
+        inside = [cell for cell in cells[low : high + 1] if cell is not None]
+        if not inside or any(is_number(cell) for cell in inside):
+            return None
+        texts = [cell for cell in inside if isinstance(cell, str)]
+        return " ".join(dict.fromkeys(texts)) or None
+
+
+def is_commented(cells: Row) -> bool:
+    """Tell whether the first filled cell of a row starts with ``#``.
+
+    >>> is_commented(("# 1324", "0,5")), is_commented((None, "#", 1.0)), is_commented(("#DIV/0!",))
+    (True, True, False)
+    """
+    for cell in cells:
+        if cell is not None:
+            return (
+                isinstance(cell, str) and cell.startswith("#") and _ERROR_VALUE.match(cell) is None
+            )
+    return False
+
+
+def _at(cells: Row, index: int) -> Cell:
+    return cells[index] if index < len(cells) else None
+
+
+def _same(cell: Cell, text: str) -> bool:
+    if cell is None:
+        return False
+    try:
+        wanted, found = parse_number(text), parse_number(cell)
+    except NotANumberError:
+        return " ".join(str(cell).casefold().split()) == " ".join(text.casefold().split())
+    return wanted == found
+
+
+def heading_text(cells: tuple[HeadingCell, ...]) -> str:
+    """Return the headings as one text, repeats from merged cells left out."""
+    return " ".join(dict.fromkeys(shorten(str(cell.value)) for cell in cells))

@@ -1,0 +1,159 @@
+"""Numbers and column letters as people write them in spreadsheets."""
+
+import math
+import re
+
+from pipeline.ingest.sheet import Cell
+from pipeline.ingest.unit_text import is_same_unit
+
+_BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+")
+_MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
+#: Written where there is no value.
+_MISSING = frozenset(
+    {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "none", "null", "нет", "н/д"}
+)
+_NUMBER = re.compile(
+    r"""(?P<sign>[+-]?)
+    (?P<body>\d{1,3}(?:[ ]\d{3})+(?:[.,]\d*)?   # 1 324,5
+    |\d{1,3}(?:,\d{3})+\.\d*                    # 1,324.5
+    |\d{1,3}(?:\.\d{3})+,\d*                    # 1.324,5
+    |\d{1,3}(?:,\d{3}){2,}|\d{1,3}(?:\.\d{3}){2,}
+    |\d+[.,]?\d*|[.,]\d+)
+    (?P<exponent>[eE][+-]?\d{1,3})?""",
+    re.VERBOSE,
+)
+
+
+class NotANumberError(ValueError):
+    """A cell holds something else than a number; the text says what."""
+
+
+def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
+    """Read a number with decimal point or comma.
+
+    A single comma is a decimal comma ("1,324" is 1.324); blanks may part thousands; a trailing
+    unit is accepted where it is the unit of the column.
+
+    Parameters
+    ----------
+    cell : str, float, bool or None
+        Cell of a sheet.
+    unit_text : str, optional
+        Unit text of the column.
+
+    Returns
+    -------
+    float or None
+        None where there is no value: empty, "-", "NaN", "n/a".
+
+    Raises
+    ------
+    NotANumberError
+        Text, an error value such as #DIV/0!, a truth value or infinity.
+
+    Examples
+    --------
+    >>> parse_number("1 324,5"), parse_number("\u22120.378"), parse_number("5,2 кгс·см", "кгс см")
+    (1324.5, -0.378, 5.2)
+    >>> parse_number("1,2,3")
+    Traceback (most recent call last):
+    ...
+    pipeline.ingest.cells.NotANumberError: "1,2,3" is not a number
+    """
+    if cell is None:
+        return None
+    if isinstance(cell, bool):
+        raise NotANumberError(f'"{str(cell).upper()}" is not a number')
+    if isinstance(cell, (int, float)):
+        return _finite(float(cell), str(cell))
+    text = _BLANKS.sub(" ", cell.translate(_MINUS)).strip()
+    if text.casefold() in _MISSING:
+        return None
+    found = _NUMBER.match(text)
+    if found is None or not _unit_follows(text[found.end() :], unit_text):
+        raise NotANumberError(f'"{shorten(cell)}" is not a number')
+    body = found["body"].replace(" ", "")
+    last = max(body.rfind("."), body.rfind(","))
+    if body.count(".") + body.count(",") > 1 and body[last] in body[:last]:
+        body = body.replace(body[last], "")  # thousands only: 1,234,567
+    elif last >= 0:
+        whole = body[:last].replace(",", "").replace(".", "")
+        body = f"{whole or '0'}.{body[last + 1 :]}"
+    return _finite(float(f"{found['sign']}{body}{found['exponent'] or ''}"), cell)
+
+
+def _unit_follows(rest: str, unit_text: str | None) -> bool:
+    rest = rest.strip()
+    return not rest or (unit_text is not None and is_same_unit(rest, unit_text))
+
+
+def _finite(value: float, text: str) -> float | None:
+    if math.isnan(value):
+        return None
+    if math.isinf(value):
+        raise NotANumberError(f'"{shorten(text)}" is not a finite number')
+    return value
+
+
+def is_number(cell: Cell) -> bool:
+    """Tell whether the cell holds a number.
+
+    >>> is_number("1,5"), is_number("x"), is_number(None)
+    (True, False, False)
+    """
+    try:
+        return parse_number(cell) is not None
+    except NotANumberError:
+        return False
+
+
+def is_text(cell: Cell) -> bool:
+    """Tell whether the cell holds text that is neither a number nor a sign of a missing value.
+
+    >>> is_text("Torque"), is_text("1,5"), is_text("-")
+    (True, False, False)
+    """
+    if not isinstance(cell, str):
+        return False
+    try:
+        parse_number(cell)
+    except NotANumberError:
+        return True
+    return False
+
+
+def shorten(text: str, length: int = 60) -> str:
+    """Return a text of a file fit for a message: one line, printable, not too long.
+
+    >>> shorten("a" * 100, 10)
+    'aaaaaaaaa…'
+    """
+    clean = "".join(sign if sign.isprintable() else " " for sign in text[: 4 * length])
+    clean = _BLANKS.sub(" ", clean).strip()
+    return clean if len(clean) <= length else clean[: length - 1] + "…"
+
+
+def column_letter(index: int) -> str:
+    """Return the spreadsheet's name of a column counted from 0.
+
+    >>> column_letter(0), column_letter(25), column_letter(26), column_letter(16383)
+    ('A', 'Z', 'AA', 'XFD')
+    """
+    letters = ""
+    number = index + 1
+    while number > 0:
+        number, rest = divmod(number - 1, 26)
+        letters = chr(ord("A") + rest) + letters
+    return letters
+
+
+def column_index(letter: str) -> int:
+    """Return the position, from 0, of a column named by its letters.
+
+    >>> column_index("A"), column_index("AA"), column_index("xfd")
+    (0, 26, 16383)
+    """
+    number = 0
+    for sign in letter.upper():
+        number = number * 26 + ord(sign) - ord("A") + 1
+    return number - 1

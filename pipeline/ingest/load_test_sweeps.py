@@ -1,0 +1,123 @@
+"""The course of a sweep: which rows load and which unload the drive, and where it warms up."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.ingest.load_test_rows import Reading, with_mark
+from pipeline.ingest.load_test_words import Branch
+from pipeline.types import FloatArray
+
+#: Share of the torque's range by which it must come back before the branch changes.
+_TURN_SHARE = 0.08
+_NO_LOAD_SHARE = 0.02
+_LEAST_WARM_UP_ROWS = 6
+
+
+def with_branches(readings: Sequence[Reading]) -> list[Reading]:
+    """Tell loading from unloading by the torque's rise and fall, where no row says it.
+
+    Parameters
+    ----------
+    readings : sequence of Reading
+        One sweep after the other at one code, in the order taken.
+
+    Returns
+    -------
+    list of Reading
+        The same readings, each with a branch.
+    """
+    unstated = [index for index, reading in enumerate(readings) if reading.branch is None]
+    torque = np.abs([readings[index].torque_nm for index in unstated])
+    branches = dict(zip(unstated, branches_of(torque), strict=True))
+    return [
+        replace(reading, branch=branches[index]) if index in branches else reading
+        for index, reading in enumerate(readings)
+    ]
+
+
+def branches_of(torque: FloatArray) -> list[Branch]:
+    """Tell loading from unloading by turning points of the torque that exceed its scatter.
+
+    Parameters
+    ----------
+    torque : ndarray, shape (n,)
+        Magnitude of the torque in the order taken. [any]
+
+    Returns
+    -------
+    list of str, length n
+        "loading" while it rises to a turning point, "unloading" while it falls to one.
+
+    Examples
+    --------
+    >>> branches_of(np.array([0.0, 1.0, 2.0, 1.5, 0.5]))
+    ['loading', 'loading', 'loading', 'unloading', 'unloading']
+    """
+    count = len(torque)
+    if count == 0:
+        return []
+    turn = _TURN_SHARE * float(np.ptp(torque))
+    if turn == 0.0:
+        return ["loading"] * count
+    turns: list[tuple[int, Branch]] = []  # last row of a stretch, and its branch
+    low = high = 0
+    branch: Branch | None = None
+    for index in range(count):
+        if torque[index] > torque[high]:
+            high = index
+        if torque[index] < torque[low]:
+            low = index
+        if branch != "unloading" and torque[high] - torque[index] > turn:
+            if branch == "loading" or high > 0:
+                turns.append((high, "loading"))
+            branch, low = "unloading", index
+        elif branch != "loading" and torque[index] - torque[low] > turn:
+            if branch == "unloading" or low > 0:
+                turns.append((low, "unloading" if branch == "unloading" else "loading"))
+            branch, high = "loading", index
+    turns.append((count - 1, branch or "loading"))
+    branches: list[Branch] = []
+    for last, name in turns:
+        branches += [name] * (last + 1 - len(branches))
+    return branches
+
+
+def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
+    """Mark a leading run without load in which the speed still drifts.
+
+    Only where it is plain: at least six rows at the same lowest torque, and a drift of the speed
+    far above its scatter and above 0.5 %.
+
+    Parameters
+    ----------
+    readings : sequence of Reading
+        One sweep after the other at one code, in the order taken.
+
+    Returns
+    -------
+    tuple of (list of Reading, int)
+        The readings, and how many were marked.
+    """
+    if len(readings) < 2 * _LEAST_WARM_UP_ROWS or any("warm-up" in r.marks for r in readings):
+        return list(readings), 0
+    torque = np.abs([reading.torque_nm for reading in readings])
+    close = np.abs(torque - torque[0]) <= _NO_LOAD_SHARE * np.ptp(torque)
+    run = int(np.argmin(close)) if not close.all() else 0
+    lowest = torque[0] <= torque.min() + _NO_LOAD_SHARE * np.ptp(torque)
+    if run < _LEAST_WARM_UP_ROWS or not lowest:
+        return list(readings), 0
+    speed = np.array([reading.shaft_speed_rpm for reading in readings[:run]])
+    settled = float(np.median(speed[-max(2, run // 3) :]))
+    # Of a smooth drift the second differences hold the scatter alone.
+    scatter = float(np.median(np.abs(np.diff(speed, 2)))) / (0.6745 * 6**0.5)
+    if abs(speed[0] - settled) <= max(0.005 * abs(settled), 8.0 * scatter):
+        return list(readings), 0
+    away = np.abs(speed - settled) > max(0.002 * abs(settled), 4.0 * scatter)
+    drifting = int(np.argmin(away)) if not away.all() else 0
+    marked = [
+        with_mark(reading, "warm-up") if index < drifting else reading
+        for index, reading in enumerate(readings)
+    ]
+    return marked, drifting

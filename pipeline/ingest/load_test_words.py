@@ -1,0 +1,280 @@
+"""What the columns, codes and branches of a load test are called."""
+
+import re
+from dataclasses import dataclass
+from typing import Literal
+
+from pipeline.ingest.unit_text import fold_lookalikes
+from pipeline.ingest.vocabulary import Vocabulary, Words, plain
+
+Branch = Literal["loading", "unloading"]
+
+_SET_POINT = ("set point", "setpoint", "target", "demand", "limit", "задан*", "уставк*", "предел*")
+_ABSORBER = ("absorber", "brake", "generator", "тормоз*", "d axis", "q axis", "phase", "фаз*")
+
+VOCABULARY: Vocabulary = {
+    "code": Words(
+        None,
+        ("code", "control code", "command", "cmd", "код", "код управления", "управляющ* код"),
+        ("N", "Код N", "код N"),
+        prefer=("control", "управлен*"),
+        never=("error*", "status", "serial", "ошибк*", "заказ*", "издели*", "fault"),
+    ),
+    "shaft_speed": Words(
+        "shaft_speed",
+        (
+            "speed",
+            "shaft speed",
+            "rotation* speed",
+            "rotation* frequency",
+            "rpm",
+            "revolutions",
+            "частот* вращен*",
+            "скорост* вращен*",
+            "частота",
+            "скорость",
+            "оборот*",
+            "об мин",
+        ),
+        ("n", "n_rpm", "ω", "w"),
+        never=(*_SET_POINT, "temp", "temperature", "датчик* температур*"),
+        less=_ABSORBER,
+        unit_words={"rpm": "rpm", "оборот*": "об/мин", "об мин": "об/мин"},
+    ),
+    "torque": Words(
+        "torque",
+        (
+            "torque",
+            "shaft torque",
+            "load torque",
+            "moment",
+            "момент",
+            "крутящ* момент",
+            "крут момент",
+        ),
+        ("M", "М", "Mz", "T", "Q", "Мкр"),
+        never=(
+            *_SET_POINT,
+            "constant",
+            "постоянн*",
+            "момент времени",
+            "inertia",
+            "инерци*",
+            "ripple",
+        ),
+        less=_ABSORBER,
+        with_unit=("load", "нагрузк*", "brake"),
+    ),
+    "current": Words(
+        "current",
+        ("current", "input current", "supply current", "ток", "сила тока", "ток потребления"),
+        ("I", "I_in", "Iin"),
+        prefer=("input", "supply", "dc", "battery", "bus", "потребл*", "питани*", "входн*"),
+        never=_SET_POINT,
+        less=_ABSORBER,
+        default_unit="A",
+    ),
+    "voltage": Words(
+        "voltage",
+        ("voltage", "input voltage", "supply voltage", "напряжение", "напряжение питания"),
+        ("U", "V", "U_in", "Uin"),
+        prefer=("input", "supply", "dc", "battery", "bus", "питани*", "входн*"),
+        never=_SET_POINT,
+        less=_ABSORBER,
+        default_unit="V",
+    ),
+    "input_power": Words(
+        "power",
+        (
+            "input power",
+            "electric* power",
+            "power input",
+            "power in",
+            "power consum*",
+            "потребляем* мощност*",
+            "электрическ* мощност*",
+            "входн* мощност*",
+            "мощност* потреблен*",
+            "мощност* электрическ*",
+            "мощност* потребляем*",
+        ),
+        ("P1", "Pin", "P_in", "Pel", "Р1", "P вх", "Pвх"),
+        less=_ABSORBER,
+        default_unit="W",
+    ),
+    "output_power": Words(
+        "power",
+        (
+            "output power",
+            "mechanic* power",
+            "shaft power",
+            "power output",
+            "power out",
+            "выходн* мощност*",
+            "механическ* мощност*",
+            "полезн* мощност*",
+            "мощност* на валу",
+            "мощност* механическ*",
+        ),
+        ("P2", "Pout", "P_out", "Pmech", "Р2", "P вых", "Pвых"),
+        less=_ABSORBER,
+        default_unit="W",
+    ),
+    "time": Words(
+        "time",
+        ("time", "elapsed time", "timestamp", "время", "момент времени", "время испытан*"),
+        ("t",),
+        default_unit="s",
+    ),
+    "branch": Words(
+        None, ("branch", "sweep", "load direction", "ветвь", "ход", "направление нагружения")
+    ),
+    "status": Words(
+        None,
+        (
+            "status",
+            "comment*",
+            "note*",
+            "remark*",
+            "phase",
+            "state",
+            "mark",
+            "статус",
+            "примечан*",
+            "комментар*",
+            "режим",
+            "состояние",
+            "отметк*",
+            "этап",
+        ),
+    ),
+}
+REQUIRED = (("shaft_speed",), ("torque",))
+BRANCH_WORDS = (
+    "loading",
+    "unloading",
+    "load up",
+    "load down",
+    "нагружение",
+    "нагрузка",
+    "разгружение",
+    "разгрузка",
+    "прямой",
+    "обратный",
+    "up",
+    "down",
+)
+_UNLOADING = re.compile(
+    r"\b(?:unload\w*|разгруж\w*|разгрузк\w*|сняти\w* нагрузки|обратн\w* ход|descending|load down)\b"
+)
+_LOADING = re.compile(r"\b(?:loading|load up|нагруж\w*|прям\w* ход|ascending)\b")
+#: These are a branch only where nothing else stands beside them ("Load test of drive 7" is none).
+_BRANCH_ALONE: dict[str, Branch] = {
+    "down": "unloading",
+    "falling": "unloading",
+    "up": "loading",
+    "rising": "loading",
+    "load": "loading",
+    "нагрузка": "loading",
+}
+_WARM_UP = re.compile(r"\b(?:warm\s?up|warming(?:\s?up)?|preheat\w*|прогрев\w*|разогрев\w*)\b")
+
+_NUMBER = r"(?P<number>\d{1,5}(?:[.,]\d+)?)(?![\d.,/\-…]*\d)\s*(?P<percent>%)?"
+_SIGN = r"(?P<sign>[+\-\u2212\u2013]|minus\s+|plus\s+|минус\s+|плюс\s+)?"
+_WORD = r"(?:control[\s_]*code|command|code|cmd|код(?:[\s_]+управления)?|управляющий[\s_]+код)"
+_OTHER_CODE = re.compile(
+    r"(?:error|serial|fault|part|order|ошибк\w*|издели\w*|заказ\w*)[\s_]*(?:code|код)"
+    r"|(?:code|код)[\s_]+(?:ошибк|издели|заказ|двигател|of\b)",
+    re.IGNORECASE,
+)
+_CODE_WORD = re.compile(
+    rf"(?<![a-zа-я]){_WORD}(?:[\s_]*\(?\bN\b\)?)?"
+    # "code-40" may have a dash where "code -40" and "code: -40" have a sign.
+    rf"(?:[\s_]*[=:№#]\s*|(?P<dash>-)(?=\d)|[\s_]+|(?=\d)){_SIGN}{_NUMBER}",
+    re.IGNORECASE,
+)
+_CODE_SYMBOL = re.compile(rf"(?<![A-Za-zА-Яа-я])N\s*[=:]\s*(?P<dash>(?!))?{_SIGN}{_NUMBER}")
+_CODE_ALONE = re.compile(rf"\s*(?P<dash>(?!))?{_SIGN}{_NUMBER}\s*(?:code|код)?\s*", re.IGNORECASE)
+_COPY = re.compile(r"\s*\(\d{1,2}\)\s*$")
+_CODE_LABEL = re.compile(rf"^\W*(?:{_WORD}|N)(?:\s*\(?N\)?)?\s*[=:,]?\s*$", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class CodeText:
+    """A control code found in a text. `doubtful_sign`: the hyphen may be a dash ("code-40")."""
+
+    value: float
+    percent: bool = False
+    doubtful_sign: bool = False
+
+
+def code_in_text(text: str, *, alone: bool = False) -> CodeText | None:
+    """Find a control code in a sheet's name, a file's name or a heading.
+
+    Parameters
+    ----------
+    text : str
+        E.g. ``Код 90``, ``N=+127``, ``code_040``, ``Control code: -90``.
+    alone : bool
+        A number alone is a code too (sheet names).
+
+    Returns
+    -------
+    CodeText or None
+        The code, None where the text holds none, or two different ones.
+
+    Examples
+    --------
+    >>> [code_in_text(text).value for text in ("Код 90", "N=+127", "code_040", "Control code: -90")]
+    [90.0, 127.0, 40.0, -90.0]
+    >>> code_in_text("90"), code_in_text("-90", alone=True).value, code_in_text("error code 5")
+    (None, -90.0, None)
+    """
+    text = _COPY.sub("", text)
+    if _OTHER_CODE.search(text):
+        return None
+    found = list(_CODE_WORD.finditer(text)) or list(_CODE_SYMBOL.finditer(text))
+    if not found and alone:
+        whole = _CODE_ALONE.fullmatch(text)
+        found = [] if whole is None else [whole]
+    codes = {_read(match) for match in found}
+    return codes.pop() if len(codes) == 1 else None
+
+
+def _read(match: re.Match[str]) -> CodeText:
+    sign = (match["sign"] or "").strip().casefold()
+    negative = sign in {"-", "\u2212", "\u2013", "minus", "минус"}
+    value = float(match["number"].replace(",", "."))
+    return CodeText(
+        -value if negative else value, match["percent"] is not None, match["dash"] is not None
+    )
+
+
+def is_code_label(text: str) -> bool:
+    """Tell whether a cell announces a code in the next cell.
+
+    >>> is_code_label("Control code:"), is_code_label("Код"), is_code_label("Torque")
+    (True, True, False)
+    """
+    return _CODE_LABEL.match(text) is not None
+
+
+def branch_in_text(text: str) -> Branch | None:
+    """Return the branch that a text names.
+
+    >>> branch_in_text("Unloading"), branch_in_text("Нагружение"), branch_in_text("Torque")
+    ('unloading', 'loading', None)
+    """
+    words = " ".join(fold_lookalikes(word) for word in plain(text).split())
+    if _UNLOADING.search(words):
+        return "unloading"
+    return "loading" if _LOADING.search(words) else _BRANCH_ALONE.get(words)
+
+
+def is_warm_up(text: str) -> bool:
+    """Tell whether a text marks a warm-up.
+
+    >>> is_warm_up("warm-up"), is_warm_up("Прогрев 2 мин"), is_warm_up("steady")
+    (True, True, False)
+    """
+    return _WARM_UP.search(plain(text)) is not None

@@ -1,0 +1,291 @@
+"""Open-water tests: K_T and K_Q (the papers' K_M) against the advance ratio."""
+
+import math
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.bench_file import (
+    Reading,
+    mapped_columns,
+    read_bench_file,
+    source_name,
+    without_copies,
+)
+from pipeline.ingest.blocks import Block
+from pipeline.ingest.cells import is_text, shorten
+from pipeline.ingest.headers import Wanted
+from pipeline.ingest.open_water_coefficients import (
+    Coefficients,
+    NoCoefficientError,
+    check_efficiency,
+    coefficients,
+    doubt,
+    efficiency,
+)
+from pipeline.ingest.open_water_words import VOCABULARY
+from pipeline.ingest.rows import listed
+from pipeline.records.base import Source
+from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord, SheetRead
+from pipeline.vehicle.schema import Vehicle
+
+__all__ = ["VOCABULARY", "read_open_water"]
+
+_LOOKED_FOR = "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed"
+_TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\s*$")
+#: Outside of it an advance ratio is a mistake of units or of columns.
+_LARGEST_ADVANCE_RATIO = 3.0
+_MOST_TEXTS = 200
+
+
+def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> OpenWaterRecord:
+    """Read all open-water tests of a vehicle.
+
+    Parameters
+    ----------
+    paths : sequence of Path
+        Workbooks and text tables.
+    vehicle : Vehicle
+        Density of the water and diameter of the propeller, for raw thrust and torque; column
+        mapping and filters of rows.
+    raw_root : Path
+        Sources are named relative to it.
+
+    Returns
+    -------
+    OpenWaterRecord
+        Points of all files that could be read, with every problem. A file that cannot be read is
+        a problem of severity "error", and the others are read.
+    """
+    columns = vehicle.columns.open_water
+    wanted = Wanted(
+        VOCABULARY,
+        required=(
+            ("advance_ratio", "speed"),
+            (
+                *("thrust_coefficient", "torque_coefficient", "torque_coefficient_x10"),
+                *("power_coefficient", "thrust", "torque"),
+            ),
+        ),
+        kind="open_water",
+        mapping=mapped_columns(columns),
+        only=columns.only,
+    )
+    points: list[OpenWaterPoint] = []
+    sheets: list[SheetRead] = []
+    kept, problems = without_copies(paths, raw_root)
+    for path in kept:
+        shown_as = source_name(path, raw_root)
+        found = read_bench_file(path, shown_as, wanted, columns, _LOOKED_FOR)
+        problems += found.problems
+        for block, readings in found.tables:
+            own = _points(block, readings, vehicle, problems)
+            points += own
+            sheets.append(
+                SheetRead(
+                    file=block.sheet.file,
+                    sheet=block.sheet.name,
+                    rows=len(readings),
+                    columns=tuple(column.as_record() for column in block.columns.values()),
+                    summary=_summary(own),
+                )
+            )
+    return OpenWaterRecord(points=tuple(points), sheets=tuple(sheets), problems=tuple(problems))
+
+
+def _points(
+    block: Block, readings: tuple[Reading, ...], vehicle: Vehicle, problems: list[Problem]
+) -> list[OpenWaterPoint]:
+    problems += _notes(block, vehicle)
+    torque = block.columns.get("torque_coefficient")
+    tenfold = torque is not None and _TEN_TIMES.search(torque.header) is not None
+    rows: list[tuple[Reading, Coefficients]] = []
+    without: list[tuple[int, str]] = []
+    for reading in readings:
+        values = dict(reading.values)
+        if tenfold and "torque_coefficient" in values:
+            # vehicle.yaml names a column "10KQ" as the torque coefficient.
+            values["torque_coefficient_x10"] = values.pop("torque_coefficient")
+        try:
+            found = coefficients(values, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m)
+        except NoCoefficientError as error:
+            without.append((reading.row, str(error)))
+        else:
+            rows.append((reading, found))
+    if without:
+        numbers = [row for row, _ in without]
+        what = f"{without[0][1]}; left out: {listed(numbers)}."
+        problems.append(Problem("warning", block.place(numbers[0]), what))
+    marks = _marks(block, rows, problems)
+    good = [row for row, own in zip(rows, marks, strict=True) if not own]
+    _cross_check(block, good, problems)
+    return [
+        OpenWaterPoint(
+            source=Source(file=block.sheet.file, sheet=block.sheet.name, row=reading.row),
+            advance_ratio=found.advance_ratio,
+            thrust_coefficient=found.thrust_coefficient,
+            torque_coefficient=found.torque_coefficient,
+            marks=own,
+        )
+        for (reading, found), own in zip(rows, marks, strict=True)
+    ]
+
+
+def _notes(block: Block, vehicle: Vehicle) -> list[Problem]:
+    """Say what was assumed of the columns, and warn of several propellers in one table."""
+    notes: list[Problem] = []
+    there = set(block.columns)
+    raw = [
+        name.replace("_", " ")
+        for name, stated in (
+            ("thrust", {"thrust_coefficient"}),
+            (
+                "torque",
+                {"torque_coefficient", "torque_coefficient_x10", "power_coefficient"},
+            ),
+        )
+        if name in there and not there & stated
+    ]
+    if raw:
+        what = (
+            f"{' and '.join(raw)} made a coefficient with density "
+            f"{vehicle.water.density_kgpm3:g} kg/m^3 and diameter "
+            f"{vehicle.propeller.diameter_m:g} m of vehicle.yaml."
+        )
+        notes.append(Problem("note", block.place(block.header_row), what))
+    if "power_coefficient" in there:
+        what = (
+            "C_P = P / (rho n^3 D^5) and C_T = T / (rho n^2 D^4) are assumed: K_Q = C_P / 2 pi, "
+            "K_T = C_T, whatever the fluid."
+        )
+        place = block.place(block.header_row, "power_coefficient")
+        notes.append(Problem("note", place, what))
+    several = None if block.only else _several_texts(block)
+    if several is not None:
+        header, count = several
+        notes.append(
+            Problem(
+                "warning",
+                block.place(block.header_row),
+                f'column "{header}" has {count} different texts: the rows may be of several '
+                "propellers, and were all read.",
+                "the open-water curve of one propeller.",
+                f'Choose in vehicle.yaml: columns: {{open_water: {{only: {{"{header}": ...}}}}}}.',
+            )
+        )
+    return notes
+
+
+def _several_texts(block: Block) -> tuple[str, int] | None:
+    """Return header and number of texts of a column that tells rows apart by text."""
+    read = {column.index for column in block.columns.values()}
+    low, high = block.span
+    header_cells = block.sheet.cells(block.header_row)
+    for index, header in enumerate(header_cells[low : high + 1], start=low):
+        if index in read or not isinstance(header, str):
+            continue
+        texts: set[str] = set()
+        rows = filled = 0
+        for row in range(block.first_row, block.last_row + 1):
+            cell = block.sheet.cell(row, index)
+            rows += 1
+            if isinstance(cell, str) and is_text(cell):
+                filled += 1
+                texts.add(cell)
+        # A column of remarks has gaps or a text of its own in each row.
+        if filled == rows and 1 < len(texts) <= min(_MOST_TEXTS, rows // 2):
+            return shorten(header, 30), len(texts)
+    return None
+
+
+def _marks(
+    block: Block, rows: Sequence[tuple[Reading, Coefficients]], problems: list[Problem]
+) -> list[tuple[str, ...]]:
+    """Mark copies of rows and impossible advance ratios."""
+    seen: dict[Coefficients, int] = {}
+    copies: list[int] = []
+    beyond: list[int] = []
+    marks: list[tuple[str, ...]] = []
+    for reading, found in rows:
+        own = list(reading.marks)
+        if abs(found.advance_ratio) > _LARGEST_ADVANCE_RATIO:
+            own.append("advance ratio beyond any propeller")
+            beyond.append(reading.row)
+        elif not own and found in seen and found.advance_ratio != 0.0:
+            own.append(f"duplicate of row {seen[found]}")
+            copies.append(reading.row)
+        seen.setdefault(found, reading.row)
+        marks.append(tuple(own))
+    if copies:
+        what = f"{listed(copies)} repeat earlier rows; left out."
+        problems.append(Problem("warning", block.place(copies[0]), what, "", "Delete the copies."))
+    if beyond:
+        what = f"advance ratio above {_LARGEST_ADVANCE_RATIO:g} in {listed(beyond)}; left out."
+        remedy = "Check the units of speed and shaft speed, and the diameter in vehicle.yaml."
+        problems.append(Problem("warning", block.place(beyond[0]), what, "", remedy))
+    return marks
+
+
+def _cross_check(
+    block: Block, used: Sequence[tuple[Reading, Coefficients]], problems: list[Problem]
+) -> None:
+    """Compare with the efficiency column; without one, look for what cannot be true."""
+    stated = [reading.values.get("efficiency", math.nan) for reading, _ in used]
+    computed = [
+        efficiency(found.advance_ratio, found.thrust_coefficient, found.torque_coefficient)
+        if found.thrust_coefficient is not None and found.torque_coefficient is not None
+        else math.nan
+        for _, found in used
+    ]
+    check = check_efficiency(computed, stated)
+    if check is None:
+        text = doubt([found for _, found in used])
+        if text:
+            remedy = _CHECK_COLUMN
+            problems.append(
+                Problem("warning", block.place(block.header_row), f"{text}", "", remedy)
+            )
+        return
+    place = block.place(block.header_row, "efficiency")
+    if check.suspicion:
+        what = (
+            f"J K_T / (2 pi K_Q) is {check.ratio:.3g} times the efficiency column: "
+            f"{check.suspicion}"
+        )
+        expected = "the same efficiency."
+        problems.append(Problem("warning", place, what, expected, _CHECK_COLUMN))
+    if check.outliers:
+        odd = [used[index][0].row for index in check.outliers]
+        what = f"the efficiency column does not follow from J, K_T and K_Q in {listed(odd)}."
+        problems.append(
+            Problem("warning", Place(place.file, place.sheet, odd[0], place.column), what)
+        )
+
+
+_CHECK_COLUMN = (
+    "Correct the header, or state the column in vehicle.yaml under columns: open_water "
+    "(a torque_coefficient whose header starts with 10 is divided by 10)."
+)
+
+
+def _summary(points: Sequence[OpenWaterPoint]) -> str:
+    if not points:
+        return "left out"
+    ratios = [point.advance_ratio for point in points]
+    parts = [f"{len(points)} points", f"J {min(ratios):.3g} to {max(ratios):.3g}"]
+    for name, values in (
+        ("K_T", [point.thrust_coefficient for point in points]),
+        ("K_Q", [point.torque_coefficient for point in points]),
+    ):
+        numbers = [value for value in values if value is not None]
+        parts.append(
+            f"{name} {max(numbers):.3g} to {min(numbers):.3g}" if numbers else f"no {name}"
+        )
+    static = sum(ratio == 0.0 for ratio in ratios)
+    if static:
+        parts.append(f"{static} at rest")
+    marked = sum(bool(point.marks) for point in points)
+    if marked:
+        parts.append(f"{marked} left out")
+    return ", ".join(parts)

@@ -1,0 +1,207 @@
+"""K_T and K_Q from whatever an open-water test states, and whether they can be true.
+
+The papers' K_M is K_Q.
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+#: Of the torque coefficient, by the quantity that a column holds.
+TORQUE_FACTORS = {
+    "torque_coefficient": 1.0,
+    "torque_coefficient_x10": 0.1,
+    "power_coefficient": 1.0 / (2.0 * math.pi),
+}
+_EFFICIENCY_SHARE = 0.03
+#: Slower than this the shaft stands still: a sensor's noise, not a point of a curve.
+_STANDING_RPM = 1e-3
+#: K_Q / K_T of a screw where K_T is large lies between about 0.08 and 0.3; ten times is a mix-up.
+_LARGEST_TORQUE_SHARE = 0.6
+_SMALLEST_TORQUE_SHARE = 0.02
+
+
+class NoCoefficientError(ValueError):
+    """A row does not give what is asked; the text says why."""
+
+
+@dataclass(frozen=True)
+class Coefficients:
+    """One row: advance ratio J, K_T, K_Q. [-]."""
+
+    advance_ratio: float
+    thrust_coefficient: float | None
+    torque_coefficient: float | None
+
+
+def coefficients(
+    values: Mapping[str, float], density_kgpm3: float, diameter_m: float
+) -> Coefficients:
+    r"""Compute J, K_T and K_Q of one row.
+
+    A stated coefficient goes before a computed one:
+    :math:`J = V/(nD)`, :math:`K_T = T/(\rho n^2 D^4)`, :math:`K_Q = Q/(\rho n^2 D^5)`,
+    :math:`K_Q = C_P/2\pi`, :math:`K_T = C_T`.
+
+    Parameters
+    ----------
+    values : mapping of str to float
+        What the row holds: advance_ratio, thrust_coefficient, torque_coefficient,
+        torque_coefficient_x10, power_coefficient [-]; thrust [N], torque [N m],
+        shaft_speed [rpm], speed [m/s].
+    density_kgpm3 : float
+        Of the water of the test. [kg/m^3]
+    diameter_m : float
+        Of the propeller. [m]
+
+    Returns
+    -------
+    Coefficients
+        K_T or K_Q is None if the row has nothing that gives it.
+
+    Raises
+    ------
+    NoCoefficientError
+        If J is not known, or neither K_T nor K_Q.
+
+    References
+    ----------
+    Kostenko 2023, eqs. (1), (2).
+
+    Examples
+    --------
+    >>> row = {"speed": 1.0, "shaft_speed": 600.0, "thrust": 16.0, "torque": 0.64}
+    >>> one = coefficients(row, 1000.0, 0.2)
+    >>> round(one.advance_ratio, 9), round(one.thrust_coefficient, 9)
+    (0.5, 0.1)
+    >>> round(one.torque_coefficient, 9)
+    0.02
+    """
+    shaft_speed_rpm = values.get("shaft_speed")
+    turning = shaft_speed_rpm is not None and abs(shaft_speed_rpm) > _STANDING_RPM
+    shaft_speed_rps = shaft_speed_rpm / 60.0 if shaft_speed_rpm is not None else math.nan
+    head_pa = density_kgpm3 * shaft_speed_rps**2 * diameter_m**2  # rho n^2 D^2
+    advance_ratio = values.get("advance_ratio")
+    if advance_ratio is None and "speed" in values and turning:
+        advance_ratio = values["speed"] / (shaft_speed_rps * diameter_m)
+    if advance_ratio is None:
+        raise NoCoefficientError(
+            "the shaft stands still, J = V / (n D) is not defined"
+            if shaft_speed_rpm is not None and "speed" in values
+            else "no advance ratio, and no speed with shaft speed to compute it from"
+        )
+    thrust_coefficient = values.get("thrust_coefficient")
+    if thrust_coefficient is None and "thrust" in values and turning:
+        thrust_coefficient = values["thrust"] / (head_pa * diameter_m**2)
+    torque_coefficient = next(
+        (values[name] * factor for name, factor in TORQUE_FACTORS.items() if name in values), None
+    )
+    if torque_coefficient is None and "torque" in values and turning:
+        torque_coefficient = values["torque"] / (head_pa * diameter_m**3)
+    if thrust_coefficient is None and torque_coefficient is None:
+        raise NoCoefficientError("neither a thrust nor a torque coefficient follows from the row")
+    return Coefficients(advance_ratio, thrust_coefficient, torque_coefficient)
+
+
+def efficiency(advance_ratio: float, thrust_coefficient: float, torque_coefficient: float) -> float:
+    r"""Open-water efficiency :math:`\eta = J K_T / (2\pi K_Q)`, nan where K_Q is 0.
+
+    >>> round(efficiency(0.7985, 0.5052, 0.11836), 3)
+    0.542
+    """
+    if torque_coefficient == 0.0:
+        return math.nan
+    return advance_ratio * thrust_coefficient / (2.0 * math.pi * torque_coefficient)
+
+
+@dataclass(frozen=True)
+class EfficiencyCheck:
+    """Computed over stated efficiency: median ratio, rows that differ from it, what to suspect."""
+
+    rows: int
+    ratio: float
+    outliers: tuple[int, ...]
+    suspicion: str
+
+
+def check_efficiency(computed: Sequence[float], stated: Sequence[float]) -> EfficiencyCheck | None:
+    """Compare the efficiency that follows from J, K_T and K_Q with the stated one.
+
+    Parameters
+    ----------
+    computed, stated : sequence of float
+        In the same order; rows where either is not finite or small are not compared. [-]
+
+    Returns
+    -------
+    EfficiencyCheck or None
+        `suspicion` is empty if the two agree within 3 %; None if no row can be compared.
+
+    Examples
+    --------
+    >>> check_efficiency([0.0542, 0.0607], [0.542, 0.607]).suspicion.split(":")[0]
+    'the torque coefficient looks ten times too large'
+    """
+    pairs = [
+        (index, ours / theirs)
+        for index, (ours, theirs) in enumerate(zip(computed, stated, strict=True))
+        # Near zero thrust and far beyond it the ratio says nothing about the columns.
+        if math.isfinite(ours) and math.isfinite(theirs) and theirs > 0.05
+    ]
+    if not pairs:
+        return None
+    ratio = float(np.median([one for _, one in pairs]))
+    outliers = tuple(
+        index for index, one in pairs if abs(one / ratio - 1.0) > max(_EFFICIENCY_SHARE, 0.05)
+    )
+    return EfficiencyCheck(len(pairs), ratio, outliers, _suspicion(ratio))
+
+
+def _suspicion(ratio: float) -> str:
+    if abs(ratio - 1.0) <= _EFFICIENCY_SHARE:
+        return ""
+    two_pi = 2.0 * math.pi
+    for factor, text in (
+        (0.1, "the torque coefficient looks ten times too large: is the column 10K_Q, not K_Q?"),
+        (10.0, "the torque coefficient looks ten times too small: is the column K_Q, not 10K_Q?"),
+        (0.01, "the stated efficiency looks to be in percent: state its unit as %"),
+        (two_pi, "the torque coefficient looks 2 pi too small: is the column K_Q, not C_P?"),
+        (1 / two_pi, "the torque coefficient looks 2 pi too large: is the column C_P, not K_Q?"),
+        (0.1 / two_pi, "the torque coefficient looks 20 pi too large: is the column 10 C_P?"),
+    ):
+        if abs(ratio / factor - 1.0) <= 0.1:
+            return text
+    return "J, K_T, K_Q and the efficiency do not belong together"
+
+
+def doubt(points: Sequence[Coefficients]) -> str:
+    """Say what cannot be true of K_T and K_Q by themselves; empty if nothing is odd.
+
+    Examples
+    --------
+    >>> doubt([Coefficients(0.0, 0.4, 0.5), Coefficients(0.5, 0.2, 0.35)]).split(":")[0]
+    'K_Q is 125 % of K_T where the thrust is large, a screw has 8 to 30 %'
+    """
+    both = [
+        (one.advance_ratio, one.thrust_coefficient, one.torque_coefficient)
+        for one in points
+        if one.thrust_coefficient is not None and one.torque_coefficient is not None
+    ]
+    if not both:
+        return ""
+    largest = max(thrust for _, thrust, _ in both)
+    loaded = [torque / thrust for _, thrust, torque in both if thrust > 0.6 * largest > 0.0]
+    share = float(np.median(loaded)) if loaded else 0.15
+    text = f"K_Q is {100 * share:.3g} % of K_T where the thrust is large, a screw has 8 to 30 %"
+    if share > _LARGEST_TORQUE_SHARE:
+        return f"{text}: is the column 10K_Q, not K_Q?"
+    if 0.0 < share < _SMALLEST_TORQUE_SHARE:
+        return f"{text}: is the column K_Q, not 10K_Q?"
+    best = max(
+        (efficiency(*one) for one in both if one[2] > 0.0 and one[1] > 0.05 * largest), default=0.0
+    )
+    if best > 1.0:
+        return f"the efficiency J K_T / (2 pi K_Q) reaches {best:.2f}, at most 1 is possible"
+    return ""

@@ -1,0 +1,192 @@
+"""What columns are called, in English and Russian, and how a header text is matched with it."""
+
+import functools
+import re
+import unicodedata
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pipeline.ingest.unit_text import fold_lookalikes, normalise_unit, quantities_of
+
+_PUNCTUATION = re.compile(r"[^\w%°]+|_")
+_GROUPS = (re.compile(r"\[([^\[\]]*)\]"), re.compile(r"\(([^()]*)\)"), re.compile(r"\{([^{}]*)\}"))
+_IN = re.compile(r"^(?:in|в|ед\.?\s*изм\.?:?|units?:?)\s+", re.IGNORECASE)
+_PREFERRED = 10
+_LESS = 30
+
+
+@dataclass(frozen=True)
+class Words:
+    """What a quantity is called.
+
+    `unit_kind` is the quantity of `pipeline.ingest.unit_text`, None where a column has no unit
+    (codes, coefficients, texts). `names` are phrases, ``*`` ends a stem; `symbols` must be the
+    whole name, with this case. A column with a word of `prefer` goes before one without, one with
+    a word of `less` goes last, one with a word of `never` is something else. `with_unit` are names
+    that count only beside a unit of the right kind. `default_unit` is assumed where none is
+    stated; None means that it must be stated.
+    """
+
+    unit_kind: str | None
+    names: tuple[str, ...]
+    symbols: tuple[str, ...] = ()
+    prefer: tuple[str, ...] = ()
+    less: tuple[str, ...] = ()
+    never: tuple[str, ...] = ()
+    with_unit: tuple[str, ...] = ()
+    default_unit: str | None = None
+    unit_words: Mapping[str, str] | None = None
+    """Words in the name that tell the unit, e.g. {"rpm": "rpm"}."""
+
+
+Vocabulary = Mapping[str, Words]
+
+
+@dataclass(frozen=True)
+class HeaderText:
+    """A header cut into name and unit. `odd_unit` stands where a unit is due but is not known."""
+
+    name: str
+    unit: str | None = None
+    odd_unit: str | None = None
+
+
+def plain(text: str) -> str:
+    """Return a name in the form in which names are compared.
+
+    >>> plain("  Output_Torque: "), plain("Код  управления")
+    ('output torque', 'код управления')
+    """
+    text = unicodedata.normalize("NFKC", text).casefold().replace("ё", "е")
+    text = _PUNCTUATION.sub(" ", text).strip()
+    return " ".join(fold_lookalikes(word) for word in text.split())
+
+
+def read_unit_cell(text: str) -> str | None:
+    """Return the unit text of a cell that holds a unit and nothing else, else None.
+
+    >>> read_unit_cell("[N·m]"), read_unit_cell("в кгс·см"), read_unit_cell("Torque")
+    ('N·m', 'кгс·см', None)
+    """
+    text = _IN.sub("", text.strip())
+    if not quantities_of(text):
+        return None
+    return text[1:-1].strip() if text[:1] in "[({" and text[-1:] in "])}" else text
+
+
+@functools.lru_cache(maxsize=4096)
+def split_header(text: str) -> tuple[HeaderText, ...]:
+    """Cut a header into name and unit; the readings that are possible, best first.
+
+    >>> split_header("Torque, kg cm")
+    (HeaderText(name='Torque', unit='kg cm', odd_unit=None),)
+    >>> split_header("Torque (load cell) [N·mm]")[0].unit
+    'N·mm'
+    >>> split_header("Output Torque")
+    (HeaderText(name='Output Torque', unit=None, odd_unit=None),)
+    """
+    text = " ".join(text.lstrip("#").split())
+    odd: str | None = None
+    bare = text
+    for pattern in _GROUPS:
+        for group in reversed(list(pattern.finditer(text))):
+            unit = read_unit_cell(group[1])
+            name = (text[: group.start()] + " " + text[group.end() :]).strip(" ,;:")
+            if unit is not None and name:
+                return (HeaderText(name, unit),)
+            if odd is None and name and group[1].strip():
+                odd, bare = group[1].strip(), name
+    if odd is not None:
+        within = split_header(bare)  # "Torque, N m (load cell)"
+        if within[0].unit is not None:
+            return within
+        return (HeaderText(bare, None, odd), HeaderText(text))
+    for parting in (";", ","):
+        name, found, tail = text.rpartition(parting)
+        if found and name.strip() and tail.strip():
+            unit = read_unit_cell(tail)
+            if unit is not None:
+                return (HeaderText(name.strip(" ,;:"), unit),)
+            odd, bare = tail.strip(), name.strip()
+    if odd is not None:
+        return (HeaderText(text), HeaderText(bare, None, odd))
+    return _split_words(text)
+
+
+def _split_words(text: str) -> tuple[HeaderText, ...]:
+    """Find a unit in the last words: "Torque kg cm", "torque_nm", "Torque / N m", "U in V"."""
+    for parting in (r"\s+", r"[\s_]+", r"\s*/\s*"):
+        words = re.split(f"({parting})", text)
+        for start in range(2, len(words), 2):
+            tail = "".join(words[start:])
+            unit = read_unit_cell(tail.replace("_", " "))
+            name = re.sub(r"\s(?:in|в)$", "", "".join(words[: start - 1])).strip(" ,;:/-–—_")
+            if unit is None or not name or unit == "-":
+                continue
+            reading = HeaderText(name, unit)
+            # "Drive A" may be a drive called A: one letter alone is not yet a unit. Nor is the K_T of
+            # "Thrust coefficient K_T", read as knots.
+            one_letter = len(normalise_unit(unit).replace("*", "")) <= (2 if "_" in tail else 1)
+            return (reading, HeaderText(text)) if one_letter else (reading,)
+    return (HeaderText(text),)
+
+
+@functools.lru_cache(maxsize=512)
+def _pattern(phrase: str) -> re.Pattern[str]:
+    words = [
+        re.escape(plain(word.rstrip("*"))) + (r"\w*" if word.endswith("*") else "")
+        for word in phrase.split()
+    ]
+    return re.compile(r"(?<!\w)" + " ".join(words) + r"(?!\w)")
+
+
+def _has(name: str, phrases: tuple[str, ...]) -> bool:
+    return any(_pattern(phrase).search(name) for phrase in phrases)
+
+
+def name_score(header: HeaderText, words: Words) -> int:
+    """Return how well a name fits a quantity, 0 for not at all; units are not looked at.
+
+    >>> torque = Words("torque", ("torque",), ("M",), never=("constant",), less=("absorber",))
+    >>> [name_score(HeaderText(name), torque) for name in ("Torque", "M", "m", "Torque constant")]
+    [100, 100, 0, 0]
+    """
+    name = plain(header.name)
+    if not name or len(header.name) > 80 or _has(name, words.never):
+        return 0
+    bare = header.name.strip()
+    if bare in words.symbols or fold_lookalikes(bare) in words.symbols:
+        return 100
+    best = 0
+    phrases = words.names + (words.with_unit if header.unit is not None else ())
+    for phrase in phrases:
+        found = _pattern(phrase).search(name)
+        if found is not None:
+            length = found.end() - found.start()
+            rest = len(name) - length
+            best = max(best, 100 if rest == 0 else 50 + min(length, 40) // 2 - min(rest, 40) // 2)
+    if best == 0:
+        indexed = re.sub(r"[\s_]*\d{1,2}$", "", bare)
+        return 90 if indexed != bare and indexed in words.symbols else 0
+    best += _PREFERRED if _has(name, words.prefer) else 0
+    best -= _LESS if _has(name, words.less) else 0
+    return max(best, 1)
+
+
+def unit_fits(unit: str, words: Words) -> bool:
+    """Tell whether a unit text is one of the quantity.
+
+    >>> unit_fits("N m", Words("torque", ())), unit_fits("V", Words("torque", ()))
+    (True, False)
+    """
+    kinds = quantities_of(unit)
+    return (words.unit_kind or "ratio") in kinds
+
+
+def unit_told_by_name(header: HeaderText, words: Words) -> str | None:
+    """Return the unit that the name itself tells ("RPM"), if any."""
+    name = plain(header.name)
+    for phrase, unit in (words.unit_words or {}).items():
+        if _pattern(phrase).search(name):
+            return unit
+    return None

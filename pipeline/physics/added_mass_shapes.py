@@ -1,0 +1,182 @@
+r"""Added mass of simple bodies in unbounded water, at their centre, in SNAME axes.
+
+Every value is that of an ideal fluid far from walls, bottom and surface. The added-mass matrix A is
+positive: the water's force on the body is :math:`-A \dot\nu`, so A[0, 0] is Fossen's
+:math:`-X_{\dot u}`. Plates, boxes and cylinders are in
+`added_mass_tables`, plane sections in `added_mass_sections`, slender hulls in `strip_theory`.
+"""
+
+import numpy as np
+from scipy.special import elliprd
+
+from pipeline.errors import CannotComputeError
+from pipeline.types import FloatArray
+
+
+def ellipsoid_added_mass(
+    semi_axes_m: tuple[float, float, float], density_kgpm3: float
+) -> FloatArray:
+    r"""Return the added mass of an ellipsoid, exact (Lamb).
+
+    With semi-axes a, b, c along x, y, z and
+
+    .. math::
+
+        \alpha_0 = abc \int_0^\infty \frac{d\lambda}{(a^2 + \lambda) \Delta}
+                 = \tfrac{2}{3} abc\, R_D(b^2, c^2, a^2), \qquad
+        \Delta^2 = (a^2 + \lambda)(b^2 + \lambda)(c^2 + \lambda),
+
+    and beta_0, gamma_0 likewise for b and c, the surge mass and the roll inertia are
+
+    .. math::
+
+        A_{11} = \frac{\alpha_0}{2 - \alpha_0} m, \qquad
+        A_{44} = \frac{m}{5} \frac{(b^2 - c^2)^2 (\gamma_0 - \beta_0)}
+                 {2 (b^2 - c^2) - (b^2 + c^2)(\gamma_0 - \beta_0)}, \qquad
+        m = \tfrac{4}{3} \pi \rho abc;
+
+    the others follow by turning the axes round.
+
+    Parameters
+    ----------
+    semi_axes_m : tuple of 3 floats
+        a, b, c. [m]
+    density_kgpm3 : float
+        Water density. [kg/m^3]
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        Diagonal added-mass matrix at the centre. [kg, kg m^2]
+
+    Raises
+    ------
+    CannotComputeError
+        A semi-axis or the density is not above zero.
+
+    References
+    ----------
+    Lamb, Hydrodynamics, 6th ed. 1932, sections 114, 115 and 121a; Lamb 1918, ARC R&M 623 (table for
+    the prolate spheroid). R_D is Carlson's integral, DLMF 19.16.5.
+
+    Examples
+    --------
+    A sphere of 1 m radius carries half of the mass of its water; a 6 : 1 spheroid little along its
+    axis and most of it across (R&M 623 prints 0.045, 0.918 and 0.764).
+
+    >>> round(float(ellipsoid_added_mass((1.0, 1.0, 1.0), 3 / (4 * np.pi))[0, 0]), 6)
+    0.5
+    >>> spheroid = ellipsoid_added_mass((6.01, 1.0, 1.0), 3 / (4 * np.pi * 6.01))
+    >>> inertia = (6.01**2 + 1) / 5
+    >>> [round(float(v), 3) for v in (spheroid[0, 0], spheroid[1, 1], spheroid[5, 5] / inertia)]
+    [0.045, 0.917, 0.763]
+    """
+    require_positive("ellipsoid", semi_axes_m, density_kgpm3)
+    squares = np.square(np.asarray(semi_axes_m, float))
+    product = float(np.prod(semi_axes_m))
+    mass = 4.0 / 3.0 * np.pi * density_kgpm3 * product
+    integrals = np.array(
+        [
+            2.0 / 3.0 * product * elliprd(squares[i - 2], squares[i - 1], squares[i])
+            for i in range(3)
+        ]
+    )
+    diagonal = np.empty(6)
+    diagonal[:3] = integrals / (2.0 - integrals) * mass
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        difference, total = squares[j] - squares[k], squares[j] + squares[k]
+        if abs(difference) < 1e-9 * total:
+            diagonal[3 + i] = 0.0  # a round section carries no water as it turns; 0 / 0 above
+            continue
+        slope = (integrals[k] - integrals[j]) / difference
+        diagonal[3 + i] = mass / 5.0 * difference**2 * slope / (2.0 - total * slope)
+    return np.diag(diagonal)
+
+
+def disc_added_mass(radius_m: float, density_kgpm3: float) -> tuple[float, float]:
+    r"""Return the added mass of a thin disc across itself, and its inertia about a diameter.
+
+    .. math:: m = \tfrac{8}{3} \rho r^3, \qquad J = \tfrac{16}{45} \rho r^5
+
+    Parameters
+    ----------
+    radius_m : float
+        Radius. [m]
+    density_kgpm3 : float
+        Water density. [kg/m^3]
+
+    Returns
+    -------
+    tuple of float
+        Mass [kg] and inertia [kg m^2].
+
+    References
+    ----------
+    Lamb, Hydrodynamics, 1932, sections 102 and 108.
+
+    Examples
+    --------
+    >>> mass, inertia = disc_added_mass(1.0, 1.0)
+    >>> round(mass, 4), round(inertia, 4)
+    (2.6667, 0.3556)
+    """
+    require_positive("disc", (radius_m,), density_kgpm3)
+    return 8.0 / 3.0 * density_kgpm3 * radius_m**3, 16.0 / 45.0 * density_kgpm3 * radius_m**5
+
+
+def moved_added_mass(
+    added_mass: FloatArray, position_m: FloatArray, rotation: FloatArray | None = None
+) -> FloatArray:
+    r"""Return the added mass of a part as seen from the vehicle's reference point.
+
+    .. math::
+
+        A_O = H^T A_P H, \qquad
+        H = \begin{pmatrix} R^T & -R^T S(r) \\ 0 & R^T \end{pmatrix}, \qquad S(r)\,v = r \times v
+
+    H turns the velocities of the reference point O into those of the part's point P. Sum the
+    matrices of the parts; their interaction is left out, as in the papers.
+
+    Parameters
+    ----------
+    added_mass : ndarray, shape (6, 6)
+        About the part's point P, in the part's axes. [kg, kg m, kg m^2]
+    position_m : ndarray, shape (3,)
+        Vector r from O to P, in vehicle axes. [m]
+    rotation : ndarray, shape (3, 3), optional
+        R, whose columns are the part's axes in vehicle axes; none if they are parallel.
+
+    Returns
+    -------
+    ndarray, shape (6, 6)
+        About O, in vehicle axes. [kg, kg m, kg m^2]
+
+    References
+    ----------
+    Fossen, Handbook of Marine Craft Hydrodynamics and Motion Control, 2nd ed. 2021, section 3.3.
+
+    Examples
+    --------
+    A sphere at the bow: turning to starboard (yaw) pushes its water to starboard (sway).
+
+    >>> sphere = ellipsoid_added_mass((0.1, 0.1, 0.1), 1000.0)
+    >>> at_bow = moved_added_mass(sphere, np.array([2.0, 0.0, 0.0]))
+    >>> bool(np.isclose(at_bow[1, 5], 2.0 * sphere[1, 1])), bool(at_bow[2, 4] < 0)
+    (True, True)
+    """
+    x, y, z = position_m
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn = np.eye(3) if rotation is None else np.asarray(rotation, float).T
+    transform = np.block([[turn, -turn @ skew], [np.zeros((3, 3)), turn]])
+    return np.asarray(transform.T @ added_mass @ transform, dtype=float)
+
+
+def require_positive(shape: str, lengths: tuple[float, ...], density_kgpm3: float) -> None:
+    """Refuse sizes and densities that are not finite and above zero."""
+    values = np.array([*lengths, density_kgpm3], float)
+    if not (np.isfinite(values).all() and (values > 0).all()):
+        raise CannotComputeError(
+            f"No added mass for a {shape} of {', '.join(f'{v:g}' for v in lengths)} (m, m^2 or kg) "
+            f"in water of {density_kgpm3:g} kg/m^3.\nExpected finite numbers above zero."
+        )

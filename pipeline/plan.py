@@ -1,0 +1,211 @@
+"""Which vehicles there are, where their raw files lie, and which file each stage reads and writes.
+
+Light on purpose: the Snakefile and the command line both start with it.
+"""
+
+import difflib
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.errors import InputError, Place, Problem
+
+VEHICLE_FILE = "vehicle.yaml"
+RAW_KINDS = ("load_test", "mooring", "open_water")
+#: Stages that write an envelope of the same name, in the order in which data flow.
+RECORD_STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "allocation")
+#: Stages whose envelope is a receipt for other files.
+RECEIPT_STAGES = ("firmware", "vehicle_page")
+#: What a stage's result is called in messages.
+TITLES = {
+    "load_test": "load test",
+    "mooring": "mooring test",
+    "open_water": "open-water test",
+    "propeller": "propeller curves (Table 1)",
+    "drive": "drive characteristic",
+    "static": "static characteristic (Table 2)",
+    "inverse": "inverse characteristic (Tables 3 and 4)",
+    "allocation": "allocator error map",
+    "tables": "tables.json",
+    "firmware": "firmware tables",
+    "vehicle_page": "report",
+    "index_page": "index of reports",
+}
+#: How the reason begins when an earlier result is missing; that result's name and reason follow.
+MISSING = "There is no "
+#: A vehicle's name becomes a file name and a C identifier.
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,47}")
+#: Notes may lie beside the raw files; everything else is read, or refused with a message.
+_NOTES = frozenset({".md", ".yaml", ".yml", ".pdf", ".png", ".jpg", ".jpeg"})
+
+
+class UsageError(ValueError):
+    """The command was given something that does not exist; the text says what does."""
+
+
+@dataclass(frozen=True)
+class VehicleFolder:
+    """A vehicle and the folder that holds its ``vehicle.yaml``, as seen from the output folder."""
+
+    name: str
+    folder: str
+
+    @property
+    def vehicle_file(self) -> str:
+        """Path of ``vehicle.yaml``."""
+        return f"{self.folder}/{VEHICLE_FILE}"
+
+    def raw_files(self, kind: str, base: Path | None = None) -> tuple[str, ...]:
+        """Return the raw files of one kind, sorted; `base` is what `folder` is relative to.
+
+        Hidden files, the lock files of spreadsheet programs and written notes are not raw data.
+        """
+        where = f"{self.folder}/{kind}"
+        try:
+            with os.scandir(where if base is None else base / where) as entries:
+                names = [entry.name for entry in entries if entry.is_file() and is_raw(entry.name)]
+        except (FileNotFoundError, NotADirectoryError):
+            return ()
+        return tuple(f"{where}/{name}" for name in sorted(names))
+
+
+def is_raw(name: str) -> bool:
+    """Tell raw data from hidden files, lock files and notes by the file's name."""
+    if name.lower().startswith((".", "~$", "readme")):
+        return False
+    return Path(name).suffix.lower() not in _NOTES
+
+
+def processed_file(vehicle: str, stage: str) -> str:
+    """Path of a stage's file, from the output folder."""
+    return f"processed/{vehicle}/{stage}.json"
+
+
+def report_file(vehicle: str) -> str:
+    """Path of a vehicle's page, from the output folder."""
+    return f"reports/{vehicle}/index.html"
+
+
+def seen_from(path: Path, out: Path) -> str:
+    """Return `path` relative to the output folder when it lies within, absolute otherwise.
+
+    A relative path keeps the workflow's memory valid when the whole folder is moved.
+    """
+    absolute = _absolute(path)
+    base = _absolute(out)
+    if absolute != base and absolute.is_relative_to(base):
+        return absolute.relative_to(base).as_posix()
+    return absolute.as_posix()
+
+
+def _absolute(path: Path) -> Path:
+    """Make absolute without following links: a vehicle keeps the name that the user sees."""
+    return Path(os.path.normpath(path.absolute()))
+
+
+def discover(raw: Path, out: Path) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:
+    """Find every vehicle under the raw folder.
+
+    Parameters
+    ----------
+    raw : Path
+        The folder that holds one folder a vehicle.
+    out : Path
+        The folder of ``processed/`` and ``reports/``.
+
+    Returns
+    -------
+    tuple
+        The vehicles by name, and a problem for each folder that looks like one and is not.
+    """
+    vehicles: list[VehicleFolder] = []
+    problems: list[Problem] = []
+    for folder in sorted(raw.iterdir()) if raw.is_dir() else ():
+        if not folder.is_dir() or folder.name.startswith("."):
+            continue
+        if not (folder / VEHICLE_FILE).exists():
+            kinds = [kind for kind in RAW_KINDS if (folder / kind).is_dir()]
+            if kinds:
+                problems.append(
+                    Problem(
+                        "error",
+                        Place(str(folder)),
+                        f"has {', '.join(kinds)} but no {VEHICLE_FILE}.",
+                        remedy=f"Write {folder / VEHICLE_FILE}; docs/formats.md shows one.",
+                    )
+                )
+            continue
+        try:
+            vehicles.append(vehicle_at(folder, out))
+        except InputError as error:
+            problems.append(error.problem)
+    return tuple(vehicles), tuple(problems)
+
+
+def vehicle_at(folder: Path, out: Path) -> VehicleFolder:
+    """Return the vehicle of a folder.
+
+    Raises
+    ------
+    InputError
+        When the folder's name cannot be a vehicle's name.
+    """
+    name = _absolute(folder).name
+    if not _NAME.fullmatch(name):
+        raise InputError.at(
+            Place(str(folder)),
+            f'the folder\'s name "{name}" cannot be the name of a vehicle.',
+            expected='a letter, then letters, digits, "_" or "-", at most 48 in all: it becomes '
+            "part of file names and of C names.",
+            remedy="Rename the folder.",
+        )
+    return VehicleFolder(name, seen_from(folder, out))
+
+
+def choose(
+    wanted: Sequence[str], raw: Path, out: Path
+) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:
+    """Return the vehicles that the user asked for; all under `raw` when nothing was asked.
+
+    Each is a name under the raw folder, or a path to a folder that holds ``vehicle.yaml``.
+
+    Raises
+    ------
+    UsageError
+        When one does not exist, or two have the same name.
+    """
+    known, problems = discover(raw, out)
+    if not wanted:
+        return known, problems
+    by_name = {vehicle.name: vehicle for vehicle in known}
+    chosen: dict[str, VehicleFolder] = {}
+    refused: list[Problem] = []
+    for text in wanted:
+        try:
+            vehicle = by_name.get(text) or _by_path(text, raw, out, by_name)
+        except InputError as error:
+            refused.append(error.problem)
+            continue
+        before = chosen.setdefault(vehicle.name, vehicle)
+        if before != vehicle:
+            raise UsageError(
+                f"{before.folder} and {vehicle.folder} have the same name; their results would "
+                "overwrite each other. Rename one, or give them different --out folders."
+            )
+    return tuple(chosen[name] for name in sorted(chosen)), tuple(refused)
+
+
+def _by_path(text: str, raw: Path, out: Path, known: dict[str, VehicleFolder]) -> VehicleFolder:
+    for path in (Path(text), raw / text):
+        folder = path.parent if path.name == VEHICLE_FILE else path
+        if (folder / VEHICLE_FILE).exists():
+            return vehicle_at(folder, out)
+    near = difflib.get_close_matches(text, known, n=1)
+    hint = f' Did you mean "{near[0]}"?' if near else ""
+    there = ", ".join(sorted(known)) or "none"
+    raise UsageError(
+        f'there is no vehicle "{text}": neither a folder under {raw} nor a path to one that holds '
+        f"{VEHICLE_FILE}.{hint} Under {raw}: {there}."
+    )

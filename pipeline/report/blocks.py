@@ -1,0 +1,113 @@
+"""The pieces a page is made of; the sections build them, the template turns them into HTML.
+
+All texts are plain text and are escaped by the template; only `Figure.svg` is markup, and it comes
+from `pipeline.report.plotting` alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar, Literal
+
+from markupsafe import Markup
+
+
+@dataclass(frozen=True)
+class Paragraph:
+    """A paragraph; `tone` colours its margin."""
+
+    text: str
+    tone: Literal["plain", "note", "warning", "error"] = "plain"
+    kind: ClassVar[str] = "paragraph"
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list of short texts."""
+
+    items: tuple[str, ...]
+    kind: ClassVar[str] = "bullets"
+
+
+@dataclass(frozen=True)
+class Heading:
+    """A heading inside a section."""
+
+    text: str
+    anchor: str
+    kind: ClassVar[str] = "heading"
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table; the first column heads its row, columns in `text_columns` are set flush left."""
+
+    caption: str
+    header: tuple[str, ...]
+    rows: tuple[tuple[str, ...], ...]
+    text_columns: frozenset[int] = frozenset()
+    row_classes: tuple[str, ...] = ()
+    note: str = ""
+    kind: ClassVar[str] = "table"
+
+    def __post_init__(self) -> None:
+        """Refuse ragged rows: a shifted column is worse than a stop."""
+        for row in self.rows:
+            if len(row) != len(self.header):
+                raise ValueError(f"table {self.caption!r}: row {row!r} against {self.header!r}")
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A picture with the one sentence above it that says what to see."""
+
+    name: str
+    lead: str
+    svg: Markup
+    caption: str
+    kind: ClassVar[str] = "figure"
+
+
+@dataclass(frozen=True)
+class Gallery:
+    """Figures that stand beside each other where the screen is wide enough."""
+
+    figures: tuple[Figure, ...]
+    kind: ClassVar[str] = "gallery"
+
+
+@dataclass(frozen=True)
+class Links:
+    """Links to files beside the page: label and relative address."""
+
+    items: tuple[tuple[str, str], ...]
+    kind: ClassVar[str] = "links"
+
+
+@dataclass(frozen=True)
+class Details:
+    """Blocks folded away behind a summary; they are printed in full."""
+
+    summary: str
+    blocks: tuple[Block, ...]
+    kind: ClassVar[str] = "details"
+
+
+Block = Paragraph | Bullets | Heading | Table | Figure | Gallery | Links | Details
+
+
+@dataclass(frozen=True)
+class Section:
+    """A chapter of the page."""
+
+    anchor: str
+    title: str
+    blocks: tuple[Block, ...] = field(default_factory=tuple)
+    available: bool = True
+
+
+def not_computed(anchor: str, title: str, reason: str) -> Section:
+    """Return the section that stands where a result is missing and says why."""
+    return Section(
+        anchor, title, (Paragraph(f"Not computed: {reason}", tone="warning"),), available=False
+    )

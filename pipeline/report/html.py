@@ -1,0 +1,73 @@
+"""Templates to text to file."""
+
+import os
+import re
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup, escape
+
+from pipeline.errors import InputError, Place
+
+_SYMBOL = re.compile(r"\b(K|T|N|L|M|P|n|c|Π)_([A-Za-z0-9φψ]+)\b")
+_POWER = re.compile(r"\b([xynNV])\^([0-9ij])")
+_UNIT = re.compile(r"(?<=\d) (?=(?:%|N\b|mN\b|m/s|rpm\b|codes?\b|V\b))|(?<=N) (?=m\b)")
+_NO_BREAK = "\N{NO-BREAK SPACE}"
+
+
+def symbols(text: str) -> Markup:
+    """Escape a text, set K_T0 and the like with a subscript, keep numbers with their units.
+
+    >>> symbols("K_T0 < 1 and T_max")
+    Markup('K<sub>T0</sub> &lt; 1 and T<sub>max</sub>')
+    """
+    escaped = str(escape(text))
+    escaped = _UNIT.sub(_NO_BREAK, escaped)
+    escaped = _SYMBOL.sub(r"\1<sub>\2</sub>", escaped)
+    return Markup(_POWER.sub(r"\1<sup>\2</sup>", escaped))  # noqa: S704 - escaped two lines above
+
+
+def render(template: str, **context: object) -> str:
+    """Fill a template; every value is escaped unless it is `Markup`."""
+    return _environment().get_template(template).render(**context).rstrip() + "\n"
+
+
+def write_page(text: str, path: Path) -> None:
+    """Write beside the target and rename, so that a killed run leaves no half page.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to.
+    """
+    beside = path.with_name(f".{path.name}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        beside.write_text(text, encoding="utf-8", newline="\n")
+        os.replace(beside, path)  # noqa: PTH105 - atomic by contract
+    except OSError as error:
+        beside.unlink(missing_ok=True)
+        raise InputError.at(
+            Place(str(path)),
+            f"the report cannot be written: {error.strerror}",
+            expected="a folder that may be written to",
+            remedy="Free the folder or choose another one with --out.",
+        ) from None
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    root = files("pipeline.report")
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader("pipeline.report", "templates"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["symbols"] = symbols
+    style = root.joinpath("style.css").read_text(encoding="utf-8")
+    environment.globals["style"] = Markup(style)  # noqa: S704 - our own file
+    return environment

@@ -1,0 +1,89 @@
+"""What a vehicle's page is made of: the vehicle file and the record of every stage that ran."""
+
+from dataclasses import dataclass, field
+
+from pipeline.errors import Problem
+from pipeline.records.allocation import AllocationMap
+from pipeline.records.fits import (
+    Check,
+    DriveFit,
+    InverseCharacteristic,
+    PropellerFit,
+    StaticCharacteristic,
+)
+from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.vehicle.schema import Vehicle
+
+
+@dataclass(frozen=True)
+class VehicleResults:
+    """Everything the page shows; a record is None where its stage did not run or could not.
+
+    `missing` gives, for a stage without a record, the plain reason ("open_water": "there are no
+    open-water files"). `provenance` is shown line by line. `firmware_files` are links relative to
+    the page.
+    """
+
+    vehicle: Vehicle
+    notes: tuple[str, ...] = ()
+    load_test: LoadTestRecord | None = None
+    mooring: MooringRecord | None = None
+    open_water: OpenWaterRecord | None = None
+    propeller: PropellerFit | None = None
+    drive: DriveFit | None = None
+    static: StaticCharacteristic | None = None
+    inverse: InverseCharacteristic | None = None
+    allocation: AllocationMap | None = None
+    missing: dict[str, str] = field(default_factory=dict)
+    provenance: dict[str, str] = field(default_factory=dict)
+    firmware_files: tuple[str, ...] = ()
+
+
+#: Stage name in `VehicleResults` and what the page calls its result.
+STAGE_TITLES = {
+    "load_test": "Load test of the drive",
+    "mooring": "Mooring test",
+    "open_water": "Open-water curves",
+    "propeller": "Propeller fit (Table 1)",
+    "drive": "Drive characteristic",
+    "static": "Static characteristic (Table 2)",
+    "inverse": "Inverse characteristic (Tables 3 and 4)",
+    "allocation": "Allocator error map",
+}
+
+
+def all_problems(results: VehicleResults) -> tuple[Problem, ...]:
+    """Collect the problems of all raw files, errors first, then warnings, then notes."""
+    records = (results.load_test, results.mooring, results.open_water)
+    problems = [problem for record in records if record is not None for problem in record.problems]
+    rank = {"error": 0, "warning": 1, "note": 2}
+    return tuple(sorted(problems, key=lambda problem: rank[problem.severity]))
+
+
+def all_checks(results: VehicleResults) -> tuple[tuple[str, Check], ...]:
+    """Collect the checks of all fits, each with the title of its stage."""
+    fits = {
+        "propeller": results.propeller,
+        "drive": results.drive,
+        "static": results.static,
+        "inverse": results.inverse,
+    }
+    return tuple(
+        (STAGE_TITLES[stage], check)
+        for stage, fit in fits.items()
+        if fit is not None
+        for check in fit.checks
+    )
+
+
+def missing_reasons(results: VehicleResults) -> dict[str, str]:
+    """Return the reason for every stage that has no record, stated or generic."""
+    return {
+        stage: results.missing.get(stage, "the stage has not run")
+        for stage in STAGE_TITLES
+        if getattr(results, stage) is None and (stage != "allocation" or _allocator_due(results))
+    }
+
+
+def _allocator_due(results: VehicleResults) -> bool:
+    return results.vehicle.allocator is not None or "allocation" in results.missing

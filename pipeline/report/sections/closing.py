@@ -1,0 +1,133 @@
+"""Outliers by name, firmware files, and where everything came from."""
+
+from urllib.parse import quote
+
+from pipeline.records.fits import FitQuality, PolynomialFit
+from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
+from pipeline.report.numbers import fixed, general, plural, signed
+from pipeline.report.results import VehicleResults
+
+
+def outliers_section(results: VehicleResults) -> Section:
+    """Name every point that a robust fit left out, with its file, sheet and row."""
+    rows = [
+        (
+            str(outlier.source) if outlier.source is not None else "–",
+            name,
+            outlier.label,
+            _residual(outlier.residual, quality.unit),
+            signed(outlier.robust_sigmas, 1),
+        )
+        for name, quality in _qualities(results)
+        for outlier in quality.outliers
+    ]
+    if not rows:
+        fitted = _qualities(results)
+        text = (
+            "No fit named an outlier."
+            if fitted
+            else "Nothing was fitted, so no outlier could be named."
+        )
+        return Section("outliers", "Outliers", (Paragraph(text),))
+    return Section(
+        "outliers",
+        "Outliers",
+        (
+            Paragraph(
+                f"{plural(len(rows), 'point')} did not belong to its curve and was not fitted. "
+                "Nothing is dropped silently: each is named here and drawn as a cross where its "
+                "fit is shown."
+                if len(rows) == 1
+                else f"{plural(len(rows), 'point')} did not belong to their curves and were not "
+                "fitted. Nothing is dropped silently: each is named here."
+            ),
+            Table(
+                "Outliers",
+                ("Where", "Fit", "At", "Measured less fitted", "Robust sigmas"),
+                tuple(rows),
+                text_columns=frozenset({1, 2}),
+            ),
+        ),
+    )
+
+
+def _qualities(results: VehicleResults) -> list[tuple[str, FitQuality]]:
+    fits: list[tuple[str, FitQuality]] = []
+
+    def add(name: str, fit: PolynomialFit | None) -> None:
+        if fit is not None:
+            fits.append((name, fit.quality))
+
+    if results.propeller is not None:
+        add("K_T(J)", results.propeller.thrust)
+        add("K_M(J)", results.propeller.torque)
+    if results.drive is not None:
+        fits.append(("M(n, N)", results.drive.quality))
+    if results.inverse is not None:
+        add("N(T), positive", results.inverse.table3_positive)
+        add("N(T), negative", results.inverse.table3_negative)
+    return fits
+
+
+def _residual(value: float, unit: str) -> str:
+    sign = "+" if value > 0 else ""
+    return f"{sign}{general(value, 3)}" + ("" if unit == "1" else f" {unit}")
+
+
+def firmware_section(results: VehicleResults) -> Section:
+    """Link the firmware files and say what they are."""
+    blocks: list[Block] = []
+    firmware = results.inverse.firmware if results.inverse is not None else None
+    if results.firmware_files:
+        blocks.append(Links(tuple((name, safe_link(name)) for name in results.firmware_files)))
+    else:
+        reason = results.missing.get(
+            "firmware",
+            "no firmware form was computed."
+            if firmware is None
+            else "no files were written beside this page; rig2sea export writes them.",
+        )
+        blocks.append(Paragraph(f"No firmware files: {reason}", tone="warning"))
+    if firmware is not None:
+        blocks.append(
+            Paragraph(
+                f"The tables cover codes to ±{firmware.code_max} and speeds to "
+                f"{fixed(firmware.positive.speed_mps[-1], 1)} m/s along the thrust; thrust up to "
+                f"{fixed(firmware.positive.thrust_max_n[0], 1)} N forward and "
+                f"{fixed(firmware.negative.thrust_max_n[0], 1)} N in reverse at rest. Inputs beyond"
+                " are clamped."
+            )
+        )
+    return Section(
+        "firmware", "Firmware files", tuple(blocks), available=bool(results.firmware_files)
+    )
+
+
+def safe_link(path: str) -> str:
+    """Quote a relative path for an address; a colon is quoted too, so no scheme can be smuggled.
+
+    >>> safe_link("../processed/mmt300/firmware/mmt300_thruster.c")
+    '../processed/mmt300/firmware/mmt300_thruster.c'
+    >>> safe_link("javascript:alert(1)")
+    'javascript%3Aalert%281%29'
+    """
+    return quote(path, safe="/._-")
+
+
+def provenance_section(results: VehicleResults) -> Section:
+    """Digests and versions, line by line."""
+    rows = tuple((name, text) for name, text in results.provenance.items())
+    if not rows:
+        return Section("provenance", "Provenance", (Paragraph("No provenance was recorded."),))
+    return Section(
+        "provenance",
+        "Provenance",
+        (
+            Table(
+                "Inputs, code and versions",
+                ("What", "Digest or version"),
+                rows,
+                text_columns=frozenset({1}),
+            ),
+        ),
+    )

@@ -1,0 +1,226 @@
+"""The gap between the mooring test and the calculation at rest, shown and not hidden."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.measurements import MooringPoint, MooringRecord
+from pipeline.report import plotting
+from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, Table, not_computed
+from pipeline.report.curves import NORMAL_95, speed_index, static_std, static_thrust
+from pipeline.report.numbers import code, fixed, signed
+from pipeline.report.results import VehicleResults, missing_reasons
+from pipeline.types import FloatArray
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+
+ANCHOR, TITLE = "gap", "Mooring test against the calculation at rest"
+
+
+@dataclass(frozen=True)
+class CodeGap:
+    """Mooring test and calculation at one signed code; thrusts are magnitudes."""
+
+    code: float
+    points: int
+    measured_n: float
+    calculated_n: float
+    half_width_n: float
+    """95 %, of the calculation and of the mean of the mooring points together."""
+
+    @property
+    def gap_n(self) -> float:
+        """Measured less calculated, positive where the mooring test gives more."""
+        return self.measured_n - self.calculated_n
+
+
+def gap_section(results: VehicleResults) -> Section:
+    """Compare thrust at rest by both routes, each sign apart."""
+    record, static = results.mooring, results.static
+    if record is None or static is None:
+        stage = "mooring" if record is None else "static"
+        return not_computed(ANCHOR, TITLE, missing_reasons(results)[stage])
+    gaps = code_gaps(record, static)
+    if not gaps:
+        return not_computed(
+            ANCHOR, TITLE, "no code of the mooring test has a calculated working point at rest."
+        )
+    worst = max(gaps, key=lambda gap: abs(gap.gap_n))
+    outside = sum(abs(gap.gap_n) > gap.half_width_n for gap in gaps)
+    return Section(
+        ANCHOR,
+        TITLE,
+        (
+            Gallery((_curves(record, static, gaps), _difference(gaps, worst))),
+            Paragraph(
+                f"The two routes to the thrust at rest differ by up to {fixed(abs(worst.gap_n), 2)}"
+                f" N (at code {code(worst.code)}). At {outside} of {len(gaps)} codes the difference"
+                " is larger than the 95 % interval of calculation and mooring mean together: it "
+                "is not scatter, but a true difference between the mooring test and the route over "
+                "load test and open-water curves."
+                if outside
+                else f"The two routes agree at rest within {fixed(abs(worst.gap_n), 2)}"
+                " N, inside their 95 % intervals at every code.",
+                tone="warning" if outside else "plain",
+            ),
+            _table(gaps),
+        ),
+    )
+
+
+def code_gaps(record: MooringRecord, static: StaticCharacteristic) -> tuple[CodeGap, ...]:
+    """Mean of the mooring points at each signed code, less the calculation at rest."""
+    row = speed_index(static.speed_mps, 0.0)
+    if row is None:
+        return ()
+    used = [p for p in record.points if not p.marks and p.code != 0]
+    scatter = _scatter(used)
+    gaps = []
+    for value in sorted({p.code for p in used}):
+        calculated = float(static_thrust(static, row, abs(value)))
+        if not calculated > 0 or abs(value) > static.code[-1]:
+            continue
+        thrust = [float(np.sign(value)) * p.thrust_n for p in used if p.code == value]
+        std = np.hypot(float(static_std(static, row, value)), scatter / np.sqrt(len(thrust)))
+        gaps.append(
+            CodeGap(value, len(thrust), float(np.mean(thrust)), calculated, NORMAL_95 * float(std))
+        )
+    return tuple(gaps)
+
+
+def _scatter(points: Sequence[MooringPoint]) -> float:
+    """Return the standard deviation of the mooring points about their code's mean, pooled."""
+    by_code: dict[float, list[float]] = {}
+    for point in points:
+        by_code.setdefault(point.code, []).append(point.thrust_n)
+    squares = sum(float(np.sum((np.array(v) - np.mean(v)) ** 2)) for v in by_code.values())
+    freedom = sum(len(v) - 1 for v in by_code.values())
+    return float(np.sqrt(squares / freedom)) if freedom > 0 else 0.0
+
+
+def _table(gaps: tuple[CodeGap, ...]) -> Table:
+    return Table(
+        "Thrust at rest by both routes",
+        (
+            "Code",
+            "Points",
+            "Mooring test, N",
+            "Calculated, N",
+            "± 95 %, N",
+            "Measured less calculated, N",
+        ),
+        tuple(
+            (
+                code(gap.code),
+                str(gap.points),
+                fixed(gap.measured_n, 2),
+                fixed(gap.calculated_n, 2),
+                fixed(gap.half_width_n, 2),
+                signed(gap.gap_n, 2),
+            )
+            for gap in gaps
+        ),
+        note="Thrusts as magnitudes; the calculation holds for both signs.",
+    )
+
+
+def _curves(
+    record: MooringRecord,
+    static: StaticCharacteristic,
+    gaps: tuple[CodeGap, ...],
+) -> Figure:
+    top = max(gaps, key=lambda gap: gap.code)
+    bottom = min(gaps, key=lambda gap: gap.code)
+    lead = (
+        f"At rest the mooring test measured {fixed(top.measured_n, 1)} N at code {code(top.code)}"
+        + (
+            f" and −{fixed(bottom.measured_n, 1)} N at code {code(bottom.code)}"
+            if bottom.code < 0
+            else ""
+        )
+        + f"; load test and open-water curves together give {fixed(top.calculated_n, 1)} N."
+    )
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        axes = figure.subplots()
+        row = speed_index(static.speed_mps, 0.0) or 0
+        grid = np.linspace(-static.code[-1], static.code[-1], 401)
+        thrust = static_thrust(static, row, grid)
+        half = NORMAL_95 * static_std(static, row, grid)
+        axes.fill_between(grid, thrust - half, thrust + half, color=plotting.BLUE, alpha=0.25, lw=0)
+        axes.plot(grid, thrust, color=plotting.BLUE, label="calculated at rest")
+        for sweep, marker in (("up", "^"), ("down", "v")):
+            own = [p for p in record.points if not p.marks and p.sweep == sweep]
+            if own:
+                axes.plot(
+                    [p.code for p in own],
+                    [p.thrust_n for p in own],
+                    marker,
+                    color=plotting.VERMILLION,
+                    ms=3.2,
+                    alpha=0.7,
+                    label=f"mooring test, |N| {'rising' if sweep == 'up' else 'falling'}",
+                    rasterized=len(own) > plotting.VECTOR_POINTS_MAX,
+                )
+        axes.set(xlabel="code N  [–]", ylabel="thrust T at rest  [N]")
+        plotting.legend_above(figure, axes, columns=2)
+
+    alt = "Thrust at rest against code: mooring points of both sweeps over the calculated curve."
+    return Figure(
+        "fig-mooring",
+        lead,
+        plotting.draw("fig-mooring", alt, paint),
+        "Thrust at rest (fig. 7, a of Kostenko 2023).",
+    )
+
+
+def _difference(gaps: tuple[CodeGap, ...], worst: CodeGap) -> Figure:
+    lead = (
+        f"The mooring test gives {fixed(abs(worst.gap_n), 2)} N "
+        f"{'more' if worst.gap_n > 0 else 'less'} than the calculation at code {code(worst.code)}, "
+        f"where both together are known to ±{fixed(worst.half_width_n, 2)} N (95 %)."
+    )
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        axes = figure.subplots()
+        for sign, colour, marker in ((1, plotting.VERMILLION, "o"), (-1, plotting.PURPLE, "s")):
+            own = [gap for gap in gaps if sign * gap.code > 0]
+            if own:
+                axes.plot(
+                    *_columns([(abs(gap.code), gap.gap_n) for gap in own]),
+                    marker=marker,
+                    lw=0.8,
+                    color=colour,
+                    label=f"{'positive' if sign > 0 else 'negative'} codes",
+                )
+        half = {abs(gap.code): gap.half_width_n for gap in gaps}
+        at = np.array(sorted(half))
+        width = np.array([half[value] for value in at.tolist()])
+        axes.fill_between(
+            at, -width, width, color=plotting.BLUE, alpha=0.25, lw=0, label="95 % of both"
+        )
+        axes.axhline(0, color=plotting.SOFT, lw=0.8)
+        axes.set(xlabel="|code|  [–]", ylabel="measured less calculated  [N]")
+        plotting.legend_above(figure, axes, columns=3)
+
+    alt = (
+        "Mooring thrust less calculated thrust against the magnitude of the code, for both signs, "
+        "with the 95 % interval of both as a band around zero."
+    )
+    return Figure(
+        "fig-gap",
+        lead,
+        plotting.draw("fig-gap", alt, paint),
+        "The gap between the routes: mean of the mooring points at each code less the calculation.",
+    )
+
+
+def _columns(pairs: list[tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
+    pairs = sorted(pairs)
+    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])

@@ -1,0 +1,245 @@
+"""What came in: files, sheets, columns, units, and what became of every point."""
+
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Sequence
+
+from pipeline.records.base import Source
+from pipeline.records.measurements import (
+    LoadTestRecord,
+    MooringRecord,
+    OpenWaterRecord,
+    SheetRead,
+)
+from pipeline.report.blocks import Block, Details, Heading, Paragraph, Section, Table
+from pipeline.report.numbers import code, fixed, general, plural, signed
+from pipeline.report.results import VehicleResults
+
+#: With more sheets than this the table goes by file and the sheets are folded away.
+SHEETS_SHOWN = 8
+
+Marked = tuple[Source, tuple[str, ...]]
+
+
+def inputs_section(results: VehicleResults) -> Section:
+    """Show the three kinds of raw file as they were understood."""
+    blocks: list[Block] = []
+    missing = results.missing
+    blocks.append(Heading("Load test of the drive", "inputs-load-test"))
+    if results.load_test is not None:
+        blocks += _load_test(results.load_test)
+    else:
+        blocks.append(_absent("load-test", missing.get("load_test")))
+    blocks.append(Heading("Mooring test", "inputs-mooring"))
+    if results.mooring is not None:
+        blocks += _mooring(results.mooring)
+    else:
+        blocks.append(_absent("mooring", missing.get("mooring")))
+    blocks.append(Heading("Open-water curves", "inputs-open-water"))
+    if results.open_water is not None:
+        blocks += _open_water(results.open_water)
+    else:
+        blocks.append(_absent("open-water", missing.get("open_water")))
+    return Section("inputs", "What came in", tuple(blocks))
+
+
+def _absent(kind: str, reason: str | None) -> Paragraph:
+    return Paragraph(reason or f"There is no {kind} data.", tone="warning")
+
+
+def _load_test(record: LoadTestRecord) -> list[Block]:
+    used = [point for point in record.points if not point.marks]
+    codes = sorted({point.code for point in used if point.code is not None})
+    loading = sum(point.branch == "loading" for point in used)
+    text = f"{_usage(record.points, used)} {_codes(codes)}"
+    if used:
+        text += (
+            f" {plural(loading, 'point')} with rising load, {len(used) - loading} with falling "
+            f"load; shaft speed {fixed(min(abs(p.shaft_speed_rpm) for p in used), 0)} to "
+            f"{fixed(max(abs(p.shaft_speed_rpm) for p in used), 0)} rpm, torque "
+            f"{general(min(abs(p.torque_nm) for p in used))} to "
+            f"{general(max(abs(p.torque_nm) for p in used))} N m."
+        )
+    return [Paragraph(text), *_tables(record.sheets, [(p.source, p.marks) for p in record.points])]
+
+
+def _mooring(record: MooringRecord) -> list[Block]:
+    used = [point for point in record.points if not point.marks]
+    codes = sorted({point.code for point in used})
+    text = f"{_usage(record.points, used)} {_codes(codes)}"
+    if used:
+        voltages = sorted({round(p.voltage_v, 1) for p in used if p.voltage_v is not None})
+        text += (
+            f" Thrust {fixed(min(p.thrust_n for p in used), 1)} to "
+            f"{fixed(max(p.thrust_n for p in used), 1)} N."
+        )
+        if voltages:
+            upper = f" to {fixed(voltages[-1], 1)}" if len(voltages) > 1 else ""
+            text += f" Supply {fixed(voltages[0], 1)}{upper} V."
+    sweeps = (
+        "Only one direction of sweep was flown: hysteresis is unknown."
+        if record.hysteresis_n is None
+        else "Hysteresis: at equal code the falling sweeps read "
+        f"{signed(record.hysteresis_n, 2)} N against the rising ones on average."
+    )
+    drift = (
+        "No reading at code 0 was repeated: the drift of the tare is unknown."
+        if record.tare_drift_n is None
+        else f"Tare: the reading at code 0 moved by up to {fixed(record.tare_drift_n, 2)} N "
+        "within a file; it was subtracted."
+    )
+    return [
+        Paragraph(text),
+        Paragraph(f"{sweeps} {drift}"),
+        *_tables(record.sheets, [(p.source, p.marks) for p in record.points]),
+    ]
+
+
+def _open_water(record: OpenWaterRecord) -> list[Block]:
+    used = [point for point in record.points if not point.marks]
+    text = _usage(record.points, used)
+    if used:
+        text += (
+            f" J from {fixed(min(p.advance_ratio for p in used), 3)} to "
+            f"{fixed(max(p.advance_ratio for p in used), 3)}."
+        )
+    return [Paragraph(text), *_tables(record.sheets, [(p.source, p.marks) for p in record.points])]
+
+
+def _usage(points: Sequence[object], used: Sequence[object]) -> str:
+    left_out = len(points) - len(used)
+    return f"{plural(len(points), 'point')} read, {len(used)} used, {left_out} left out."
+
+
+def _codes(codes: Sequence[float]) -> str:
+    if not codes:
+        return "No usable code."
+    listed = (
+        ", ".join(code(value) for value in codes)
+        if len(codes) <= 30
+        else f"{code(codes[0])} to {code(codes[-1])}"
+    )
+    return f"{plural(len(codes), 'code')}: {listed}."
+
+
+def _tables(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> list[Block]:
+    table = _sheet_table(sheets, points)
+    blocks: list[Block] = (
+        [table]
+        if len(sheets) <= SHEETS_SHOWN
+        else [
+            _file_table(sheets, points),
+            Details(f"The same by sheet ({plural(len(sheets), 'sheet')})", (table,)),
+        ]
+    )
+    left_out = [(source, marks) for source, marks in points if marks]
+    if left_out:
+        blocks.append(
+            Details(
+                f"{plural(len(left_out), 'point')} left out, by row", (_left_out_table(left_out),)
+            )
+        )
+    if any(sheet.columns for sheet in sheets):
+        blocks.append(Details("Columns and units as understood", (_column_table(sheets),)))
+    return blocks
+
+
+def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Table:
+    used: Counter[tuple[str, str | None]] = Counter()
+    reasons: defaultdict[tuple[str, str | None], Counter[str]] = defaultdict(Counter)
+    for source, marks in points:
+        key = (source.file, source.sheet)
+        if marks:
+            reasons[key].update(marks)
+        else:
+            used[key] += 1
+    return Table(
+        "Sheets and what became of their points",
+        ("File", "Sheet", "Understood as", "Used", "Left out, by reason"),
+        tuple(
+            (
+                sheet.file,
+                sheet.sheet if sheet.sheet is not None else "–",
+                sheet.summary,
+                str(used[sheet.file, sheet.sheet]),
+                _counted(reasons[sheet.file, sheet.sheet]),
+            )
+            for sheet in sheets
+        ),
+        text_columns=frozenset({1, 2, 4}),
+    )
+
+
+def _file_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Table:
+    rows = []
+    for file in dict.fromkeys(sheet.file for sheet in sheets):
+        own = [marks for source, marks in points if source.file == file]
+        reasons = Counter(mark for marks in own for mark in marks)
+        used = sum(not marks for marks in own)
+        count = sum(sheet.file == file for sheet in sheets)
+        rows.append((file, str(count), str(len(own)), str(used), _counted(reasons)))
+    return Table(
+        "Files and what became of their points",
+        ("File", "Sheets", "Points", "Used", "Left out, by reason"),
+        tuple(rows),
+        text_columns=frozenset({4}),
+    )
+
+
+def _counted(reasons: Counter[str]) -> str:
+    return ", ".join(f"{count} {mark}" for mark, count in sorted(reasons.items())) or "–"
+
+
+def _left_out_table(left_out: Sequence[Marked]) -> Table:
+    rows: defaultdict[tuple[str, str | None, str], list[int]] = defaultdict(list)
+    for source, marks in left_out:
+        rows[source.file, source.sheet, ", ".join(marks)].append(source.row)
+    return Table(
+        "Points left out, by row",
+        ("File", "Sheet", "Rows", "Why"),
+        tuple(
+            (file, sheet if sheet is not None else "–", row_ranges(numbers), mark)
+            for (file, sheet, mark), numbers in rows.items()
+        ),
+        text_columns=frozenset({1, 2, 3}),
+    )
+
+
+def row_ranges(rows: Iterable[int]) -> str:
+    """Write row numbers with runs shortened.
+
+    >>> row_ranges([9, 4, 5, 6, 12])
+    '4–6, 9, 12'
+    """
+    runs: list[list[int]] = []
+    for row in sorted(set(rows)):
+        if runs and row == runs[-1][1] + 1:
+            runs[-1][1] = row
+        else:
+            runs.append([row, row])
+    return ", ".join(str(a) if a == b else f"{a}–{b}" for a, b in runs)
+
+
+def _column_table(sheets: Sequence[SheetRead]) -> Table:
+    # sheets of one file mostly share their layout: one row for each distinct reading of a column
+    where: defaultdict[tuple[str, ...], list[str]] = defaultdict(list)
+    for sheet in sheets:
+        for column in sheet.columns:
+            key = (
+                sheet.file,
+                column.quantity,
+                column.header,
+                column.column,
+                column.unit,
+                column.unit_from,
+            )
+            where[key].append(sheet.sheet if sheet.sheet is not None else "–")
+    return Table(
+        "Columns and units as understood",
+        ("File", "Sheets", "Quantity", "Header", "Column", "Unit", "Unit taken from"),
+        tuple((key[0], _shortened(names), *key[1:]) for key, names in where.items()),
+        text_columns=frozenset({1, 2, 3, 4, 5, 6}),
+    )
+
+
+def _shortened(names: Sequence[str]) -> str:
+    return ", ".join(names) if len(names) <= 3 else f"{names[0]} … {names[-1]} ({len(names)})"

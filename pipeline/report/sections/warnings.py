@@ -1,0 +1,118 @@
+"""Warnings first: what went wrong, where, and what to do about it."""
+
+from collections.abc import Iterable
+
+from pipeline.errors import Problem
+from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
+from pipeline.report.numbers import plural
+from pipeline.report.results import (
+    STAGE_TITLES,
+    VehicleResults,
+    all_checks,
+    all_problems,
+    missing_reasons,
+)
+
+#: More places than this with the same message are counted instead of listed in the first table.
+PLACES_SHOWN = 4
+
+
+def warnings_section(results: VehicleResults) -> Section:
+    """List problems by severity, failed checks and missing results; notes are folded away."""
+    problems = all_problems(results)
+    serious = [problem for problem in problems if problem.severity != "note"]
+    notes = [problem for problem in problems if problem.severity == "note"]
+    checks = all_checks(results)
+    failed = [(stage, check) for stage, check in checks if not check.passed]
+    missing = missing_reasons(results)
+    blocks: list[Block] = []
+    if serious:
+        blocks.append(_problem_table("Problems in the raw files", serious))
+        blocks += _all_places(serious)
+    else:
+        blocks.append(Paragraph("No errors or warnings in the raw files."))
+    if failed:
+        blocks.append(
+            Table(
+                "Checks that failed",
+                ("Result", "Check", "What was found"),
+                tuple((stage, check.name, check.text) for stage, check in failed),
+                text_columns=frozenset({1, 2}),
+                row_classes=("warning",) * len(failed),
+            )
+        )
+    elif checks:
+        blocks.append(Paragraph(f"All {len(checks)} physical and numerical checks passed."))
+    if missing:
+        blocks.append(
+            Table(
+                "Results that could not be computed",
+                ("Result", "Why"),
+                tuple((STAGE_TITLES[stage], reason) for stage, reason in missing.items()),
+                text_columns=frozenset({1}),
+                row_classes=("warning",) * len(missing),
+            )
+        )
+    if results.notes:
+        blocks.append(Bullets(results.notes))
+    if notes:
+        blocks.append(
+            Details(
+                f"{plural(len(notes), 'note')}: what was assumed",
+                (_problem_table("Notes", notes, every_place=True),),
+            )
+        )
+    passed = [(stage, check) for stage, check in checks if check.passed]
+    if passed:
+        table = Table(
+            "Checks that passed",
+            ("Result", "Check", "What was found"),
+            tuple((stage, check.name, check.text) for stage, check in passed),
+            text_columns=frozenset({1, 2}),
+        )
+        blocks.append(Details(f"{plural(len(passed), 'check')} passed", (table,)))
+    return Section("warnings", "Warnings", tuple(blocks))
+
+
+def _problem_table(
+    caption: str, problems: Iterable[Problem], *, every_place: bool = False
+) -> Table:
+    groups = _grouped(problems)
+    return Table(
+        caption,
+        ("Severity", "Where", "What", "Expected", "What to do"),
+        tuple(
+            (
+                severity,
+                _places(places, len(places) if every_place else PLACES_SHOWN),
+                what,
+                expected or "–",
+                remedy or "–",
+            )
+            for (severity, what, expected, remedy), places in groups.items()
+        ),
+        text_columns=frozenset({1, 2, 3, 4}),
+        row_classes=tuple(severity for severity, *_ in groups),
+    )
+
+
+def _grouped(problems: Iterable[Problem]) -> dict[tuple[str, str, str, str], list[str]]:
+    groups: dict[tuple[str, str, str, str], list[str]] = {}
+    for problem in problems:
+        key = (problem.severity, problem.what, problem.expected, problem.remedy)
+        groups.setdefault(key, []).append(str(problem.place))
+    return groups
+
+
+def _places(places: list[str], shown: int) -> str:
+    if len(places) <= shown:
+        return "; ".join(places)
+    return f"{'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"
+
+
+def _all_places(problems: list[Problem]) -> list[Block]:
+    long = {key: places for key, places in _grouped(problems).items() if len(places) > PLACES_SHOWN}
+    return [
+        Details(f"All {len(places)} places: {what}", (Bullets(tuple(places)),))
+        for (_, what, _, _), places in long.items()
+    ]

@@ -1,0 +1,95 @@
+"""``reports/index.html``: the way to every page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.report.html import render, write_page
+from pipeline.report.numbers import plural
+from pipeline.report.results import (
+    VehicleResults,
+    all_checks,
+    all_problems,
+    missing_reasons,
+)
+from pipeline.report.sections.closing import safe_link
+
+
+@dataclass(frozen=True)
+class Status:
+    """How a vehicle's page stands, in counts."""
+
+    errors: int
+    warnings: int
+    failed_checks: int
+    not_computed: int
+
+    @property
+    def text(self) -> str:
+        """One line for a person, e.g. ``2 warnings, 1 failed check``."""
+        parts = [
+            (self.errors, plural(self.errors, "error")),
+            (self.warnings, plural(self.warnings, "warning")),
+            (self.failed_checks, plural(self.failed_checks, "failed check")),
+            (self.not_computed, f"{plural(self.not_computed, 'result')} not computed"),
+        ]
+        return ", ".join(text for count, text in parts if count) or "no warnings"
+
+    @property
+    def tone(self) -> str:
+        """Colour class: error, warning or good."""
+        if self.errors or self.failed_checks:
+            return "error"
+        return "warning" if self.warnings or self.not_computed else "good"
+
+
+@dataclass(frozen=True)
+class IndexEntry:
+    """One line of the index; `href` is relative to the index."""
+
+    title: str
+    name: str
+    href: str
+    status: Status
+    data_note: str = ""
+
+
+def status_of(results: VehicleResults) -> Status:
+    """Count what stands in the warnings of a vehicle's page."""
+    problems = all_problems(results)
+    return Status(
+        errors=sum(problem.severity == "error" for problem in problems),
+        warnings=sum(problem.severity == "warning" for problem in problems),
+        failed_checks=sum(not check.passed for _, check in all_checks(results)),
+        not_computed=len(missing_reasons(results)),
+    )
+
+
+def index_entry(results: VehicleResults, href: str) -> IndexEntry:
+    """Make the line that leads to a vehicle's page.
+
+    Parameters
+    ----------
+    results : VehicleResults
+        What the page was made of.
+    href : str
+        Path of the page relative to the index, not yet quoted.
+    """
+    return IndexEntry(
+        title=results.vehicle.title,
+        name=results.vehicle.name,
+        href=safe_link(href),
+        status=status_of(results),
+        data_note=results.vehicle.data_note,
+    )
+
+
+def write_index(pages: Sequence[IndexEntry], path: Path) -> None:
+    """Write the index, vehicles in the order given.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    write_page(render("index.html.j2", pages=pages), path)

@@ -1,0 +1,82 @@
+"""The page of one vehicle: warnings first, then every step from the raw files to the firmware."""
+
+from pathlib import Path
+
+from pipeline.report.blocks import Section
+from pipeline.report.html import render, write_page
+from pipeline.report.results import VehicleResults
+from pipeline.report.sections.allocation import allocation_section
+from pipeline.report.sections.closing import (
+    firmware_section,
+    outliers_section,
+    provenance_section,
+)
+from pipeline.report.sections.drive import drive_section
+from pipeline.report.sections.gap import gap_section
+from pipeline.report.sections.inputs import inputs_section
+from pipeline.report.sections.inverse import inverse_section
+from pipeline.report.sections.propeller import propeller_section
+from pipeline.report.sections.static import static_section
+from pipeline.report.sections.uncertainty import uncertainty_section
+from pipeline.report.sections.warnings import warnings_section
+from pipeline.report.sections.working_points import working_points_section
+from pipeline.report.site import status_of
+
+__all__ = ["VehicleResults", "vehicle_page", "write_vehicle_page"]
+
+#: The page stands in a folder of its own beside the index.
+INDEX_HREF = "../index.html"
+
+SECTIONS = (
+    warnings_section,
+    inputs_section,
+    propeller_section,
+    drive_section,
+    working_points_section,
+    static_section,
+    gap_section,
+    inverse_section,
+    allocation_section,
+    uncertainty_section,
+    outliers_section,
+    firmware_section,
+    provenance_section,
+)
+
+
+def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF) -> str:
+    """Return the page as HTML text; the same results give the same text.
+
+    Parameters
+    ----------
+    results : VehicleResults
+        Every record that exists, and the reason for every one that does not.
+    index_href : str
+        Address of the index relative to the page.
+
+    Returns
+    -------
+    str
+        A self-contained document: style and figures inline, no scripts, nothing from a network.
+    """
+    sections: tuple[Section, ...] = tuple(build(results) for build in SECTIONS)
+    published = results.vehicle.published
+    return render(
+        "vehicle.html.j2",
+        vehicle=results.vehicle,
+        index_href=index_href,
+        status=status_of(results),
+        sections=sections,
+        published_source=published.source if published is not None else "",
+    )
+
+
+def write_vehicle_page(results: VehicleResults, path: Path, index_href: str = INDEX_HREF) -> None:
+    """Write the page, whole or not at all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be written.
+    """
+    write_page(vehicle_page(results, index_href), path)

@@ -1,0 +1,57 @@
+"""Inverse characteristic -> firmware sources, and a receipt that names them."""
+
+import shutil
+import tempfile
+from pathlib import Path
+
+from pipeline import __version__
+from pipeline.errors import CannotComputeError
+from pipeline.export.firmware import write_firmware
+from pipeline.provenance import file_digest, unwritable
+from pipeline.records.fits import InverseCharacteristic
+from pipeline.stages.job import Job, NotMeasuredError, write_record
+from pipeline.stages.receipt import FirmwareFiles
+
+
+def run(job: Job) -> str:
+    """Write the sources into ``firmware/``: all of them, or none."""
+
+    def compute() -> FirmwareFiles:
+        folder = job.output.parent / "firmware"
+        try:
+            shutil.rmtree(folder, ignore_errors=True)
+            inverse = job.needed("inverse", InverseCharacteristic)
+            if inverse.firmware is None:
+                raise NotMeasuredError(
+                    "The inverse characteristic has no firmware form. "
+                    + " ".join(inverse.explanations)
+                )
+            return _write_whole(job, inverse, folder)
+        except OSError as error:
+            raise unwritable(folder, error) from error
+
+    return write_record(job, compute)
+
+
+def _write_whole(job: Job, inverse: InverseCharacteristic, folder: Path) -> FirmwareFiles:
+    if inverse.firmware is None:
+        raise CannotComputeError("There is no firmware form.")
+    folder.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".firmware.") as temporary:
+        work = Path(temporary) / "firmware"
+        work.mkdir()
+        tables = job.tables()
+        digest = tables.pop("provenance")["tables_sha256"]
+        write_firmware(
+            job.vehicle_name,
+            inverse.firmware,
+            tables_digest=digest,
+            tool_version=__version__,
+            folder=work,
+            tables=tables,
+        )
+        files = {
+            (folder / path.name).as_posix(): file_digest(path) for path in sorted(work.iterdir())
+        }
+        work.rename(folder)
+    return FirmwareFiles(files=files)

@@ -1,0 +1,156 @@
+"""What a stage is given, how it reads the results before it, and how it leaves its own."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pipeline.errors import CannotComputeError, InputError, Place, Problem
+from pipeline.plan import MISSING, TITLES, VEHICLE_FILE
+from pipeline.provenance import (
+    Envelope,
+    file_digest,
+    read_envelope,
+    read_tables,
+    write_envelope,
+)
+from pipeline.records.base import Record
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.schema import Vehicle
+
+R = TypeVar("R", bound=Record)
+
+
+class NotMeasuredError(CannotComputeError):
+    """What the stage starts from is not there: nothing is wrong, there is just nothing to do."""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One stage of one vehicle: all it may read and the files that it writes.
+
+    `inputs` are the vehicle file, raw files and processed files, each relative to the working
+    folder (the output folder) or absolute.
+    """
+
+    stage: str
+    vehicle_name: str
+    code: str
+    inputs: tuple[Path, ...]
+    output: Path
+    more_outputs: tuple[Path, ...] = ()
+
+    @property
+    def vehicle_file(self) -> Path:
+        """The path of ``vehicle.yaml``."""
+        return next(path for path in self.inputs if path.name == VEHICLE_FILE)
+
+    @property
+    def raw_root(self) -> Path:
+        """The folder that the vehicle's folder lies in."""
+        return self.vehicle_file.parent.parent
+
+    @property
+    def raw_files(self) -> tuple[Path, ...]:
+        """The raw files of this stage's kind."""
+        return tuple(path for path in self.inputs if path.parent.name == self.stage)
+
+    def vehicle(self) -> Vehicle:
+        """Read the vehicle file."""
+        return load_vehicle(self.vehicle_file)
+
+    def envelope(self, kind: str, model: type[R]) -> Envelope[R]:
+        """Read the result of an earlier stage, which may be the reason why there is none."""
+        path = next(path for path in self.inputs if path.name == f"{kind}.json")
+        return read_envelope(path, kind, model)
+
+    def record(self, kind: str, model: type[R]) -> R | None:
+        """Return the record of an earlier stage, None when it left none."""
+        return self.envelope(kind, model).record
+
+    def needed(self, kind: str, model: type[R]) -> R:
+        """Return the record of an earlier stage.
+
+        Raises
+        ------
+        NotMeasuredError
+            When it left none; the text passes its reason on.
+        """
+        envelope = self.envelope(kind, model)
+        if envelope.record is None:
+            reason = envelope.why_not or "no reason was given."
+            if reason.startswith(MISSING):
+                raise NotMeasuredError(reason)  # the first gap explains all that follow
+            raise NotMeasuredError(f"{MISSING}{TITLES[kind]}: {_lower(reason)}")
+        return envelope.record
+
+    def tables(self) -> dict[str, Any]:
+        """Read ``tables.json``.
+
+        Raises
+        ------
+        InputError
+            When it is absent, half-written or edited.
+        """
+        return read_tables(next(path for path in self.inputs if path.name == "tables.json"))
+
+    def input_digests(self) -> dict[str, str]:
+        """Return the digest of every input under a name that holds on every machine."""
+        folder = self.vehicle_file.parent
+        return {
+            f"raw/{self.vehicle_name}/{path.relative_to(folder).as_posix()}"
+            if path.is_relative_to(folder)
+            else path.as_posix(): file_digest(path)
+            for path in self.inputs
+        }
+
+
+def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: bool = False) -> str:
+    """Compute a record and write its envelope; without a record, write the reason.
+
+    Parameters
+    ----------
+    job : Job
+        The stage's inputs and output.
+    compute : callable
+        Reads the inputs and returns the record.
+    failure_is_error : bool
+        True when a result that does not follow from complete inputs means that they contradict
+        each other; the run then ends with exit code 1.
+
+    Returns
+    -------
+    str
+        Empty, or the reason why there is no record.
+    """
+    record: Record | None = None
+    why_not: str | None = None
+    problems: tuple[Problem, ...] = ()
+    digests = job.input_digests()
+    try:
+        record = compute()
+    except NotMeasuredError as error:
+        why_not = str(error)
+    except CannotComputeError as error:
+        why_not = str(error)
+        place = Place(f"{job.vehicle_name}, {TITLES[job.stage]}")
+        problems = (Problem("error" if failure_is_error else "warning", place, why_not),)
+    except InputError as error:
+        why_not = str(error)
+        problems = (error.problem,)
+    envelope = Envelope[Record](
+        kind=job.stage,
+        vehicle=job.vehicle_name,
+        inputs=digests,
+        code=job.code,
+        record=record,
+        why_not=why_not,
+        problems=problems,
+    )
+    write_envelope(job.output, envelope)
+    return "" if why_not is None else f"left out. {why_not}"
+
+
+def _lower(text: str) -> str:
+    """Let a sentence go on after a colon, without touching names such as K_T."""
+    return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text

@@ -1,0 +1,15 @@
+"""Open-water record -> Table 1."""
+
+from pipeline.identify.propeller import fit_propeller
+from pipeline.records.fits import PropellerFit
+from pipeline.records.measurements import OpenWaterRecord
+from pipeline.stages.job import Job, write_record
+
+
+def run(job: Job) -> str:
+    """Fit K_T(J) and K_M(J)."""
+
+    def compute() -> PropellerFit:
+        return fit_propeller(job.needed("open_water", OpenWaterRecord), job.vehicle())
+
+    return write_record(job, compute)

@@ -1,0 +1,23 @@
+"""Receipts of files that are not JSON records: their digests, by path from the output folder."""
+
+from pipeline.records.base import Record
+
+
+class FirmwareFiles(Record):
+    """The firmware sources of a vehicle."""
+
+    files: dict[str, str]
+
+
+class PageFile(Record):
+    """A vehicle's page, and what the index says of it."""
+
+    files: dict[str, str]
+    title: str
+    name: str
+    href: str
+    data_note: str
+    errors: int
+    warnings: int
+    failed_checks: int
+    not_computed: int

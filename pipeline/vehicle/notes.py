@@ -1,0 +1,111 @@
+"""Does the vehicle file agree with itself? Thrusters against the allocator's geometry."""
+
+import math
+
+from pipeline.vehicle.schema import Allocator, Thruster, Vector3, Vehicle
+
+#: Largest angle between a thruster and the direction that (5) gives it, before it is mentioned.
+_ANGLE_DEG = 1.0
+#: Largest relative difference of a lever arm, before it is mentioned.
+_ARM_SHARE = 0.02
+
+
+def vehicle_notes(vehicle: Vehicle) -> tuple[str, ...]:
+    r"""List what does not fit together in a vehicle file that is otherwise valid.
+
+    In SNAME axes (5) of the paper says of the stern group, per newton of thrust: the upper and
+    the lower one push :math:`(\cos\delta, 0, \mp\sin\delta)`, the left and the right one
+    :math:`(\cos\delta, \mp\sin\delta, 0)`, the bow one :math:`(0, 0, -1)`; pitch and yaw moments
+    are :math:`\sin\delta\, L_s` and :math:`L_b` in size, there is no roll moment.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        A checked vehicle file.
+
+    Returns
+    -------
+    tuple of str
+        One sentence or two for each finding; empty if all agrees.
+
+    References
+    ----------
+    Kostenko 2023, fig. 8, eq. (5); the papers' body frame is x forward, y up, z starboard.
+    """
+    by_name = {thruster.name: thruster for thruster in vehicle.thrusters}
+    tables = vehicle.tables
+    notes = [
+        f"thruster {one.name} has propeller {one.propeller} and drive {one.drive}; the tables are "
+        f"computed for {tables.propeller} with {tables.drive} and do not hold for it."
+        for one in vehicle.thrusters
+        if (one.propeller, one.drive) != (tables.propeller, tables.drive)
+    ]
+    allocator = vehicle.allocator
+    if allocator is None:
+        return tuple(notes)
+    roles = {role: getattr(allocator, role) for role in ("upper", "lower", "left", "right", "bow")}
+    named = [name for name in roles.values() if name is not None]
+    for name in sorted({name for name in named if named.count(name) > 1}):
+        held = ", ".join(role for role, one in roles.items() if one == name)
+        notes.append(f"allocator: thruster {name} is named for {held}; each needs its own.")
+    for role, name in roles.items():
+        if name is not None:
+            notes += _against_allocator(role, by_name[name], allocator)
+    unused = [name for name in by_name if name not in named]
+    if unused:
+        notes.append(f"allocator: it does not use the thrusters {', '.join(unused)}.")
+    if allocator.bow is not None and allocator.bow_arm_m is None:
+        notes.append(
+            f"allocator: bow thruster {allocator.bow} has no bow_arm_m; state it, or its pitch "
+            "moment is left out."
+        )
+    return tuple(notes)
+
+
+def _against_allocator(role: str, thruster: Thruster, allocator: Allocator) -> list[str]:
+    """Compare one thruster with what the allocator assumes of its role."""
+    delta = math.radians(allocator.delta_deg)
+    cosine, sine = math.cos(delta), math.sin(delta)
+    expected: Vector3 = {
+        "upper": (cosine, 0.0, -sine),
+        "lower": (cosine, 0.0, sine),
+        "left": (cosine, -sine, 0.0),
+        "right": (cosine, sine, 0.0),
+        "bow": (0.0, 0.0, -1.0),
+    }[role]
+    what = f"thruster {thruster.name} ({role})"
+    inner = sum(a * b for a, b in zip(thruster.direction, expected, strict=True))
+    length = math.sqrt(sum(part * part for part in thruster.direction))
+    angle_deg = math.degrees(math.acos(max(-1.0, min(1.0, inner / length))))
+    if angle_deg > _ANGLE_DEG:
+        wanted = ", ".join(f"{part:.4g}" for part in expected)
+        hint = " It is opposite: check the sign." if angle_deg > 179.0 else ""
+        text = (
+            f"{what}: direction is {angle_deg:.1f} deg away from [{wanted}], which the allocator "
+            f"assumes with delta_deg = {allocator.delta_deg:g}.{hint}"
+        )
+        return [text]
+    roll, pitch, yaw = _moment(thruster.position_m, thruster.direction)
+    # Signs of (5) in SNAME: pitch M = M_z, yaw N = -M_y.
+    arm, key, stated, size = {
+        "upper": (-pitch / sine, "stern_arm_m", allocator.stern_arm_m, "pitch"),
+        "lower": (pitch / sine, "stern_arm_m", allocator.stern_arm_m, "pitch"),
+        "left": (yaw / sine, "stern_arm_m", allocator.stern_arm_m, "yaw"),
+        "right": (-yaw / sine, "stern_arm_m", allocator.stern_arm_m, "yaw"),
+        "bow": (pitch, "bow_arm_m", allocator.bow_arm_m, "pitch"),
+    }[role]
+    notes = []
+    if stated is not None and abs(arm - stated) > _ARM_SHARE * stated:
+        notes.append(
+            f"{what}: position and direction give a {size} arm of {arm:.3f} m, allocator."
+            f"{key} is {stated:g} m. The tables use the allocator's."
+        )
+    if abs(roll) > _ARM_SHARE * allocator.stern_arm_m:
+        notes.append(f"{what}: it makes a roll moment of {roll:.3f} N m per newton, (5) has none.")
+    return notes
+
+
+def _moment(position_m: Vector3, direction: Vector3) -> Vector3:
+    """Return position x direction: the moment per newton of thrust. [m]."""
+    (x, y, z), (a, b, c) = position_m, direction
+    return (y * c - z * b, z * a - x * c, x * b - y * a)

@@ -1,0 +1,66 @@
+"""What a finished run has to say: every problem and everything left out, read from the results."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from pipeline.errors import InputError, Place, Problem
+from pipeline.plan import RECEIPT_STAGES, RECORD_STAGES, TITLES, VehicleFolder, processed_file
+from pipeline.provenance import read_raw_envelope
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Problems of one vehicle's files, and the results that it has no data for."""
+
+    vehicle: str
+    problems: tuple[Problem, ...]
+    left_out: tuple[tuple[str, str], ...]
+    """Title of the result and the reason."""
+
+    @property
+    def failed(self) -> bool:
+        """Whether a file was refused or inputs contradict each other."""
+        return any(problem.severity == "error" for problem in self.problems)
+
+
+def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
+    """Collect what the vehicle's processed files say; files that are not there say nothing."""
+    problems: list[Problem] = []
+    left_out: list[tuple[str, str]] = []
+    for stage in (*RECORD_STAGES, *RECEIPT_STAGES):
+        try:
+            body = read_raw_envelope(out / processed_file(vehicle.name, stage), stage)
+        except InputError:
+            continue  # the stage failed or was not reached; the run has said so
+        problems += _problems(body["problems"])
+        if body["record"] is None:
+            left_out.append((TITLES[stage], body["why_not"]))
+        else:
+            problems += _problems(body["record"].get("problems", ()))
+    rank = {"error": 0, "warning": 1, "note": 2}
+    problems.sort(key=lambda problem: rank[problem.severity])
+    shown = tuple(_with_path(problem, vehicle, out) for problem in problems)
+    return Outcome(vehicle.name, shown, tuple(left_out))
+
+
+def _with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
+    """Show a raw file by a path that can be opened; records name it from the raw folder on."""
+    folder, _, rest = problem.place.file.partition("/")
+    if not rest or folder != vehicle.name:
+        return problem
+    return replace(problem, place=replace(problem.place, file=str(out / vehicle.folder / rest)))
+
+
+def _problems(items: Iterable[dict[str, Any]]) -> list[Problem]:
+    return [
+        Problem(
+            item["severity"],
+            Place(**item["place"]),
+            item["what"],
+            item.get("expected", ""),
+            item.get("remedy", ""),
+        )
+        for item in items
+    ]

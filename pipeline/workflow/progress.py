@@ -1,0 +1,70 @@
+"""One line a stage; on a terminal also a bar that stays at the bottom."""
+
+import sys
+from dataclasses import dataclass, field
+from typing import TextIO
+
+from pipeline.journal import Event
+from pipeline.plan import TITLES
+
+_BAR_CELLS = 24
+_CLEAR_LINE = "\r\x1b[2K"
+
+
+@dataclass
+class Progress:
+    """Turns the events of a run into lines, and counts what ended how."""
+
+    stream: TextIO = field(default_factory=lambda: sys.stdout)
+    quiet: bool = False
+    total: int | None = None
+    done: int = 0
+    failed: list[Event] = field(default_factory=list)
+    running: dict[tuple[str, str], Event] = field(default_factory=dict)
+
+    def take(self, event: Event) -> None:
+        """Tell one event."""
+        key = (event.vehicle, event.stage)
+        if event.what == "started":
+            self.running[key] = event
+        else:
+            self.running.pop(key, None)
+            self.done += 1
+            if event.what == "failed":
+                self.failed.append(event)
+            self.say(_line(event))
+        self._draw_bar()
+
+    def say(self, text: str) -> None:
+        """Print a line above the bar."""
+        if self.quiet:
+            return
+        clear = _CLEAR_LINE if self.stream.isatty() else ""
+        self.stream.write(f"{clear}{text}\n")
+        self.stream.flush()
+
+    def _draw_bar(self) -> None:
+        if self.quiet or not self.stream.isatty() or not self.total:
+            return
+        filled = min(_BAR_CELLS, _BAR_CELLS * self.done // self.total)
+        now = ", ".join(TITLES.get(stage, stage) for _, stage in self.running)
+        self.stream.write(
+            f"{_CLEAR_LINE}[{'#' * filled}{'.' * (_BAR_CELLS - filled)}] "
+            f"{self.done}/{self.total} {now}"[:100]
+        )
+        self.stream.flush()
+
+    def close(self) -> None:
+        """Take the bar away."""
+        if self.stream.isatty() and not self.quiet:
+            self.stream.write(_CLEAR_LINE)
+            self.stream.flush()
+
+
+def _line(event: Event) -> str:
+    title = TITLES.get(event.stage, event.stage)
+    whose = f"{event.vehicle}: " if event.vehicle else ""
+    if event.what == "failed":
+        return f"{whose}{title}: failed. {event.text}"
+    result = event.text or "done"
+    return f"{whose}{title}: {result} ({event.seconds:.1f} s)"

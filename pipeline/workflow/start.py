@@ -1,0 +1,184 @@
+"""Start the engine, follow what it does, and end it when the run is stopped."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+from typing import IO
+
+import pipeline
+from pipeline.errors import InputError, Place, Rig2SeaError
+from pipeline.journal import VARIABLE, Event, Reader
+from pipeline.workflow.progress import Progress
+
+_POLL_S = 0.05
+_PATIENCE_S = 5.0
+_LOGS_KEPT = 10
+_TOTAL = re.compile(r"^total\s+(\d+)\s*$", re.MULTILINE)
+
+
+class StoppedError(Rig2SeaError):
+    """The user (or the system) asked to stop."""
+
+
+def start(config: Path, out: Path, cores: int | None, progress: Progress, *, force: bool) -> bool:
+    """Run the workflow to its end.
+
+    Parameters
+    ----------
+    config : Path
+        What the Snakefile is told; logs and journal lie beside it.
+    out : Path
+        The folder of ``processed/`` and ``reports/``.
+    cores : int or None
+        Cores to use; None for all that this process may use.
+    progress : Progress
+        Is told every event.
+    force : bool
+        Redo everything.
+
+    Returns
+    -------
+    bool
+        Whether everything was done.
+
+    Raises
+    ------
+    StoppedError
+        When the run was stopped from outside; nothing is at work any more then.
+    """
+    journal = config.with_name("journal.jsonl")
+    log = config.with_name("workflow.log")
+    journal.unlink(missing_ok=True)
+    arguments = [
+        *("--snakefile", str(snakefile())),
+        *("--directory", str(out.absolute())),
+        *("--configfile", str(config.absolute())),
+        *("--cores", str(cores or _cores())),
+        *("--keep-going", "--rerun-incomplete", "--nolock", "--nocolor"),
+    ]
+    if force:
+        arguments.append("--forceall")
+    with log.open("wb") as output:
+        code = _engine(arguments, output, journal, log, progress)
+    _prune(out / ".snakemake" / "log")
+    for event in progress.running.values():
+        progress.failed.append(
+            Event("failed", event.vehicle, event.stage, "it ended without a word.")
+        )
+    progress.running.clear()
+    if code != 0 and not progress.failed:
+        progress.say(f"error: the workflow engine stopped: {_last_words(log)}\nIts log: {log}")
+    return code == 0
+
+
+def snakefile() -> Path:
+    """Return the Snakefile: of the source tree, or of the installed package."""
+    package = Path(pipeline.__file__).resolve().parent
+    for candidate in (package.parent / "Snakefile", package / "Snakefile"):
+        if candidate.is_file():
+            return candidate
+    raise InputError.at(
+        Place(str(package)),
+        "the Snakefile is missing from the installation.",
+        remedy="Install rig2sea again.",
+    )
+
+
+def _engine(
+    arguments: list[str], output: IO[bytes], journal: Path, log: Path, progress: Progress
+) -> int:
+    """Start the engine in a session of its own and follow it; return its exit code."""
+    reading, writing = os.pipe()
+    environment = {**os.environ, VARIABLE: str(journal.absolute())}
+    with _stoppable():
+        engine = subprocess.Popen(  # noqa: S603 - our own module with our own arguments
+            [sys.executable, "-m", "pipeline.workflow.engine", str(reading), *arguments],
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=environment,
+            pass_fds=(reading,),
+            start_new_session=True,
+        )
+        os.close(reading)
+        try:
+            return _follow(engine, Reader(journal), log, progress)
+        except (StoppedError, KeyboardInterrupt):
+            _end(engine)
+            progress.close()
+            raise StoppedError("stopped. The next run goes on from here.") from None
+        finally:
+            os.close(writing)
+
+
+def _follow(
+    engine: "subprocess.Popen[bytes]", reader: Reader, log: Path, progress: Progress
+) -> int:
+    while True:
+        code = engine.poll()
+        events = list(reader.new_events())
+        if events and progress.total is None:
+            match = _TOTAL.search(log.read_text(encoding="utf-8", errors="replace"))
+            # the target rule "all" is counted by the engine and runs nothing
+            progress.total = int(match[1]) - 1 if match else None
+        for event in events:
+            progress.take(event)
+        if code is not None:
+            progress.close()
+            return code
+        time.sleep(_POLL_S)
+
+
+@contextmanager
+def _stoppable() -> Iterator[None]:
+    """Let SIGTERM stop the run as Ctrl-C does, so that no stage stays at work."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def stop(_number: int, _frame: FrameType | None) -> None:
+        raise StoppedError("stopped.")
+
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def _end(engine: "subprocess.Popen[bytes]") -> None:
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        try:
+            os.killpg(engine.pid, number)
+            engine.wait(_PATIENCE_S)
+        except ProcessLookupError:
+            return
+        except subprocess.TimeoutExpired:
+            continue
+        else:
+            return
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _prune(folder: Path) -> None:
+    """Keep the newest logs of the engine; it writes one a run and never removes any."""
+    logs = sorted(folder.glob("*.log"), key=lambda path: path.name)
+    for path in logs[:-_LOGS_KEPT]:
+        path.unlink(missing_ok=True)
+
+
+def _last_words(log: Path) -> str:
+    lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").split("\n")]
+    errors = [line for line in lines if "Error" in line or "error" in line]
+    return (errors or [line for line in lines if line] or ["no reason given"])[-1]

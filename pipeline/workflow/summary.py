@@ -1,0 +1,60 @@
+"""What a run says at its end: every error in full, warnings up to a number, what has no data."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from pipeline.plan import MISSING, TITLES
+from pipeline.workflow.outcome import Outcome
+from pipeline.workflow.run import Result
+
+_MAX_WARNINGS = 12
+
+
+def summary(result: Result, out: Path) -> Iterator[str]:
+    """Yield the paragraphs to print; the last one names the report.
+
+    Parameters
+    ----------
+    result : Result
+        What came of the run.
+    out : Path
+        The folder of ``processed/`` and ``reports/``.
+    """
+    for outcome in result.outcomes:
+        yield from _without_data(outcome)
+        yield from _warnings(outcome)
+    for problem in result.refused:
+        yield f"error: {problem}"
+    for outcome in result.outcomes:
+        yield from (f"error: {p}" for p in outcome.problems if p.severity == "error")
+    for event in result.failed:
+        log = out / "processed" / event.vehicle / "logs" / f"{event.stage}.log"
+        whose = f"{event.vehicle}, " if event.vehicle else ""
+        yield f"error: {whose}{TITLES.get(event.stage, event.stage)}: {event.text}\nIts log: {log}"
+    if result.complete and result.vehicles and result.done == 0:
+        yield "Nothing to do: every result is up to date."
+    index = out / "reports" / "index.html"
+    if result.vehicles and index.exists():
+        yield f"Report: {index}"
+
+
+def _without_data(outcome: Outcome) -> Iterator[str]:
+    reasons: dict[str, list[str]] = {}
+    for title, reason in outcome.left_out:
+        reasons.setdefault(_first_gap(reason), []).append(title)
+    for reason, titles in reasons.items():
+        yield f"{outcome.vehicle}: left out: {', '.join(titles)}.\n  {reason}"
+
+
+def _first_gap(reason: str) -> str:
+    """Return the reason of the first gap, for a result that lacks an earlier one."""
+    root = reason.partition(": ")[2] if reason.startswith(MISSING) else reason
+    return root[:1].upper() + root[1:]
+
+
+def _warnings(outcome: Outcome) -> Iterator[str]:
+    warnings = [problem for problem in outcome.problems if problem.severity == "warning"]
+    yield from (f"warning: {problem}" for problem in warnings[:_MAX_WARNINGS])
+    if len(warnings) > _MAX_WARNINGS:
+        rest = len(warnings) - _MAX_WARNINGS
+        yield f"and {rest} more warnings; the report and rig2sea check {outcome.vehicle} have all."

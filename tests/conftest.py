@@ -1,0 +1,24 @@
+"""What tests of every kind share."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+REPOSITORY = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    """The root of the source tree."""
+    return REPOSITORY
+
+
+@pytest.fixture(scope="session")
+def shared_data() -> Path:
+    """The folder of measured public data, which is not part of the repository."""
+    stated = os.environ.get("RIG2SEA_SHARED_DATA")
+    folder = Path(stated) if stated else REPOSITORY.parent / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip(f"no measured data at {folder}; RIG2SEA_SHARED_DATA may name their folder")
+    return folder

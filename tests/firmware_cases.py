@@ -1,0 +1,143 @@
+"""Characteristics that the firmware tests run on, and a strategy that invents more."""
+
+import numpy as np
+import numpy.typing as npt
+from hypothesis import settings
+from hypothesis import strategies as st
+
+from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
+
+Floats = npt.NDArray[np.float64]
+
+#: No deadline: how long an example takes says nothing about the firmware.
+unhurried = settings(deadline=None)
+
+# Kostenko 2023, Table 2.
+SPEED_MPS = np.array([0.0, 0.5, 1.0, 1.5, 2.0])
+KF0 = np.array([-4.0, -5.0, -8.0, -11.0, -15.0])
+KF1 = np.array([0.254, 0.215, 0.211, 0.210, 0.208])
+KF2 = np.array([8.82, 10.2, 9.65, 9.07, 8.67]) * 1e-4
+
+
+def branch(
+    sign: int, speed: Floats, thrust: Floats, fraction: Floats, code: Floats
+) -> FirmwareBranch:
+    return FirmwareBranch(
+        sign=sign,
+        speed_mps=tuple(speed.tolist()),
+        thrust_max_n=tuple(thrust.tolist()),
+        fraction=tuple(fraction.tolist()),
+        code=tuple(tuple(row) for row in code.tolist()),
+        against_motion="the row at rest",
+    )
+
+
+def table2_branch(sign: int, factor: float) -> FirmwareBranch:
+    """Table 2 times a factor on 9 speeds and 33 fractions."""
+    speed = np.linspace(0.0, 2.0, 9)
+    fraction = np.linspace(0.0, 1.0, 33)
+    k0, k1, k2 = (factor * np.interp(speed, SPEED_MPS, k) for k in (KF0, KF1, KF2))
+    largest = k0 + k1 * 127 + k2 * 127**2
+    thrust = fraction * largest[:, None]
+    discriminant = k1[:, None] ** 2 - 4 * k2[:, None] * (k0[:, None] - thrust)
+    code = (-k1[:, None] + np.sqrt(discriminant)) / (2 * k2[:, None])
+    code[:, -1] = 127.0
+    return branch(sign, speed, largest, fraction, code)
+
+
+def table2() -> FirmwareCharacteristic:
+    """Kostenko's thruster, somewhat weaker in reverse and with a little wider dead zone."""
+    reverse = table2_branch(-1, 0.95)
+    shifted = [[c + 2.0 * (127.0 - c) / 127.0 for c in row] for row in reverse.code]
+    return FirmwareCharacteristic(
+        thrust_dead_n=0.5,
+        code_max=127,
+        positive=table2_branch(1, 1.0),
+        negative=reverse.model_copy(update={"code": tuple(map(tuple, shifted))}),
+    )
+
+
+def power_law(
+    sign: int, code_max: int, code_dead: float, *, thrust: Floats, speed: Floats, fraction: Floats
+) -> FirmwareBranch:
+    """|N| = N_dead + (N_max - N_dead) (T / T_max)^0.6, the dead zone wider at speed."""
+    dead = code_dead * (1.0 + 0.2 * speed)[:, None]
+    code = dead + (code_max - dead) * fraction**0.6
+    code[:, -1] = code_max
+    return branch(sign, speed, thrust, fraction, code)
+
+
+def bench_only() -> FirmwareCharacteristic:
+    """A thruster known at rest only, codes as PWM microseconds off neutral, stronger ahead."""
+    rest, fraction = np.array([0.0]), np.linspace(0.0, 1.0, 25)
+    return FirmwareCharacteristic(
+        thrust_dead_n=0.3,
+        code_max=400,
+        positive=power_law(1, 400, 34.0, thrust=np.array([51.5]), speed=rest, fraction=fraction),
+        negative=power_law(-1, 400, 32.0, thrust=np.array([40.2]), speed=rest, fraction=fraction),
+    )
+
+
+def largest_codes() -> FirmwareCharacteristic:
+    """The whole range of int16 codes, a strong thruster, fractions dense near zero."""
+    speed = np.array([0.0, 0.7, 1.9, 4.4])
+    fraction = np.linspace(0.0, 1.0, 33) ** 2
+    return FirmwareCharacteristic(
+        thrust_dead_n=1.0,
+        code_max=32767,
+        positive=power_law(
+            1, 32767, 900.0, thrust=np.array([950.0, 870, 640, 300]), speed=speed, fraction=fraction
+        ),
+        negative=power_law(
+            -1,
+            32767,
+            800.0,
+            thrust=np.array([700.0, 640, 500, 200]),
+            speed=speed,
+            fraction=fraction,
+        ),
+    )
+
+
+def coarse() -> FirmwareCharacteristic:
+    """Few codes, few knots, axes that no binary format holds exactly, codes falling with speed."""
+    speed, fraction = np.array([0.0, 0.1, 1.3]), np.array([0.0, 0.1, 0.7, 1.0])
+    code = np.array([[2.1, 3.3, 7.9, 10.0], [1.9, 3.1, 7.7, 10.0], [1.3, 3.2, 7.1, 9.9]])
+    return FirmwareCharacteristic(
+        thrust_dead_n=0.1,
+        code_max=10,
+        positive=branch(1, speed, np.array([12.3, 14.1, 3.7]), fraction, code),
+        negative=branch(-1, speed, np.array([12.3, 14.1, 3.7]), fraction, code),
+    )
+
+
+CASES = {
+    "table2": table2,
+    "bench_only": bench_only,
+    "largest_codes": largest_codes,
+    "coarse": coarse,
+}
+
+
+@st.composite
+def characteristics(draw: st.DrawFn) -> FirmwareCharacteristic:
+    """Any characteristic that the export accepts, within sober slopes."""
+    code_max = draw(st.sampled_from([10, 127, 400, 32767]))
+    branches = {}
+    for name, sign in (("positive", 1), ("negative", -1)):
+        steps = st.floats(0.05, 1.0)
+        speeds = draw(st.lists(steps, max_size=4))
+        widths = np.array(draw(st.lists(steps, min_size=1, max_size=8)))
+        rows = []
+        for _ in range(len(speeds) + 1):
+            rises = draw(st.lists(steps, min_size=len(widths), max_size=len(widths)))
+            shape = np.concatenate(([draw(st.floats(0.0, 3.0))], rises)).cumsum()
+            rows.append(np.minimum(shape / shape[-1], 1.0) * code_max)
+        thrust = [draw(st.floats(0.5, 200.0)) for _ in rows]
+        fraction = np.concatenate(([0.0], widths.cumsum() / widths.sum()))
+        fraction[-1] = 1.0
+        speed = np.concatenate(([0.0], speeds)).cumsum()
+        branches[name] = branch(sign, speed, np.array(thrust), fraction, np.array(rows))
+    return FirmwareCharacteristic(
+        thrust_dead_n=draw(st.floats(0.0, 1.0)), code_max=code_max, **branches
+    )

@@ -1,0 +1,154 @@
+"""The bit-exact model of the fixed-point firmware against the double-precision reference."""
+
+import firmware_cases
+import numpy as np
+import pytest
+from firmware_cases import CASES
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.export import fixed_point
+from pipeline.export.self_test import thrust_grid, tolerances
+from pipeline.physics import thrust_grid as physics
+from pipeline.records.fits import FirmwareCharacteristic
+
+ONE = fixed_point.Q16_ONE
+INT32 = st.integers(-(2**31), 2**31 - 1)
+INT16 = st.integers(-(2**15), 2**15 - 1)
+SPEEDS_Q16 = np.rint(np.arange(-2.5, 2.501, 0.05) * ONE).astype(np.int64)[:, None]
+
+
+def reference_code(
+    characteristic: FirmwareCharacteristic, thrust_n: np.ndarray, speed_mps: np.ndarray
+) -> np.ndarray:
+    return physics.code_from_thrust(
+        thrust_n,
+        speed_mps,
+        positive=thrust_grid(characteristic.positive),
+        negative=thrust_grid(characteristic.negative),
+        thrust_dead_n=characteristic.thrust_dead_n,
+    )
+
+
+def reference_thrust(
+    characteristic: FirmwareCharacteristic, code: np.ndarray, speed_mps: np.ndarray
+) -> np.ndarray:
+    return physics.thrust_from_code(
+        code.astype(float),
+        speed_mps,
+        positive=thrust_grid(characteristic.positive),
+        negative=thrust_grid(characteristic.negative),
+    )
+
+
+def test_known_values_at_knots() -> None:
+    """At rest Table 2 gives 42.48 N at code 127 and code 0 for half a newton."""
+    tables = fixed_point.fixed_tables(CASES["table2"]())
+    largest = fixed_point.thrust_from_code(tables, 127, 0)
+    assert largest == round((-4 + 0.254 * 127 + 8.82e-4 * 127**2) * ONE)
+    assert fixed_point.code_from_thrust(tables, largest, 0) == 127
+    assert fixed_point.code_from_thrust(tables, ONE // 2, 0) == 0
+    assert fixed_point.code_from_thrust(tables, ONE // 2 + 1, 0) > 0
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_code_is_within_one_of_the_reference(case: str) -> None:
+    characteristic = CASES[case]()
+    tables = fixed_point.fixed_tables(characteristic)
+    largest = 1.1 * max(characteristic.positive.thrust_max_n)
+    thrust = np.rint(np.linspace(-largest, largest, 801) * ONE).astype(np.int64)
+    for speed in SPEEDS_Q16:
+        got = fixed_point.code_from_thrust(tables, thrust, speed)
+        wanted = reference_code(characteristic, thrust / ONE, speed / ONE)
+        rounded = np.sign(wanted) * np.floor(np.abs(wanted) + 0.5)
+        assert np.abs(got - rounded).max() <= 1
+        assert np.abs(got - wanted).max() <= 0.5 + tolerances(characteristic).code_fixed
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_round_trip_outside_the_dead_zone(case: str) -> None:
+    """Every code comes back, at every speed, unless its thrust is one that asks for nothing."""
+    characteristic = CASES[case]()
+    tables = fixed_point.fixed_tables(characteristic)
+    last = min(
+        row[-1] for b in (characteristic.positive, characteristic.negative) for row in b.code
+    )
+    codes = np.unique(np.linspace(-int(last), int(last), 801).astype(np.int64))
+    for speed in SPEEDS_Q16:
+        thrust = fixed_point.thrust_from_code(tables, codes, speed)
+        back = fixed_point.code_from_thrust(tables, thrust, speed)
+        live = np.abs(thrust) > tables.thrust_dead_q16
+        assert np.abs(back - codes)[live].max() <= 1
+        assert not back[~live].any()
+
+
+@firmware_cases.unhurried
+@given(firmware_cases.characteristics(), st.lists(INT32, min_size=1, max_size=30), INT32)
+def test_code_never_falls_with_thrust_and_stays_in_range(
+    characteristic: FirmwareCharacteristic, thrusts: list[int], speed: int
+) -> None:
+    tables = fixed_point.fixed_tables(characteristic)
+    # Large arguments saturate, so small ones are tried beside them.
+    thrust = np.unique([t // divisor for t in thrusts for divisor in (1, 2**6, 2**9, 2**14)])
+    codes = fixed_point.code_from_thrust(tables, thrust, speed)
+    assert (np.diff(codes) >= 0).all()
+    assert np.abs(codes).max() <= characteristic.code_max
+    assert (codes * thrust >= 0).all()
+
+
+@firmware_cases.unhurried
+@given(
+    firmware_cases.characteristics(),
+    st.lists(INT32, min_size=1, max_size=10),
+    st.integers(-(2**18), 2**18),
+)
+def test_code_is_the_reference_but_for_rounding(
+    characteristic: FirmwareCharacteristic, thrusts: list[int], speed: int
+) -> None:
+    tables = fixed_point.fixed_tables(characteristic)
+    thrust = np.array([t // divisor for t in thrusts for divisor in (1, 2**6, 2**9, 2**14)])
+    got = fixed_point.code_from_thrust(tables, thrust, speed)
+    wanted = reference_code(characteristic, thrust / ONE, np.array(speed / ONE))
+    assert np.abs(got - wanted).max() <= 0.5 + tolerances(characteristic).code_fixed
+
+
+@firmware_cases.unhurried
+@given(
+    firmware_cases.characteristics(),
+    st.lists(INT16, min_size=1, max_size=30),
+    st.integers(-(2**18), 2**18),
+)
+def test_thrust_is_the_reference_but_for_rounding(
+    characteristic: FirmwareCharacteristic, codes: list[int], speed: int
+) -> None:
+    tables = fixed_point.fixed_tables(characteristic)
+    code = np.unique([c // divisor for c in codes for divisor in (1, 2**4, 2**8)])
+    got = fixed_point.thrust_from_code(tables, code, speed)
+    wanted = reference_thrust(characteristic, code, np.array(speed / ONE))
+    assert (np.diff(got) >= 0).all()
+    assert np.abs(got / ONE - wanted).max() <= tolerances(characteristic).thrust_fixed_n
+    assert (got <= fixed_point.thrust_limit(tables, speed, sign=1)).all()
+    assert (got >= fixed_point.thrust_limit(tables, speed, sign=-1)).all()
+
+
+@firmware_cases.unhurried
+@given(firmware_cases.characteristics(), INT32)
+def test_extremes_of_the_arguments_give_the_limits(
+    characteristic: FirmwareCharacteristic, speed: int
+) -> None:
+    tables = fixed_point.fixed_tables(characteristic)
+    for sign, end in ((1, 2**15 - 1), (-1, -(2**15))):
+        limit = fixed_point.thrust_limit(tables, speed, sign=sign)
+        assert fixed_point.thrust_from_code(tables, end, speed) == limit
+        far = fixed_point.code_from_thrust(tables, end * ONE, speed)
+        assert far == fixed_point.code_from_thrust(tables, sign * (2**31 - 1), speed)
+
+
+def test_against_the_motion_the_row_at_rest_holds() -> None:
+    tables = fixed_point.fixed_tables(CASES["table2"]())
+    thrust = np.arange(-45, 46) * ONE
+    at_rest = fixed_point.code_from_thrust(tables, thrust, 0)
+    astern = fixed_point.code_from_thrust(tables, thrust, -2 * ONE)
+    assert (astern[thrust > 0] == at_rest[thrust > 0]).all()
+    assert (astern[thrust < 0] <= at_rest[thrust < 0]).all()
+    assert (astern[thrust < 0] < at_rest[thrust < 0]).any()

@@ -1,0 +1,104 @@
+"""The model of the floating-point firmware against the double-precision reference."""
+
+import firmware_cases
+import numpy as np
+import pytest
+from firmware_cases import CASES
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.export import single_precision
+from pipeline.export.self_test import thrust_grid, tolerances
+from pipeline.physics import thrust_grid as physics
+from pipeline.records.fits import FirmwareCharacteristic
+
+THRUSTS = st.one_of(
+    st.floats(width=32, allow_nan=False), st.floats(-250, 250, width=32), st.floats(-2, 2, width=32)
+)
+SPEEDS = st.one_of(st.floats(width=32, allow_nan=False), st.floats(-4, 4, width=32))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_single_precision_is_the_reference_but_for_rounding(case: str) -> None:
+    characteristic = CASES[case]()
+    grids = {
+        "positive": thrust_grid(characteristic.positive),
+        "negative": thrust_grid(characteristic.negative),
+    }
+    dead = characteristic.thrust_dead_n
+    tables = single_precision.single_tables(characteristic)
+    limits = tolerances(characteristic)
+    largest = 1.1 * max(characteristic.positive.thrust_max_n)
+    thrust = np.linspace(-largest, largest, 801).astype(np.float32)
+    code = np.unique(np.linspace(-characteristic.code_max, characteristic.code_max, 801, dtype=int))
+    for speed in np.linspace(-2.5, 2.5, 101).astype(np.float32):
+        got = single_precision.code_from_thrust(tables, thrust, speed)
+        wanted = physics.code_from_thrust(
+            thrust.astype(float), float(speed), **grids, thrust_dead_n=dead
+        )
+        assert np.abs(got - wanted).max() <= 0.5 + limits.code_single
+        thrust_n = single_precision.thrust_from_code(tables, code, speed)
+        assert thrust_n.dtype == np.float32
+        wanted_n = physics.thrust_from_code(code.astype(float), float(speed), **grids)
+        assert np.abs(thrust_n - wanted_n).max() <= limits.thrust_single_n
+
+
+@firmware_cases.unhurried
+@given(firmware_cases.characteristics(), st.lists(THRUSTS, min_size=1, max_size=40), SPEEDS)
+def test_code_never_falls_with_thrust_and_stays_in_range(
+    characteristic: FirmwareCharacteristic, thrusts: list[float], speed: float
+) -> None:
+    """Also between neighbouring floats, where rounding would show."""
+    tables = single_precision.single_tables(characteristic)
+    chosen = np.array(thrusts, np.float32)
+    with np.errstate(over="ignore", under="ignore"):
+        above = np.nextafter(chosen, np.float32(np.inf))
+    thrust = np.unique(np.concatenate((chosen, above)))
+    codes = single_precision.code_from_thrust(tables, thrust, speed)
+    assert (np.diff(codes) >= 0).all()
+    assert np.abs(codes).max() <= characteristic.code_max
+
+
+@firmware_cases.unhurried
+@given(firmware_cases.characteristics(), SPEEDS)
+def test_thrust_never_falls_with_code_and_stays_in_range(
+    characteristic: FirmwareCharacteristic, speed: float
+) -> None:
+    tables = single_precision.single_tables(characteristic)
+    code = np.unique(np.linspace(-(2**15), 2**15 - 1, 300).astype(int) // 16)
+    thrust = single_precision.thrust_from_code(tables, code, speed)
+    assert (np.diff(thrust) >= 0).all()
+    assert thrust.max() <= single_precision.thrust_limit(tables, speed, sign=1)
+    assert thrust.min() >= single_precision.thrust_limit(tables, speed, sign=-1)
+
+
+def test_what_is_not_a_number_gives_nothing() -> None:
+    tables = single_precision.single_tables(CASES["table2"]())
+    nan = float("nan")
+    assert single_precision.code_from_thrust(tables, nan, 0.0) == 0
+    assert single_precision.code_from_thrust(tables, 20.0, nan) == 0
+    assert single_precision.thrust_from_code(tables, 100, nan) == 0
+    assert single_precision.thrust_limit(tables, nan, sign=1) == 0
+    assert single_precision.code_from_thrust(tables, float("inf"), float("inf")) == 127
+    assert single_precision.code_from_thrust(tables, float("-inf"), 0.0) == -127
+
+
+def test_dead_zone_is_rounded_towards_more_thrust() -> None:
+    """0.3 is no float: the float below it must not ask for thrust, the one above must."""
+    tables = single_precision.single_tables(CASES["bench_only"]())
+    assert (
+        float(tables.thrust_dead_n)
+        <= 0.3
+        < float(np.nextafter(tables.thrust_dead_n, np.float32(1)))
+    )
+    assert single_precision.code_from_thrust(tables, tables.thrust_dead_n, 0.0) == 0
+    assert single_precision.code_from_thrust(tables, np.float32(0.30000001), 0.0) > 0
+
+
+def test_the_ends_of_int16_give_the_limits() -> None:
+    """-32768 has no positive twin among the int16."""
+    tables = single_precision.single_tables(CASES["table2"]())
+    ends = np.array([-(2**15), 2**15 - 1], np.int16)
+    thrust = single_precision.thrust_from_code(tables, ends, 0.5)
+    assert thrust[0] == single_precision.thrust_limit(tables, 0.5, sign=-1)
+    assert thrust[1] == single_precision.thrust_limit(tables, 0.5, sign=1)

@@ -1,0 +1,313 @@
+"""What the page says: order, completeness, escaping, determinism, missing parts."""
+
+import dataclasses
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+import synthetic_records
+
+from pipeline.errors import InputError
+from pipeline.records.fits import InverseCharacteristic
+from pipeline.report.results import VehicleResults
+from pipeline.report.vehicle_page import vehicle_page, write_vehicle_page
+
+VOID = {"meta", "link", "br", "img", "hr", "input"}
+
+
+class Outline(HTMLParser):
+    """Collects tags, text and ids, and checks that tags close in order."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+def outline(page: str) -> Outline:
+    parser = Outline()
+    parser.feed(page)
+    assert parser.open == []
+    return parser
+
+
+def text_of(page: str) -> str:
+    return re.sub(r"\s+", " ", "".join(outline(page).text).replace("\N{NO-BREAK SPACE}", " "))
+
+
+def table(page: str, caption: str) -> str:
+    """The table whose caption starts so, as text with cells set apart."""
+    for part in re.findall(r"<table>.*?</table>", page, re.DOTALL):
+        plain = re.sub(r"<su[bp]>|</su[bp]>", "", part)
+        found = re.search(r"<caption>(.*?)</caption>", plain, re.DOTALL)
+        if found and found[1].startswith(caption):
+            return re.sub(r"\s+", " ", re.sub(r"<[^>]+>", "|", plain))
+    raise AssertionError(f"no table {caption!r}")
+
+
+def test_warnings_come_first_and_the_chapters_in_order(page: str) -> None:
+    anchors = re.findall(r'<h2 id="([a-z0-9-]+)"', page)
+    assert anchors == [
+        "warnings",
+        "inputs",
+        "propeller",
+        "drive",
+        "working-points",
+        "static",
+        "gap",
+        "inverse",
+        "allocation",
+        "uncertainty",
+        "outliers",
+        "firmware",
+        "provenance",
+    ]
+
+
+def test_every_contents_link_has_its_target_and_no_id_is_used_twice(page: str) -> None:
+    tags = outline(page).tags
+    ids = [attrs["id"] for _, attrs in tags if "id" in attrs]
+    assert len(ids) == len(set(ids))
+    links = [attrs["href"] or "" for tag, attrs in tags if tag == "a"]
+    assert {link[1:] for link in links if link.startswith("#")} <= set(ids)
+
+
+def test_same_results_give_the_same_bytes(results: VehicleResults, page: str) -> None:
+    assert vehicle_page(results) == page
+
+
+def test_page_is_small_and_self_contained(page: str) -> None:
+    assert len(page.encode()) < 3_000_000
+    tags = outline(page).tags
+    assert not [tag for tag, _ in tags if tag in {"script", "iframe", "object", "embed"}]
+    fetched = [
+        value
+        for tag, attrs in tags
+        for name, value in attrs.items()
+        if name in {"src", "xlink:href", "href"} and tag not in {"a"} and value
+    ]
+    assert all(value.startswith(("data:", "#")) for value in fetched)
+    assert not re.search(r"@import|url\((?!#)", page)
+
+
+def test_no_date_and_no_path_of_the_machine(page: str) -> None:
+    assert "dc:date" not in page
+    assert str(Path.home()) not in page
+
+
+@pytest.mark.parametrize(
+    "field", ["sheet and problem", "title", "data note", "missing reason", "firmware file"]
+)
+def test_hostile_text_is_shown_and_not_run(results: VehicleResults, field: str, page: str) -> None:
+    hostile = synthetic_records.HOSTILE
+    if field == "title":
+        vehicle = results.vehicle.model_copy(update={"title": hostile})
+        page = vehicle_page(dataclasses.replace(results, vehicle=vehicle))
+    elif field == "data note":
+        vehicle = results.vehicle.model_copy(update={"data_note": hostile})
+        page = vehicle_page(dataclasses.replace(results, vehicle=vehicle))
+    elif field == "missing reason":
+        page = vehicle_page(
+            dataclasses.replace(results, allocation=None, missing={"allocation": hostile})
+        )
+    elif field == "firmware file":
+        page = vehicle_page(dataclasses.replace(results, firmware_files=(hostile,)))
+    assert "<script" not in page
+    assert "&lt;script&gt;alert(&#34;1&#34;)&lt;/script&gt;" in page
+
+
+def test_a_link_cannot_carry_a_scheme(results: VehicleResults) -> None:
+    page = vehicle_page(dataclasses.replace(results, firmware_files=("javascript:alert(1)",)))
+    links = [attrs["href"] or "" for tag, attrs in outline(page).tags if tag == "a"]
+    assert not [link for link in links if link.lower().startswith("javascript:")]
+
+
+def test_every_figure_has_a_sentence_axes_and_a_description(page: str) -> None:
+    figures = re.findall(r"<figure.*?</figure>", page, re.DOTALL)
+    assert len(figures) == 14
+    for figure in figures:
+        lead = re.search(r'<p class="see">(.*?)</p>', figure, re.DOTALL)
+        assert lead
+        assert len(lead[1]) > 30
+        label = re.search(r'<svg[^>]*role="img"[^>]*aria-label="([^"]+)"', figure)
+        assert label
+        assert len(label[1]) > 30
+        assert re.search(r"\[[^\]]+\]", figure), "an axis without a unit"
+
+
+def test_column_and_row_headings_have_scopes(page: str) -> None:
+    headings = [attrs for tag, attrs in outline(page).tags if tag == "th"]
+    assert headings
+    assert {attrs.get("scope") for attrs in headings} == {"col", "row"}
+
+
+def test_the_origin_of_the_data_stands_above_everything(page: str) -> None:
+    note = page.index("These data are rebuilt from printed tables")
+    assert note < page.index('id="warnings"')
+
+
+def test_problems_are_shown_by_severity_with_place_and_remedy(page: str) -> None:
+    problems = table(page, "Problems in the raw files")
+    assert problems.index("broken.xlsx") < problems.index("row 14, column C")
+    assert "Fix the cell." in problems
+    assert "and 3 more, listed below" in problems
+    # all seven places of the grouped warning are on the page
+    assert page.count("row 9") >= 7
+    assert "1 error, 8 warnings, 1 failed check" in page
+    assert "1 of 2540 steps rise" in table(page, "Checks that failed")
+
+
+def test_points_used_and_left_out_add_up(page: str) -> None:
+    text = text_of(page)
+    assert "672 points read, 648 used, 24 left out." in text
+    assert "24 warm-up" in table(page, "Files and what became of their points")
+    assert "|5–6|" in table(page, "Points left out, by row")
+    assert "Обороты, об/мин" in table(page, "Columns and units as understood")
+    assert "the falling sweeps read +0.20 N" in text
+    assert "moved by up to 0.13 N" in text
+
+
+def test_table1_shows_ours_published_and_difference(page: str) -> None:
+    row = re.search(r"\|KT0\|.*?\|KT1\|", table(page, "Table 1."))
+    assert row
+    cells = [cell.strip() for cell in row[0].split("|") if cell.strip()]
+    # 0.1391 against the printed 0.139
+    assert cells[1].startswith("0.1391")
+    assert cells[3] == "0.139"
+    assert cells[4] == "+1.0·10⁻⁴"
+    assert cells[5] == "yes"
+    # 0.0001 / 0.139 = 0.0719 %
+    assert "KT differs by at most 0.072 % of KT0" in text_of(page)
+
+
+def test_full_code_thrust_stands_beside_both_published_tables(page: str) -> None:
+    largest = table(page, "Largest thrust (code 127)")
+    # Table 2 gives -4 + 0.254 * 127 + 8.82e-4 * 127^2 = 42.48 N, Table 4 prints 42 N
+    first = re.search(r"\|0\|.*?\|0\.5\|", largest)
+    assert first
+    cells = [cell.strip() for cell in first[0].split("|") if cell.strip()]
+    assert cells[3] == "42.48"
+    assert cells[5] == "42"
+    # 24.8 against 25.40 at 2 m/s is the largest difference of the two
+    assert "The two published tables differ from each other by up to 0.60 N here." in text_of(page)
+
+
+def test_table3_and_the_gap_are_stated_in_codes_and_newtons(page: str) -> None:
+    text = text_of(page)
+    assert "at most 0.40 codes for positive thrust" in text
+    assert "8 of the 8 published coefficients lie inside" in text
+    assert re.search(r"The two routes to the thrust at rest differ by up to \d\.\d\d N", text)
+
+
+def test_tables_two_and_four_are_in_the_layout_of_the_paper(page: str) -> None:
+    table2 = table(page, "Table 2.")
+    assert table2.count("|published|") == 4
+    assert "|9.65·10⁻⁴|" in table2
+    table4 = table(page, "Table 4. ")
+    assert table4.count("|published|") == 5
+    assert "1.21·10⁻³" in table4  # printed as 12.1*10^-4
+
+
+def test_round_trip_is_given_for_all_three_forms(page: str) -> None:
+    rows = table(page, "Largest error of T(N(T, V), V)")
+    assert "|1| |0.200| |0.0300| |0.50| |0.76|" in rows
+    # 0.02 + 0.01 * 1.9 between the tabulated speeds
+    assert "off by at most 0.0390 N before rounding" in text_of(page)
+
+
+def test_allocator_has_one_number_for_each_speed_and_both_frames(page: str) -> None:
+    # worst = 0.004 + 0.2 V and 0.004 + 0.004 V
+    text = text_of(page)
+    assert "At 2 m/s the worst wrench error is 40 % of the available range" in text
+    assert "1.2 % with it" in text
+    assert "My|" in table(page, "Frames")
+
+
+def test_outliers_are_named_with_their_row(page: str) -> None:
+    assert "synthetic/open_water/curves.csv, row 17" in table(page, "Outliers")
+
+
+def test_mooring_alone_shows_what_there_is_and_why_the_rest_is_missing(
+    results: VehicleResults,
+) -> None:
+    assert results.inverse is not None
+    inverse: InverseCharacteristic = results.inverse.model_copy(
+        update={"table4": (), "round_trip": ()}
+    )
+    vehicle = results.vehicle.model_copy(update={"allocator": None, "published": None})
+    reason = "there is no open-water file, so K_T(J) and K_M(J) are unknown."
+    page = vehicle_page(
+        VehicleResults(
+            vehicle=vehicle,
+            mooring=results.mooring,
+            inverse=inverse,
+            missing={"propeller": reason, "drive": "there is no load test."},
+        )
+    )
+    text = text_of(page)
+    assert "KT(J) and KM(J) are unknown." in text
+    assert "Not computed: there is no load test." in text
+    assert "Table 4 was not computed" in text
+    assert "Table 3." in text
+    assert len(re.findall(r"<figure", page)) == 1
+    assert "Published" not in table(page, "Table 3.")
+    assert page.count('<span class="absent">not computed</span>') >= 6
+
+
+def test_load_test_alone_shows_the_drive(results: VehicleResults) -> None:
+    page = vehicle_page(
+        VehicleResults(
+            vehicle=results.vehicle, load_test=results.load_test, drive=results.drive, missing={}
+        )
+    )
+    assert len(re.findall(r"<figure", page)) == 2
+    assert "Scatter about the surface, by code" in page
+
+
+def test_propeller_alone_shows_its_demand(results: VehicleResults) -> None:
+    page = vehicle_page(
+        VehicleResults(
+            vehicle=results.vehicle,
+            open_water=results.open_water,
+            propeller=results.propeller,
+            missing={"drive": "there is no load test."},
+        )
+    )
+    assert len(re.findall(r"<figure", page)) == 3
+    assert "The working points were not computed: there is no load test." in text_of(page)
+
+
+def test_nothing_at_all_is_still_a_page(results: VehicleResults) -> None:
+    page = vehicle_page(VehicleResults(vehicle=results.vehicle))
+    assert "8 results not computed" in page
+    assert "<figure" not in page
+
+
+def test_an_unwritable_place_is_one_clear_message(results: VehicleResults, tmp_path: Path) -> None:
+    taken = tmp_path / "reports"
+    taken.write_text("a file where a folder is wanted")
+    with pytest.raises(InputError, match=r"the report cannot be written"):
+        write_vehicle_page(VehicleResults(vehicle=results.vehicle), taken / "page.html")
+
+
+def test_writing_leaves_no_half_page_beside_it(results: VehicleResults, tmp_path: Path) -> None:
+    target = tmp_path / "a" / "index.html"
+    write_vehicle_page(VehicleResults(vehicle=results.vehicle), target)
+    assert [path.name for path in target.parent.iterdir()] == ["index.html"]
+    assert target.read_bytes().endswith(b"</html>\n")

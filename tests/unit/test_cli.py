@@ -1,0 +1,162 @@
+"""The command line: help, exit codes, one message and never a traceback."""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from pipeline import __version__
+from pipeline.cli import cli
+
+VEHICLE = """\
+name: boat
+title: boat
+water: {density_kgpm3: 1000.0, gravity_mps2: 9.81}
+propellers: {p: {diameter_m: 0.1}}
+drives: {d: {code_min: -127, code_max: 127}}
+tables: {propeller: p, drive: d}
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with one vehicle, one good mooring table and one that is no workbook."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "raw/boat/mooring"
+    folder.mkdir(parents=True)
+    (tmp_path / "raw/boat/vehicle.yaml").write_text(VEHICLE)
+    rows = [f"{code};{0.002 * code * abs(code):.3f}" for code in range(-120, 121, 20)]
+    (folder / "good.csv").write_text("код;упор, Н\n" + "\n".join(rows) + "\n", encoding="utf-8")
+    (folder / "bad.xlsx").write_bytes(b"PK\x03\x04 cut short")
+    return tmp_path
+
+
+def call(*arguments: str) -> Result:
+    return CliRunner().invoke(cli, arguments, prog_name="rig2sea")
+
+
+@pytest.mark.parametrize("command", ["run", "check", "export"])
+def test_every_command_has_help_with_an_example(command: str) -> None:
+    result = call(command, "--help")
+    assert result.exit_code == 0
+    assert f"  rig2sea {command} " in result.output
+    assert command in call("--help").output
+
+
+def test_version() -> None:
+    assert call("--version").output.strip().endswith(__version__)
+
+
+def test_help_imports_nothing_heavy() -> None:
+    code = (
+        "import sys, pipeline.cli\n"
+        "print([m for m in ('numpy', 'pydantic', 'pandas', 'snakemake', 'pint', 'matplotlib')"
+        " if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [("run", "--cores", "0"), ("nonsense",), ("check",), ("export", "boat"), ("check", "absent")],
+)
+@pytest.mark.usefixtures("here")
+def test_wrong_usage_ends_with_2(arguments: tuple[str, ...]) -> None:
+    result = call(*arguments)
+    assert result.exit_code == 2
+    assert "Traceback" not in result.output
+
+
+@pytest.mark.usefixtures("here")
+def test_unknown_vehicle_names_the_nearest() -> None:
+    result = call("run", "baot")
+    assert result.exit_code == 2
+    assert 'Did you mean "boat"?' in result.output
+
+
+def test_no_vehicle_at_all_is_one_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    result = call("run")
+    assert result.exit_code == 1
+    assert "raw: holds no vehicle." in result.output
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_output_that_cannot_be_written_is_one_message(here: Path) -> None:
+    (here / "file").touch()
+    result = call("run", "--out", "file")
+    assert result.exit_code == 1
+    assert "cannot be written" in result.output
+    assert "Traceback" not in result.output
+
+
+def test_unusable_vehicle_file_is_one_message_with_its_line(here: Path) -> None:
+    (here / "raw/boat/vehicle.yaml").write_text(VEHICLE.replace("title", "titel"))
+    result = call("run")
+    assert result.exit_code == 1
+    assert 'unknown key "titel"' in result.output
+    assert 'Did you mean "title"?' in result.output
+
+
+def test_check_shows_what_was_understood_and_what_is_wrong(here: Path) -> None:
+    before = sorted(path for path in here.rglob("*"))
+    result = call("check", "raw/boat")
+    assert result.exit_code == 1
+    assert "'упор, Н': thrust in N" in result.output
+    assert "thrust_n: -28.8 to 28.8 in" in result.output
+    assert "error: raw/boat/mooring/bad.xlsx" in result.output
+    assert sorted(path for path in here.rglob("*")) == before
+
+
+@pytest.mark.usefixtures("here")
+def test_check_as_json() -> None:
+    result = call("check", "boat", "--json")
+    body = json.loads(result.output)
+    assert body["schema"] == "rig2sea/check/1"
+    assert body["ok"] is False
+    good = next(file for file in body["files"] if file["file"].endswith("good.csv"))
+    assert good["kind"] == "mooring"
+    assert good["ranges"]["thrust_n"]["max"] == 28.8
+    problem = next(p for p in body["problems"] if p["severity"] == "error")
+    assert problem["file"] == "raw/boat/mooring/bad.xlsx"
+
+
+def test_check_of_a_good_file_ends_with_0(here: Path) -> None:
+    assert call("check", "raw/boat/mooring/good.csv").exit_code == 0
+    (here / "lone").mkdir()
+    lone = here / "lone/table.csv"
+    lone.write_bytes((here / "raw/boat/mooring/good.csv").read_bytes())
+    result = call("check", str(lone))
+    assert result.exit_code == 0
+    assert "mooring (told by its content)" in result.output
+    assert "are assumed for this check alone" in result.output
+
+
+def test_fault_of_our_own_is_one_message_and_a_log(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fault(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr("pipeline.check.files.check_paths", fault)
+    monkeypatch.setattr(tempfile, "tempdir", str(here))
+    result = call("check", "raw/boat")
+    assert result.exit_code == 1
+    assert "Traceback" not in result.output
+    assert "a fault of rig2sea itself (ZeroDivisionError: division by zero)" in result.output
+    assert "Traceback" in (here / "rig2sea-error.log").read_text()
+
+
+def test_stage_that_does_not_exist_is_no_traceback_for_the_journal(
+    here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("RIG2SEA_JOURNAL", str(here / "journal.jsonl"))
+    assert call("stage", "nothing", "--to", "x.json").exit_code == 1
+    events = [json.loads(line) for line in (here / "journal.jsonl").read_text().splitlines()]
+    assert [event["what"] for event in events] == ["started", "failed"]
+    assert "ModuleNotFoundError" in events[1]["text"]
