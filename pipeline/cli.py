@@ -3,6 +3,7 @@
 Everything heavy is imported inside the command that needs it, so that ``--help`` answers at once.
 """
 
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -152,9 +153,16 @@ def check(paths: tuple[str, ...], vehicle: Path | None, raw: Path, as_json: bool
     from pipeline.check.files import check_paths
     from pipeline.check.text import as_text, to_json
 
-    findings = check_paths(paths, raw=raw, vehicle_file=vehicle)
+    findings = check_paths(paths, raw=raw, vehicle_file=vehicle, tell=_tell_on_terminal)
+    _tell_on_terminal(None)
     click.echo(to_json(findings) if as_json else as_text(findings))
     raise click.exceptions.Exit(1 if findings.failed else 0)
+
+
+def _tell_on_terminal(path: str | None) -> None:
+    """Show what is being read, on one line that goes away; say nothing into a file or a pipe."""
+    if sys.stderr.isatty():
+        click.echo("\r\x1b[2K" + (f"reading {path}" if path else ""), err=True, nl=False)
 
 
 @cli.command()

@@ -62,13 +62,38 @@ class VehicleFolder:
 
         Hidden files, the lock files of spreadsheet programs and written notes are not raw data.
         """
-        where = f"{self.folder}/{kind}"
+        names = self._names(kind, base)
+        return tuple(f"{self.folder}/{kind}/{name}" for name in names if _is_usable(name))
+
+    def misnamed_files(self, kind: str, base: Path | None = None) -> tuple[str, ...]:
+        """Return the names of raw files that the workflow cannot handle, made printable."""
+        names = [name for name in self._names(kind, base) if not _is_usable(name)]
+        return tuple("".join(c if c.isprintable() else "?" for c in name) for name in names)
+
+    def misnamed_problems(self, kind: str, shown_as: str) -> tuple[Problem, ...]:
+        """Return a problem for each of these files; `shown_as` is their folder in messages."""
+        return tuple(
+            Problem(
+                "error",
+                Place(f"{shown_as}/{name}"),
+                "the file's name holds a brace or a character that cannot be printed.",
+                remedy="Rename the file. The others were read.",
+            )
+            for name in self.misnamed_files(kind)
+        )
+
+    def _names(self, kind: str, base: Path | None) -> list[str]:
+        where = Path(self.folder, kind) if base is None else base / self.folder / kind
         try:
-            with os.scandir(where if base is None else base / where) as entries:
-                names = [entry.name for entry in entries if entry.is_file() and is_raw(entry.name)]
+            with os.scandir(where) as entries:
+                return sorted(e.name for e in entries if e.is_file() and is_raw(e.name))
         except (FileNotFoundError, NotADirectoryError):
-            return ()
-        return tuple(f"{where}/{name}" for name in sorted(names))
+            return []
+
+
+def _is_usable(name: str) -> bool:
+    """Tell whether the engine takes a file by this name: it reads braces as its own wildcards."""
+    return name.isprintable() and not set("{}") & set(name)
 
 
 def is_raw(name: str) -> bool:
@@ -161,7 +186,14 @@ def vehicle_at(folder: Path, out: Path) -> VehicleFolder:
             "part of file names and of C names.",
             remedy="Rename the folder.",
         )
-    return VehicleFolder(name, seen_from(folder, out))
+    path = seen_from(folder, out)
+    if not _is_usable(path):
+        raise InputError.at(
+            Place(str(folder)),
+            "the path holds a brace or a character that cannot be printed.",
+            remedy="Rename that folder.",
+        )
+    return VehicleFolder(name, path)
 
 
 def choose(

@@ -165,6 +165,8 @@ class _Reader:
             self._vehicle(path / VEHICLE_FILE)
             folder = VehicleFolder(path.name, str(path))
             for kind in RAW_KINDS:
+                shown = f"{folder.folder}/{kind}"
+                self._findings.problems += folder.misnamed_problems(kind, shown)
                 for file in folder.raw_files(kind):
                     self._file(Path(file))
         else:

@@ -6,6 +6,7 @@ from typing import Any
 from pipeline.check.files import FileFinding, Findings, VehicleFinding
 from pipeline.errors import Problem
 from pipeline.provenance import canonical_json
+from pipeline.records.measurements import ColumnRead
 
 _MAX_CODES = 40
 
@@ -72,8 +73,7 @@ def _file(file: FileFinding) -> str:
         name = f'sheet "{sheet.sheet}"' if sheet.sheet is not None else "table"
         lines.append(f"  {name}, {sheet.rows} rows: {sheet.summary}")
         lines += [
-            f"    column {c.column} {c.header!r}: {c.quantity.replace('_', ' ')} in "
-            f"{c.unit or '1'} (unit from {c.unit_from})"
+            f"    column {c.column} {c.header!r}: {c.quantity.replace('_', ' ')} in {_unit(c)}"
             for c in sheet.columns
         ]
     if file.codes:
@@ -83,14 +83,23 @@ def _file(file: FileFinding) -> str:
     lines += [
         f"  {q.name}: {q.least:.6g} to {q.most:.6g} in {q.count} points" for q in file.quantities
     ]
-    lines += [f"  left out of fits: {count} points, {mark}" for mark, count in file.marks.items()]
+    lines += [f"  left out of fits: {mark} ({count} points)" for mark, count in file.marks.items()]
     return "\n".join(lines)
+
+
+def _unit(column: ColumnRead) -> str:
+    if column.unit in ("", "1"):
+        return "plain numbers"
+    said = "assumed" if column.unit_from == "assumed" else f"from the {column.unit_from}"
+    return f"{column.unit} (unit {said})"
 
 
 def _count(findings: Findings) -> str:
     severities = [problem.severity for problem in findings.all_problems]
     files = len(findings.files) + len(findings.vehicles)
-    return (
-        f"{files} files, {severities.count('error')} errors, {severities.count('warning')} "
-        f"warnings, {severities.count('note')} notes."
-    )
+    counts = [_plural(severities.count(name), name) for name in ("error", "warning", "note")]
+    return f"{_plural(files, 'file')}: {', '.join(counts)}."
+
+
+def _plural(count: int, noun: str) -> str:
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -210,7 +210,7 @@ def _sigmas_within_sweeps(bench: _Bench) -> FloatArray:
         own = bench.sheet == label
         if own.sum() >= FEWEST_TO_JUDGE:
             n = bench.shaft_speed_rps[own]
-            design = np.vander((n - n.mean()) / max(float(np.ptp(n)), 1e-9), 3, increasing=True)
+            design = np.vander((n - n.mean()) / max(float(np.ptp(n)), 1e-9), 4, increasing=True)
             sigmas[own] = robust_sigmas(design, bench.torque_nm[own])
     return sigmas
 

@@ -13,13 +13,20 @@ from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
-#: Knots of T / T_max, closer where the curve bends most.
+#: Knots of T / T_max, closer where the calculated curves bend most.
 FRACTIONS = np.linspace(0.0, 1.0, 33) ** 1.5
+_HALF = 0.5 * np.linspace(0.0, 1.0, 17) ** 1.5
+#: The same for measured curves, which bend at both ends.
+MEASURED_FRACTIONS = np.concatenate([_HALF, 1.0 - _HALF[-2::-1]])
 #: Every how many rows of the family (0.1 m/s each) the grid has one.
 SPEED_STRIDE = 2
 AGAINST_MOTION = (
     "Thrust against the motion is taken from the row at rest: nothing was measured there. The "
     "open-water curves continued to J < 0 bound it from the other side."
+)
+AT_REST_ONLY = (
+    "The row at rest holds at every speed, along the motion and against it: nothing was measured "
+    "under way."
 )
 
 
@@ -71,7 +78,11 @@ def grid_from_family(family: Family, vehicle: Vehicle) -> FirmwareCharacteristic
     picked = sorted({*range(0, last + 1, SPEED_STRIDE), last})
     speeds = family.speed_mps[picked]
     curves = [family.curves[index] for index in picked]
-    return _characteristic(_branch(1, speeds, curves), _branch(-1, speeds, curves), vehicle)
+    return _characteristic(
+        _branch(1, speeds, curves, FRACTIONS, AGAINST_MOTION),
+        _branch(-1, speeds, curves, FRACTIONS, AGAINST_MOTION),
+        vehicle,
+    )
 
 
 def grid_from_mooring(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> FirmwareCharacteristic:
@@ -91,8 +102,8 @@ def grid_from_mooring(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> Fir
     """
     rest = np.zeros(1)
     return _characteristic(
-        _branch(1, rest, [mooring_curve(points, 1)]),
-        _branch(-1, rest, [mooring_curve(points, -1)]),
+        _branch(1, rest, [mooring_curve(points, 1)], MEASURED_FRACTIONS, AT_REST_ONLY),
+        _branch(-1, rest, [mooring_curve(points, -1)], MEASURED_FRACTIONS, AT_REST_ONLY),
         vehicle,
     )
 
@@ -119,15 +130,19 @@ def _characteristic(
 
 
 def _branch(
-    sign: Literal[1, -1], speed_mps: FloatArray, curves: list[ThrustCurve]
+    sign: Literal[1, -1],
+    speed_mps: FloatArray,
+    curves: list[ThrustCurve],
+    fraction: FloatArray,
+    against_motion: str,
 ) -> FirmwareBranch:
     return FirmwareBranch(
         sign=sign,
         speed_mps=tuple(speed_mps.tolist()),
         thrust_max_n=tuple(curve.thrust_max_n for curve in curves),
-        fraction=tuple(FRACTIONS.tolist()),
+        fraction=tuple(fraction.tolist()),
         code=tuple(
-            tuple(curve.code_at(FRACTIONS * curve.thrust_max_n).tolist()) for curve in curves
+            tuple(curve.code_at(fraction * curve.thrust_max_n).tolist()) for curve in curves
         ),
-        against_motion=AGAINST_MOTION,
+        against_motion=against_motion,
     )

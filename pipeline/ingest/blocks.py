@@ -100,7 +100,7 @@ class Block:
     """First row of data; numbers are as a spreadsheet shows them."""
     last_row: int
     above: tuple[HeadingCell, ...]
-    """What stands over the table, top to bottom, left to right."""
+    """What stands over the numbers apart from the names: top to bottom, left to right."""
     other_headers: tuple[str, ...] = ()
     """Headers of columns that were not read."""
     only: tuple[tuple[int, str], ...] = ()
@@ -174,3 +174,14 @@ def _same(cell: Cell, text: str) -> bool:
 def heading_text(cells: tuple[HeadingCell, ...]) -> str:
     """Return the headings as one text, repeats from merged cells left out."""
     return " ".join(dict.fromkeys(shorten(str(cell.value)) for cell in cells))
+
+
+def headings(sheet: Sheet, first: int, row: int, low: int, high: int) -> tuple[HeadingCell, ...]:
+    """Return the filled cells of the rows from `first` to before `row`, merged ones once."""
+    cells: list[HeadingCell] = []
+    for at in range(first, row):
+        for index, cell in enumerate(sheet.cells(at)[low : high + 1], start=low):
+            merged = (at, index) in sheet.filled and index > low
+            if cell is not None and not merged:
+                cells.append(HeadingCell(at, index, cell))
+    return tuple(cells)

@@ -218,13 +218,14 @@ def _problems_of_all(
         ]
     problems = [*_without_code(sheets), *_warm_up_notes(sheets)]
     codes = {reading.code for reading in live if reading.code is not None}
+    listed_codes = ", ".join(f"{code:g}" for code in sorted(codes))
     if len({abs(code) for code in codes}) == 1:
         problems.append(
             Problem(
                 "warning",
                 Place(folder),
-                f"there is one control code only ({', '.join(f'{code:g}' for code in sorted(codes))}): the "
-                "family M(n, N) over codes cannot be fitted.",
+                f"there is one control code only ({listed_codes}): the M(n, N) over "
+                "codes cannot be fitted.",
                 f"several codes between 0 and {vehicle.drive.code_max}.",
                 "Add the records of other codes.",
             )

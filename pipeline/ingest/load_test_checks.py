@@ -172,8 +172,7 @@ def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
     problems += _compare(
         block,
         "output_power",
-        _values(live, "output_power"),
-        shaft,
+        (_values(live, "output_power"), shaft),
         "2 pi n M",
         ("torque", "shaft_speed"),
     )
@@ -181,8 +180,7 @@ def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
     problems += _compare(
         block,
         "input_power",
-        _values(live, "input_power"),
-        electrical,
+        (_values(live, "input_power"), electrical),
         "U I",
         ("current", "voltage"),
     )
@@ -199,8 +197,8 @@ def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
                 Problem(
                     "warning",
                     block.place(block.first_row, "torque"),
-                    f"the shaft gives {efficiency:.3g} times the power that the drive takes: a unit "
-                    "of torque, speed, current or voltage is likely wrong.",
+                    f"the shaft gives {efficiency:.3g} times the power that the drive takes: a "
+                    "unit of torque, speed, current or voltage is likely wrong.",
                     "an efficiency below 1.",
                     f"Check the units: {_units(block)}.",
                 )
@@ -222,11 +220,11 @@ def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
 def _compare(
     block: Block,
     quantity: str,
-    given: FloatArray,
-    computed: FloatArray,
+    powers: tuple[FloatArray, FloatArray],
     formula: str,
     causes: tuple[str, str],
 ) -> list[Problem]:
+    given, computed = powers
     usable = np.isfinite(given) & np.isfinite(computed)
     if usable.sum() < 3:
         return []

@@ -21,6 +21,22 @@ class TableCode:
 def codes_of_blocks(
     blocks: Sequence[Block], path: Path, problems: list[Problem]
 ) -> list[TableCode]:
+    """Find the code of each table of a sheet.
+
+    Parameters
+    ----------
+    blocks : sequence of Block
+        All tables of the sheet.
+    path : Path
+        The file; its name may state the code.
+    problems : list of Problem
+        What is contradictory is added here.
+
+    Returns
+    -------
+    list of TableCode
+        One for each table.
+    """
     found = [_code_of(block, path, problems) for block in blocks]
     for position, block in enumerate(blocks):
         # "Code 90" stands over the first of two tables side by side and holds for both.

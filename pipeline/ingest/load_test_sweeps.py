@@ -12,6 +12,7 @@ from pipeline.types import FloatArray
 #: Share of the torque's range by which it must come back before the branch changes.
 _TURN_SHARE = 0.08
 _NO_LOAD_SHARE = 0.02
+_STEADY_LOAD_SHARE = 0.003
 _LEAST_WARM_UP_ROWS = 6
 
 
@@ -61,27 +62,21 @@ def branches_of(torque: FloatArray) -> list[Branch]:
     turn = _TURN_SHARE * float(np.ptp(torque))
     if turn == 0.0:
         return ["loading"] * count
-    turns: list[tuple[int, Branch]] = []  # last row of a stretch, and its branch
+    branches: list[Branch] = []
     low = high = 0
-    branch: Branch | None = None
+    branch: Branch | None = None  # until the torque has moved by more than its scatter
     for index in range(count):
-        if torque[index] > torque[high]:
-            high = index
-        if torque[index] < torque[low]:
-            low = index
+        high = index if torque[index] > torque[high] else high
+        low = index if torque[index] < torque[low] else low
         if branch != "unloading" and torque[high] - torque[index] > turn:
-            if branch == "loading" or high > 0:
-                turns.append((high, "loading"))
+            if branch is not None:
+                branches += [branch] * (high + 1 - len(branches))
             branch, low = "unloading", index
         elif branch != "loading" and torque[index] - torque[low] > turn:
-            if branch == "unloading" or low > 0:
-                turns.append((low, "unloading" if branch == "unloading" else "loading"))
+            if branch is not None:
+                branches += [branch] * (low + 1 - len(branches))
             branch, high = "loading", index
-    turns.append((count - 1, branch or "loading"))
-    branches: list[Branch] = []
-    for last, name in turns:
-        branches += [name] * (last + 1 - len(branches))
-    return branches
+    return branches + [branch or "loading"] * (count - len(branches))
 
 
 def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
@@ -105,11 +100,14 @@ def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
     torque = np.abs([reading.torque_nm for reading in readings])
     close = np.abs(torque - torque[0]) <= _NO_LOAD_SHARE * np.ptp(torque)
     run = int(np.argmin(close)) if not close.all() else 0
-    lowest = torque[0] <= torque.min() + _NO_LOAD_SHARE * np.ptp(torque)
-    if run < _LEAST_WARM_UP_ROWS or not lowest:
+    if run < _LEAST_WARM_UP_ROWS or torque[0] > torque.min() + _NO_LOAD_SHARE * np.ptp(torque):
         return list(readings), 0
+    third = run // 3
+    moved = abs(float(np.median(torque[run - third : run]) - np.median(torque[:third])))
+    if moved > _STEADY_LOAD_SHARE * np.ptp(torque):
+        return list(readings), 0  # a slow ramp of the load changes the speed as well
     speed = np.array([reading.shaft_speed_rpm for reading in readings[:run]])
-    settled = float(np.median(speed[-max(2, run // 3) :]))
+    settled = float(np.median(speed[-third:]))
     # Of a smooth drift the second differences hold the scatter alone.
     scatter = float(np.median(np.abs(np.diff(speed, 2)))) / (0.6745 * 6**0.5)
     if abs(speed[0] - settled) <= max(0.005 * abs(settled), 8.0 * scatter):

@@ -1,5 +1,6 @@
 """A sheet of a raw file as a plain table, and the limits a file must keep."""
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -56,6 +57,11 @@ class Sheet:
         if not 0 <= position < len(self.rows) or not 0 <= column < len(self.rows[position]):
             return None
         return self.rows[position][column]
+
+    @functools.cached_property
+    def width(self) -> int:
+        """Number of columns of the widest row."""
+        return max((len(cells) for cells in self.rows), default=0)
 
     @property
     def last_row(self) -> int:

@@ -18,9 +18,10 @@ from typing import Any
 _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
     "shaft_speed": ("revolution / minute", {
         # pint counts "1/min" in radians; on a bench it is a revolution, so it is never left to pint
-        "revolution / minute": "rpm | r/min | rev/min | revs/min | rev.min-1 | revolutions per minute"
-        " | revolutions/minute | 1/min | min-1 | min^-1 | /min | об/мин | об/м | об.мин-1 | обмин"
-        " | оборотов в минуту | обороты в минуту | об в мин | 1/мин | мин-1 | мин^-1",
+        "revolution / minute": "rpm | r/min | rev/min | revs/min | rev.min-1"
+        " | revolutions per minute | revolutions/minute | 1/min | min-1 | min^-1 | /min"
+        " | об/мин | об/м | об.мин-1 | обмин | оборотов в минуту | обороты в минуту | об в мин"
+        " | 1/мин | мин-1 | мин^-1",
         "revolution / second": "rps | r/s | rev/s | revs/s | rev/sec | revolutions per second | 1/s"
         " | s-1 | s^-1 | hz | об/с | об/сек | об.с-1 | оборотов в секунду | обороты в секунду"
         " | 1/с | с-1 | с^-1 | гц",
@@ -41,8 +42,8 @@ _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
         "gram_force * meter": "gf m | g m | гс м | г м",
         "gram_force * centimeter": "g cm | gf cm | gr cm | г см | гс см | Г см",
         "gram_force * millimeter": "g mm | gf mm | г мм | гс мм",
-        "force_ounce * inch": "oz in | ozf in | oz inch | ounce inch | ounce inches | in oz | in ozf"
-        " | oz f in | унция дюйм | унц дюйм",
+        "force_ounce * inch": "oz in | ozf in | oz inch | ounce inch | ounce inches | in oz"
+        " | in ozf | oz f in | унция дюйм | унц дюйм",
         "force_pound * inch": "lb in | lbf in | lbs in | pound inch | pound inches | in lb | in lbf"
         " | in lbs | inch pound | inch pounds | фунт дюйм",
         "force_pound * foot": "lb ft | lbf ft | lbs ft | pound foot | pound feet | ft lb | ft lbf"

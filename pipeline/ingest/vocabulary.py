@@ -11,6 +11,7 @@ from pipeline.ingest.unit_text import fold_lookalikes, normalise_unit, quantitie
 _PUNCTUATION = re.compile(r"[^\w%°]+|_")
 _GROUPS = (re.compile(r"\[([^\[\]]*)\]"), re.compile(r"\(([^()]*)\)"), re.compile(r"\{([^{}]*)\}"))
 _IN = re.compile(r"^(?:in|в|ед\.?\s*изм\.?:?|units?:?)\s+", re.IGNORECASE)
+_LONGEST_HEADER = 150
 _PREFERRED = 10
 _LESS = 30
 
@@ -86,8 +87,14 @@ def split_header(text: str) -> tuple[HeaderText, ...]:
     (HeaderText(name='Output Torque', unit=None, odd_unit=None),)
     """
     text = " ".join(text.lstrip("#").split())
-    odd: str | None = None
-    bare = text
+    if len(text) > _LONGEST_HEADER:
+        return (HeaderText(text),)
+    return _split_brackets(text) or _split_comma(text) or _split_words(text)
+
+
+def _split_brackets(text: str) -> tuple[HeaderText, ...]:
+    """Find a unit in brackets; empty where there are none."""
+    odd: HeaderText | None = None
     for pattern in _GROUPS:
         for group in reversed(list(pattern.finditer(text))):
             unit = read_unit_cell(group[1])
@@ -95,22 +102,24 @@ def split_header(text: str) -> tuple[HeaderText, ...]:
             if unit is not None and name:
                 return (HeaderText(name, unit),)
             if odd is None and name and group[1].strip():
-                odd, bare = group[1].strip(), name
-    if odd is not None:
-        within = split_header(bare)  # "Torque, N m (load cell)"
-        if within[0].unit is not None:
-            return within
-        return (HeaderText(bare, None, odd), HeaderText(text))
+                odd = HeaderText(name, None, group[1].strip())
+    if odd is None:
+        return ()
+    within = split_header(odd.name)  # "Torque, N m (load cell)"
+    return within if within[0].unit is not None else (odd, HeaderText(text))
+
+
+def _split_comma(text: str) -> tuple[HeaderText, ...]:
+    """Find a unit after the last comma or semicolon; empty where there is none."""
+    odd: HeaderText | None = None
     for parting in (";", ","):
         name, found, tail = text.rpartition(parting)
         if found and name.strip() and tail.strip():
             unit = read_unit_cell(tail)
             if unit is not None:
                 return (HeaderText(name.strip(" ,;:"), unit),)
-            odd, bare = tail.strip(), name.strip()
-    if odd is not None:
-        return (HeaderText(text), HeaderText(bare, None, odd))
-    return _split_words(text)
+            odd = HeaderText(name.strip(), None, tail.strip())
+    return () if odd is None else (HeaderText(text), odd)
 
 
 def _split_words(text: str) -> tuple[HeaderText, ...]:
@@ -124,8 +133,8 @@ def _split_words(text: str) -> tuple[HeaderText, ...]:
             if unit is None or not name or unit == "-":
                 continue
             reading = HeaderText(name, unit)
-            # "Drive A" may be a drive called A: one letter alone is not yet a unit. Nor is the K_T of
-            # "Thrust coefficient K_T", read as knots.
+            # "Drive A" may be a drive called A: one letter alone is not yet a unit. Nor is the
+            # K_T of "Thrust coefficient K_T", read as knots.
             one_letter = len(normalise_unit(unit).replace("*", "")) <= (2 if "_" in tail else 1)
             return (reading, HeaderText(text)) if one_letter else (reading,)
     return (HeaderText(text),)

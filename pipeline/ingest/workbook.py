@@ -195,7 +195,8 @@ def _scan(archive: Archive, place: Place, limits: Limits) -> dict[str, SheetScan
                 f"{column_letter(max(scan.columns - 1, 0))}.",
                 expected=f"at most {limits.max_rows} rows, {limits.max_columns} columns and "
                 f"{limits.max_cells} cells in all.",
-                remedy="Delete stray cells far from the table (even a blank one with a format counts).",
+                remedy="Delete stray cells far from the table; even a blank one with a format "
+                "counts.",
             )
     text_cells = sum(scan.text_cells for scan in scans.values())
     longest = longest_shared_text(archive.members.get("xl/sharedstrings.xml", b""))
@@ -276,6 +277,10 @@ def _read_sheet(
         )
         return Sheet(place.file, name, (), 1, (problem,))
     rows = [[_cell(value) for value in row] for row in table]
+    # The reader leaves error values out; their text says what is wrong with the cell.
+    for row, column, text in scan.errors if scan is not None else ():
+        if row <= len(rows) and column < len(rows[row - 1]):
+            rows[row - 1][column] = text
     filled = _fill_merged(rows, sheet)
     problems = () if scan is None else _formula_problems(scan, where)
     return Sheet(

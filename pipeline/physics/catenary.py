@@ -1,4 +1,4 @@
-r"""Two cables whose shape is known in closed form: under a uniform load, and neutral in a cross flow.
+r"""Two cables of known shape: under a uniform load, and neutral in a uniform flow.
 
 Both have the same shape. With the load (or the flow) as the downward direction, span h across it,
 rise v against it and length L,
@@ -8,9 +8,9 @@ rise v against it and length L,
 and the arc length from the lowest point is :math:`c \tan\vartheta`. They differ in tension. Under a
 load of w newtons a metre the component across the load is constant, :math:`H = w c`, and the
 tension is :math:`\sqrt{H^2 + w^2 s^2}`. In a flow V with only normal drag,
-:math:`k V^2 \sin^2\alpha` a metre at an angle alpha between cable and flow, nothing pulls along the
-cable: the tension T is constant, and :math:`T\,d\alpha/ds = -k V^2 \sin^2\alpha` integrates to
-:math:`\cot\alpha = s / c` with :math:`T = k V^2 c`.
+:math:`k V^2 \sin^2\alpha` a metre at an angle alpha between tangent and flow, nothing pulls along
+the cable: the tension T is constant, and :math:`T\,d\alpha/ds = k V^2 \sin^2\alpha` integrates to
+:math:`\cot\alpha = -s / c` with :math:`T = k V^2 c` (s = 0 at the point furthest downstream).
 """
 
 import numpy as np

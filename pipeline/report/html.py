@@ -1,5 +1,6 @@
 """Templates to text to file."""
 
+import contextlib
 import os
 import re
 from functools import cache
@@ -11,7 +12,11 @@ from markupsafe import Markup, escape
 
 from pipeline.errors import InputError, Place
 
-_SYMBOL = re.compile(r"\b(K|T|N|L|M|P|n|c|Π)_([A-Za-z0-9φψ]+)\b")
+# only the symbols of the papers, and not inside a file's name: what is copied must stay right
+_SYMBOL = re.compile(
+    r"(?<![\w/\\.-])(?:(K)_([TMQFN]\d{0,2}i?|\d)|(T)_(max)|([FM])_([xyz])|(Π)_([xφψ])|(L)_([sb]))"
+    r"(?![\w/\\-]|\.\w)"
+)
 _POWER = re.compile(r"\b([xynNV])\^([0-9ij])")
 _UNIT = re.compile(r"(?<=\d) (?=(?:%|N\b|mN\b|m/s|rpm\b|codes?\b|V\b))|(?<=N) (?=m\b)")
 _NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -25,8 +30,13 @@ def symbols(text: str) -> Markup:
     """
     escaped = str(escape(text))
     escaped = _UNIT.sub(_NO_BREAK, escaped)
-    escaped = _SYMBOL.sub(r"\1<sub>\2</sub>", escaped)
+    escaped = _SYMBOL.sub(_subscript, escaped)
     return Markup(_POWER.sub(r"\1<sup>\2</sup>", escaped))  # noqa: S704 - escaped two lines above
+
+
+def _subscript(match: re.Match[str]) -> str:
+    symbol, index = (part for part in match.groups() if part is not None)
+    return f"{symbol}<sub>{index}</sub>"
 
 
 def render(template: str, **context: object) -> str:
@@ -48,7 +58,8 @@ def write_page(text: str, path: Path) -> None:
         beside.write_text(text, encoding="utf-8", newline="\n")
         os.replace(beside, path)  # noqa: PTH105 - atomic by contract
     except OSError as error:
-        beside.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            beside.unlink()
         raise InputError.at(
             Place(str(path)),
             f"the report cannot be written: {error.strerror}",

@@ -48,10 +48,10 @@ def as_printed(value: float) -> str:
     >>> as_printed(0.254), as_printed(8.82e-4), as_printed(-4.0), as_printed(12.1e-4)
     ('0.254', '8.82·10⁻⁴', '−4', '1.21·10⁻³')
     """
-    text = f"{value:.6g}"
+    text = f"{value:.9g}"
     if "e" not in text and (value == 0.0 or abs(value) >= 0.01):
         return text.replace("-", MINUS)
-    mantissa, _, exponent = f"{value:.5e}".partition("e")
+    mantissa, _, exponent = f"{value:.8e}".partition("e")
     mantissa = mantissa.rstrip("0").rstrip(".")
     return f"{mantissa}·10{str(int(exponent)).translate(_SUPERSCRIPT)}".replace("-", MINUS)
 

@@ -1,6 +1,6 @@
 """One calm style for every figure, and SVG that is the same bytes for the same data.
 
-Figures are drawn 4.7 in wide, so that their text is still readable when a telephone shrinks them
+Figures are drawn 4.4 in wide, so that their text is still readable when a telephone shrinks them
 to its width. Colours are safe for the colour-blind: Okabe and Ito for kinds of data, viridis for
 what has an order (speed, code).
 """
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-WIDTH_IN = 4.7
+WIDTH_IN = 4.4
 INK = "#1b1f24"
 SOFT = "#6b737c"
 BLUE, ORANGE, GREEN, VERMILLION, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7"

@@ -11,7 +11,12 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
-from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.records.measurements import (
+    LoadTestRecord,
+    MooringPoint,
+    MooringRecord,
+    OpenWaterRecord,
+)
 from pipeline.vehicle.schema import Vehicle
 
 
@@ -38,6 +43,9 @@ class VehicleResults:
     provenance: dict[str, str] = field(default_factory=dict)
     firmware_files: tuple[str, ...] = ()
 
+
+#: Readings within this share of the supply voltage of the tables are taken for it.
+VOLTAGE_TOLERANCE = 0.05
 
 #: Stage name in `VehicleResults` and what the page calls its result.
 STAGE_TITLES = {
@@ -73,6 +81,23 @@ def all_checks(results: VehicleResults) -> tuple[tuple[str, Check], ...]:
         for stage, fit in fits.items()
         if fit is not None
         for check in fit.checks
+    )
+
+
+def mooring_points_of_tables(results: VehicleResults) -> tuple[MooringPoint, ...]:
+    """Usable mooring points at the supply voltage that the tables are for."""
+    if results.mooring is None:
+        return ()
+    wanted = results.vehicle.tables.supply_voltage_v
+    return tuple(
+        point
+        for point in results.mooring.points
+        if not point.marks
+        and (
+            wanted is None
+            or point.voltage_v is None
+            or abs(point.voltage_v - wanted) <= VOLTAGE_TOLERANCE * wanted
+        )
     )
 
 

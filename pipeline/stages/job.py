@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from pipeline.errors import CannotComputeError, InputError, Place, Problem
-from pipeline.plan import MISSING, TITLES, VEHICLE_FILE
+from pipeline.plan import MISSING, TITLES, VEHICLE_FILE, VehicleFolder
 from pipeline.provenance import (
     Envelope,
     file_digest,
@@ -50,10 +50,24 @@ class Job:
         """The folder that the vehicle's folder lies in."""
         return self.vehicle_file.parent.parent
 
-    @property
-    def raw_files(self) -> tuple[Path, ...]:
-        """The raw files of this stage's kind."""
-        return tuple(path for path in self.inputs if path.parent.name == self.stage)
+    def raw_files(self, called: str) -> tuple[Path, ...]:
+        """Return the raw files of this stage's kind.
+
+        Raises
+        ------
+        NotMeasuredError
+            When there are none, not even one that is misnamed.
+        """
+        files = tuple(path for path in self.inputs if path.parent.name == self.stage)
+        if not files and not self.misnamed_files():
+            where = f"raw/{self.vehicle_name}/{self.stage}"
+            raise NotMeasuredError(f"There are no {called} files in {where}.")
+        return files
+
+    def misnamed_files(self) -> tuple[Problem, ...]:
+        """Return a problem for every raw file of this kind that was not read for its name."""
+        folder = VehicleFolder(self.vehicle_name, str(self.vehicle_file.parent))
+        return folder.misnamed_problems(self.stage, f"{self.vehicle_name}/{self.stage}")
 
     def vehicle(self) -> Vehicle:
         """Read the vehicle file."""
@@ -133,8 +147,9 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
         why_not = str(error)
     except CannotComputeError as error:
         why_not = str(error)
-        place = Place(f"{job.vehicle_name}, {TITLES[job.stage]}")
-        problems = (Problem("error" if failure_is_error else "warning", place, why_not),)
+        if failure_is_error:
+            place = Place(f"{job.vehicle_name}, {TITLES[job.stage]}")
+            problems = (Problem("error", place, why_not),)
     except InputError as error:
         why_not = str(error)
         problems = (error.problem,)

@@ -23,6 +23,26 @@ def schema_at(root: JsonSchema, path: Sequence[Step]) -> JsonSchema | None:
     return here
 
 
+def without_tags(root: JsonSchema, path: Sequence[Step]) -> tuple[Step, ...]:
+    """Return `path` without the steps that name a kind of section and are not in the file.
+
+    An error below ``characteristic`` stands at ``characteristic.bollard.thrust_max_n``.
+    """
+    here: JsonSchema | None = _resolved(root, root)
+    kept: list[Step] = []
+    for step in path:
+        if here is None or step not in _kinds(here):
+            kept.append(step)
+        here = None if here is None else _child(here, step)
+        here = None if here is None else _resolved(here, root)
+    return tuple(kept)
+
+
+def kind_key(schema: JsonSchema | None) -> str:
+    """Return the key that tells the kinds of a section apart, or nothing."""
+    return str((schema or {}).get("discriminator", {}).get("propertyName", ""))
+
+
 def keys_of(schema: JsonSchema | None) -> tuple[str, ...]:
     """Return the keys that a section may have; empty where any name may stand."""
     return tuple((schema or {}).get("properties", {}))
@@ -43,7 +63,7 @@ def describe(schema: JsonSchema | None, root: JsonSchema) -> str:
         return _number(schema)
     if kind == "array":
         return _list(schema, root)
-    if kind == "object":
+    if kind == "object" or _kinds(schema):
         return _section(schema, root)
     if "pattern" in schema:
         return NAME_IN_WORDS
@@ -51,6 +71,8 @@ def describe(schema: JsonSchema | None, root: JsonSchema) -> str:
 
 
 def _section(schema: JsonSchema, root: JsonSchema) -> str:
+    if _kinds(schema):
+        return f"a section with {kind_key(schema)}: {' or '.join(_kinds(schema))}"
     if "properties" in schema:
         return "a section with the keys " + ", ".join(schema["properties"])
     inner = _of_any_name(schema)
@@ -71,7 +93,15 @@ def _resolved(schema: JsonSchema, root: JsonSchema) -> JsonSchema:
             return schema
 
 
+def _kinds(schema: JsonSchema) -> dict[str, str]:
+    """Return the kinds of a section with a discriminator, each with its reference."""
+    kinds: dict[str, str] = schema.get("discriminator", {}).get("mapping", {})
+    return kinds
+
+
 def _child(schema: JsonSchema, step: Step) -> JsonSchema | None:
+    if step in _kinds(schema):
+        return {"$ref": _kinds(schema)[str(step)]}
     if isinstance(step, int):
         prefix = schema.get("prefixItems", [])
         child = prefix[step] if step < len(prefix) else schema.get("items")
@@ -112,5 +142,8 @@ def _list(schema: JsonSchema, root: JsonSchema) -> str:
     prefix = schema.get("prefixItems")
     if prefix:
         one = describe(prefix[0], root).removeprefix("a ")
-        return f"a list of {len(prefix)} {one}s in square brackets"
+        if one.startswith("list"):
+            return f"a list of {len(prefix)} rows, each a {one}"
+        many = one.replace("number", "numbers", 1) if "number" in one else f"{one}s"
+        return f"a list of {len(prefix)} {many} in square brackets"
     return f"a list, each entry {describe(schema.get('items'), root)}"

@@ -17,7 +17,9 @@ from pipeline.vehicle.expectation import (
     Step,
     describe,
     keys_of,
+    kind_key,
     schema_at,
+    without_tags,
 )
 from pipeline.vehicle.notes import vehicle_notes
 from pipeline.vehicle.schema import Vehicle
@@ -120,41 +122,60 @@ def _fault(error: dict[str, Any], root: Node, schema: JsonSchema) -> _Fault:
     """Translate one pydantic error."""
     kind: str = error["type"]
     stated = (error.get("ctx") or {}).get("path")
-    path: tuple[Step, ...] = tuple(stated) if stated else tuple(error["loc"])
+    tagged: tuple[Step, ...] = tuple(stated) if stated else tuple(error["loc"])
+    path = without_tags(schema, tagged)
     if path and path[-1] == "[key]":
         name, where = path[-2], _dotted(path[:-2])
         found = _find(root, path[:-1])
         what = f'"{_short(name)}" in {where} is refused.'
         return _Fault(found.key_line, what, f"{NAME_IN_WORDS}.")
     if kind == "extra_forbidden":
-        return _unknown_key(path, root, schema)
+        return _unknown_key(path, root, keys_of(schema_at(schema, tagged[:-1])))
+    if kind.startswith("union_tag"):
+        return _unknown_kind(path, root, schema_at(schema, tagged), schema)
     found = _find(root, path)
     dotted = _dotted(path)
     if kind == "missing":
-        expected = describe(schema_at(schema, path), schema)
-        if path and isinstance(path[-1], int):
-            holder = path[:-1]
-            return _Fault(
-                found.key_line,
-                f"{_dotted(holder)} has too few entries.",
-                f"{describe(schema_at(schema, holder), schema)}.",
-            )
-        where = f" in {_dotted(path[:-1])}" if path[:-1] else ""
-        what = f'key "{path[-1]}" is missing{where}.'
-        return _Fault(found.key_line, what, f"{expected}." if expected else "")
+        return _missing(path, tagged, found, schema)
     if kind in ("value_error", "vehicle"):
         cause = (error.get("ctx") or {}).get("error")
         text = str(cause if cause is not None else error["msg"])
         prefix = f"{dotted}: " if path and dotted not in text else ""
         return _Fault(found.key_line, f"{prefix}{text}.")
-    at = schema_at(schema, path)
+    at = schema_at(schema, tagged)
     what, remedy = f"{dotted} is {_value(found)}.", _remedy(found, at)
     return _Fault(_row(found), what, f"{describe(at, schema) or error['msg']}.", remedy)
 
 
-def _unknown_key(path: tuple[Step, ...], root: Node, schema: JsonSchema) -> _Fault:
+def _missing(
+    path: tuple[Step, ...], tagged: tuple[Step, ...], found: Node, schema: JsonSchema
+) -> _Fault:
+    holder = _dotted(path[:-1])
+    if isinstance(path[-1], int):
+        expected = describe(schema_at(schema, tagged[:-1]), schema)
+        return _Fault(found.key_line, f"{holder} has too few entries.", f"{expected}.")
+    expected = describe(schema_at(schema, tagged), schema)
+    what = f'key "{path[-1]}" is missing{f" in {holder}" if holder else ""}.'
+    return _Fault(found.key_line, what, f"{expected}." if expected else "")
+
+
+def _unknown_kind(
+    path: tuple[Step, ...], root: Node, section: JsonSchema | None, schema: JsonSchema
+) -> _Fault:
+    """Say that a section names no kind, or one that does not exist."""
+    path = (*path, kind_key(section))
+    found = _find(root, path)
+    holder = _find(root, path[:-1])
+    expected = f"{describe(section, schema)}."
+    if found is holder:
+        return _Fault(
+            holder.key_line, f'key "{path[-1]}" is missing in {_dotted(path[:-1])}.', expected
+        )
+    return _Fault(_row(found), f"{_dotted(path)} is {_value(found)}.", expected)
+
+
+def _unknown_key(path: tuple[Step, ...], root: Node, known: Sequence[str]) -> _Fault:
     key = str(path[-1])
-    known = keys_of(schema_at(schema, path[:-1]))
     where = f" in {_dotted(path[:-1])}" if path[:-1] else ""
     near = difflib.get_close_matches(key, known, n=1, cutoff=0.5)
     remedy = f'Did you mean "{near[0]}"?' if near else "Delete it, or see docs/formats.md."

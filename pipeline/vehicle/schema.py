@@ -5,6 +5,9 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from pipeline.vehicle.model_schema import Model
+from pipeline.vehicle.sensor_schema import Sensors
+
 Positive = Annotated[float, Field(gt=0)]
 Fraction = Annotated[float, Field(gt=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,47}$")]
@@ -264,6 +267,8 @@ class Vehicle(Section):
     drives: dict[Name, Drive]
     thrusters: tuple[Thruster, ...] = Field(default=(), max_length=12)
     allocator: Allocator | None = None
+    model: Model | None = None
+    sensors: Sensors | None = None
     tables: Tables
     columns: Columns = Columns()
     published: Published | None = None
@@ -292,6 +297,30 @@ class Vehicle(Section):
                     among = ", ".join(names) or "none"
                     text = f'there is no thruster "{name}"; thrusters has {among}'
                     raise _fault_at(text, "allocator", part)
+        return self
+
+    @model_validator(mode="after")
+    def _the_model_knows_every_drive(self) -> Self:
+        if self.model is None:
+            return self
+        known = ", ".join(self.drives) or "none"
+        for drive, behaviour in self.model.thrusters.items():
+            path = ("model", "thrusters", drive)
+            if drive not in self.drives:
+                text = f'there is no drive "{drive}"; drives has {known}'
+                raise _fault_at(text, *path)
+            if behaviour.characteristic.kind == "tables" and drive != self.tables.drive:
+                text = (
+                    f'"kind: tables" is for the drive of the tables, '
+                    f'which is "{self.tables.drive}"; give this one a bollard characteristic'
+                )
+                raise _fault_at(text, *path, "characteristic")
+        for thruster in self.thrusters:
+            if thruster.drive not in self.model.thrusters:
+                text = (
+                    f'it lacks the drive "{thruster.drive}", which thruster "{thruster.name}" has'
+                )
+                raise _fault_at(text, "model", "thrusters")
         return self
 
     @property

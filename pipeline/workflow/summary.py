@@ -42,8 +42,10 @@ def _without_data(outcome: Outcome) -> Iterator[str]:
     reasons: dict[str, list[str]] = {}
     for title, reason in outcome.left_out:
         reasons.setdefault(_first_gap(reason), []).append(title)
+    said = {_first_gap(p.what) for p in outcome.problems if p.severity == "error"}
     for reason, titles in reasons.items():
-        yield f"{outcome.vehicle}: left out: {', '.join(titles)}.\n  {reason}"
+        why = "The error below says why." if reason in said else reason
+        yield f"{outcome.vehicle}: left out: {', '.join(titles)}.\n  {why}"
 
 
 def _first_gap(reason: str) -> str:

@@ -6,7 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pipeline.plan import VehicleFolder, discover, processed_file, report_file
+from pipeline.plan import (
+    RECEIPT_STAGES,
+    RECORD_STAGES,
+    VehicleFolder,
+    discover,
+    processed_file,
+    report_file,
+)
 from pipeline.provenance import file_digest
 
 
@@ -28,10 +35,15 @@ class Targets:
         return cls({vehicle.name: vehicle for vehicle in found})
 
     def all_files(self) -> list[str]:
-        """Return every file that the run is for."""
+        """Return every file of the workflow.
+
+        All of them, because the engine does not miss an intermediate file that is gone as long as
+        what was made from it is there.
+        """
         files = ["reports/index.html"]
         for name in self.vehicles:
-            files += [report_file(name), processed_file(name, "tables")]
+            stages = (*RECORD_STAGES, "tables", *RECEIPT_STAGES)
+            files += [report_file(name), *(processed_file(name, stage) for stage in stages)]
         return files
 
     def receipts(self) -> list[str]:
@@ -59,6 +71,8 @@ class Targets:
         digest = hashlib.sha256(file_digest(Path(folder.vehicle_file)).encode())
         for path in folder.raw_files(kind) if kind else ():
             digest.update(f"{Path(path).name}\n{file_digest(Path(path))}\n".encode())
+        for name in folder.misnamed_files(kind) if kind else ():
+            digest.update(f"{name}\n".encode())
         return digest.hexdigest()[:16]
 
     def others_content(self) -> str:

@@ -107,7 +107,7 @@ def test_check_shows_what_was_understood_and_what_is_wrong(here: Path) -> None:
     before = sorted(path for path in here.rglob("*"))
     result = call("check", "raw/boat")
     assert result.exit_code == 1
-    assert "'упор, Н': thrust in N" in result.output
+    assert "'упор, Н': thrust in Н (unit from the header)" in result.output
     assert "thrust_n: -28.8 to 28.8 in" in result.output
     assert "error: raw/boat/mooring/bad.xlsx" in result.output
     assert sorted(path for path in here.rglob("*")) == before

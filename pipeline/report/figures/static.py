@@ -12,7 +12,7 @@ from pipeline.report.blocks import Figure
 from pipeline.report.comparison import THRUST_FROM_N
 from pipeline.report.curves import NORMAL_95, shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import code, fixed, speed
-from pipeline.report.results import VehicleResults
+from pipeline.report.results import VehicleResults, mooring_points_of_tables
 from pipeline.vehicle.schema import PublishedTable2
 
 if TYPE_CHECKING:
@@ -124,8 +124,8 @@ def _mooring_promise(results: VehicleResults, largest: float) -> str:
         return "a table taken at rest would promise the first value throughout."
     at_top = [
         abs(p.thrust_n)
-        for p in results.mooring.points
-        if not p.marks and p.code > 0 and p.code >= 0.99 * largest
+        for p in mooring_points_of_tables(results)
+        if p.code > 0 and p.code >= 0.99 * largest
     ]
     if not at_top:
         return "a table taken at rest would promise the first value throughout."

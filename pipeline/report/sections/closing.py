@@ -91,8 +91,13 @@ def firmware_section(results: VehicleResults) -> Section:
     if firmware is not None:
         blocks.append(
             Paragraph(
-                f"The tables cover codes to ±{firmware.code_max} and speeds to "
-                f"{fixed(firmware.positive.speed_mps[-1], 1)} m/s along the thrust; thrust up to "
+                f"The tables cover codes to ±{firmware.code_max} and "
+                + (
+                    f"speeds to {fixed(firmware.positive.speed_mps[-1], 1)} m/s along the thrust"
+                    if firmware.positive.speed_mps[-1] > 0
+                    else "rest only, at any speed the same"
+                )
+                + f"; thrust up to "
                 f"{fixed(firmware.positive.thrust_max_n[0], 1)} N forward and "
                 f"{fixed(firmware.negative.thrust_max_n[0], 1)} N in reverse at rest. Inputs beyond"
                 " are clamped."

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.records.fits import StaticCharacteristic
-from pipeline.records.measurements import MooringPoint, MooringRecord
+from pipeline.records.measurements import MooringPoint
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, Table, not_computed
 from pipeline.report.curves import NORMAL_95, speed_index, static_std, static_thrust
 from pipeline.report.numbers import code, fixed, signed
-from pipeline.report.results import VehicleResults, missing_reasons
+from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
 from pipeline.types import FloatArray
 
 if TYPE_CHECKING:
@@ -46,7 +46,8 @@ def gap_section(results: VehicleResults) -> Section:
     if record is None or static is None:
         stage = "mooring" if record is None else "static"
         return not_computed(ANCHOR, TITLE, missing_reasons(results)[stage])
-    gaps = code_gaps(record, static)
+    points = mooring_points_of_tables(results)
+    gaps = code_gaps(points, static)
     if not gaps:
         return not_computed(
             ANCHOR, TITLE, "no code of the mooring test has a calculated working point at rest."
@@ -57,13 +58,13 @@ def gap_section(results: VehicleResults) -> Section:
         ANCHOR,
         TITLE,
         (
-            Gallery((_curves(record, static, gaps), _difference(gaps, worst))),
+            Gallery((_curves(points, static, gaps), _difference(gaps, worst))),
             Paragraph(
-                f"The two routes to the thrust at rest differ by up to {fixed(abs(worst.gap_n), 2)}"
-                f" N (at code {code(worst.code)}). At {outside} of {len(gaps)} codes the difference"
-                " is larger than the 95 % interval of calculation and mooring mean together: it "
-                "is not scatter, but a true difference between the mooring test and the route over "
-                "load test and open-water curves."
+                f"The two routes to the thrust at rest differ by up to {_by_sign(gaps)}. "
+                f"At {outside} of {len(gaps)} codes the difference is larger than the 95 % "
+                "interval of calculation and mooring mean together: it is not scatter, but a true "
+                "difference between the mooring test and the route over load test and open-water "
+                "curves."
                 if outside
                 else f"The two routes agree at rest within {fixed(abs(worst.gap_n), 2)}"
                 " N, inside their 95 % intervals at every code.",
@@ -74,12 +75,23 @@ def gap_section(results: VehicleResults) -> Section:
     )
 
 
-def code_gaps(record: MooringRecord, static: StaticCharacteristic) -> tuple[CodeGap, ...]:
+def _by_sign(gaps: Sequence[CodeGap]) -> str:
+    """Write the largest gap of each sign of the code."""
+    parts = []
+    for sign, name in ((1, "positive"), (-1, "negative")):
+        own = [gap for gap in gaps if sign * gap.code > 0]
+        if own:
+            worst = max(own, key=lambda gap: abs(gap.gap_n))
+            parts.append(f"{fixed(abs(worst.gap_n), 2)} N for {name} codes (at {code(worst.code)})")
+    return " and ".join(parts)
+
+
+def code_gaps(points: Sequence[MooringPoint], static: StaticCharacteristic) -> tuple[CodeGap, ...]:
     """Mean of the mooring points at each signed code, less the calculation at rest."""
     row = speed_index(static.speed_mps, 0.0)
     if row is None:
         return ()
-    used = [p for p in record.points if not p.marks and p.code != 0]
+    used = [p for p in points if p.code != 0]
     scatter = _scatter(used)
     gaps = []
     for value in sorted({p.code for p in used}):
@@ -131,7 +143,7 @@ def _table(gaps: tuple[CodeGap, ...]) -> Table:
 
 
 def _curves(
-    record: MooringRecord,
+    points: Sequence[MooringPoint],
     static: StaticCharacteristic,
     gaps: tuple[CodeGap, ...],
 ) -> Figure:
@@ -156,7 +168,7 @@ def _curves(
         axes.fill_between(grid, thrust - half, thrust + half, color=plotting.BLUE, alpha=0.25, lw=0)
         axes.plot(grid, thrust, color=plotting.BLUE, label="calculated at rest")
         for sweep, marker in (("up", "^"), ("down", "v")):
-            own = [p for p in record.points if not p.marks and p.sweep == sweep]
+            own = [p for p in points if p.sweep == sweep]
             if own:
                 axes.plot(
                     [p.code for p in own],

@@ -12,7 +12,7 @@ from pipeline.records.measurements import (
 )
 from pipeline.report.blocks import Block, Details, Heading, Paragraph, Section, Table
 from pipeline.report.numbers import code, fixed, general, plural, signed
-from pipeline.report.results import VehicleResults
+from pipeline.report.results import VehicleResults, mooring_points_of_tables
 
 #: With more sheets than this the table goes by file and the sheets are folded away.
 SHEETS_SHOWN = 8
@@ -31,7 +31,7 @@ def inputs_section(results: VehicleResults) -> Section:
         blocks.append(_absent("load-test", missing.get("load_test")))
     blocks.append(Heading("Mooring test", "inputs-mooring"))
     if results.mooring is not None:
-        blocks += _mooring(results.mooring)
+        blocks += _mooring(results, results.mooring)
     else:
         blocks.append(_absent("mooring", missing.get("mooring")))
     blocks.append(Heading("Open-water curves", "inputs-open-water"))
@@ -62,7 +62,7 @@ def _load_test(record: LoadTestRecord) -> list[Block]:
     return [Paragraph(text), *_tables(record.sheets, [(p.source, p.marks) for p in record.points])]
 
 
-def _mooring(record: MooringRecord) -> list[Block]:
+def _mooring(results: VehicleResults, record: MooringRecord) -> list[Block]:
     used = [point for point in record.points if not point.marks]
     codes = sorted({point.code for point in used})
     text = f"{_usage(record.points, used)} {_codes(codes)}"
@@ -75,6 +75,10 @@ def _mooring(record: MooringRecord) -> list[Block]:
         if voltages:
             upper = f" to {fixed(voltages[-1], 1)}" if len(voltages) > 1 else ""
             text += f" Supply {fixed(voltages[0], 1)}{upper} V."
+        wanted = results.vehicle.tables.supply_voltage_v
+        chosen = len(mooring_points_of_tables(results))
+        if wanted is not None and chosen < len(used):
+            text += f" The tables are for {general(wanted)} V: {plural(chosen, 'point')} of these."
     sweeps = (
         "Only one direction of sweep was flown: hysteresis is unknown."
         if record.hysteresis_n is None

@@ -27,7 +27,7 @@ from pipeline.report.comparison import (
 )
 from pipeline.report.curves import speed_index
 from pipeline.report.figures.inverse import family_figure, mooring_figure, round_trip_figure
-from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
+from pipeline.report.numbers import as_printed, code, fixed, plural, signed, speed, with_interval
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import (
     coefficient_table,
@@ -61,20 +61,19 @@ def inverse_section(results: VehicleResults) -> Section:
         blocks.append(
             Paragraph(
                 f"For each sign of thrust the firmware holds the largest thrust at "
-                f"{len(firmware.positive.speed_mps)} speeds and the code at "
+                f"{plural(len(firmware.positive.speed_mps), 'speed')} and the code at "
                 f"{len(firmware.positive.fraction)} fractions of it, linear in between, "
                 "so that N(T, V) and T(N, V) are exact inverses of each other and rise together. "
                 f"At and below {fixed(firmware.thrust_dead_n, 2)} N it sends code 0."
             )
         )
-        blocks.append(
-            Bullets(
-                (
-                    f"Positive thrust against the motion: {firmware.positive.against_motion}",
-                    f"Negative thrust against the motion: {firmware.negative.against_motion}",
-                )
+        texts = {"Positive": firmware.positive, "Negative": firmware.negative}
+        if firmware.positive.against_motion == firmware.negative.against_motion:
+            blocks.append(Paragraph(firmware.positive.against_motion))
+        else:
+            blocks.append(
+                Bullets(tuple(f"{sign} thrust: {b.against_motion}" for sign, b in texts.items()))
             )
-        )
     if inverse.explanations:
         blocks += explained(inverse.explanations)
     return Section(ANCHOR, TITLE, tuple(blocks))
@@ -202,7 +201,11 @@ def _table4(
     if table4 is not None:
         blocks += [
             _table4_differences(inverse.table4, table4),
-            Paragraph(_table4_sentence(inverse.table4, table4) + " " + share_inside(rows)),
+            Paragraph(
+                _table4_sentence(inverse.table4, table4)
+                + " "
+                + share_inside(rows, _why_outside(inverse))
+            ),
         ]
     blocks.append(
         Details(
@@ -211,6 +214,24 @@ def _table4(
         )
     )
     return blocks
+
+
+def _why_outside(inverse: InverseCharacteristic) -> str:
+    """Explain published coefficients that ours do not reach, as far as the numbers show it."""
+    both = [r for r in inverse.round_trip if r.cubic_n is not None and r.published_n is not None]
+    ours = max((r.cubic_n or 0.0 for r in both), default=0.0)
+    printed = max((r.published_n or 0.0 for r in both), default=0.0)
+    if printed <= ours:
+        return (
+            "The coefficients of one speed lean on each other; the difference in codes is what to "
+            "read."
+        )
+    return (
+        f"The published Table 4 is not the inverse of the published Table 2: sent through both, a "
+        f"thrust comes back up to {fixed(printed, 2)} N off, through ours {fixed(ours, 2)} N. A "
+        "table that inverts its own family has other coefficients, and the intervals, which carry "
+        "the bench's noise alone, do not reach across that."
+    )
 
 
 def _table4_layout(rows: Sequence[SpeedInverse], published: PublishedTable4 | None) -> Table:

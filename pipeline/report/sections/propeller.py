@@ -77,7 +77,12 @@ def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> list[Block]
             Paragraph(
                 f"Against the published curves over J = 0 to {COMPARED_TO_J}: K_T differs by at "
                 f"most {percent(k_t)} of K_T0, K_M by at most {percent(k_m)} of K_M0. "
-                + share_inside(both)
+                + share_inside(
+                    both,
+                    "The coefficients of one curve lean on each other: a slope that is a little "
+                    "smaller is made up for by a curvature that is larger, so the difference of "
+                    "the curves is what to read.",
+                )
             )
         )
     return blocks
@@ -86,7 +91,7 @@ def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> list[Block]
 def _figure(
     fit: PropellerFit, record: OpenWaterRecord | None, published: PublishedTable1 | None
 ) -> Figure:
-    low = min(fit.thrust.quality.valid_range[0], fit.torque.quality.valid_range[0], 0.0)
+    low = min(fit.thrust.quality.valid_range[0], fit.torque.quality.valid_range[0])
     high = max(fit.thrust.quality.valid_range[1], fit.torque.quality.valid_range[1])
     j = np.linspace(low, high, 200)
     eta = efficiency_curve(fit, j)

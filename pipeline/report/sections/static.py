@@ -42,7 +42,7 @@ def static_section(results: VehicleResults) -> Section:
     ]
     rows = _coefficient_rows(static, table2)
     if table2 is not None:
-        blocks.append(Paragraph(share_inside(rows)))
+        blocks.append(Paragraph(share_inside(rows, _why_outside(static))))
     blocks.append(
         Details(
             "Coefficients of Table 2 with intervals",
@@ -64,6 +64,17 @@ def static_section(results: VehicleResults) -> Section:
     if static.explanations:
         blocks += explained(static.explanations)
     return Section(ANCHOR, TITLE, tuple(blocks))
+
+
+def _why_outside(static: StaticCharacteristic) -> str:
+    misfit = max(row.fit.quality.residual_std for row in static.table2)
+    return (
+        "The intervals carry the bench's noise alone. A quadratic follows the family only to "
+        f"{fixed(misfit, 2)} N (standard deviation at the worst speed), so the coefficients depend "
+        "on which codes a fit takes in, and those of one speed lean on each other: a constant that "
+        "is lower is made up for by a slope that is higher. The thrusts, compared in newtons "
+        "below, are what to read."
+    )
 
 
 def comparison_codes(static: StaticCharacteristic) -> list[float]:

@@ -85,11 +85,20 @@ def explained(texts: Sequence[str]) -> list[Block]:
     return [Details(f"{len(texts)} remarks on this result", (Bullets(tuple(texts)),))]
 
 
-def share_inside(coefficients: Sequence[Coefficient]) -> str:
-    """Count the published coefficients that lie inside our intervals."""
+def share_inside(coefficients: Sequence[Coefficient], why: str = "") -> str:
+    """Count the published coefficients that lie inside our intervals.
+
+    Parameters
+    ----------
+    coefficients : sequence of Coefficient
+        Those of one table.
+    why : str
+        What explains the others; said only where there are any.
+    """
     known = [coefficient for coefficient in coefficients if coefficient.inside is not None]
     inside = sum(bool(coefficient.inside) for coefficient in known)
-    return f"{inside} of the {len(known)} published coefficients lie inside our 95 % intervals."
+    text = f"{inside} of the {len(known)} published coefficients lie inside our 95 % intervals."
+    return f"{text} {why}" if why and inside < len(known) else text
 
 
 def _short(value: float) -> str:

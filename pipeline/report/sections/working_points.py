@@ -19,6 +19,7 @@ from pipeline.report.blocks import (
     not_computed,
 )
 from pipeline.report.curves import drive_torque, speed_index
+from pipeline.report.figures.propeller_demand import demand_figures, rpm_without_drive
 from pipeline.report.numbers import code, fixed, speed
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.types import FloatArray
@@ -42,7 +43,8 @@ def working_points_section(results: VehicleResults) -> Section:
         results.vehicle.water.density_kgpm3,
     )
     speeds = results.vehicle.tables.speed_mps
-    highest = max(propeller.thrust.quality.valid_range[1], propeller.torque.quality.valid_range[1])
+    ranges = (propeller.thrust.quality.valid_range, propeller.torque.quality.valid_range)
+    covered = (max(low for low, _ in ranges), min(high for _, high in ranges))
     if drive is None or static is None:
         reason = missing_reasons(results).get(
             "drive" if drive is None else "static", "the stage has not run"
@@ -51,7 +53,11 @@ def working_points_section(results: VehicleResults) -> Section:
             ANCHOR,
             TITLE,
             (
-                Gallery(_demand_figures(model, speeds, _fallback_rpm(model, speeds), highest)),
+                Gallery(
+                    demand_figures(
+                        model, speeds, rpm_without_drive(model, speeds, covered), covered
+                    )
+                ),
                 Paragraph(f"The working points were not computed: {reason}", tone="warning"),
             ),
         )
@@ -61,7 +67,7 @@ def working_points_section(results: VehicleResults) -> Section:
     )
     rpm = np.linspace(fastest / 200, 1.05 * fastest, 300)
     blocks: list[Block] = [
-        Gallery(_demand_figures(model, speeds, rpm, highest)),
+        Gallery(demand_figures(model, speeds, rpm, covered)),
         Gallery(
             (
                 _meeting_figure(model, drive, static, speeds, rpm),
@@ -70,68 +76,6 @@ def working_points_section(results: VehicleResults) -> Section:
         ),
     ]
     return Section(ANCHOR, TITLE, tuple(blocks))
-
-
-def _fallback_rpm(model: OpenWaterPropeller, speeds: Sequence[float]) -> FloatArray:
-    # without a drive there is no natural end; twice the speed at J = 0.5 shows the curves' shape
-    fastest = 60.0 * 2.0 * max(*speeds, 0.5) / (0.5 * model.diameter_m)
-    return np.linspace(fastest / 200, fastest, 300)
-
-
-def _within(
-    model: OpenWaterPropeller, rpm: FloatArray, speed_mps: float, highest: float
-) -> FloatArray:
-    """Shaft speeds at which J stays within what the open-water curves cover."""
-    return rpm[speed_mps / (rpm / 60.0 * model.diameter_m) <= highest]
-
-
-def _demand_figures(
-    model: OpenWaterPropeller, speeds: Sequence[float], rpm: FloatArray, highest: float
-) -> tuple[Figure, Figure]:
-    last = float(rpm[-1])
-    colours = plotting.ordered_colours(len(speeds))
-    figures = []
-    for name, quantity, unit, function, decimals, part in (
-        ("torque", "torque M", "N m", model.torque_nm, 3, "a"),
-        ("thrust", "thrust T", "N", model.thrust_n, 1, "b"),
-    ):
-        first_value = float(function(last / 60, speeds[0]))
-        last_value = float(function(last / 60, speeds[-1]))
-        lead = (
-            f"At {fixed(last, 0)} rpm the propeller's {name} falls from "
-            f"{fixed(first_value, decimals)} to {fixed(last_value, decimals)} {unit} between "
-            f"{speed(speeds[0])} and {speed(speeds[-1])} m/s."
-        )
-
-        def paint(
-            figure: matplotlib.figure.Figure,
-            function: object = function,
-            quantity: str = quantity,
-            unit: str = unit,
-        ) -> None:
-            axes = figure.subplots()
-            for speed_mps, colour in zip(speeds, colours, strict=True):
-                n = _within(model, rpm, speed_mps, highest)
-                values = function(n / 60.0, speed_mps)  # type: ignore[operator]
-                axes.plot(n, values, color=colour, label=f"{speed(speed_mps)} m/s")
-            axes.axhline(0, color=plotting.SOFT, lw=0.8)
-            axes.set(xlabel="shaft speed n  [rpm]", ylabel=f"{quantity}  [{unit}]")
-            plotting.legend_above(figure, axes, columns=5)
-
-        identity = f"fig-propeller-{name}"
-        alt = (
-            f"The propeller's {name} against shaft speed, one curve for each speed of the vehicle."
-        )
-        figures.append(
-            Figure(
-                identity,
-                lead,
-                plotting.draw(identity, alt, paint),
-                f"Propeller {name} (fig. 3, {part} of Kostenko 2023), drawn where J is covered by "
-                "the open-water curves.",
-            )
-        )
-    return figures[0], figures[1]
 
 
 def _shown_codes(drive: DriveFit) -> list[float]:

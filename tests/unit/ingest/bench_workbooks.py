@@ -4,7 +4,6 @@ import io
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from openpyxl import Workbook
 
@@ -13,7 +12,7 @@ from pipeline.vehicle.schema import Vehicle
 Rows = Sequence[Sequence[object]]
 
 
-def vehicle(**load_test: Any) -> Vehicle:
+def vehicle(**load_test: object) -> Vehicle:
     """A vehicle whose load-test columns are stated as given."""
     return Vehicle.model_validate(
         {
@@ -48,12 +47,14 @@ def write_workbook(
 
 
 def change_member(path: Path, name: str, change: Callable[[bytes], bytes]) -> Path:
-    """Rewrite one member of a zip file."""
+    """Rewrite one member of a zip file, or add it."""
     target = io.BytesIO()
     with zipfile.ZipFile(path) as old, zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as new:
         for entry in old.infolist():
             content = old.read(entry)
             new.writestr(entry.filename, change(content) if entry.filename == name else content)
+        if name not in old.namelist():
+            new.writestr(name, change(b""))
     path.write_bytes(target.getvalue())
     return path
 

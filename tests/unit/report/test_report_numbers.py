@@ -40,4 +40,9 @@ def test_a_printed_number_comes_back_whole(value: float) -> None:
 def test_symbols_escapes_before_it_marks_up() -> None:
     assert symbols("<i>K_T0</i>") == "&lt;i&gt;K<sub>T0</sub>&lt;/i&gt;"
     assert symbols("42.5 N m") == "42.5\N{NO-BREAK SPACE}N\N{NO-BREAK SPACE}m"
-    assert symbols("load_test/run_1.csv") == "load_test/run_1.csv"
+    assert symbols("K_N00, T_max.") == "K<sub>N00</sub>, T<sub>max</sub>."
+
+
+def test_names_of_files_and_sheets_stay_as_they_are() -> None:
+    for name in ("load_test/run_1.csv", "K_T.csv", "T_200.xlsx", "raw/K_T/x.csv", "my_K_T"):
+        assert symbols(name) == name

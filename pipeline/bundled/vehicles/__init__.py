@@ -1,0 +1,48 @@
+"""Vehicles that come with the package, without rig files: their folders with ``vehicle.yaml``."""
+
+from pathlib import Path
+
+from pipeline.errors import InputError, Place
+
+_HERE = Path(__file__).parent
+
+
+def bundled_vehicles() -> tuple[str, ...]:
+    """Names of the bundled vehicles, in alphabetical order.
+
+    >>> bundled_vehicles()
+    ('cargo_carrier', 'rov8')
+    """
+    return tuple(sorted(file.parent.name for file in _HERE.glob("*/vehicle.yaml")))
+
+
+def bundled_vehicle(name: str) -> Path:
+    """Return the folder of a bundled vehicle.
+
+    Parameters
+    ----------
+    name : str
+        One of `bundled_vehicles`.
+
+    Returns
+    -------
+    Path
+        A folder that holds ``vehicle.yaml``, as `pipeline.vehicle.load.load_vehicle` takes it.
+
+    Raises
+    ------
+    InputError
+        If no such vehicle is bundled.
+
+    Examples
+    --------
+    >>> bundled_vehicle("rov8").name
+    'rov8'
+    """
+    if name not in bundled_vehicles():
+        raise InputError.at(
+            Place(name),
+            "no bundled vehicle has this name.",
+            expected=f"one of {', '.join(bundled_vehicles())}, or a folder with vehicle.yaml.",
+        )
+    return _HERE / name

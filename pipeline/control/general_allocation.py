@@ -1,0 +1,47 @@
+"""Allocation for any arrangement of thrusters: weighted pseudo-inverse, scaled to the limits."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from pipeline.types import FloatArray
+
+
+class CodeFromThrust(Protocol):
+    """Inverse characteristic of the thrusters of a vehicle."""
+
+    def __call__(self, thrust_n: FloatArray, inflow_mps: FloatArray) -> FloatArray:
+        """Codes (n,) for thrusts (n,) [N] at the inflow speeds (n,) [m/s]."""
+        ...
+
+
+@dataclass(frozen=True)
+class GeneralAllocator:
+    """Thrusts by the Moore-Penrose inverse of the configuration matrix B (6, n).
+
+    `position_m`, `direction` (n, 3); `largest_n`, `smallest_n` (n,) thrust limits at rest;
+    `code_from_thrust` the inverse characteristic. A demand beyond the limits is scaled as a whole,
+    so that its direction is kept (Fossen 2021, section 11.2).
+    """
+
+    position_m: FloatArray
+    direction: FloatArray
+    largest_n: FloatArray
+    smallest_n: FloatArray
+    code_from_thrust: CodeFromThrust
+
+    def configuration(self) -> FloatArray:
+        """B (6, n): the wrench of one newton of each thruster."""
+        return np.concatenate([self.direction.T, np.cross(self.position_m, self.direction).T])
+
+    def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
+        """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether it saturates."""
+        thrust = np.linalg.pinv(self.configuration(), rcond=1e-6) @ demand
+        share = np.max(np.maximum(thrust / self.largest_n, thrust / self.smallest_n), initial=1.0)
+        inflow = np.einsum(
+            "ij,ij->i",
+            self.direction,
+            nu_relative[:3] + np.cross(nu_relative[3:], self.position_m),
+        )
+        return self.code_from_thrust(thrust / share, inflow), bool(share > 1.0)

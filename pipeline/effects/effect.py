@@ -1,0 +1,81 @@
+"""What an effect is: a few parameters that move entries of the parameter vector off neutral."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+from pipeline.types import FloatArray
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect; at `neutral` it changes nothing.
+
+    `plausible` is where the number lies when the effect is at work on a real vehicle, so it need
+    not hold the neutral value. Outside `possible` the number has no meaning and is refused.
+    """
+
+    name: str
+    unit: str
+    neutral: float
+    plausible: tuple[float, float]
+    meaning: str
+    possible: tuple[float, float] = (-math.inf, math.inf)
+
+
+@dataclass(frozen=True)
+class EffectContext:
+    """What an effect needs to know of the vehicle beside its parameter vector.
+
+    `strips` tells whether the hull's sections are known (cross-flow), `walls` whether walls or a
+    bottom are, `measured` names the quantities that are measured ("dvl", "depth" ...).
+    `crossflow_in_nominal` tells whether the nominal model computes the cross-flow of the strips.
+    """
+
+    thruster_names: tuple[str, ...]
+    thrust_falls_with_speed: bool
+    coriolis: bool
+    strips: bool
+    walls: bool
+    tether_in_nominal: bool
+    gravity_mps2: float
+    measured: frozenset[str] = frozenset()
+    crossflow_in_nominal: bool = False
+
+
+#: Changes a parameter vector in place: (vector, parameter values, target, context).
+#: The target is a thruster's index for effects of one thruster, else None.
+Apply = Callable[[FloatArray, Mapping[str, float], int | None, EffectContext], None]
+
+
+def always(_context: EffectContext) -> str | None:
+    """Accept every vehicle."""
+    return None
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A departure of the vehicle from what its file states, constant over a run.
+
+    `scope` "vehicle" has no target, "thruster" names one thruster. `missing` says why the effect
+    is no candidate for a vehicle (None when it is one), e.g. because the nominal model contains
+    the term already. `channels` are those it can touch: u v w p q r phi theta psi z x y.
+    `vector_slots` lists the slots that `apply` writes.
+    """
+
+    id: str
+    title: str
+    source: str
+    parameters: tuple[Parameter, ...]
+    channels: tuple[str, ...]
+    vector_slots: tuple[str, ...]
+    apply: Apply
+    scope: Literal["vehicle", "thruster"] = "vehicle"
+    missing: Callable[[EffectContext], str | None] = field(default=always)
+
+    def neutral_values(self) -> dict[str, float]:
+        """Values at which the effect vanishes."""
+        return {parameter.name: parameter.neutral for parameter in self.parameters}

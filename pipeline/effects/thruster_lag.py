@@ -1,0 +1,51 @@
+"""Thruster lag: thrust follows the code late.
+
+The motor must bring rotor, propeller and the water that turns with it to speed, a controller may
+ramp the code to spare the gearbox, and the jet behind the propeller takes time to build up.
+Together this is close to a first-order lag of the shaft speed (Yoerger and Slotine 1990; Healey
+and others 1995). The effect adds a time constant to the one in the vehicle file, the same for all
+thrusters:
+
+    tau dN_act/dt + N_act = N_eff
+
+It shows right after steps and reversals of the code and in fast manoeuvres (zig-zag, multisine):
+the simulated vehicle leads the measured one by about tau. In steady motion it vanishes. Easily
+taken for added mass (both slow the start of a motion; added mass also slows the coast-down with
+stopped thrusters) and for `dvl_delay` (which delays the measured velocity but neither gyro nor
+depth). Where shaft speed is logged, it settles the matter without the hull.
+"""
+
+from collections.abc import Mapping
+
+from pipeline.effects.change import add
+from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.types import FloatArray
+
+
+def _apply(
+    vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
+) -> None:
+    add(vector, "lag", values["lag_s"], slice(len(context.thruster_names)))
+
+
+EFFECT = Effect(
+    id="thruster_lag",
+    title="thrust follows the code late",
+    source=(
+        "Yoerger and Slotine 1990, IEEE J. Oceanic Eng. 15(3), 167-178; Healey and others 1995, "
+        "IEEE J. Oceanic Eng. 20(4), 354-361"
+    ),
+    parameters=(
+        Parameter(
+            "lag_s",
+            unit="s",
+            neutral=0.0,
+            plausible=(0.05, 1.0),
+            meaning="time constant on top of the stated one",
+            possible=(0.0, 60.0),
+        ),
+    ),
+    channels=("u", "v", "w", "p", "q", "r"),
+    vector_slots=("lag",),
+    apply=_apply,
+)

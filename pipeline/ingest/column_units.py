@@ -1,0 +1,225 @@
+"""The unit of a column: in its name, in a row under it, stated in vehicle.yaml, or assumed."""
+
+from collections.abc import Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, replace
+from itertools import islice
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.blocks import BlockColumn, UnitFrom
+from pipeline.ingest.cells import shorten
+from pipeline.ingest.header_rows import Match, Wanted
+from pipeline.ingest.sheet import Row, Sheet
+from pipeline.ingest.unit_text import UnitTextError, factor, known_units, quantities_of
+from pipeline.ingest.vocabulary import (
+    HeaderText,
+    Words,
+    name_score,
+    read_unit_cell,
+    split_header,
+    unit_fits,
+    unit_told_by_name,
+)
+from pipeline.vehicle.schema import Column
+
+_ROWS_LOOKED_AT = 200
+
+
+@dataclass(frozen=True)
+class HeadRows:
+    """Where the head of a table is: first row free for it, row of the names, first row of data."""
+
+    free_from: int
+    names: int
+    data: int
+
+
+def read_columns(
+    sheet: Sheet, wanted: Wanted, rows: HeadRows, group: Mapping[str, Match]
+) -> tuple[dict[str, BlockColumn], list[Problem]]:
+    """Find the units of a table's columns.
+
+    Parameters
+    ----------
+    sheet : Sheet
+        The sheet.
+    wanted : Wanted
+        Quantities, and units stated in vehicle.yaml.
+    rows : HeadRows
+        Where the head of the table is.
+    group : mapping of str to Match
+        The column of each quantity.
+
+    Returns
+    -------
+    tuple of (dict of str to BlockColumn, list of Problem)
+        Columns with units, and a problem for each that was left out.
+    """
+    columns: dict[str, BlockColumn] = {}
+    problems: list[Problem] = []
+    for quantity, match in group.items():
+        words = wanted.vocabulary[quantity]
+        column = BlockColumn(
+            quantity=quantity,
+            index=match.index,
+            header=" ".join(match.text.split()),
+            unit="",
+            unit_from="assumed",
+            unit_row=None,
+            factor=1.0,
+            sign=1,
+            group=_group_text(sheet, rows, match.index),
+        )
+        stated = wanted.mapping.get(quantity)
+        if stated is not None:
+            column = replace(column, sign=stated.sign)
+        try:
+            columns[quantity] = _with_unit(
+                column, words, match, _find_unit(sheet, words, match, rows, stated)
+            )
+        except UnitTextError as error:
+            others = group.keys() - {quantity}
+            problems.append(
+                unit_problem(column, sheet.place(rows.names), wanted, str(error), others)
+            )
+    return columns, problems
+
+
+def _group_text(sheet: Sheet, rows: HeadRows, index: int) -> str:
+    texts: list[str] = []
+    for at in range(max(rows.free_from, rows.names - 3), rows.names):
+        cell = sheet.cell(at, index)
+        if isinstance(cell, str) and cell not in texts:
+            texts.append(cell)
+    return " ".join(texts)
+
+
+def _with_unit(
+    column: BlockColumn, words: Words, match: Match, found: "_Found | None"
+) -> BlockColumn:
+    """Return the column with its unit; raises `UnitTextError` where it is missing or wrong."""
+    kind = words.unit_kind
+    if kind is None:
+        if found is not None and "ratio" in quantities_of(found[0]):
+            unit, unit_from, unit_row = found
+            # A code in per cent stays a number of per cent: the reader knows the full scale.
+            return replace(column, unit=unit, unit_from=unit_from, unit_row=unit_row)
+        return column
+    if found is not None:
+        unit, unit_from, unit_row = found
+        return replace(
+            column,
+            unit=unit,
+            unit_from=unit_from,
+            unit_row=unit_row,
+            factor=factor(unit, kind),
+        )
+    odd = match.header.odd_unit
+    if odd is not None and words.default_unit is None:
+        raise UnitTextError(why_unknown(odd, kind))
+    told = unit_told_by_name(match.header, words) or words.default_unit
+    if told is not None:
+        return replace(column, unit=told, unit_from="assumed", factor=factor(told, kind))
+    known = ", ".join(known_units(kind))
+    raise UnitTextError(f"no unit is stated; known: {known}")
+
+
+def why_unknown(unit: str, kind: str) -> str:
+    """Return why a text is no unit of a quantity; empty where it is one."""
+    try:
+        factor(unit, kind)
+    except UnitTextError as error:
+        return str(error)
+    return ""
+
+
+#: Unit as written, where it was found, and its row.
+_Found = tuple[str, UnitFrom, int | None]
+
+
+def _find_unit(
+    sheet: Sheet, words: Words, match: Match, rows: HeadRows, stated: Column | None
+) -> _Found | None:
+    if stated is not None and stated.unit is not None:
+        return stated.unit, "mapping", None
+    if match.header.unit is not None:
+        return match.header.unit, "header", None
+    wrong: _Found | None = None
+    for at in [*range(rows.names + 1, rows.data), rows.names - 1]:
+        cell = sheet.cell(at, match.index)
+        if not isinstance(cell, str):
+            continue
+        unit = read_unit_cell(cell)
+        if unit is not None and unit_fits(unit, words):
+            return unit, "unit row", at
+        if wrong is None and at > rows.names and (unit is not None or _is_unit_row(sheet, at)):
+            wrong = (unit or cell.strip(), "unit row", at)
+    return wrong
+
+
+def _is_unit_row(sheet: Sheet, row: int) -> bool:
+    texts = [cell for cell in sheet.cells(row) if isinstance(cell, str)]
+    units = sum(read_unit_cell(text) is not None for text in texts)
+    return units >= max(1, len(texts) // 2)
+
+
+def unit_problem(
+    column: BlockColumn,
+    place: Place,
+    wanted: Wanted,
+    why: str,
+    others: AbstractSet[str] = frozenset(),
+) -> Problem:
+    """Say that a column has no usable unit, and what to state in vehicle.yaml.
+
+    `others` are the quantities that have columns: a column is needed where none of them can stand
+    for it.
+    """
+    needed = any(column.quantity in group and others.isdisjoint(group) for group in wanted.required)
+    name = column.quantity.replace("_", " ")
+    left_out = "the table was left out" if needed else "the column was left out"
+    return Problem(
+        "error" if needed else "warning",
+        replace(place, column=column.letter),
+        f'{name} "{shorten(column.header)}": {why}. So {left_out}.',
+        "the unit in the header, e.g. [N m], or in the row under it.",
+        "Write it there, or state it in vehicle.yaml:\n"
+        f"  columns:\n    {wanted.kind}:\n      {column.quantity}: "
+        f'{{header: "{shorten(column.header)}", unit: ...}}',
+    )
+
+
+def misfits(sheet: Sheet, wanted: Wanted) -> list[Problem]:
+    """Say which columns have the right name and a unit of something else."""
+    for row, cells in islice(sheet.numbered(), _ROWS_LOOKED_AT):
+        named = _by_name_alone(cells, wanted)
+        if not wanted.is_complete(set(named)):
+            continue
+        problems: list[Problem] = []
+        for quantity in [name for group in wanted.required for name in group if name in named]:
+            words = wanted.vocabulary[quantity]
+            index, header, text = named[quantity]
+            if words.unit_kind is None or header.unit is None or unit_fits(header.unit, words):
+                continue
+            column = BlockColumn(quantity, index, text, "", "assumed", None, 1.0, 1)
+            why = why_unknown(header.unit, words.unit_kind)
+            problems.append(unit_problem(column, sheet.place(row), wanted, why))
+        if problems:
+            return problems
+    return []
+
+
+def _by_name_alone(cells: Row, wanted: Wanted) -> dict[str, tuple[int, HeaderText, str]]:
+    """Return the best column of each quantity by its name, whatever its unit."""
+    best: dict[str, int] = {}
+    found: dict[str, tuple[int, HeaderText, str]] = {}
+    for index, cell in enumerate(cells):
+        if not isinstance(cell, str):
+            continue
+        for header in split_header(cell):
+            for quantity, words in wanted.vocabulary.items():
+                score = name_score(header, words)
+                if score > best.get(quantity, 0):
+                    best[quantity] = score
+                    found[quantity] = (index, header, cell)
+    return found

@@ -1,0 +1,196 @@
+"""Rows of a sheet that hold column names: which cell may name which quantity."""
+
+import functools
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from pipeline.ingest.cells import is_number, is_text
+from pipeline.ingest.sheet import Row, Sheet
+from pipeline.ingest.vocabulary import (
+    HeaderText,
+    Vocabulary,
+    name_score,
+    plain,
+    read_unit_cell,
+    split_header,
+    unit_fits,
+)
+from pipeline.vehicle.schema import Column
+
+_LETTER = re.compile(r"[^\W\d_]")
+"""Dates and clock times of a log have none; they need not be matched with names."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What to look for.
+
+    `required`: of each group at least one quantity must be there. `shared`: quantities whose
+    column to the left of several tables side by side belongs to all of them. `mapping`: columns as
+    vehicle.yaml states them. `kind` names the section of vehicle.yaml, for messages.
+    `split_words` tell columns of tables side by side apart ("n loading", "n unloading").
+    """
+
+    vocabulary: Vocabulary
+    required: tuple[tuple[str, ...], ...]
+    kind: str
+    mapping: Mapping[str, Column] = field(default_factory=dict)
+    only: Mapping[str, str] = field(default_factory=dict)
+    shared: frozenset[str] = frozenset()
+    split_words: tuple[str, ...] = ()
+
+    def is_complete(self, quantities: "set[str] | frozenset[str]") -> bool:
+        """Tell whether every required group is there."""
+        return all(any(name in quantities for name in group) for group in self.required)
+
+
+@dataclass(frozen=True)
+class Match:
+    """One column that may hold one quantity."""
+
+    quantity: str
+    index: int
+    score: int
+    header: HeaderText
+    text: str
+
+
+def header_rows(sheet: Sheet, wanted: Wanted) -> list[tuple[int, list[Match]]]:
+    """Return (row, matches) of every row of names, best of each group of neighbours."""
+    candidates: list[tuple[int, int, list[Match]]] = []
+    for row, cells in sheet.numbered():
+        if _is_data(cells):
+            continue
+        own = _matches_in_row(sheet, wanted, row)
+        if not own:
+            continue
+        all_matches = own + _stacked_matches(sheet, wanted, row, own)
+        if wanted.is_complete({match.quantity for match in all_matches}):
+            weight = 100 * len({match.quantity for match in own}) + len(own)
+            candidates.append((row, weight, all_matches))
+    chosen: list[tuple[int, int, list[Match]]] = []
+    looked_at = 0
+    for candidate in candidates:
+        row, weight, _ = candidate
+        near = chosen and not _numbers_between(sheet, wanted, chosen[-1][2], (looked_at, row))
+        looked_at = row
+        if near and weight > chosen[-1][1]:
+            chosen[-1] = candidate
+        elif not near:
+            chosen.append(candidate)
+    return [(row, matches) for row, _, matches in chosen]
+
+
+def _is_data(cells: Row) -> bool:
+    """Tell whether a row holds at least as many numbers as texts, and so no names."""
+    texts = sum(isinstance(cell, str) and not is_number(cell) for cell in cells)
+    numbers = sum(cell is not None for cell in cells) - texts
+    return texts == 0 or numbers >= max(2, texts)
+
+
+def _matches_in_row(sheet: Sheet, wanted: Wanted, row: int) -> list[Match]:
+    matches: list[Match] = []
+    texts = [cell for cell in sheet.cells(row) if isinstance(cell, str)]
+    if len(set(texts)) == 1 and len(texts) > 1 and len(wanted.required) > 1:
+        return []  # a title merged over the table
+    for index, cell in enumerate(sheet.cells(row)):
+        if isinstance(cell, str) and _LETTER.search(cell) and is_text(cell):
+            matches += _match(wanted, cell, index)
+    return matches
+
+
+def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match]) -> list[Match]:
+    """Match columns whose name goes over two or three rows, or stands a row lower."""
+    matched = {match.index for match in own}
+    found: list[Match] = []
+    width = max(
+        (len(sheet.cells(at)) for at in range(row, min(row + 3, sheet.last_row + 1))), default=0
+    )
+    for index in range(width):
+        if index in matched:
+            continue
+        texts = [sheet.cell(at, index) for at in range(row - 1, row + 3)]
+        above, here, below, lowest = (
+            text if isinstance(text, str) and is_text(text) else "" for text in texts
+        )
+        # A unit under a column without a name must not become one: "N" is newton there, not code.
+        below, lowest = ("" if read_unit_cell(text) else text for text in (below, lowest))
+        if here and sheet.cell(row - 1, index) == sheet.cell(row, index):
+            above = ""  # one merged cell
+        tries = [f"{here} {below}", f"{above} {here}", f"{here} {below} {lowest}"]
+        for text in tries if here else [below]:
+            matches = _match(wanted, text.strip(), index) if text.strip() else []
+            if matches:
+                found += matches
+                break
+    return found
+
+
+def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
+    """Return the best quantity for a header text, or the one that vehicle.yaml states."""
+    for quantity, column in wanted.mapping.items():
+        if is_mapped(column, text):
+            header = next((h for h in split_header(text) if h.unit), split_header(text)[0])
+            return [Match(quantity, index, 1000, header, text)]
+    best: Match | None = None
+    for score, quantity, header in _scores(
+        text, _Vocabulary(wanted.vocabulary), wanted.split_words
+    ):
+        if quantity in wanted.mapping:
+            continue
+        if best is None or score > best.score:
+            best = Match(quantity, index, score, header, text)
+    return [] if best is None else [best]
+
+
+class _Vocabulary:
+    """A vocabulary by identity, so that texts are matched once however often they are repeated."""
+
+    def __init__(self, vocabulary: Vocabulary) -> None:
+        self.vocabulary = vocabulary
+
+    def __hash__(self) -> int:
+        return id(self.vocabulary)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Vocabulary) and other.vocabulary is self.vocabulary
+
+
+@functools.lru_cache(maxsize=8192)
+def _scores(
+    text: str, vocabulary: _Vocabulary, split_words: tuple[str, ...]
+) -> tuple[tuple[int, str, HeaderText], ...]:
+    scores: list[tuple[int, str, HeaderText]] = []
+    for header in split_header(text):
+        bare = replace(header, name=_strip_words(header.name, split_words))
+        for quantity, words in vocabulary.vocabulary.items():
+            score = max(name_score(header, words), name_score(bare, words) - 1)
+            if score > 0 and (header.unit is None or unit_fits(header.unit, words)):
+                scores.append((score + (5 if header.unit else 0), quantity, header))
+    return tuple(scores)
+
+
+def _strip_words(name: str, words: tuple[str, ...]) -> str:
+    """Take "loading" and the like out of a name, so that "n loading" is the symbol n."""
+    for word in words:
+        name = re.sub(rf"(?<!\w){re.escape(word)}(?!\w)", "", name, flags=re.IGNORECASE)
+    return name.strip(" ,;:-–()")
+
+
+def _numbers_between(
+    sheet: Sheet, wanted: Wanted, matches: Sequence[Match], rows: tuple[int, int]
+) -> bool:
+    """Tell whether data stands in the columns of a header, between the two rows."""
+    required = {name for group in wanted.required for name in group}
+    columns = [match.index for match in matches if match.quantity in required]
+    return any(
+        sum(is_number(sheet.cell(at, column)) for column in columns) > len(columns) // 2
+        for at in range(rows[0] + 1, rows[1])
+    )
+
+
+def is_mapped(column: Column, text: str) -> bool:
+    """Tell whether a header is the one that vehicle.yaml states, with or without its unit."""
+    wanted = plain(column.header)
+    return plain(text) == wanted or any(plain(h.name) == wanted for h in split_header(text))

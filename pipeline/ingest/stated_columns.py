@@ -1,0 +1,162 @@
+"""What vehicle.yaml states about the columns, rows and sheets of raw files."""
+
+import difflib
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from pipeline.errors import Problem
+from pipeline.ingest.blocks import Block, BlockColumn, headings
+from pipeline.ingest.cells import column_index, is_number, is_text, shorten
+from pipeline.ingest.column_units import unit_problem, why_unknown
+from pipeline.ingest.header_rows import Wanted, is_mapped
+from pipeline.ingest.sheet import Sheet
+from pipeline.ingest.unit_text import factor
+from pipeline.ingest.vocabulary import plain
+from pipeline.vehicle.schema import Column
+
+_BY_LETTER = re.compile(r"column ([A-Z]{1,3})", re.IGNORECASE)
+
+
+def letter_of(column: Column) -> str | None:
+    """Return the letter where vehicle.yaml states a column by its letter ("column B")."""
+    found = _BY_LETTER.fullmatch(column.header.strip())
+    return found[1].upper() if found else None
+
+
+def blocks_by_letter(
+    sheet: Sheet, wanted: Wanted, by_letter: Mapping[str, Column]
+) -> tuple[tuple[Block, ...], tuple[Problem, ...]]:
+    """Read a table without names: vehicle.yaml states "column A" and so on."""
+    problems: list[Problem] = []
+    columns: dict[str, BlockColumn] = {}
+    for quantity, stated in by_letter.items():
+        letter = letter_of(stated) or "A"
+        column = BlockColumn(
+            quantity, column_index(letter), stated.header, "", "mapping", None, 1.0, stated.sign
+        )
+        kind = wanted.vocabulary[quantity].unit_kind
+        why = ""
+        if kind is not None and stated.unit is None:
+            why = "no unit is stated in vehicle.yaml"
+        elif kind is not None and stated.unit is not None:
+            why = why_unknown(stated.unit, kind)
+        if why:
+            problems.append(unit_problem(column, sheet.place(sheet.first_row), wanted, why))
+        elif kind is not None and stated.unit is not None:
+            columns[quantity] = replace(column, unit=stated.unit, factor=factor(stated.unit, kind))
+        else:
+            columns[quantity] = column
+    required = [c.index for name, c in columns.items() if any(name in g for g in wanted.required)]
+    first = next(
+        (
+            row
+            for row, _ in sheet.numbered()
+            if all(is_number(sheet.cell(row, i)) for i in required)
+        ),
+        None,
+    )
+    if not wanted.is_complete(set(columns)) or first is None:
+        return (), tuple(problems)
+    above = headings(sheet, sheet.first_row, first, 0, 10_000)
+    return ((Block(sheet, columns, first - 1, first, sheet.last_row, above),), tuple(problems))
+
+
+def missing_columns(sheet: Sheet, wanted: Wanted) -> list[Problem]:
+    """Say which stated columns are not on a sheet that has names."""
+    texts = {
+        " ".join(cell.split()): None
+        for cells in sheet.rows[:60]
+        for cell in cells
+        if isinstance(cell, str) and is_text(cell)
+    }
+    missing = [
+        (quantity, column)
+        for quantity, column in wanted.mapping.items()
+        if letter_of(column) is None and not any(is_mapped(column, text) for text in texts)
+    ]
+    if not missing or len(texts) < 2:
+        return []
+    names = {plain(text): text for text in texts}
+    problems = []
+    for quantity, column in missing:
+        close = difflib.get_close_matches(plain(column.header), list(names), n=1, cutoff=0.6)
+        hint = f' The nearest is "{shorten(names[close[0]])}".' if close else ""
+        problems.append(
+            Problem(
+                "warning",
+                sheet.place(),
+                f'there is no column "{column.header}", stated in vehicle.yaml as columns: '
+                f"{wanted.kind}: {quantity}.{hint}",
+                "the header as it stands on the sheet.",
+                "Correct the header in vehicle.yaml, or restrict the sheets with "
+                f"columns: {wanted.kind}: sheets: [...].",
+            )
+        )
+    return problems
+
+
+def rows_wanted(
+    sheet: Sheet, wanted: Wanted, row: int
+) -> tuple[tuple[tuple[int, str], ...], list[Problem]]:
+    """Return the columns that choose rows (``only``), as (column index, text), and problems."""
+    found: list[tuple[int, str]] = []
+    problems: list[Problem] = []
+    for header, text in wanted.only.items():
+        index = next(
+            (
+                index
+                for index, cell in enumerate(sheet.cells(row))
+                if isinstance(cell, str) and is_mapped(Column(header=header), cell)
+            ),
+            None,
+        )
+        if index is None:
+            problems.append(
+                Problem(
+                    "error",
+                    sheet.place(row),
+                    f'there is no column "{header}", stated in vehicle.yaml as columns: '
+                    f"{wanted.kind}: only.",
+                    "the header as it stands on the sheet.",
+                    "Correct the header in vehicle.yaml.",
+                )
+            )
+        else:
+            found.append((index, text))
+    return tuple(found), problems
+
+
+def choose_sheets(
+    sheets: Sequence[Sheet], names: tuple[str, ...] | None, kind: str
+) -> tuple[tuple[Sheet, ...], tuple[Problem, ...]]:
+    """Keep the sheets that vehicle.yaml names; a text file has one table without a name.
+
+    Parameters
+    ----------
+    sheets : sequence of Sheet
+        Of one file.
+    names : tuple of str or None
+        ``columns: <kind>: sheets`` of vehicle.yaml; None keeps all.
+    kind : str
+        Section of vehicle.yaml, for messages.
+
+    Returns
+    -------
+    tuple of (tuple of Sheet, tuple of Problem)
+        Kept sheets; a warning where a workbook has none of them.
+    """
+    if names is None or any(sheet.name is None for sheet in sheets):
+        return tuple(sheets), ()
+    wanted = {plain(name) for name in names}
+    kept = tuple(sheet for sheet in sheets if plain(sheet.name or "") in wanted)
+    if kept or not sheets:
+        return kept, ()
+    problem = Problem(
+        "warning",
+        replace(sheets[0].place(), sheet=None),
+        f"none of the sheets stated in vehicle.yaml is here ({', '.join(names)}).",
+        f"one of them; the workbook has {', '.join(str(sheet.name) for sheet in sheets)}.",
+        f"Correct columns: {kind}: sheets in vehicle.yaml, or move the file.",
+    )
+    return (), (problem,)

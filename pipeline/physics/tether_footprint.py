@@ -1,0 +1,232 @@
+r"""The manoeuvring footprint of a tethered vehicle: Kostenko and Mokeeva 2009, Tables 2 and 3.
+
+A vehicle hangs on a neutral cable from a fixed garage, at a given depth below it, anywhere on a
+circle, and moves on with a velocity of its own in a current. The cable is solved in the water that
+streams past it: at the vehicle by the current less the vehicle's velocity, at the garage by the
+current alone. How the vehicle's share falls off in between is an assumption, so there are three:
+
+- ``"paper"``: eq. (1). The flow has one direction everywhere, that at the vehicle; its size falls
+  by |V_a| between vehicle and garage, linearly with the ordinate (the distance from the line
+  through the garage along that flow). At the garage |V| - |V_a| remains, whatever flows there.
+- ``"uniform"``: the flow at the vehicle, everywhere.
+- ``"vector"``: the vehicle's velocity, as a vector, falls linearly with the same ordinate; at the
+  garage the current remains. The cable leaves its plane.
+
+The paper's frame is X forward, Y up, Z starboard; it is kept in the inputs and results of this file
+and mapped to NED (x, z, -y) at the call of the solver.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pipeline.physics.tether_cable import Cable
+from pipeline.physics.tether_static import FlowField, solve_tether
+from pipeline.types import FloatArray
+
+Variant = Literal["paper", "uniform", "vector"]
+VARIANTS: tuple[Variant, ...] = ("paper", "uniform", "vector")
+
+#: Table 3 as printed: angle [deg]; at the garage T_x, T_y, T_z, |T|; at the vehicle the same. [N]
+PRINTED_TABLE_3 = (
+    (0, -142, 23, -23, 146, -112, 76, -76, 155),
+    (30, -77, 10, -2, 78, -70, 41, -40, 90),
+    (60, -36, 3, 15, 39, -43, 24, -22, 54),
+    (90, -42, 8, 49, 65, -64, 35, -29, 79),
+    (120, -61, 20, 113, 130, -116, 67, -43, 141),
+    (150, -95, 28, 159, 187, -159, 103, -44, 195),
+    (180, -133, 25, 158, 208, -166, 127, -39, 213),
+    (210, -153, 18, 123, 197, -144, 132, -42, 200),
+    (240, -164, 14, 86, 186, -122, 130, -58, 188),
+    (270, -184, 17, 56, 193, -118, 132, -83, 196),
+    (300, -205, 24, 21, 208, -128, 129, -107, 211),
+    (330, -194, 28, -14, 197, -133, 110, -105, 202),
+)
+
+#: The cable of Table 2.
+PAPER_CABLE = Cable(200.0, 0.014, 1.8, 0.025)
+
+
+@dataclass(frozen=True)
+class Footprint:
+    """The deployment of Table 2, in the paper's frame; the defaults are the paper's.
+
+    Attributes
+    ----------
+    cable : Cable
+        Length 200 m, diameter 14 mm, k_n = 1.8, k_tau = 0.025, neutral.
+    radius_m : float
+        Radius of the footprint. [m]
+    height_m : float
+        Y of the vehicle above the garage; Table 2 prints the depth, 50. [m]
+    vehicle_velocity_mps : tuple of 3 floats
+        V_a. [m/s]
+    current_mps : tuple of 3 floats
+        V_m. [m/s]
+    density_kgpm3 : float
+        Water; the paper states none, and Tables 5 and 6 follow with 1025. [kg/m^3]
+    """
+
+    cable: Cable = PAPER_CABLE
+    radius_m: float = 50.0
+    height_m: float = -50.0
+    vehicle_velocity_mps: tuple[float, float, float] = (0.5, -0.5, 0.5)
+    current_mps: tuple[float, float, float] = (-0.5, 0.0, 0.0)
+    density_kgpm3: float = 1025.0
+
+    def position_m(self, angle_deg: float) -> FloatArray:
+        """Return the vehicle's place (R sin, Y_a, R cos) at an angle, as in the paper's fig. 3."""
+        angle = np.radians(angle_deg)
+        return np.array(
+            [self.radius_m * np.sin(angle), self.height_m, self.radius_m * np.cos(angle)]
+        )
+
+
+@dataclass(frozen=True)
+class FootprintForces:
+    """Pull of the cable around the footprint, in the paper's frame.
+
+    Attributes
+    ----------
+    angle_deg : ndarray, shape (n,)
+        Angle of the vehicle's place. [deg]
+    on_vehicle_n, on_garage_n : ndarray, shape (n, 3)
+        Force of the cable on either. [N]
+    """
+
+    angle_deg: FloatArray
+    on_vehicle_n: FloatArray
+    on_garage_n: FloatArray
+
+
+def ned_from_paper(vector: FloatArray) -> FloatArray:
+    """Turn vectors of the paper's frame (X forward, Y up, Z starboard) to north, east, down.
+
+    Examples
+    --------
+    >>> ned_from_paper(np.array([1.0, 2.0, 3.0])).tolist()
+    [1.0, 3.0, -2.0]
+    """
+    return np.stack([vector[..., 0], vector[..., 2], -vector[..., 1]], axis=-1)
+
+
+def paper_from_ned(vector: FloatArray) -> FloatArray:
+    """Turn north, east, down back to the paper's frame.
+
+    Examples
+    --------
+    >>> paper_from_ned(ned_from_paper(np.array([1.0, 2.0, 3.0]))).tolist()
+    [1.0, 2.0, 3.0]
+    """
+    return np.stack([vector[..., 0], -vector[..., 2], vector[..., 1]], axis=-1)
+
+
+def footprint_forces(
+    footprint: Footprint, variant: Variant, angles_deg: Sequence[float] = tuple(range(0, 360, 30))
+) -> FootprintForces:
+    """Return the cable's pull on vehicle and garage around the footprint (Table 3).
+
+    Parameters
+    ----------
+    footprint : Footprint
+        The deployment.
+    variant : {"paper", "uniform", "vector"}
+        How the vehicle's own velocity falls off along the cable; see the top of this file.
+    angles_deg : sequence of float
+        Places on the circle. [deg]
+
+    Returns
+    -------
+    FootprintForces
+
+    Raises
+    ------
+    CannotComputeError
+        From `solve_tether`, e.g. a cable that does not reach.
+
+    Examples
+    --------
+    >>> pull = footprint_forces(Footprint(), "paper", [0.0])
+    >>> pull.on_vehicle_n.round(0).tolist()  # Table 3 prints -112, 76, -76
+    [[-87.0, 48.0, -48.0]]
+    """
+    on_vehicle, on_garage = [], []
+    for angle in angles_deg:
+        vehicle = ned_from_paper(footprint.position_m(angle))
+        solution = solve_tether(
+            footprint.cable,
+            start_m=vehicle,
+            end_m=np.zeros(3),
+            flow=_flow(footprint, variant, vehicle),
+            density_kgpm3=footprint.density_kgpm3,
+        )
+        on_vehicle.append(paper_from_ned(solution.force_on_start_n))
+        on_garage.append(paper_from_ned(solution.force_on_end_n))
+    return FootprintForces(
+        np.asarray(angles_deg, dtype=float), np.array(on_vehicle), np.array(on_garage)
+    )
+
+
+def _flow(footprint: Footprint, variant: Variant, vehicle: FloatArray) -> FlowField:
+    """Return the flow past the cable for one place of the vehicle, all in NED."""
+    own = ned_from_paper(np.asarray(footprint.vehicle_velocity_mps, float))
+    current = ned_from_paper(np.asarray(footprint.current_mps, float))
+    at_vehicle = current - own
+    speed = float(np.linalg.norm(at_vehicle))
+    if variant == "uniform" or speed == 0.0:
+        return lambda position: np.broadcast_to(at_vehicle, position.shape)
+    ahead = at_vehicle / speed
+    perpendicular = vehicle - (vehicle @ ahead) * ahead
+    ordinate = float(perpendicular @ perpendicular)
+    if ordinate == 0.0:  # the vehicle lies straight downstream: the ordinate says nothing
+        return lambda position: np.broadcast_to(at_vehicle, position.shape)
+
+    def share(position: FloatArray) -> FloatArray:
+        """Return 1 at the vehicle's ordinate and 0 at the garage's, shape (n, 1)."""
+        return np.asarray(position @ perpendicular / ordinate, dtype=float)[:, None]
+
+    if variant == "vector":
+        return lambda position: current - share(position) * own
+    own_speed = float(np.linalg.norm(own))
+    return lambda position: ahead * (speed - own_speed * (1.0 - share(position)))
+
+
+def out_of_plane_n(
+    footprint: Footprint, angle_deg: float, force_n: Sequence[float] | FloatArray
+) -> float:
+    """Return the part of a force that points out of the cable's plane.
+
+    The plane is that of the flow at the vehicle and the vehicle's place; eq. (1) knows no force
+    across it.
+
+    Parameters
+    ----------
+    footprint : Footprint
+        The deployment.
+    angle_deg : float
+        Place on the circle. [deg]
+    force_n : array_like, shape (3,)
+        Force in the paper's frame. [N]
+
+    Returns
+    -------
+    float
+        Component along the normal of the plane. [N]
+
+    Examples
+    --------
+    At 180 deg the printed pull on the vehicle lies in the plane, that on the garage does not.
+
+    >>> f = Footprint()
+    >>> round(abs(out_of_plane_n(f, 180.0, (-166.0, 127.0, -39.0))))
+    0
+    >>> round(abs(out_of_plane_n(f, 180.0, (-133.0, 25.0, 158.0))))
+    154
+    """
+    flow = np.asarray(footprint.current_mps, float) - np.asarray(
+        footprint.vehicle_velocity_mps, float
+    )
+    normal = np.cross(flow, footprint.position_m(angle_deg))
+    return float(np.asarray(force_n, float) @ normal / np.linalg.norm(normal))

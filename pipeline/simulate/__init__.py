@@ -1,0 +1,1 @@
+"""The whole vehicle in simulation: one compiled kernel, its inputs and its runs."""

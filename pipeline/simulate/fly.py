@@ -1,0 +1,191 @@
+"""Fly a manoeuvre: open loop, or under the autopilot, through an allocator."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from pipeline.control.autopilot import Autopilot, Design, Motion, Reference
+from pipeline.control.general_allocation import GeneralAllocator
+from pipeline.physics.parameters import read
+from pipeline.simulate.kernel_hull import mass_matrix
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.run import Method, Trajectory, initial_state, run
+from pipeline.types import FloatArray
+
+#: Period of the autopilot and of the commands. [s]
+CONTROL_PERIOD_S = 0.1
+STEP_S = 0.02
+
+
+class Allocator(Protocol):
+    """Turns a wrench demand into codes."""
+
+    def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
+        """Codes (n,) for a wrench (6,) at a velocity (6,), and whether it is out of reach."""
+        ...
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What is flown: references for the autopilot, a wrench added to them, or both.
+
+    `reference` and `wrench` are functions of time; `wrench` (6,) is in newtons and newton metres,
+    body axes. `start` is the kernel state at time zero.
+    """
+
+    duration_s: float
+    reference: Callable[[float], Reference] | None = None
+    wrench: Callable[[float], FloatArray] | None = None
+    start: FloatArray | None = None
+
+
+def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
+    """Allocator of the nominal vehicle: it believes the vehicle file, whatever the truth is."""
+    count = len(packed.thruster_names)
+    vector = packed.vector
+    kinds = read(vector, "thruster_type")[:count].astype(int)
+    fractions = read(vector, "inflow_fraction")[:count]
+    tables, steps = packed.thrust_tables, packed.steps
+    codes = np.arange(tables.shape[3])
+
+    def code_from_thrust(thrust_n: FloatArray, inflow_mps: FloatArray) -> FloatArray:
+        out = np.zeros(count)
+        for i in range(count):
+            side = 0 if thrust_n[i] >= 0 else 1
+            along = max(float(inflow_mps[i]) * (1 if side == 0 else -1), 0.0) * fractions[i]
+            row = min(along / steps[kinds[i], 0], tables.shape[2] - 1.0)
+            low = min(int(row), max(tables.shape[2] - 2, 0))
+            share = row - low
+            high = min(low + 1, tables.shape[2] - 1)
+            curve = (1 - share) * tables[kinds[i], side, low] + share * tables[kinds[i], side, high]
+            first = max(int(np.argmax(curve > 0)) - 1, 0)
+            limit = packed.code_limits[i, 1] if side == 0 else -packed.code_limits[i, 0]
+            size = np.interp(abs(thrust_n[i]), curve[first:], codes[first:] * steps[kinds[i], 1])
+            out[i] = min(float(size), limit) * (1 if side == 0 else -1) if thrust_n[i] else 0.0
+        return np.round(out)
+
+    rest = tables[kinds, :, 0, -1]
+    return GeneralAllocator(
+        position_m=read(vector, "thruster_position")[:count],
+        direction=read(vector, "thruster_direction")[:count],
+        largest_n=np.maximum(rest[:, 0], 1e-9),
+        smallest_n=-np.maximum(rest[:, 1], 1e-9),
+        code_from_thrust=code_from_thrust,
+    )
+
+
+def autopilot_for(packed: PackedVehicle) -> Autopilot:
+    """Autopilot whose gains follow from the nominal vehicle's inertia and damping."""
+    matrix = np.empty((6, 6))
+    mass_matrix(packed.vector, 1.0, matrix)
+    return Autopilot(
+        Design(
+            surge_mass_kg=float(matrix[0, 0]),
+            heave_mass_kg=float(matrix[2, 2]),
+            pitch_inertia_kgm2=float(matrix[4, 4]),
+            yaw_inertia_kgm2=float(matrix[5, 5]),
+            surge_linear=float(read(packed.vector, "linear_damping")[0, 0]),
+            surge_quadratic=float(read(packed.vector, "quadratic_damping")[0]),
+        )
+    )
+
+
+def motion_of(state: FloatArray) -> Motion:
+    """Tell the autopilot what a perfect sensor suite would of a kernel state."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_quat(state[[4, 5, 6, 3]])
+    yaw, pitch, _ = turn.as_euler("ZYX")
+    velocity = turn.apply(state[7:10])
+    return Motion(
+        surge_mps=float(state[7]),
+        depth_m=float(state[2]),
+        depth_rate_mps=float(velocity[2]),
+        heading_rad=float(yaw),
+        pitch_rad=float(pitch),
+        pitch_rate_radps=float(state[11]),
+        yaw_rate_radps=float(state[12]),
+    )
+
+
+def fly(
+    packed: PackedVehicle,
+    plan: Plan,
+    *,
+    vector: FloatArray | None = None,
+    allocator: Allocator | None = None,
+    step_s: float = STEP_S,
+    method: Method = "rk4",
+) -> Trajectory:
+    """Fly a plan and return the whole run.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle as its file states it; autopilot and allocator believe this one.
+    plan : Plan
+        What to fly.
+    vector : ndarray, optional
+        The true parameter vector, e.g. with effects switched on.
+    allocator : Allocator, optional
+        `general_allocator` of the vehicle otherwise.
+    step_s : float
+        Integration step; divides the control period. [s]
+    method : {"rk4", "semi_implicit"}
+        See `run`.
+
+    Raises
+    ------
+    CannotComputeError
+        As `run` does.
+    """
+    allocate = general_allocator(packed) if allocator is None else allocator
+    autopilot = autopilot_for(packed)
+    inner = max(round(CONTROL_PERIOD_S / step_s), 1)
+    state = initial_state() if plan.start is None else plan.start
+    pieces: list[Trajectory] = []
+    saturated = False
+    for k in range(round(plan.duration_s / CONTROL_PERIOD_S)):
+        now = k * CONTROL_PERIOD_S
+        demand = np.zeros(6)
+        if plan.reference is not None:
+            demand, autopilot = autopilot.step(
+                motion_of(state), plan.reference(now), CONTROL_PERIOD_S, saturated=saturated
+            )
+        if plan.wrench is not None:
+            demand = demand + plan.wrench(now)
+        codes, saturated = allocate.codes(demand, state[7:13])
+        piece = run(
+            packed,
+            np.tile(codes, (inner, 1)),
+            dt_s=CONTROL_PERIOD_S / inner,
+            vector=vector,
+            start=state,
+            method=method,
+            start_time_s=now,
+        )
+        pieces.append(piece)
+        state = piece.final_state
+    return join(pieces)
+
+
+def join(pieces: list[Trajectory]) -> Trajectory:
+    """Put consecutive trajectories together; the shared samples are kept once."""
+
+    def stack(name: str) -> FloatArray:
+        parts = [getattr(piece, name)[:-1] for piece in pieces[:-1]]
+        return np.concatenate([*parts, getattr(pieces[-1], name)])
+
+    names = (
+        "time_s",
+        "position_ned_m",
+        "quaternion",
+        "nu",
+        "nu_dot",
+        "command",
+        "actuator",
+        "thrust_n",
+    )
+    return Trajectory(**{name: stack(name) for name in names}, final_state=pieces[-1].final_state)

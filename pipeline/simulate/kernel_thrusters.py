@@ -1,0 +1,193 @@
+"""Compiled kernel: from commanded codes to the forces of the thrusters."""
+
+from typing import Any
+
+import numpy as np
+
+from pipeline.physics.parameters import offset
+from pipeline.simulate.compiled import compiled
+
+Array = Any
+
+THRUSTER_COUNT = offset("thruster_count")
+THRUSTER_POSITION = offset("thruster_position")
+THRUSTER_DIRECTION = offset("thruster_direction")
+THRUSTER_TYPE = offset("thruster_type")
+THRUST_GAIN = offset("thrust_gain")
+REVERSE_GAIN = offset("reverse_gain")
+INFLOW_FRACTION = offset("inflow_fraction")
+DEAD_ZONE = offset("dead_zone")
+CODE_MAX = offset("code_max")
+LAG = offset("lag")
+ROTOR_INERTIA = offset("rotor_inertia")
+SUPPLY_DROP = offset("supply_drop")
+LOAD_DROP = offset("load_drop")
+AZIMUTH = offset("misalignment_azimuth")
+ELEVATION = offset("misalignment_elevation")
+DENSITY = offset("density")
+
+#: Columns of `screws` (one row a thruster type): diameter, K_T0..2, K_M0..2, shaft speed step.
+SCREW_COLUMNS = 8
+
+
+@compiled
+def thruster_directions(p: Array, directions: Array) -> None:
+    """Fill directions (12, 3): stated ones turned by azimuth about z, then raised by elevation."""
+    for i in range(int(p[THRUSTER_COUNT])):
+        d = THRUSTER_DIRECTION + 3 * i
+        x, y, z = p[d], p[d + 1], p[d + 2]
+        azimuth, elevation = p[AZIMUTH + i], p[ELEVATION + i]
+        if azimuth != 0.0:
+            c, s = np.cos(azimuth), np.sin(azimuth)
+            x, y = c * x - s * y, s * x + c * y
+        if elevation != 0.0:
+            # up is -z: rotate within the vertical plane through the direction; a vertical
+            # thruster tilts towards the bow
+            flat = (x * x + y * y) ** 0.5
+            if flat > 1e-9:
+                hx, hy = x / flat, y / flat
+            else:
+                hx, hy = 1.0, 0.0
+            c, s = np.cos(elevation), np.sin(elevation)
+            along, up = c * flat + s * z, s * flat - c * z
+            x, y, z = along * hx, along * hy, -up
+        directions[i, 0], directions[i, 1], directions[i, 2] = x, y, z
+
+
+@compiled
+def effective_codes(p: Array, command: Array, codes: Array) -> None:
+    """Fill codes (12,) with what reaches the drives: dead zone and supply voltage taken off."""
+    count = int(p[THRUSTER_COUNT])
+    load = 0.0
+    for i in range(count):
+        load += (command[i] / p[CODE_MAX + i]) ** 2
+    supply = 1.0 - p[SUPPLY_DROP]
+    if count > 0:
+        supply -= p[LOAD_DROP] * load / count
+    for i in range(count):
+        code, lost, largest = command[i], p[DEAD_ZONE + i], p[CODE_MAX + i]
+        code = min(max(code, -largest), largest)
+        if lost != 0.0:
+            size = max(abs(code) - lost, 0.0) * largest / (largest - lost)
+            code = np.copysign(size, code)
+        codes[i] = supply * code
+
+
+@compiled
+def tabulated(
+    table: Array, row_step: float, column_step: float, row: float, column: float
+) -> float:
+    """Bilinear value on a regular grid from (0, 0); beyond the last row along its slope."""
+    rows, columns = table.shape
+    c = min(max(column / column_step, 0.0), columns - 1.0)
+    j = min(int(c), columns - 2)
+    c -= j
+    if rows == 1:
+        return table[0, j] * (1.0 - c) + table[0, j + 1] * c
+    r = max(row / row_step, 0.0)
+    i = min(int(r), rows - 2)
+    r -= i
+    low = table[i, j] * (1.0 - c) + table[i, j + 1] * c
+    high = table[i + 1, j] * (1.0 - c) + table[i + 1, j + 1] * c
+    return low + r * (high - low)
+
+
+@compiled
+def static_thrust(
+    p: Array, i: int, code: float, speed: float, thrust_tables: Array, steps: Array
+) -> float:
+    """Thrust of thruster i from its table T(|N|, V along the thrust), signed.
+
+    Against the motion the row at rest holds; beyond the last speed the thrust goes on falling to
+    zero and stays there.
+    """
+    kind = int(p[THRUSTER_TYPE + i])
+    side = 0 if code >= 0.0 else 1
+    along = speed if code >= 0.0 else -speed
+    value = tabulated(
+        thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], max(along, 0.0), abs(code)
+    )
+    value = max(value, 0.0) * p[THRUST_GAIN + i]
+    if code < 0.0:
+        return -value * p[REVERSE_GAIN + i]
+    return value
+
+
+@compiled
+def screw_thrust(p: Array, i: int, shaft: float, speed: float, screws: Array) -> float:
+    """Thrust of thruster i at a shaft speed (signed), rho D^4 (K_T0 n^2 + K_T1 n V/D + ...)."""
+    screw = screws[int(p[THRUSTER_TYPE + i])]
+    diameter = screw[0]
+    n = abs(shaft)
+    along = max(speed if shaft >= 0.0 else -speed, 0.0) / diameter
+    value = screw[1] * n * n + screw[2] * n * along + screw[3] * along * along
+    value = max(value, 0.0) * p[DENSITY] * diameter**4 * p[THRUST_GAIN + i]
+    if shaft < 0.0:
+        return -value * p[REVERSE_GAIN + i]
+    return value
+
+
+@compiled
+def shaft_rate(
+    p: Array,
+    i: int,
+    shaft: float,
+    code: float,
+    speed: float,
+    screws: Array,
+    torque_tables: Array,
+    steps: Array,
+) -> float:
+    """Rate of the shaft speed: 2 pi J n' = M_drive(n, N) - M_propeller(n, V) [rev/s^2]."""
+    kind = int(p[THRUSTER_TYPE + i])
+    screw = screws[kind]
+    diameter = screw[0]
+    # seen from the side to which the code drives
+    sense = 1.0 if code >= 0.0 else -1.0
+    n = sense * shaft
+    along = max(sense * speed, 0.0) / diameter
+    drive = tabulated(torque_tables[kind], steps[kind, 1], screw[7], abs(code), max(n, 0.0))
+    load = screw[4] * n * abs(n) + screw[5] * max(n, 0.0) * along
+    if n > 0.0:
+        load += screw[6] * along * along
+    load *= p[DENSITY] * diameter**5
+    if code == 0.0:
+        drive = 0.0
+    return sense * (drive - load) / (2.0 * np.pi * p[ROTOR_INERTIA + i])
+
+
+@compiled
+def add_thrust(
+    p: Array,
+    directions: Array,
+    actuator: Array,
+    v: Array,
+    thrust_tables: Array,
+    screws: Array,
+    steps: Array,
+    thrust: Array,
+    inflow: Array,
+    force: Array,
+) -> None:
+    """Add the thrusters' forces and moments; fills thrust and inflow speed of each (12,)."""
+    for i in range(int(p[THRUSTER_COUNT])):
+        r = THRUSTER_POSITION + 3 * i
+        x, y, z = p[r], p[r + 1], p[r + 2]
+        d0, d1, d2 = directions[i, 0], directions[i, 1], directions[i, 2]
+        along = (
+            d0 * (v[0] + v[4] * z - v[5] * y)
+            + d1 * (v[1] + v[5] * x - v[3] * z)
+            + d2 * (v[2] + v[3] * y - v[4] * x)
+        )
+        inflow[i] = p[INFLOW_FRACTION + i] * along
+        if p[ROTOR_INERTIA + i] > 0.0:
+            t = screw_thrust(p, i, actuator[i], inflow[i], screws)
+        else:
+            t = static_thrust(p, i, actuator[i], inflow[i], thrust_tables, steps)
+        thrust[i] = t
+        force[0] += t * d0
+        force[1] += t * d1
+        force[2] += t * d2
+        force[3] += t * (y * d2 - z * d1)
+        force[4] += t * (z * d0 - x * d2)
+        force[5] += t * (x * d1 - y * d0)

@@ -1,0 +1,188 @@
+"""Run the kernel: one trajectory, or many with perturbed parameters over threads."""
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.physics.parameters import MOST_THRUSTERS
+from pipeline.simulate.kernel import BODY, RK4, SEMI_IMPLICIT, STATE, simulate
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+
+Method = Literal["rk4", "semi_implicit"]
+_METHODS = {"rk4": RK4, "semi_implicit": SEMI_IMPLICIT}
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """A simulated run, sampled at every step; n thrusters, m + 1 samples.
+
+    `time_s` (m + 1,); `position_ned_m` (m + 1, 3); `quaternion` (m + 1, 4) as w, x, y, z, body to
+    NED; `nu` (m + 1, 6) u v w p q r over ground [m/s, rad/s]; `nu_dot` (m + 1, 6); `command`
+    (m + 1, n) codes; `actuator` (m + 1, n) effective code, or shaft speed [rev/s] where the
+    balance is solved in time; `thrust_n` (m + 1, n).
+    """
+
+    time_s: FloatArray
+    position_ned_m: FloatArray
+    quaternion: FloatArray
+    nu: FloatArray
+    nu_dot: FloatArray
+    command: FloatArray
+    actuator: FloatArray
+    thrust_n: FloatArray
+    final_state: FloatArray
+
+
+def initial_state(
+    *,
+    position_ned_m: Sequence[float] = (0.0, 0.0, 0.0),
+    attitude_rad: Sequence[float] = (0.0, 0.0, 0.0),
+    nu: Sequence[float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0),
+) -> FloatArray:
+    """Kernel state from position, roll-pitch-yaw and velocity over ground.
+
+    Parameters
+    ----------
+    position_ned_m : sequence of 3 floats
+        [m]
+    attitude_rad : sequence of 3 floats
+        Roll, pitch, yaw (rotation order z, y, x). [rad]
+    nu : sequence of 6 floats
+        [m/s, rad/s]
+    """
+    from scipy.spatial.transform import Rotation
+
+    roll, pitch, yaw = attitude_rad
+    x, y, z, w = Rotation.from_euler("ZYX", [yaw, pitch, roll]).as_quat()
+    state = np.zeros(STATE)
+    state[:3] = position_ned_m
+    state[3:7] = (w, x, y, z)
+    state[7:13] = nu
+    return state
+
+
+def run(
+    packed: PackedVehicle,
+    commands: FloatArray,
+    *,
+    dt_s: float,
+    vector: FloatArray | None = None,
+    start: FloatArray | None = None,
+    external: FloatArray | None = None,
+    method: Method = "rk4",
+    start_time_s: float = 0.0,
+) -> Trajectory:
+    """Simulate commands held for one step each.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle.
+    commands : ndarray, shape (m, n)
+        Codes of the n thrusters.
+    dt_s : float
+        Step. [s]
+    vector : ndarray, optional
+        Parameter vector in place of the nominal one.
+    start : ndarray, optional
+        Kernel state to start from; at rest at the origin otherwise.
+    external : ndarray, shape (m, 6) or (1, 6), optional
+        Force [N] and moment [N m] on the body from outside the model (gripper, snag).
+    method : {"rk4", "semi_implicit"}
+        Fourth order, or first order with the pose moved by the new velocity.
+    start_time_s : float
+        Time of the first sample. [s]
+
+    Returns
+    -------
+    Trajectory
+
+    Raises
+    ------
+    CannotComputeError
+        For commands that are not finite or not (m, n), and when the state leaves the finite
+        numbers: the step is too large for this vehicle.
+    """
+    count = len(packed.thruster_names)
+    codes = np.asarray(commands, float)
+    if codes.ndim != 2 or codes.shape[1] != count or not len(codes):
+        raise CannotComputeError(
+            f"commands of shape {codes.shape} were given; (steps, {count}) are expected, one "
+            f"column for each of {', '.join(packed.thruster_names)}"
+        )
+    if not np.isfinite(codes).all():
+        row, column = np.argwhere(~np.isfinite(codes))[0]
+        raise CannotComputeError(
+            f"the command of {packed.thruster_names[column]} at {row * dt_s + start_time_s:.3f} s "
+            "is not a number"
+        )
+    padded = np.zeros((len(codes), MOST_THRUSTERS))
+    padded[:, :count] = codes
+    outside = np.zeros((1, 6)) if external is None else np.ascontiguousarray(external, float)
+    begin = initial_state() if start is None else np.array(start, float)
+    states = np.empty((len(codes) + 1, STATE))
+    accelerations = np.empty((len(codes) + 1, 6))
+    thrusts = np.empty((len(codes) + 1, MOST_THRUSTERS))
+    simulate(
+        packed.vector if vector is None else vector,
+        begin,
+        padded,
+        outside,
+        float(dt_s),
+        _METHODS[method],
+        packed.strips,
+        packed.thrust_tables,
+        packed.screws,
+        packed.torque_tables,
+        packed.steps,
+        states,
+        accelerations,
+        thrusts,
+    )
+    if not np.isfinite(states[-1]).all():
+        last = int(np.argmax(~np.isfinite(states).all(axis=1)))
+        raise CannotComputeError(
+            f"the simulation of {packed.name} left the finite numbers at "
+            f"{start_time_s + last * dt_s:.3f} s: a step of {dt_s:g} s is too large for this "
+            "vehicle's fastest motion; try half of it"
+        )
+    return Trajectory(
+        time_s=start_time_s + dt_s * np.arange(len(codes) + 1, dtype=float),
+        position_ned_m=states[:, 0:3],
+        quaternion=states[:, 3:7],
+        nu=states[:, 7:13],
+        nu_dot=accelerations,
+        command=np.concatenate([codes, codes[-1:]]),
+        actuator=states[:, BODY : BODY + count],
+        thrust_n=thrusts[:, :count],
+        final_state=states[-1].copy(),
+    )
+
+
+def run_many(
+    packed: PackedVehicle,
+    commands: FloatArray,
+    vectors: Sequence[FloatArray],
+    *,
+    dt_s: float,
+    start: FloatArray | None = None,
+    method: Method = "rk4",
+    threads: int = 2,
+) -> list[Trajectory]:
+    """Simulate the same commands with several parameter vectors, over threads.
+
+    Parameters as in `run`; the kernel lets go of the interpreter's lock while it computes.
+    """
+
+    def one(vector: FloatArray) -> Trajectory:
+        return run(packed, commands, dt_s=dt_s, vector=vector, start=start, method=method)
+
+    if threads <= 1 or len(vectors) < 2:
+        return [one(vector) for vector in vectors]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(one, vectors))

@@ -1,0 +1,275 @@
+"""The ``model:`` section of the vehicle file: what the simulation believes about the vehicle.
+
+Axes SNAME, origin where the thrusters' positions are counted from. Damping and added-mass entries
+are positive numbers; the forces they make carry the minus sign.
+"""
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+
+from pipeline.vehicle.model_checks import added_mass_fault, inertia_fault
+
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Vector3 = tuple[float, float, float]
+Vector6 = tuple[float, float, float, float, float, float]
+NotNegative3 = tuple[NotNegative, NotNegative, NotNegative]
+NotNegative6 = tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative, NotNegative]
+Matrix6 = tuple[Vector6, Vector6, Vector6, Vector6, Vector6, Vector6]
+
+
+class ModelSection(BaseModel):
+    """A part of the model: frozen, unknown keys refused."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Terms(ModelSection):
+    """Which terms the nominal model contains; an effect can name a missing one."""
+
+    thrust_falls_with_speed: bool = True
+    coriolis: bool = True
+
+
+class RigidBody(ModelSection):
+    """Dry body without payloads; `inertia_kgm2` is I_xx, I_yy, I_zz, I_xy, I_xz, I_yz.
+
+    The inertia is about the centre of mass; the products are the integrals of xy, xz, yz over the
+    mass (the off-diagonal entries of the tensor carry the minus sign).
+    """
+
+    mass_kg: Positive
+    centre_of_mass_m: Vector3 = (0.0, 0.0, 0.0)
+    inertia_kgm2: Vector6
+    displaced_volume_m3: Positive
+    centre_of_buoyancy_m: Vector3 = (0.0, 0.0, 0.0)
+    source: str = ""
+
+    @field_validator("inertia_kgm2")
+    @classmethod
+    def _a_body_can_have_it(cls, inertia_kgm2: Vector6) -> Vector6:
+        fault = inertia_fault(inertia_kgm2)
+        if fault:
+            raise ValueError(fault)
+        return inertia_kgm2
+
+
+class AddedMass(ModelSection):
+    """Added masses and inertias, either the diagonal (A_11 ... A_66) or the full matrix."""
+
+    diagonal: NotNegative6 | None = None
+    matrix: Matrix6 | None = None
+    source: str = ""
+
+    @field_validator("matrix")
+    @classmethod
+    def _symmetric_and_positive(cls, matrix: Matrix6 | None) -> Matrix6 | None:
+        fault = None if matrix is None else added_mass_fault(matrix)
+        if fault:
+            raise ValueError(fault)
+        return matrix
+
+    @model_validator(mode="after")
+    def _one_of_both(self) -> Self:
+        if (self.diagonal is None) == (self.matrix is None):
+            raise ValueError("give either diagonal or matrix")
+        return self
+
+
+class Damping(ModelSection):
+    """Linear and quadratic damping by axis (surge, sway, heave, roll, pitch, yaw)."""
+
+    linear: NotNegative6
+    quadratic: NotNegative6
+    source: str = ""
+
+
+class HullSection(ModelSection):
+    """Size of the hull at one station, for cross-flow strips."""
+
+    x_m: float
+    breadth_m: NotNegative
+    height_m: NotNegative
+
+
+class Crossflow(ModelSection):
+    """Strips for the coupling of sway with yaw and heave with pitch."""
+
+    drag_coefficient: Positive
+    sections: tuple[HullSection, ...] = Field(min_length=2, max_length=100)
+    in_nominal: bool = False
+    source: str = ""
+
+
+class Lift(ModelSection):
+    """Force and moment slopes of the hull against angle of attack and drift at `speed_mps`.
+
+    Kostenko 2017, eq. (4): R_y = K_y alpha, M_z = -K_z alpha, measured at one speed and scaled
+    with speed squared. `heave_n_per_rad` is K_y (force up at positive angle of attack, so Z = -K_y
+    alpha), `pitch_nm_per_rad` is K_z (moment M = -K_z alpha, righting when positive); for the drift
+    angle beta likewise Y = -K beta and N = +K beta, righting when positive. A towed or computed
+    moment holds the Munk moment already; `includes_munk` says so, and the model then counts it
+    once.
+    """
+
+    speed_mps: Positive
+    heave_n_per_rad: float = 0.0
+    pitch_nm_per_rad: float = 0.0
+    sway_n_per_rad: float = 0.0
+    yaw_nm_per_rad: float = 0.0
+    includes_munk: bool = True
+    source: str = ""
+
+
+class Payload(ModelSection):
+    """A module that can be attached and released in flight."""
+
+    name: str
+    mass_kg: Positive
+    volume_m3: Positive
+    position_m: Vector3
+    inertia_kgm2: NotNegative3 = (0.0, 0.0, 0.0)
+    """About its own centre of mass; zero for a point."""
+    attached: bool = True
+    source: str = ""
+
+    @field_validator("inertia_kgm2")
+    @classmethod
+    def _a_body_can_have_it(cls, inertia_kgm2: Vector3) -> Vector3:
+        fault = inertia_fault((*inertia_kgm2, 0.0, 0.0, 0.0)) if any(inertia_kgm2) else None
+        if fault:
+            raise ValueError(fault)
+        return inertia_kgm2
+
+
+class FromTables(ModelSection):
+    """The static family that the bench data of this vehicle gave."""
+
+    kind: Literal["tables"]
+
+
+class FromBollard(ModelSection):
+    """T = T_max s (s - V / V_0), s = (|N| - N_dead) / (N_max - N_dead), not below zero.
+
+    A shaft speed proportional to the code with K_T linear in J; V_0 is the speed at which the
+    thrust at full code vanishes.
+    """
+
+    kind: Literal["bollard"]
+    thrust_max_n: Positive
+    thrust_min_n: Annotated[float, Field(lt=0)]
+    dead_zone_code: NotNegative = 0.0
+    zero_thrust_speed_mps: Positive
+    source: str = ""
+
+
+class ThrusterModel(ModelSection):
+    """How a drive with its propeller behaves in the simulation."""
+
+    characteristic: Annotated[FromTables | FromBollard, Field(discriminator="kind")]
+    lag_s: NotNegative = 0.0
+    rotor_inertia_kgm2: Positive | None = None
+    """Rotor, shaft and propeller with entrained water."""
+    balance_in_time: bool = False
+    """Solve the torque balance in time (needs the rotor inertia and bench fits), not the lag."""
+    source: str = ""
+
+
+class Tether(ModelSection):
+    """A cable from a fixed upper end (or a ship) to the vehicle, which starts at the NED origin."""
+
+    attachment_m: Vector3
+    anchor_ned_m: Vector3 = (0.0, 0.0, 0.0)
+    length_m: Positive
+    diameter_m: Positive
+    mass_kgpm: Positive
+    """Mass in air per metre."""
+    normal_drag: Positive = 1.2
+    tangential_drag: NotNegative = 0.01
+    axial_stiffness_n: Positive = 1e5
+    segments: Annotated[int, Field(ge=2, le=200)] = 20
+    in_nominal: bool = False
+    source: str = ""
+
+    @field_validator("length_m")
+    @classmethod
+    def _reaches_the_vehicle(cls, length_m: float, info: ValidationInfo) -> float:
+        attachment_m, anchor_m = (info.data.get(key) for key in ("attachment_m", "anchor_ned_m"))
+        if attachment_m is not None and anchor_m is not None:
+            distance_m = math.dist(attachment_m, anchor_m)
+            if length_m < distance_m:
+                raise ValueError(
+                    f"{length_m:g} m is too short: from the anchor to the attachment it is "
+                    f"{distance_m:.3f} m with the vehicle at the NED origin, where runs start"
+                )
+        return length_m
+
+
+class Wall(ModelSection):
+    """A plane wall: a point on it and the unit normal into the water, NED."""
+
+    point_ned_m: Vector3
+    normal_ned: Vector3
+
+    @field_validator("normal_ned")
+    @classmethod
+    def _a_unit_vector(cls, normal_ned: Vector3) -> Vector3:
+        length = math.hypot(*normal_ned)
+        if abs(length - 1.0) > 1e-3:
+            raise ValueError(
+                f"the vector has length {length:.4f}, a unit vector into the water is expected"
+            )
+        return normal_ned
+
+
+class Pool(ModelSection):
+    """Walls and bottom near by; the bottom is a wall with normal (0, 0, -1)."""
+
+    walls: tuple[Wall, ...] = Field(min_length=1, max_length=5)
+    vehicle_radius_m: Positive
+    source: str = ""
+
+
+class Uncertainty(ModelSection):
+    """Standard uncertainty of the model, as a share: a departure inside it is no effect."""
+
+    thrust: NotNegative = 0.02
+    added_mass: NotNegative = 0.05
+    damping: NotNegative = 0.05
+    buoyancy_n: NotNegative = 0.5
+    centre_of_mass_m: NotNegative = 0.001
+
+
+class Model(ModelSection):
+    """Everything that the simulation needs beside thrusters and water."""
+
+    terms: Terms = Terms()
+    rigid_body: RigidBody
+    added_mass: AddedMass
+    damping: Damping
+    crossflow: Crossflow | None = None
+    lift: Lift | None = None
+    payloads: tuple[Payload, ...] = Field(default=(), max_length=4)
+    thrusters: dict[str, ThrusterModel]
+    """By drive."""
+    tether: Tether | None = None
+    pool: Pool | None = None
+    uncertainty: Uncertainty = Uncertainty()
+
+    @field_validator("payloads")
+    @classmethod
+    def _payload_names_differ(cls, payloads: tuple[Payload, ...]) -> tuple[Payload, ...]:
+        names = [payload.name for payload in payloads]
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                raise ValueError(f'"{name}" is there twice')
+        return payloads

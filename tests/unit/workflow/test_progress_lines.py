@@ -1,0 +1,149 @@
+"""One line a stage, whatever the stream; a bar on a terminal only; a summary without repetition."""
+
+import io
+import json
+from pathlib import Path
+
+import pytest
+
+from pipeline.errors import Place, Problem
+from pipeline.journal import VARIABLE, Event, Reader, note
+from pipeline.plan import VehicleFolder
+from pipeline.provenance import Envelope, write_envelope
+from pipeline.records.base import Record
+from pipeline.workflow.outcome import Outcome, outcome_of
+from pipeline.workflow.progress import Progress
+from pipeline.workflow.run import Result
+from pipeline.workflow.summary import summary
+
+STARTED = Event("started", "boat", "static")
+DONE = Event("done", "boat", "static", "", 1.25)
+FAILED = Event("failed", "boat", "drive", "the disk is full.")
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_one_plain_line_a_stage() -> None:
+    stream = io.StringIO()
+    progress = Progress(stream, total=2)
+    for event in (STARTED, DONE, FAILED):
+        progress.take(event)
+    progress.close()
+    assert stream.getvalue() == (
+        "boat: static characteristic (Table 2): done (1.2 s)\n"
+        "boat: drive characteristic: failed. the disk is full.\n"
+    )
+    assert progress.done == 2
+    assert progress.failed == [FAILED]
+    assert progress.running == {}
+
+
+def test_terminal_gets_a_bar_that_goes_away() -> None:
+    stream = Terminal()
+    progress = Progress(stream, total=2)
+    progress.take(STARTED)
+    assert "0/2 static characteristic" in stream.getvalue()
+    progress.take(DONE)
+    assert "[############............] 1/2" in stream.getvalue()
+    progress.close()
+    assert stream.getvalue().endswith("\r\x1b[2K")
+
+
+def test_quiet_run_says_nothing() -> None:
+    stream = Terminal()
+    progress = Progress(stream, quiet=True, total=1)
+    progress.take(DONE)
+    progress.close()
+    assert stream.getvalue() == ""
+
+
+def test_journal_gives_whole_lines_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "journal.jsonl"
+    reader = Reader(path)
+    assert list(reader.new_events()) == []
+    monkeypatch.setenv(VARIABLE, str(path))
+    note(STARTED)
+    note(DONE)
+    assert list(reader.new_events()) == [STARTED, DONE]
+    line = json.dumps({"what": "failed", "vehicle": "boat", "stage": "drive", "text": "x"})
+    with path.open("a") as file:
+        file.write(line)
+    assert list(reader.new_events()) == []
+    with path.open("a") as file:
+        file.write("\n")
+    assert [event.what for event in reader.new_events()] == ["failed"]
+
+
+def test_stage_without_a_journal_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(VARIABLE, raising=False)
+    note(DONE)
+
+
+def result(*outcomes: Outcome, done: int = 0, refused: tuple[Problem, ...] = ()) -> Result:
+    names = tuple(outcome.vehicle for outcome in outcomes)
+    return Result(names, refused, outcomes, (), done, complete=True)
+
+
+def test_summary_gives_each_reason_once_and_errors_in_full(tmp_path: Path) -> None:
+    absent = "There are no load-test files in raw/boat/load_test."
+    outcome = Outcome(
+        "boat",
+        (
+            Problem("error", Place("raw/boat/mooring/a.xlsx", row=3), "is odd.", "even.", "Mend."),
+            *(Problem("warning", Place("b.csv", row=i), "doubtful") for i in range(20)),
+            Problem("note", Place("b.csv"), "by the way"),
+        ),
+        (
+            ("load test", absent),
+            ("drive characteristic", f"There is no load test: t{absent[1:]}"),
+        ),
+    )
+    text = "\n".join(summary(result(outcome, done=3), tmp_path))
+    assert text.count(absent) == 1
+    assert "boat: left out: load test, drive characteristic." in text
+    assert "error: raw/boat/mooring/a.xlsx, row 3: is odd.\nExpected even.\nMend." in text
+    assert text.count("warning: b.csv") == 12
+    assert "and 8 more warnings" in text
+    assert "by the way" not in text
+    assert "Nothing to do" not in text
+
+
+def test_reason_that_is_an_error_is_not_said_twice(tmp_path: Path) -> None:
+    why = "The curves never meet."
+    outcome = Outcome(
+        "boat", (Problem("error", Place("boat"), why),), (("static characteristic", why),)
+    )
+    text = "\n".join(summary(result(outcome), tmp_path))
+    assert text.count(why) == 1
+    assert result(outcome).code == 1
+
+
+def test_exit_code_is_1_for_errors_only() -> None:
+    warned = Outcome("boat", (Problem("warning", Place("a"), "x"),), ())
+    assert result(warned).code == 0
+    assert result(warned, refused=(Problem("error", Place("a"), "x"),)).code == 1
+    assert Result(("boat",), (), (warned,), (FAILED,), 1, complete=False).code == 1
+
+
+def test_outcome_shows_paths_that_can_be_opened(tmp_path: Path) -> None:
+    envelope = Envelope[Record](
+        "mooring",
+        "boat",
+        {},
+        "c0",
+        None,
+        "no",
+        (Problem("error", Place("boat/mooring/a.csv"), "x"), Problem("note", Place("other"), "y")),
+    )
+    write_envelope(tmp_path / "processed/boat/mooring.json", envelope)
+    outcome = outcome_of(VehicleFolder("boat", "raw/boat"), tmp_path)
+    assert [problem.place.file for problem in outcome.problems] == [
+        str(tmp_path / "raw/boat/mooring/a.csv"),
+        "other",
+    ]
+    assert outcome.left_out == (("mooring test", "no"),)
