@@ -67,6 +67,8 @@ class FileFinding:
     codes: dict[str, int]
     quantities: tuple[Quantity, ...]
     problems: tuple[Problem, ...]
+    of_folder: tuple[Problem, ...] = ()
+    """What would be wrong with the folder if this were its only file."""
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,20 @@ class Findings:
             found += vehicle.problems
         for file in self.files:
             found += file.problems
-        return tuple(dict.fromkeys(found))
+        return tuple(dict.fromkeys([*found, *self._of_folders()]))
+
+    def _of_folders(self) -> list[Problem]:
+        """Return what is wrong with a folder read whole: what each of its files alone shows."""
+        by_folder: dict[Path, list[FileFinding]] = {}
+        for file in self.files:
+            by_folder.setdefault(Path(file.file).parent, []).append(file)
+        return [
+            problem
+            for folder, files in by_folder.items()
+            if len(files) == sum(is_raw(path.name) for path in folder.iterdir())
+            for problem in files[0].of_folder
+            if all(problem in file.of_folder for file in files[1:])
+        ]
 
     @property
     def failed(self) -> bool:
@@ -234,6 +249,7 @@ def _finding(path: Path, kind: str, kind_from: str, vehicle: Vehicle) -> FileFin
         record = READERS[kind]((path,), vehicle, path.parent.parent)
     except InputError as error:
         return FileFinding(shown, kind, kind_from, (), 0, {}, {}, (), (error.problem,))
+    own = [p for p in record.problems if Path(p.place.file).name == path.name]
     used = [point for point in record.points if not point.marks]
     marks = Counter(mark for point in record.points for mark in point.marks)
     codes = Counter(f"{point.code:g}" for point in used if hasattr(point, "code"))
@@ -246,14 +262,17 @@ def _finding(path: Path, kind: str, kind_from: str, vehicle: Vehicle) -> FileFin
         dict(sorted(marks.items())),
         dict(sorted(codes.items(), key=lambda item: float(item[0]))),
         _quantities(used),
-        tuple(_with_path(problem, path) for problem in record.problems),
+        tuple(_with_path(problem, path) for problem in own),
+        tuple(
+            replace(problem, place=replace(problem.place, file=str(path.parent)))
+            for problem in record.problems
+            if problem not in own
+        ),
     )
 
 
 def _with_path(problem: Problem, path: Path) -> Problem:
     """Show the file as the user named it; records name it from the raw folder on."""
-    if Path(problem.place.file).name != path.name:
-        return problem
     return replace(problem, place=replace(problem.place, file=str(path)))
 
 

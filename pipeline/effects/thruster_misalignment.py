@@ -12,7 +12,8 @@ so 5 degrees give 9 % of the thrust across, with its lever arm, and cost 0.4 % a
 along the thruster's axis turns with it.
 
 For a thruster that is mounted vertically the azimuth has nothing to turn, and only the elevation
-tilts it (fore and aft); a vertical thruster that leans sideways is not covered.
+tilts it: positive leans one that pushes up towards the stern, one that pushes down towards the
+bow. A vertical thruster that leans sideways is not covered.
 
 It shows as a side or vertical force and a moment in proportion to that thruster's command, ahead
 and astern with opposite sign. Easily taken for `thruster_degraded` of the same or the opposite

@@ -16,6 +16,9 @@ from pipeline.vehicle.schema import Vehicle
 SPEED_STEP_MPS = 0.1
 #: The search for the balance goes this far beyond the fastest shaft speed of the bench.
 SEARCH_BEYOND = 1.5
+#: The two errors are compared where the thrust is larger than this [N], or than this share of the
+#: largest for a small propeller.
+CLEAR_THRUST_N, CLEAR_SHARE = 1.0, 0.1
 DRAWS = 400
 SEED = 20230304
 
@@ -110,14 +113,15 @@ def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -
 def _monte_carlo_ratio(
     model: ThrusterModel, speeds: FloatArray, drive: DriveFit
 ) -> tuple[float, float]:
-    """Range of Monte Carlo over analytic standard error at tested codes that give 1 N and more.
+    """Range of Monte Carlo over analytic standard error at tested codes that give clear thrust.
 
     Closer to zero thrust a draw can fall into the dead zone, where the linear propagation ends.
     """
     codes = np.array([spread.code for spread in drive.codes])
     speed, code = (a.ravel() for a in np.meshgrid(speeds, codes, indexing="ij"))
     points = model.solve(code, speed)
-    clear = points.found & (points.thrust_n > 1.0)
+    least = min(CLEAR_THRUST_N, CLEAR_SHARE * float(points.thrust_n.max()))
+    clear = points.found & (points.thrust_n > least)
     jacobian = thrust_jacobian(model, points, code)[clear]
     analytic = np.sqrt(np.einsum("ij,jk,ik->i", jacobian, model.covariance(), jacobian))
     drawn = monte_carlo_std(model, code[clear], speed[clear], draws=DRAWS, seed=SEED)

@@ -10,6 +10,7 @@ from pathlib import Path
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.blocks import Block, is_commented
 from pipeline.ingest.cells import NotANumberError, shorten
+from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.rows import listed
 from pipeline.ingest.sheet import Row
@@ -149,7 +150,7 @@ def read_bench_file(
                 tables.append((block, readings))
     if not tables and not any(problem.severity == "error" for problem in problems):
         problems.append(_nothing(shown_as, wanted, looked_for))
-    return BenchFile(tuple(tables), tuple(problems))
+    return BenchFile(tuple(tables), tuple(with_one_cause(problems)))
 
 
 def _nothing(shown_as: str, wanted: Wanted, looked_for: str) -> Problem:

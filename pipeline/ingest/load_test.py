@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.cells import is_number
+from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.load_test_codes import codes_of_blocks
 from pipeline.ingest.load_test_repeats import LoadTestSheet, SheetReading, mark_repeats
@@ -53,7 +54,8 @@ def read_load_tests(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
         problems += wrong
     sheets, wrong = mark_repeats(sheets)
     problems += wrong
-    problems += _problems_of_all(sheets, vehicle, paths, raw_root)
+    found_wrong = any(problem.severity == "error" for problem in problems)
+    problems += _problems_of_all(sheets, vehicle, paths, raw_root, explained=found_wrong)
     points = tuple(_point(sheet, one) for sheet in sheets for one in sheet.readings)
     return LoadTestRecord(
         points=points,
@@ -186,7 +188,7 @@ def _read_sheet(
         tuple(readings),
         tuple(columns.values()),
         "; ".join(summaries) or "no point",
-        tuple(problems),
+        tuple(with_one_cause(problems)),
     )
 
 
@@ -200,12 +202,19 @@ def _instead(sheet: Sheet) -> str:
 
 
 def _problems_of_all(
-    sheets: Sequence[LoadTestSheet], vehicle: Vehicle, paths: Sequence[Path], raw_root: Path
+    sheets: Sequence[LoadTestSheet],
+    vehicle: Vehicle,
+    paths: Sequence[Path],
+    raw_root: Path,
+    *,
+    explained: bool,
 ) -> list[Problem]:
     live = [one.reading for sheet in sheets for one in sheet.readings if not one.reading.marks]
     if not paths:
         return []
     folder = _shown_as(min(paths).parent, raw_root)
+    if not live and explained:
+        return []  # errors of the files have said why
     if not live:
         return [
             Problem(
@@ -224,8 +233,8 @@ def _problems_of_all(
             Problem(
                 "warning",
                 Place(folder),
-                f"there is one control code only ({listed_codes}): the M(n, N) over "
-                "codes cannot be fitted.",
+                f"there is one control code only ({listed_codes}): a family M(n, N) "
+                "over codes cannot be fitted.",
                 f"several codes between 0 and {vehicle.drive.code_max}.",
                 "Add the records of other codes.",
             )

@@ -45,8 +45,8 @@ def read_table(
     problems = list(rows.problems)
     readings = list(rows.readings)
     if not readings:
-        problems.append(_without_points(block))
-        return [], problems
+        cause = _without_points(block)
+        return [], [cause] if cause.place.column else [*problems, cause]
     if mapping.warm_up_s is not None and all(reading.time_s is None for reading in readings):
         problems.append(
             Problem(

@@ -1,6 +1,5 @@
 """Read a raw file into plain sheets, whatever it is, or say in one message why not."""
 
-from collections.abc import Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ from pipeline.ingest.archive import (
     unpack,
 )
 from pipeline.ingest.cells import column_letter
+from pipeline.ingest.formulas import formula_problems
 from pipeline.ingest.sheet import Cell, Limits, Row, Sheet
 from pipeline.ingest.text_table import read_text_table
 
@@ -282,7 +282,7 @@ def _read_sheet(
         if row <= len(rows) and column < len(rows[row - 1]):
             rows[row - 1][column] = text
     filled = _fill_merged(rows, sheet)
-    problems = () if scan is None else _formula_problems(scan, where)
+    problems = () if scan is None else formula_problems(scan, where)
     return Sheet(
         place.file, name, tuple(tuple(row) for row in rows), 1, problems, frozenset(filled)
     )
@@ -309,26 +309,6 @@ def _fill_merged(rows: list[list[Cell]], sheet: "CalamineSheet") -> set[tuple[in
                     rows[row][column] = rows[top][left]
                     filled.add((row + 1, column))
     return filled
-
-
-def _formula_problems(scan: SheetScan, where: Place) -> tuple[Problem, ...]:
-    cells = scan.formulas_without_value
-    if not cells:
-        return ()
-    names = _listed([f"{column_letter(column)}{row}" for row, column in cells])
-    problem = Problem(
-        "warning",
-        Place(where.file, where.sheet, cells[0][0]),
-        f"{len(cells)} formula cell(s) hold no stored value: {names}. They count as empty.",
-        "formulas with their results, as a spreadsheet program saves them.",
-        "Open the workbook in a spreadsheet program, let it calculate, and save it.",
-    )
-    return (problem,)
-
-
-def _listed(names: Sequence[str], most: int = 8) -> str:
-    shown = ", ".join(names[:most])
-    return shown if len(names) <= most else f"{shown} and {len(names) - most} more"
 
 
 def is_table_file(path: Path) -> bool:

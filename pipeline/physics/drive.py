@@ -69,7 +69,7 @@ def _coordinates(
     fastest = np.interp(codes, surface.band_code, surface.fastest_rps)
     held = np.clip(n, slowest, fastest)
     scale = surface.shaft_speed_scale_rps
-    return (n - centre) / scale, (held - centre) / scale, y
+    return np.asarray((n - centre) / scale), np.asarray((held - centre) / scale), y
 
 
 def drive_torque(shaft_speed_rps: ArrayLike, code: ArrayLike, surface: TorqueSurface) -> FloatArray:

@@ -109,7 +109,7 @@ def thrust(
     """
     n = np.asarray(shaft_speed_rps, float)
     k_t = polynomial(advance_ratio(speed_mps, n, diameter_m), coefficients)
-    return k_t * density_kgpm3 * n**2 * diameter_m**4
+    return np.asarray(k_t * density_kgpm3 * n**2 * diameter_m**4)
 
 
 def torque(
@@ -138,7 +138,7 @@ def torque(
     """
     n = np.asarray(shaft_speed_rps, float)
     k_m = polynomial(advance_ratio(speed_mps, n, diameter_m), coefficients)
-    return k_m * density_kgpm3 * n**2 * diameter_m**5
+    return np.asarray(k_m * density_kgpm3 * n**2 * diameter_m**5)
 
 
 def efficiency(
@@ -172,4 +172,4 @@ def efficiency(
     j, k_t, k_m = (
         np.asarray(a, float) for a in (advance_ratio, thrust_coefficient, torque_coefficient)
     )
-    return j * k_t / (2.0 * np.pi * k_m)
+    return np.asarray(j * k_t / (2.0 * np.pi * k_m))

@@ -51,7 +51,7 @@ def _interpolate_rows(x: FloatArray, knots: FloatArray, values: FloatArray) -> F
     x_low, x_high = knots[rows, upper - 1], knots[rows, upper]
     y_low, y_high = values[rows, upper - 1], values[rows, upper]
     share = np.clip((x - x_low) / (x_high - x_low), 0.0, 1.0)
-    return y_low + share * (y_high - y_low)
+    return np.asarray(y_low + share * (y_high - y_low))
 
 
 def code_from_thrust(

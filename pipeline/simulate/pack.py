@@ -310,8 +310,8 @@ def _balances(
             continue
         if bench is None or bench.propeller is None or bench.surface is None:
             raise CannotComputeError(
-                f"the torque balance of drive {drive} of {vehicle.name} is to be solved in time; that "
-                "needs the fitted propeller and drive of the bench"
+                f"the torque balance of drive {drive} of {vehicle.name} is to be solved in time; "
+                "that needs the fitted propeller and drive of the bench"
             )
         fastest = 1.5 * float(bench.surface.fastest_rps.max())
         shaft = np.linspace(0.0, fastest, TORQUE_SPEEDS)

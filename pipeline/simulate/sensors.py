@@ -102,7 +102,7 @@ class _Motion:
         )
 
     def times(self, sensor: Sensor, extra_delay_s: float = 0.0) -> FloatArray:
-        """Times at which readings are valid; a reading never precedes the run."""
+        """Return the times at which readings are valid; none precedes the run."""
         begin, end = self.trajectory.time_s[0], self.trajectory.time_s[-1]
         count = int(np.floor((end - begin) * sensor.rate_hz + 1e-9)) + 1
         logged = begin + np.arange(count) / sensor.rate_hz

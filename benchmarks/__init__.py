@@ -1,0 +1,1 @@
+"""Measurements of speed, with peers written for them. See README.md."""

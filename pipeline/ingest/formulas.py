@@ -1,0 +1,69 @@
+"""Formula cells that a program stored without their results: said once, as the cause."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.archive import SheetScan
+from pipeline.ingest.cells import column_letter
+
+_NO_VALUE = "hold no stored value"
+_NO_NUMBER = "holds no number"
+_MOST_NAMED = 8
+
+
+def formula_problems(scan: SheetScan, where: Place) -> tuple[Problem, ...]:
+    """Warn of a sheet's formula cells without a value; they count as empty.
+
+    Parameters
+    ----------
+    scan : SheetScan
+        What the sheet's XML says.
+    where : Place
+        The sheet.
+    """
+    cells = scan.formulas_without_value
+    if not cells:
+        return ()
+    names = [f"{column_letter(column)}{row}" for row, column in cells]
+    more = f" and {len(names) - _MOST_NAMED} more" if len(names) > _MOST_NAMED else ""
+    problem = Problem(
+        "warning",
+        Place(where.file, where.sheet, cells[0][0]),
+        f"{len(cells)} formula cell(s) {_NO_VALUE}: {', '.join(names[:_MOST_NAMED])}{more}. They "
+        "count as empty.",
+        "formulas with their results, as a spreadsheet program saves them.",
+        "Open the workbook in a spreadsheet program, let it calculate, and save it.",
+    )
+    return (problem,)
+
+
+def with_one_cause(problems: Sequence[Problem]) -> list[Problem]:
+    """Say once that a table was left out where formulas are why its column is empty.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        Those of one file.
+
+    Returns
+    -------
+    list of Problem
+        The error about the column is gone, the warning about its formulas is the error.
+    """
+    kept = list(problems)
+    for error in problems:
+        column = error.place.column
+        if error.severity != "error" or column is None or _NO_NUMBER not in error.what:
+            continue
+        for index, warning in enumerate(kept):
+            if (warning.place.file, warning.place.sheet) == (
+                error.place.file,
+                error.place.sheet,
+            ) and re.search(rf"{_NO_VALUE}:.*\b{column}[0-9]+\b", warning.what):
+                what = f"{warning.what} So the table was left out."
+                kept[index] = replace(warning, severity="error", what=what)
+                kept.remove(error)
+                break
+    return kept
