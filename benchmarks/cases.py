@@ -3,7 +3,7 @@
 import numpy as np
 
 from pipeline.effects.effect import EffectContext
-from pipeline.physics.parameters import MOST_THRUSTERS, MOST_WALLS, neutral_vector, write
+from pipeline.physics.parameters import MOST_THRUSTERS, MOST_WALLS, neutral_vector, read, write
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state
 from pipeline.types import FloatArray
@@ -57,7 +57,7 @@ def nominal_vector(thrusters: int) -> FloatArray:
 def switch_on(vector: FloatArray, *, walls: bool = True) -> None:
     """Move every effect off its neutral value, in place."""
     points, normals = np.zeros((MOST_WALLS, 3)), np.zeros((MOST_WALLS, 3))
-    points[:, 2] = 30.0 + np.arange(MOST_WALLS)
+    points[:, 2] = 12.0 + np.arange(MOST_WALLS)
     normals[:, 2] = -1.0
     for name, value in {
         "current": np.array([0.2, 0.1, 0.02]),
@@ -84,10 +84,40 @@ def switch_on(vector: FloatArray, *, walls: bool = True) -> None:
         write(vector, name, np.asarray(value, float))
     if walls:
         write(vector, "wall_strength", 0.3)
-        write(vector, "wall_radius", 0.2)
+        write(vector, "wall_radius", 1.5)
         write(vector, "wall_count", float(MOST_WALLS))
         write(vector, "wall_point", points)
         write(vector, "wall_normal", normals)
+
+
+#: Slots that make up one effect each; a test takes them back one by one.
+SWITCHES: tuple[tuple[str, ...], ...] = (
+    ("current",),
+    ("crossflow_fraction",),
+    ("heave_lift_slope",),
+    ("sway_lift_slope",),
+    ("pitch_lift_slope",),
+    ("yaw_lift_slope",),
+    ("coriolis_fraction",),
+    ("tether_drag_area",),
+    ("tether_pull",),
+    ("lag",),
+    ("dead_zone",),
+    ("thrust_gain",),
+    ("reverse_gain",),
+    ("inflow_fraction",),
+    ("supply_drop",),
+    ("load_drop",),
+    ("misalignment_azimuth",),
+    ("misalignment_elevation",),
+    ("wall_strength",),
+)
+
+
+def reset(vector: FloatArray, neutral: FloatArray, slots: tuple[str, ...]) -> None:
+    """Take slots back to their neutral values, in place."""
+    for name in slots:
+        write(vector, name, read(neutral, name))
 
 
 def vehicle(
@@ -130,5 +160,7 @@ def vehicle(
 def multisine(steps: int, thrusters: int = 5, dt_s: float = 0.02) -> FloatArray:
     """Codes (steps, thrusters): sums of sines that excite every axis, some of them astern."""
     t = dt_s * np.arange(steps)[:, None]
-    rate = 0.3 + 0.17 * np.arange(thrusters)
-    return np.asarray(25.0 + 55.0 * np.sin(rate * t) + 25.0 * np.sin(2.7 * rate * t + rate))
+    rate, phase = 0.3 + 0.17 * np.arange(thrusters), 1.4 * np.arange(thrusters)
+    return np.asarray(
+        25.0 + 55.0 * np.sin(rate * t + phase) + 25.0 * np.sin(2.7 * rate * t + 2.0 * phase)
+    )

@@ -33,13 +33,13 @@ _Doubles = ctypes.POINTER(ctypes.c_double)
 class CVehicle(ctypes.Structure):
     """The C struct Vehicle."""
 
-    _fields_ = [(name, ctypes.c_double * slot(name).size) for name in MEMBERS]  # noqa: RUF012 (ctypes asks for a list)
+    _fields_ = [(name, ctypes.c_double * slot(name).size) for name in MEMBERS]
 
 
 class CTables(ctypes.Structure):
     """The C struct Tables."""
 
-    _fields_ = [  # noqa: RUF012 (ctypes asks for a list)
+    _fields_ = [
         *((name, _Doubles) for name in ("thrust", "torque", "screws", "steps", "strips")),
         *(
             (name, ctypes.c_long)
@@ -79,8 +79,17 @@ class PeerC:
         self._simulate = library.simulate_c
         self._simulate.restype = None
         self._simulate.argtypes = [
-            *(ctypes.POINTER(CVehicle), ctypes.POINTER(CTables), _Doubles, _Doubles),
-            *(ctypes.c_long, _Doubles, ctypes.c_double, ctypes.c_int, *[_Doubles] * 3),
+            ctypes.POINTER(CVehicle),
+            ctypes.POINTER(CTables),
+            _Doubles,
+            _Doubles,
+            ctypes.c_long,
+            _Doubles,
+            ctypes.c_double,
+            ctypes.c_int,
+            _Doubles,
+            _Doubles,
+            _Doubles,
         ]
 
     def simulate(
@@ -105,7 +114,9 @@ class PeerC:
         strips = np.ascontiguousarray(packed.strips)
         tables = CTables(
             *(_pointer(a) for a in (thrust, torque, screws, steps, strips)),
-            *(*thrust.shape[2:], *torque.shape[1:], len(strips)),
+            *thrust.shape[2:],
+            *torque.shape[1:],
+            len(strips),
         )
         count, thrusters = commands.shape
         padded = np.zeros((count, STATE - BODY))

@@ -17,7 +17,7 @@ import numpy as np
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import PackedVehicle
 
-Array = np.ndarray[Any, np.dtype[Any]]  # float, or complex for derivatives
+Array = Any  # arrays and scalars, float or, for derivatives, complex
 
 
 def smtrx(a: Array) -> Array:
@@ -94,10 +94,10 @@ class TextbookVehicle:
         self.kind = vector.dtype
         self.count = len(packed.thruster_names)
 
-        def slot(name: str) -> Any:
+        def slot(name: str) -> Array:
             return read(vector, name)
 
-        def each(name: str) -> Any:
+        def each(name: str) -> Array:
             return slot(name)[: self.count]
 
         self.slot, self.each = slot, each
@@ -118,13 +118,12 @@ class TextbookVehicle:
         for i in range(self.count):
             azimuth = self.each("misalignment_azimuth")[i]
             elevation = self.each("misalignment_elevation")[i]
-            c, s = np.cos(azimuth), np.sin(azimuth)
-            turn = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-            d = turn @ self.each("thruster_direction")[i]
+            d = self.each("thruster_direction")[i]
             flat = np.sqrt(d[0] ** 2 + d[1] ** 2)
-            ahead = np.array([d[0], d[1], 0.0]) / flat if flat.real > 1e-9 else np.eye(3)[0]
-            raised = (np.cos(elevation) * flat + np.sin(elevation) * d[2]) * ahead
-            raised[2] = np.cos(elevation) * d[2] - np.sin(elevation) * flat
+            level = flat.real > 1e-6
+            side = np.array([-d[1], d[0], 0.0]) / flat if level else np.eye(3)[1]
+            turned = np.cos(azimuth) * d + np.sin(azimuth) * side
+            raised = np.cos(elevation) * turned - np.sin(elevation) * np.cross(d, side)
             columns[:3, i] = raised
             columns[3:, i] = smtrx(self.each("thruster_position")[i]) @ raised
         return columns
@@ -177,7 +176,7 @@ class TextbookVehicle:
         inertia = np.where(self.rotors, self.each("rotor_inertia"), 1.0)
         return np.where(back, -balance, balance) / (2.0 * np.pi * inertia)
 
-    def wall_factor(self, position: Array) -> Any:
+    def wall_factor(self, position: Array) -> Array:
         """1 + c sum (R / distance)^3 over the walls."""
         strength, radius = self.slot("wall_strength"), self.slot("wall_radius")
         count = int(self.slot("wall_count").real)
@@ -257,9 +256,7 @@ class TextbookVehicle:
         if near_wall != 1.0:
             mass = self.rigid_body + near_wall * self.slot("added_mass")
         coriolis = self.slot("coriolis_fraction") * m2c(mass, nu_r)
-        right = (
-            tau - coriolis @ nu_r - near_wall * self.damping(nu_r) - self.restoring(rotation)
-        )
+        right = tau - coriolis @ nu_r - near_wall * self.damping(nu_r) - self.restoring(rotation)
         nu_dot = self.inverse @ right if near_wall == 1.0 else np.linalg.solve(mass, right)
         # nu_c turns against the body: nu_c' = -omega x nu_c
         nu_dot[:3] -= smtrx(omega) @ nu_c[:3]
@@ -277,7 +274,7 @@ class TextbookVehicle:
 
     def lagged(self, start: Array, codes: Array, elapsed: float) -> Array:
         """Actuator entries (n,) some time after the start of a step: first order, exact."""
-        out = np.where(self.rotors, start, codes)
+        out: Array = np.where(self.rotors, start, codes)
         if self.lagging.any():
             tau = np.where(self.lagging, self.each("lag"), 1.0)
             late = codes + (start - codes) * np.exp(-elapsed / tau)
@@ -325,7 +322,7 @@ def simulate_numpy(
     return Simulated(states, accelerations, thrusts)
 
 
-def _runge_kutta(
+def _runge_kutta(  # noqa: PLR0917 (the symbols of the formula)
     vehicle: TextbookVehicle, x: Array, k1: Array, codes: Array, outside: Array, dt_s: float
 ) -> Array:
     """Classical fourth-order step; lagged codes follow their own closed form."""

@@ -11,6 +11,9 @@ from typing import Any, TypeVar
 import click
 
 from pipeline import __version__
+from pipeline.commands.effects import effects
+from pipeline.commands.new import new
+from pipeline.commands.simulate import simulate
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _LOG = "rig2sea-error.log"
@@ -18,6 +21,15 @@ _LOG = "rig2sea-error.log"
 
 class _Cli(click.Group):
     """Ends every command with one message and an exit code, never with a traceback."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:  # noqa: ANN401 - as click has it
+        super().__init__(*args, **kwargs)
+        _keep_lines(self)
+
+    def add_command(self, cmd: click.Command, name: str | None = None) -> None:
+        """Add a command whose examples stand on lines of their own."""
+        _keep_lines(cmd)
+        super().add_command(cmd, name)
 
     def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - as click has it
         from pipeline.errors import Rig2SeaError
@@ -40,6 +52,12 @@ class _Cli(click.Group):
         except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one message
             click.echo(_own_fault(error), err=True)
             raise click.exceptions.Exit(1) from None
+
+
+def _keep_lines(command: click.Command) -> None:
+    r"""Turn the ``\b`` of a raw docstring into the sign by which click leaves lines as they are."""
+    if command.help is not None:
+        command.help = command.help.replace("\\b\n", "\b\n")
 
 
 def _own_fault(error: Exception) -> str:
@@ -211,6 +229,11 @@ def stage(
     from pipeline.stage_process import run_stage
 
     raise click.exceptions.Exit(run_stage(name, vehicle, code, inputs, outputs))
+
+
+cli.add_command(simulate)
+cli.add_command(effects)
+cli.add_command(new)
 
 
 def main() -> None:

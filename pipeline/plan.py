@@ -37,6 +37,10 @@ TITLES = {
 MISSING = "There is no "
 #: A vehicle's name becomes a file name and a C identifier.
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,47}")
+NAME_EXPECTED = (
+    'a letter, then letters, digits, "_" or "-", at most 48 in all: it becomes part of file names '
+    "and of C names."
+)
 #: Notes may lie beside the raw files; everything else is read, or refused with a message.
 _NOTES = frozenset({".md", ".yaml", ".yml", ".pdf", ".png", ".jpg", ".jpeg"})
 
@@ -169,6 +173,15 @@ def discover(raw: Path, out: Path) -> tuple[tuple[VehicleFolder, ...], tuple[Pro
     return tuple(vehicles), tuple(problems)
 
 
+def is_vehicle_name(text: str) -> bool:
+    """Tell whether a text can be the name of a vehicle, and so of its folder.
+
+    >>> is_vehicle_name("mmt300"), is_vehicle_name("../mmt300"), is_vehicle_name("")
+    (True, False, False)
+    """
+    return _NAME.fullmatch(text) is not None
+
+
 def vehicle_at(folder: Path, out: Path) -> VehicleFolder:
     """Return the vehicle of a folder.
 
@@ -178,12 +191,11 @@ def vehicle_at(folder: Path, out: Path) -> VehicleFolder:
         When the folder's name cannot be a vehicle's name.
     """
     name = _absolute(folder).name
-    if not _NAME.fullmatch(name):
+    if not is_vehicle_name(name):
         raise InputError.at(
             Place(str(folder)),
             f'the folder\'s name "{name}" cannot be the name of a vehicle.',
-            expected='a letter, then letters, digits, "_" or "-", at most 48 in all: it becomes '
-            "part of file names and of C names.",
+            expected=NAME_EXPECTED,
             remedy="Rename the folder.",
         )
     path = seen_from(folder, out)

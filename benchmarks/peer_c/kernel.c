@@ -144,17 +144,15 @@ static void invert(double m[6][6], double inverse[6][6])
     }
 }
 
-/* Stated direction, turned by azimuth about z and raised out of the xy plane by elevation. */
+/* Stated direction d, tilted by azimuth towards s = z x d and by elevation away from n = d x s. */
 static void thrust_axis(const double stated[3], double azimuth, double elevation, double axis[3])
 {
-    const double c = cos(azimuth), s = sin(azimuth);
-    const double x = c * stated[0] - s * stated[1], y = s * stated[0] + c * stated[1];
-    const double flat = hypot(x, y), ahead = flat > 1e-9 ? x / flat : 1.0;
-    const double aside = flat > 1e-9 ? y / flat : 0.0;
-    const double along = cos(elevation) * flat + sin(elevation) * stated[2];
-    axis[0] = along * ahead;
-    axis[1] = along * aside;
-    axis[2] = cos(elevation) * stated[2] - sin(elevation) * flat;
+    const double x = stated[0], y = stated[1], z = stated[2], flat = hypot(x, y);
+    const double s[3] = {flat > 1e-6 ? -y / flat : 0.0, flat > 1e-6 ? x / flat : 1.0, 0.0};
+    const double n[3] = {-z * s[1], z * s[0], x * s[1] - y * s[0]};
+    for (int k = 0; k < 3; k++)
+        axis[k] = cos(elevation) * (cos(azimuth) * stated[k] + sin(azimuth) * s[k])
+                - sin(elevation) * n[k];
 }
 
 /* Bilinear value; beyond the last row along its slope, beyond the last column held. */
@@ -369,15 +367,16 @@ static void rates(const Vehicle *v, const Tables *t, const Constant *c, const do
             rate[BODY + i] = shaft_rate(v, t, i, x[BODY + i], codes[i], inflow[i]);
 }
 
-/* First-order lag with a constant command, in closed form. */
+/* First-order lag with a constant command, in closed form; `left` is what it leaves of the
+ * distance after the time in question, computed once a run. */
 static void lagged(const Vehicle *v, int count, const double *start, const double *codes,
-                   double elapsed, double *x)
+                   const double *left, double *x)
 {
     for (int i = 0; i < count; i++) {
         if (v->rotor_inertia[i] > 0.0)
             continue;
         const double away = start[BODY + i] - codes[i];
-        x[BODY + i] = codes[i] + (v->lag[i] > 0.0 ? away * exp(-elapsed / v->lag[i]) : 0.0);
+        x[BODY + i] = codes[i] + away * left[i];
     }
 }
 
@@ -390,17 +389,21 @@ void simulate_c(const Vehicle *v, const Tables *t, const double *initial, const 
     Constant c;
     double x[STATE], y[STATE], k1[STATE], k2[STATE], k3[STATE], k4[STATE];
     double codes[MOST_THRUSTERS] = {0}, thrust[MOST_THRUSTERS] = {0}, spare[MOST_THRUSTERS];
+    double left[3][MOST_THRUSTERS] = {{0}}; /* at the start, the middle, the end of a step */
     c.thrusters = (int)v->thruster_count;
     total_mass(v, 1.0, c.mass);
     invert(c.mass, c.inverse);
     for (int i = 0; i < c.thrusters; i++)
         thrust_axis(v->thruster_direction[i], v->misalignment_azimuth[i],
                     v->misalignment_elevation[i], c.axis[i]);
+    for (int i = 0; i < c.thrusters; i++)
+        for (int half = 0; half < 3 && v->lag[i] > 0.0; half++)
+            left[half][i] = exp(-0.5 * half * dt / v->lag[i]);
     memcpy(x, initial, sizeof x);
     for (long k = 0; k <= count; k++) {
         const long now = k < count ? k : count - 1;
         effective_codes(v, c.thrusters, commands + MOST_THRUSTERS * now, codes);
-        lagged(v, c.thrusters, x, codes, 0.0, x);
+        lagged(v, c.thrusters, x, codes, left[0], x);
         rates(v, t, &c, x, codes, external, k1, thrust);
         memcpy(states + STATE * k, x, sizeof x);
         memcpy(accelerations + 6 * k, k1 + 7, 6 * sizeof(double));
@@ -410,15 +413,15 @@ void simulate_c(const Vehicle *v, const Tables *t, const double *initial, const 
         if (method == RK4) {
             for (int i = 0; i < STATE; i++)
                 y[i] = x[i] + 0.5 * dt * k1[i];
-            lagged(v, c.thrusters, x, codes, 0.5 * dt, y);
+            lagged(v, c.thrusters, x, codes, left[1], y);
             rates(v, t, &c, y, codes, external, k2, spare);
             for (int i = 0; i < STATE; i++)
                 y[i] = x[i] + 0.5 * dt * k2[i];
-            lagged(v, c.thrusters, x, codes, 0.5 * dt, y);
+            lagged(v, c.thrusters, x, codes, left[1], y);
             rates(v, t, &c, y, codes, external, k3, spare);
             for (int i = 0; i < STATE; i++)
                 y[i] = x[i] + dt * k3[i];
-            lagged(v, c.thrusters, x, codes, dt, y);
+            lagged(v, c.thrusters, x, codes, left[2], y);
             rates(v, t, &c, y, codes, external, k4, spare);
             for (int i = 0; i < STATE; i++)
                 y[i] = x[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i]);
@@ -432,7 +435,7 @@ void simulate_c(const Vehicle *v, const Tables *t, const double *initial, const 
             for (int i = 0; i < 7; i++)
                 y[i] = x[i] + dt * k1[i];
         }
-        lagged(v, c.thrusters, x, codes, dt, y);
+        lagged(v, c.thrusters, x, codes, left[2], y);
         const double norm = sqrt(square(y[3]) + square(y[4]) + square(y[5]) + square(y[6]));
         for (int i = 3; i < 7; i++)
             y[i] /= norm;

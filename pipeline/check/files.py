@@ -1,4 +1,4 @@
-"""Read raw files as the workflow would, one by one, and collect what was understood."""
+"""Read raw files as the workflow would, all of one kind in a folder together."""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
@@ -67,8 +67,6 @@ class FileFinding:
     codes: dict[str, int]
     quantities: tuple[Quantity, ...]
     problems: tuple[Problem, ...]
-    of_folder: tuple[Problem, ...] = ()
-    """What would be wrong with the folder if this were its only file."""
 
 
 @dataclass(frozen=True)
@@ -88,6 +86,7 @@ class Findings:
     vehicles: list[VehicleFinding] = field(default_factory=list)
     files: list[FileFinding] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
+    """What belongs to no single file, such as the codes that a folder lacks."""
 
     @cached_property
     def all_problems(self) -> tuple[Problem, ...]:
@@ -97,20 +96,7 @@ class Findings:
             found += vehicle.problems
         for file in self.files:
             found += file.problems
-        return tuple(dict.fromkeys([*found, *self._of_folders()]))
-
-    def _of_folders(self) -> list[Problem]:
-        """Return what is wrong with a folder read whole: what each of its files alone shows."""
-        by_folder: dict[Path, list[FileFinding]] = {}
-        for file in self.files:
-            by_folder.setdefault(Path(file.file).parent, []).append(file)
-        return [
-            problem
-            for folder, files in by_folder.items()
-            if len(files) == sum(is_raw(path.name) for path in folder.iterdir())
-            for problem in files[0].of_folder
-            if all(problem in file.of_folder for file in files[1:])
-        ]
+        return tuple(dict.fromkeys(found))
 
     @property
     def failed(self) -> bool:
@@ -136,7 +122,7 @@ def check_paths(
     vehicle_file : Path, optional
         The vehicle file to read by, instead of the one in the vehicle's folder.
     tell : callable
-        Is told each file before it is read.
+        Is told each file, or folder of files, before it is read.
 
     Returns
     -------
@@ -157,10 +143,17 @@ def check_paths(
         if not path.exists():
             raise UsageError(f'"{text}" does not exist, neither here nor under {raw}.')
         reader.read(path)
+    reader.read_files()
     return findings
 
 
 class _Reader:
+    """Goes through the paths; raw files are set aside and then read a kind of a folder at a time.
+
+    What a file lacks another of its folder may hold (the codes of a load test, say), and a file
+    can repeat another one: read alone it would look wrong, or right, where it is not.
+    """
+
     def __init__(
         self, findings: Findings, vehicle_file: Path | None, tell: Callable[[str], None]
     ) -> None:
@@ -168,15 +161,19 @@ class _Reader:
         self._vehicle_file = vehicle_file
         self._tell = tell
         self._vehicles: dict[Path | None, Vehicle | None] = {}
+        self._files: dict[Path, _RawFile] = {}
 
     def read(self, path: Path) -> None:
-        """Read a file, or everything in a folder."""
-        before = len(self._findings.files) + len(self._findings.vehicles)
+        """Read a vehicle file; set a raw file, or everything in a folder, aside."""
+        before = len(self._files) + len(self._findings.vehicles)
+        seen = path.absolute() in self._files
         if path.name == VEHICLE_FILE:
+            seen = path in self._vehicles
             self._vehicle(path)
         elif path.is_file():
             self._file(path)
         elif (path / VEHICLE_FILE).exists():
+            seen = path / VEHICLE_FILE in self._vehicles
             self._vehicle(path / VEHICLE_FILE)
             folder = VehicleFolder(path.name, str(path))
             for kind in RAW_KINDS:
@@ -188,8 +185,9 @@ class _Reader:
             for inner in sorted(path.iterdir()):
                 known = inner.name in RAW_KINDS or (inner / VEHICLE_FILE).exists()
                 if (inner.is_dir() and known) or (inner.is_file() and is_raw(inner.name)):
+                    seen = True  # what is in it says itself when it holds nothing
                     self.read(inner)
-        if before == len(self._findings.files) + len(self._findings.vehicles):
+        if not seen and before == len(self._files) + len(self._findings.vehicles):
             self._findings.problems.append(
                 Problem(
                     "error",
@@ -198,6 +196,30 @@ class _Reader:
                     f"raw files, a folder of them ({', '.join(RAW_KINDS)}), or {VEHICLE_FILE}.",
                 )
             )
+
+    def read_files(self) -> None:
+        """Read the raw files that were set aside."""
+        found: dict[Path, FileFinding] = {}
+        for group in self._groups():
+            read, of_folder = _read_together(group)
+            found |= dict(zip((file.path for file in group), read, strict=True))
+            if self._is_whole(group[0].path.parent):
+                self._findings.problems += of_folder
+        self._findings.files += [found[file.path] for file in self._files.values()]
+
+    def _groups(self) -> list[list["_RawFile"]]:
+        """Return the files by folder, kind and vehicle; a kind told by content is told first."""
+        groups: dict[tuple[Path, str, int], list[_RawFile]] = {}
+        for file in self._files.values():
+            folder = file.path.absolute().parent
+            self._tell(str(file.path))
+            one = file if file.kind else replace(file, kind=_kind_by_content(file))
+            groups.setdefault((folder, one.kind, id(one.vehicle)), []).append(one)
+        return list(groups.values())
+
+    def _is_whole(self, folder: Path) -> bool:
+        """Tell whether every raw file of a folder was asked for."""
+        return all(path.absolute() in self._files for path in folder.iterdir() if is_raw(path.name))
 
     def _vehicle(self, path: Path) -> Vehicle | None:
         if path in self._vehicles:
@@ -217,7 +239,8 @@ class _Reader:
     def _vehicle_for(self, file: Path) -> Vehicle | None:
         if self._vehicle_file is not None:
             return self._vehicle(self._vehicle_file)
-        for folder in (file.parent.parent, file.parent):
+        above = file.parent.parent if file.parent.name else Path("..")
+        for folder in (above, file.parent):
             if (folder / VEHICLE_FILE).exists():
                 return self._vehicle(folder / VEHICLE_FILE)
         if None not in self._vehicles:
@@ -226,15 +249,34 @@ class _Reader:
         return self._vehicles[None]
 
     def _file(self, path: Path) -> None:
-        # a vehicle file that cannot be used has had its message; the raw file is read all the same
-        vehicle = self._vehicle_for(path) or Vehicle.model_validate(_STAND_IN)
-        self._tell(str(path))
-        kind = path.parent.name
-        if kind in READERS:
-            self._findings.files.append(_finding(path, kind, "folder", vehicle))
+        if path.absolute() in self._files:
             return
-        tried = [_finding(path, kind, "content", vehicle) for kind in READERS]
-        self._findings.files.append(max(tried, key=_how_well))
+        # a vehicle file that cannot be used has had its message; the raw file is read all the same
+        vehicle = self._vehicle_for(path) or self._stand_in
+        folder = path.absolute().parent.name
+        kind, kind_from = (folder, "folder") if folder in READERS else ("", "content")
+        self._files[path.absolute()] = _RawFile(path, kind, kind_from, vehicle)
+
+    @cached_property
+    def _stand_in(self) -> Vehicle:
+        return Vehicle.model_validate(_STAND_IN)
+
+
+@dataclass(frozen=True)
+class _RawFile:
+    """A raw file to read; `kind` is empty until its content has told it."""
+
+    path: Path
+    kind: str
+    kind_from: str
+    vehicle: Vehicle
+
+
+def _kind_by_content(file: _RawFile) -> str:
+    """Return the kind whose reader understands most of a file."""
+    return max(
+        READERS, key=lambda kind: _how_well(_read_together([replace(file, kind=kind)])[0][0])
+    )
 
 
 def _how_well(finding: FileFinding) -> tuple[bool, int, int]:
@@ -243,35 +285,43 @@ def _how_well(finding: FileFinding) -> tuple[bool, int, int]:
     return (errors == 0, finding.points - sum(finding.marks.values()), finding.points)
 
 
-def _finding(path: Path, kind: str, kind_from: str, vehicle: Vehicle) -> FileFinding:
-    shown = str(path)
-    try:
-        record = READERS[kind]((path,), vehicle, path.parent.parent)
-    except InputError as error:
-        return FileFinding(shown, kind, kind_from, (), 0, {}, {}, (), (error.problem,))
-    own = [p for p in record.problems if Path(p.place.file).name == path.name]
-    used = [point for point in record.points if not point.marks]
-    marks = Counter(mark for point in record.points for mark in point.marks)
-    codes = Counter(f"{point.code:g}" for point in used if hasattr(point, "code"))
-    return FileFinding(
-        shown,
-        kind,
-        kind_from,
-        record.sheets,
-        len(record.points),
-        dict(sorted(marks.items())),
-        dict(sorted(codes.items(), key=lambda item: float(item[0]))),
-        _quantities(used),
-        tuple(_with_path(problem, path) for problem in own),
-        tuple(
-            replace(problem, place=replace(problem.place, file=str(path.parent)))
-            for problem in record.problems
-            if problem not in own
-        ),
+def _read_together(files: Sequence[_RawFile]) -> tuple[list[FileFinding], list[Problem]]:
+    """Read files of one kind and folder; return each one's finding, and what is the folder's."""
+    folder = files[0].path.parent
+    paths = [file.path for file in files]
+    record = READERS[files[0].kind](paths, files[0].vehicle, folder.absolute().parent.parent)
+    by_name: dict[str, list[Problem]] = {path.name: [] for path in paths}
+    of_folder: list[Problem] = []
+    for problem in record.problems:
+        by_name.get(Path(problem.place.file).name, of_folder).append(problem)
+    # what the only file lacks its folder lacks
+    of_all = paths[0] if len(paths) == 1 else folder if folder.name else folder.absolute()
+    return (
+        [_finding(file, record, by_name[file.path.name]) for file in files],
+        [_shown_at(of_all, problem) for problem in of_folder],
     )
 
 
-def _with_path(problem: Problem, path: Path) -> Problem:
+def _finding(file: _RawFile, record: RawRecord, problems: Sequence[Problem]) -> FileFinding:
+    name = file.path.name
+    points = [point for point in record.points if Path(point.source.file).name == name]
+    used = [point for point in points if not point.marks]
+    marks = Counter(mark for point in points for mark in point.marks)
+    codes = Counter(code for point in used if (code := getattr(point, "code", None)) is not None)
+    return FileFinding(
+        str(file.path),
+        file.kind,
+        file.kind_from,
+        tuple(sheet for sheet in record.sheets if Path(sheet.file).name == name),
+        len(points),
+        dict(sorted(marks.items())),
+        {f"{code:g}": count for code, count in sorted(codes.items())},
+        _quantities(used),
+        tuple(_shown_at(file.path, problem) for problem in problems),
+    )
+
+
+def _shown_at(path: Path, problem: Problem) -> Problem:
     """Show the file as the user named it; records name it from the raw folder on."""
     return replace(problem, place=replace(problem.place, file=str(path)))
 

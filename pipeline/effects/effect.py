@@ -32,7 +32,9 @@ class EffectContext:
 
     `strips` tells whether the hull's sections are known (cross-flow), `walls` whether walls or a
     bottom are, `measured` names the quantities that are measured ("dvl", "depth" ...).
-    `crossflow_in_nominal` tells whether the nominal model computes the cross-flow of the strips.
+    `crossflow_in_nominal` tells whether the nominal model computes the cross-flow of the strips,
+    `lagged` whether a lag acts on every thruster: not where the torque balance of the shaft is
+    solved in time.
     """
 
     thruster_names: tuple[str, ...]
@@ -44,6 +46,7 @@ class EffectContext:
     gravity_mps2: float
     measured: frozenset[str] = frozenset()
     crossflow_in_nominal: bool = False
+    lagged: bool = True
 
 
 #: Changes a parameter vector in place: (vector, parameter values, target, context).

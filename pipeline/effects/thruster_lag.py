@@ -8,6 +8,10 @@ thrusters:
 
     tau dN_act/dt + N_act = N_eff
 
+Where the vehicle file has the torque balance of the shafts solved in time (balance_in_time), rotor
+inertia and drive make the delay themselves and the nominal model has no lag to be added to: there
+the effect is no candidate.
+
 It shows right after steps and reversals of the code and in fast manoeuvres (zig-zag, multisine):
 the simulated vehicle leads the measured one by about tau. In steady motion it vanishes. Easily
 taken for added mass (both slow the start of a motion; added mass also slows the coast-down with
@@ -26,6 +30,15 @@ def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
 ) -> None:
     add(vector, "lag", values["lag_s"], slice(len(context.thruster_names)))
+
+
+def _missing(context: EffectContext) -> str | None:
+    if not context.lagged:
+        return (
+            "the torque balance of the shafts is solved in time, and the rotor's inertia takes "
+            "the place of a lag (model.thrusters.<drive>.balance_in_time)"
+        )
+    return None
 
 
 EFFECT = Effect(
@@ -48,4 +61,5 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("lag",),
     apply=_apply,
+    missing=_missing,
 )

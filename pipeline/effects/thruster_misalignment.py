@@ -1,19 +1,19 @@
 """Misaligned thruster: one thruster pushes in another direction than stated.
 
 A bracket was bent by a knock, a thruster was fitted a hole further, or the drawing was not
-followed. The thrust keeps its size and its place; its direction is turned first by an azimuth
-about the body's z axis (positive turns a thruster that pushes ahead towards starboard) and then
-raised by an elevation out of the horizontal plane of the vehicle (positive is up). For a thruster
-that pushes ahead
+followed. The thrust keeps its size and its place; its direction d is tilted by two angles, about
+the two axes that stand across it. With s = z x d (level; to starboard of a thruster that pushes
+ahead) and n = d x s, the azimuth a turns it towards s and the elevation e away from n:
 
-    direction = (cos a cos e, sin a cos e, -sin e)     in x forward, y starboard, z down
+    direction = d cos a cos e + s sin a cos e - n sin e
 
-so 5 degrees give 9 % of the thrust across, with its lever arm, and cost 0.4 % ahead. The inflow
+For a thruster that pushes ahead this is (cos a cos e, sin a cos e, -sin e) in x forward, y
+starboard, z down: azimuth to starboard, elevation up. A thruster that pushes straight up or down
+has no level axis of its own; there s is starboard, so the azimuth leans it to starboard, and the
+elevation leans one that pushes up towards the stern, one that pushes down towards the bow.
+
+So 5 degrees give 9 % of the thrust across, with its lever arm, and cost 0.4 % along. The inflow
 along the thruster's axis turns with it.
-
-For a thruster that is mounted vertically the azimuth has nothing to turn, and only the elevation
-tilts it: positive leans one that pushes up towards the stern, one that pushes down towards the
-bow. A vertical thruster that leans sideways is not covered.
 
 It shows as a side or vertical force and a moment in proportion to that thruster's command, ahead
 and astern with opposite sign. Easily taken for `thruster_degraded` of the same or the opposite
@@ -49,7 +49,7 @@ EFFECT = Effect(
             unit="deg",
             neutral=0.0,
             plausible=(-15.0, 15.0),
-            meaning="turn about the body z axis, from ahead to starboard positive",
+            meaning="level tilt across the stated direction, to starboard of ahead positive",
             possible=(-180.0, 180.0),
         ),
         Parameter(
@@ -57,7 +57,7 @@ EFFECT = Effect(
             unit="deg",
             neutral=0.0,
             plausible=(-15.0, 15.0),
-            meaning="tilt out of the body's horizontal plane, up positive",
+            meaning="tilt across the level one, up positive for a thruster that pushes ahead",
             possible=(-180.0, 180.0),
         ),
     ),

@@ -54,6 +54,8 @@ def serialise(message_type: str, count: int, values: Mapping[str, Filling]) -> B
     ------
     ValueError
         For a path that the message does not have, or values of another shape.
+    TypeError
+        For text where numbers belong, and the other way round.
 
     References
     ----------
@@ -122,12 +124,12 @@ class _Layout:
     def _text(self, field: Field, filling: Filling | None, path: str) -> None:
         if field.length is None:
             if not isinstance(filling, str | None):
-                raise ValueError(f"{path}: text is expected")
+                raise TypeError(f"{path}: text is expected")
             self._string(filling or "")
             return
         texts = () if filling is None else filling
         if not isinstance(texts, tuple):
-            raise ValueError(f"{path}: a tuple of texts is expected")
+            raise TypeError(f"{path}: a tuple of texts is expected")
         self._number_of_elements(len(texts))
         for text in texts:
             self._string(text)
@@ -144,7 +146,7 @@ class _Layout:
         elif isinstance(filling, int | float):
             self._common += np.full(length, filling, kind).tobytes()
         else:
-            raise ValueError(f"{path}: numbers are expected")
+            raise TypeError(f"{path}: numbers are expected")
 
     def _matrix(self, filling: Filling, length: int, path: str) -> npt.NDArray[np.generic]:
         matrix = np.asarray(filling)
@@ -176,5 +178,5 @@ class _Layout:
 
 def _width(filling: Filling, path: str) -> int:
     if not isinstance(filling, np.ndarray) or filling.ndim != 2:
-        raise ValueError(f"{path}: a sequence takes an array with a row a message")
+        raise TypeError(f"{path}: a sequence takes an array with a row a message")
     return int(filling.shape[1])

@@ -125,11 +125,20 @@ def fit_linear(
         robust_sigmas=sigmas,
         outlier=outlier,
         residual_std=float(np.sqrt(np.sum(residuals[keep] ** 2) / (keep.sum() - width))),
-        r_squared=float(plain.rsquared),
+        r_squared=_r_squared(response[keep], residuals[keep]),
         aicc=_aicc(residuals[keep], width),
         leave_one_out_rmse=float(np.sqrt(np.mean(left_out**2))),
         degrees_of_freedom=degrees,
     )
+
+
+def _r_squared(response: FloatArray, residuals: FloatArray) -> float:
+    """Return 1 - SSE / SST; of a response that does not vary, 1: nothing is left unexplained."""
+    about_mean = response - response.mean()
+    total = float(about_mean @ about_mean)
+    if total <= (1e-12 * float(np.max(np.abs(response), initial=0.0))) ** 2 * response.size:
+        return 1.0
+    return 1.0 - float(residuals @ residuals) / total
 
 
 def _leverage(design: FloatArray) -> FloatArray:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import torque_surface
 from pipeline.identify.propagation import ThrusterModel, monte_carlo_std, thrust_jacobian
 from pipeline.identify.static_checks import explain_status, grid_checks
@@ -47,7 +48,7 @@ def static_characteristic(
     Raises
     ------
     CannotComputeError
-        If the propeller's torque meets the drive's at no code at rest.
+        If the propeller's torque meets the drive's at no code at rest, or it gives no thrust.
 
     References
     ----------
@@ -61,6 +62,12 @@ def static_characteristic(
         np.round(np.concatenate([table_speed, np.arange(steps + 1) * SPEED_STEP_MPS]), 9)
     )
     family = solve_grid(model, propeller, drive, speed_mps=speed, code=code)
+    if not (family.thrust_n > 0).any():
+        raise CannotComputeError(
+            "the propeller gives no positive thrust at any code and speed of the tables: K_T at "
+            f"J = 0 is {propeller.thrust.coefficients[0]:.3g}. Check the sign of the thrust in "
+            "open_water/"
+        )
     table2 = {v: table2_row(v, model, drive, code) for v in table_speed.tolist()}
     ratio = _monte_carlo_ratio(model, table_speed, drive)
     return StaticCharacteristic(

@@ -6,9 +6,11 @@ from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.blocks import Block, is_commented
+from pipeline.ingest.blank_form import is_blank_form, no_data_yet
+from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, shorten
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
@@ -38,6 +40,8 @@ class BenchFile:
 
     tables: tuple[tuple[Block, tuple[Reading, ...]], ...]
     problems: tuple[Problem, ...]
+    is_blank: bool = False
+    """Whether it is a form that nobody has filled in yet."""
 
 
 def source_name(path: Path, raw_root: Path) -> str:
@@ -48,8 +52,8 @@ def source_name(path: Path, raw_root: Path) -> str:
     >>> source_name(Path("/b/run-1.xlsx"), Path("/a/raw"))
     'run-1.xlsx'
     """
-    try:
-        return path.resolve().relative_to(raw_root.resolve()).as_posix()
+    try:  # links are not followed: what counts is where the engineer put the file
+        return path.absolute().relative_to(raw_root.absolute()).as_posix()
     except ValueError:
         return path.name
 
@@ -133,6 +137,8 @@ def read_bench_file(
         what = f"the file cannot be read ({type(error).__name__}: {shorten(str(error))})."
         remedy = "Save it again in a spreadsheet program."
         return BenchFile((), (Problem("error", Place(shown_as), what, "", remedy),))
+    if is_blank_form(sheets):
+        return BenchFile((), (no_data_yet(shown_as),), is_blank=True)
     kept, wrong = choose_sheets(sheets, columns.sheets, wanted.kind)
     problems += wrong
     for sheet in kept:
@@ -197,11 +203,12 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
     if not rows:
         return (), []  # no row has the texts that vehicle.yaml asks for
     for row, cells in rows:
-        values, faults = _numbers(block, cells)
+        commented = is_commented(cells)
+        values, faults = _numbers(block, without_comment_mark(cells) if commented else cells)
         if not values:
             continue  # a heading, a note or a blank row
         seen |= set(values)
-        commented, complete = is_commented(cells), wanted.is_complete(set(values))
+        complete = wanted.is_complete(set(values))
         if complete:
             readings.append(Reading(row, values, (COMMENTED,) if commented else ()))
         if commented:
@@ -252,9 +259,11 @@ def _faults(
             quantity in group and not seen.intersection(group) for group in wanted.required
         )
         left_out = "the table was left out" if needed else "the column was left out"
+        # a column that may be left away may be left blank, too
+        optional: Literal["note", "warning"] = "note" if block.is_blank(quantity) else "warning"
         problems.append(
             Problem(
-                "error" if needed else "warning",
+                "error" if needed else optional,
                 block.place(block.header_row, quantity),
                 f'{_name(quantity)} "{shorten(column.header)}" holds no number at all; {left_out}.',
                 "decimal numbers.",

@@ -128,6 +128,11 @@ class Block:
         cell = None if column is None else _at(cells, column.index)
         return None if cell is None else str(cell)
 
+    def is_blank(self, quantity: str) -> bool:
+        """Tell whether a quantity's column has no cell that is filled."""
+        index = self.columns[quantity].index
+        return all(_at(cells, index) is None for _, cells in self.rows())
+
     def place(self, row: int | None = None, quantity: str | None = None) -> Place:
         """Return the place of a row, and of a quantity's column, for a message."""
         column = self.columns.get(quantity) if quantity is not None else None
@@ -155,6 +160,15 @@ def is_commented(cells: Row) -> bool:
                 isinstance(cell, str) and cell.startswith("#") and _ERROR_VALUE.match(cell) is None
             )
     return False
+
+
+def without_comment_mark(cells: Row) -> Row:
+    """Return a commented row with the number behind its ``#``, so that it can be kept.
+
+    >>> without_comment_mark(("# 40", "0,5")), without_comment_mark((None, "#", 1.0))
+    (('40', '0,5'), (None, None, 1.0))
+    """
+    return tuple((cell.lstrip("# ") or None) if isinstance(cell, str) else cell for cell in cells)
 
 
 def _at(cells: Row, index: int) -> Cell:

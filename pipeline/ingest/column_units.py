@@ -10,7 +10,13 @@ from pipeline.ingest.blocks import BlockColumn, UnitFrom
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.header_rows import Match, Wanted
 from pipeline.ingest.sheet import Row, Sheet
-from pipeline.ingest.unit_text import UnitTextError, factor, known_units, quantities_of
+from pipeline.ingest.unit_text import (
+    EXAMPLES,
+    UnitTextError,
+    factor,
+    known_units,
+    quantities_of,
+)
 from pipeline.ingest.vocabulary import (
     HeaderText,
     Words,
@@ -182,11 +188,16 @@ def unit_problem(
         "error" if needed else "warning",
         replace(place, column=column.letter),
         f'{name} "{shorten(column.header)}": {why}. So {left_out}.',
-        "the unit in the header, e.g. [N m], or in the row under it.",
+        f"the unit in the header{_example(wanted.vocabulary[column.quantity])}, or in the row "
+        "under it.",
         "Write it there, or state it in vehicle.yaml:\n"
         f"  columns:\n    {wanted.kind}:\n      {column.quantity}: "
         f'{{header: "{shorten(column.header)}", unit: ...}}',
     )
+
+
+def _example(words: Words) -> str:
+    return "" if words.unit_kind is None else f", e.g. [{EXAMPLES[words.unit_kind]}]"
 
 
 def misfits(sheet: Sheet, wanted: Wanted) -> list[Problem]:

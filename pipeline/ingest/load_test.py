@@ -5,6 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.bench_file import source_name
+from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.cells import is_number
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
@@ -12,7 +14,9 @@ from pipeline.ingest.load_test_codes import codes_of_blocks
 from pipeline.ingest.load_test_repeats import LoadTestSheet, SheetReading, mark_repeats
 from pipeline.ingest.load_test_table import read_table, summary
 from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED, VOCABULARY
+from pipeline.ingest.rows import counted
 from pipeline.ingest.sheet import Sheet
+from pipeline.ingest.usable import with_cause
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.base import Source
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, SheetRead
@@ -42,33 +46,35 @@ def read_load_tests(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
     """
     sheets: list[LoadTestSheet] = []
     problems: list[Problem] = []
+    blank: set[str] = set()
     for path in sorted(paths):
-        name = _shown_as(path, raw_root)
+        name = source_name(path, raw_root)
         try:
             found = read_sheets(path, name)
         except InputError as error:
             problems.append(error.problem)
+            continue
+        if is_blank_form(found):
+            problems.append(no_data_yet(name))
+            blank.add(name)
             continue
         read, wrong = _read_file(found, path, vehicle)
         sheets += read
         problems += wrong
     sheets, wrong = mark_repeats(sheets)
     problems += wrong
-    found_wrong = any(problem.severity == "error" for problem in problems)
-    problems += _problems_of_all(sheets, vehicle, paths, raw_root, explained=found_wrong)
+    files = [source_name(path, raw_root) for path in sorted(paths)]
+    problems = _with_causes([file for file in files if file not in blank], sheets, problems)
+    problems += [*_without_code(sheets), *_warm_up_notes(sheets)]
+    if paths:
+        folder = Place(source_name(min(paths).parent, raw_root))
+        problems += _one_code_only(sheets, folder, vehicle)
     points = tuple(_point(sheet, one) for sheet in sheets for one in sheet.readings)
     return LoadTestRecord(
         points=points,
         sheets=tuple(_sheet_read(sheet) for sheet in sheets),
         problems=tuple(dict.fromkeys(problems)),
     )
-
-
-def _shown_as(path: Path, raw_root: Path) -> str:
-    try:  # links are not followed: what counts is where the engineer put the file
-        return path.absolute().relative_to(raw_root.absolute()).as_posix()
-    except ValueError:
-        return path.name
 
 
 def _read_file(
@@ -201,45 +207,40 @@ def _instead(sheet: Sheet) -> str:
     return f"no column names over its {numbers} numbers" if numbers else "text only"
 
 
-def _problems_of_all(
-    sheets: Sequence[LoadTestSheet],
-    vehicle: Vehicle,
-    paths: Sequence[Path],
-    raw_root: Path,
-    *,
-    explained: bool,
+def _with_causes(
+    files: Sequence[str], sheets: Sequence[LoadTestSheet], problems: Sequence[Problem]
 ) -> list[Problem]:
-    live = [one.reading for sheet in sheets for one in sheet.readings if not one.reading.marks]
-    if not paths:
+    """Return the problems, with an error among those of every file that gives no point to fit."""
+    causes: list[Problem] = []
+    for file in files:
+        own = [problem for problem in problems if problem.place.file == file]
+        readings = [one.reading for sheet in sheets if sheet.file == file for one in sheet.readings]
+        causes += with_cause(own, file, [reading.marks for reading in readings], "load-test")
+    return [*(problem for problem in problems if problem.place.file not in files), *causes]
+
+
+def _one_code_only(
+    sheets: Sequence[LoadTestSheet], folder: Place, vehicle: Vehicle
+) -> list[Problem]:
+    """Say that a family over codes does not follow from one of them."""
+    codes = {
+        one.reading.code
+        for sheet in sheets
+        for one in sheet.readings
+        if one.reading.code is not None and not one.reading.marks
+    }
+    if len({abs(code) for code in codes}) != 1:
         return []
-    folder = _shown_as(min(paths).parent, raw_root)
-    if not live and explained:
-        return []  # errors of the files have said why
-    if not live:
-        return [
-            Problem(
-                "error",
-                Place(folder),
-                "no usable load-test point was read.",
-                "speed and torque for several control codes.",
-                "See the other messages.",
-            )
-        ]
-    problems = [*_without_code(sheets), *_warm_up_notes(sheets)]
-    codes = {reading.code for reading in live if reading.code is not None}
-    listed_codes = ", ".join(f"{code:g}" for code in sorted(codes))
-    if len({abs(code) for code in codes}) == 1:
-        problems.append(
-            Problem(
-                "warning",
-                Place(folder),
-                f"there is one control code only ({listed_codes}): a family M(n, N) "
-                "over codes cannot be fitted.",
-                f"several codes between 0 and {vehicle.drive.code_max}.",
-                "Add the records of other codes.",
-            )
+    return [
+        Problem(
+            "error",
+            folder,
+            f"there is one control code only ({', '.join(f'{code:g}' for code in sorted(codes))}): "
+            "the family M(n, N) over codes cannot be fitted.",
+            f"several codes between 0 and {vehicle.drive.code_max}.",
+            "Add the records of other codes.",
         )
-    return problems
+    ]
 
 
 def _without_code(sheets: Sequence[LoadTestSheet]) -> list[Problem]:
@@ -273,7 +274,8 @@ def _warm_up_notes(sheets: Sequence[LoadTestSheet]) -> list[Problem]:
         Problem(
             "note",
             Place(file),
-            f"warm-up: {sum(rows)} row(s) on {len(rows)} sheet(s); kept but not fitted.",
+            f"warm-up: {counted(sum(rows), 'row')} on {counted(len(rows), 'sheet')}; kept but not "
+            "fitted.",
         )
         for file, rows in counts.items()
     ]

@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.load_test_rows import OPTIONAL, Reading, with_mark
-from pipeline.ingest.rows import listed
+from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.types import FloatArray
 
@@ -53,10 +53,12 @@ def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading
     ):
         if not wrong.any():
             continue
-        for position in np.flatnonzero(wrong):
-            marked[live[position]] = with_mark(marked[live[position]], mark)
-        rows = [readings[live[position]].row for position in np.flatnonzero(wrong)]
         whole = bool((wrong | ~share).all())
+        # of a table turned round the few points near zero say nothing either
+        odd = range(len(live)) if whole else np.flatnonzero(wrong)
+        for position in odd:
+            marked[live[position]] = with_mark(marked[live[position]], mark)
+        rows = [readings[live[position]].row for position in odd]
         problems.append(_sign_problem(block, quantity, rows, whole=whole))
     return marked, problems
 
@@ -82,7 +84,7 @@ def _sign_problem(block: Block, quantity: str, rows: list[int], *, whole: bool) 
     return Problem(
         "warning",
         block.place(rows[0], quantity),
-        f"the {name} is negative (against the {_sense(block)}) in {len(rows)} rows "
+        f"the {name} is negative (against the {_sense(block)}) in {counted(len(rows), 'row')} "
         f"({listed(rows)}): {what}. The points are kept but not fitted.",
         "the motoring quadrant: torque and speed with the sign of the code.",
         'Mark the rows with "#" in column A if they are not steady motoring points.',
@@ -120,7 +122,8 @@ def drop_dead_channels(
         if not values:
             problems.append(
                 Problem(
-                    "warning",
+                    # a column that may be left away may be left blank, too
+                    "note" if block.is_blank(quantity) else "warning",
                     block.place(block.first_row, quantity),
                     f"{name} holds no number in any of the {len(readings)} rows; it is left out.",
                     "numbers.",

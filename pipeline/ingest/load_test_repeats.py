@@ -7,7 +7,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.load_test_rows import Reading, with_mark
-from pipeline.ingest.rows import listed
+from pipeline.ingest.rows import counted, listed
 from pipeline.records.measurements import ColumnRead
 from pipeline.types import FloatArray
 
@@ -149,9 +149,9 @@ def _mark_rows(
         Problem(
             "warning" if len(rows) == len(sheet.readings) else "note",
             replace(sheet.place, row=rows[0]),
-            f"{len(rows)} row(s) repeat rows "
-            f"{'further up' if first == sheet.place else f'of {first}'} in every number "
-            f"({listed(rows)}); they are kept but not fitted.",
+            f"{counted(len(rows), 'row')} again as "
+            f"{'further up' if first == sheet.place else f'in {first}'} in every number "
+            f"({listed(rows)}); kept but not fitted.",
             "",
             "If the whole sheet is a copy, delete it." if len(rows) == len(sheet.readings) else "",
         )

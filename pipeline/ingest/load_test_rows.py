@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 
 from pipeline.errors import Problem
-from pipeline.ingest.blocks import Block, BlockColumn, is_commented
+from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, column_letter, is_number, parse_number
 from pipeline.ingest.load_test_words import (
     Branch,
@@ -15,8 +15,8 @@ from pipeline.ingest.load_test_words import (
     is_code_label,
     is_warm_up,
 )
-from pipeline.ingest.rows import listed
-from pipeline.ingest.sheet import Cell, Row
+from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.sheet import Row
 
 OPTIONAL = ("current", "voltage", "input_power", "output_power")
 _MOST_MESSAGES = 5
@@ -109,7 +109,7 @@ def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> R
     commented = is_commented(cells)
     if not commented and _is_section(block, cells, state):
         return None
-    values, wrong = _numbers(block, cells, commented=commented)
+    values, wrong = _numbers(block, without_comment_mark(cells) if commented else cells)
     if not commented:
         _note_faults(block, row, values, wrong, log)
     if "shaft_speed" not in values or "torque" not in values:
@@ -132,18 +132,13 @@ def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> R
     )
 
 
-def _numbers(
-    block: Block, cells: Row, *, commented: bool
-) -> tuple[dict[str, float], dict[str, str]]:
+def _numbers(block: Block, cells: Row) -> tuple[dict[str, float], dict[str, str]]:
     """Return the numbers of a row by quantity, and what is wrong with the other cells."""
     values: dict[str, float] = {}
     wrong: dict[str, str] = {}
     for quantity in ("shaft_speed", "torque", "code", *OPTIONAL):
-        column = block.columns.get(quantity)
-        if column is None:
-            continue
         try:
-            value = column.value(_cell(cells, column, commented=commented))
+            value = block.value(cells, quantity)
         except NotANumberError as error:
             wrong[quantity] = str(error)
         else:
@@ -165,13 +160,6 @@ def _note_faults(
         log.incomplete.setdefault(name, []).append(row)
     if not missing and "code" in block.columns and "code" not in values:
         log.codeless.append(row)
-
-
-def _cell(cells: Row, column: BlockColumn, *, commented: bool) -> Cell:
-    cell = cells[column.index] if column.index < len(cells) else None
-    if commented and isinstance(cell, str):
-        return cell.lstrip("# ") or None
-    return cell
 
 
 def _is_section(block: Block, cells: Row, state: _State) -> bool:
@@ -304,7 +292,7 @@ def _row_problems(block: Block, log: _Log) -> list[Problem]:
         Problem(
             "warning",
             block.place(rows[0], quantity),
-            f"{len(rows)} row(s) have no {quantity.replace('_', ' ')} and were left out "
+            f"no {quantity.replace('_', ' ')} in {counted(len(rows), 'row')}, left out "
             f"({listed(rows)}).",
             "speed and torque in every row.",
             "Fill the cells or delete the rows.",
@@ -317,7 +305,7 @@ def _row_problems(block: Block, log: _Log) -> list[Problem]:
             Problem(
                 "warning",
                 block.place(rows[0], "code"),
-                f"{len(rows)} row(s) have no control code and were left out ({listed(rows)}).",
+                f"no control code in {counted(len(rows), 'row')}, left out ({listed(rows)}).",
                 "the code in every row, or in merged cells.",
                 "Fill the column.",
             )

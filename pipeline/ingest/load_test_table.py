@@ -14,8 +14,9 @@ from pipeline.ingest.load_test_checks import (
 from pipeline.ingest.load_test_codes import TableCode
 from pipeline.ingest.load_test_rows import Reading, read_rows, with_mark
 from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
-from pipeline.ingest.load_test_words import Branch, branch_in_text
-from pipeline.ingest.rows import listed
+from pipeline.ingest.load_test_words import ANY_POWER, Branch, branch_in_text
+from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.vocabulary import name_score, split_header, unit_fits
 from pipeline.vehicle.schema import LoadTestColumns, Vehicle
 
 
@@ -186,7 +187,26 @@ def _notes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
         and column.quantity != "time"
         and column.unit.casefold() not in column.header.casefold()
     ]
+    notes += [
+        Problem(
+            "note",
+            block.place(block.header_row),
+            f'"{header}" says neither input nor output power; it was not read.',
+            "input (electric) or output (shaft) power in the name.",
+            "Rename it, or state it in vehicle.yaml under columns: load_test: input_power or "
+            "output_power.",
+        )
+        for header in block.other_headers
+        if _is_power(header)
+    ]
     return notes
+
+
+def _is_power(header: str) -> bool:
+    return any(
+        name_score(text, ANY_POWER) > 0 and (text.unit is None or unit_fits(text.unit, ANY_POWER))
+        for text in split_header(header)
+    )
 
 
 def summary(readings: Sequence[Reading], code: TableCode) -> str:
@@ -201,6 +221,6 @@ def summary(readings: Sequence[Reading], code: TableCode) -> str:
     speeds = [reading.shaft_speed_rpm for reading in readings]
     torques = [reading.torque_nm for reading in readings]
     return (
-        f"{what}, {len(readings)} points, {min(speeds):.0f} to {max(speeds):.0f} rpm, "
+        f"{what}, {counted(len(readings), 'point')}, {min(speeds):.0f} to {max(speeds):.0f} rpm, "
         f"{min(torques):.3g} to {max(torques):.3g} N m"
     )

@@ -149,6 +149,14 @@ VOCABULARY: Vocabulary = {
         ),
     ),
 }
+#: A power that is said to be neither the one taken nor the one given: not read, but mentioned.
+ANY_POWER = Words(
+    "power",
+    ("power", "мощност*"),
+    ("P", "Р"),
+    never=(*_SET_POINT, "factor", "коэффициент*", "power supply", "блок питания"),
+    less=_ABSORBER,
+)
 REQUIRED = (("shaft_speed",), ("torque",))
 BRANCH_WORDS = (
     "loading",

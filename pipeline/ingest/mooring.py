@@ -18,7 +18,9 @@ from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis, voltage_groups
+from pipeline.ingest.rows import counted
 from pipeline.ingest.unit_text import is_same_unit
+from pipeline.ingest.usable import with_cause
 from pipeline.ingest.vocabulary import Vocabulary, Words, plain
 from pipeline.records.measurements import MooringPoint, MooringRecord, SheetRead
 from pipeline.vehicle.schema import Vehicle
@@ -123,18 +125,22 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
     for path in kept:
         shown_as = source_name(path, raw_root)
         found = read_bench_file(path, shown_as, wanted, columns, _LOOKED_FOR)
-        problems += found.problems
-        tables = [_table(block, readings, vehicle, problems) for block, readings in found.tables]
+        said = list(found.problems)
+        tables = [_table(block, readings, vehicle, said) for block, readings in found.tables]
         file = points_of_file(tables, vehicle.drive, columns.pwm_range)
-        problems += file.problems
+        said += file.problems
         drifts += [] if file.tare_drift_n is None else [file.tare_drift_n]
         for (block, readings), own in zip(found.tables, file.points, strict=True):
             points += own
             sheets.append(_sheet_read(block, readings, own))
         if any("code" not in block.columns for block, _ in found.tables):
-            problems.append(_pwm_note(shown_as, vehicle))
+            said.append(_pwm_note(shown_as, vehicle))
+        marks = [point.marks for own in file.points for point in own]
+        problems += said if found.is_blank else with_cause(said, shown_as, marks, "mooring")
     fitted = [point for point in points if not point.marks]
-    problems += _over_all(fitted, points, vehicle)
+    if fitted:
+        folder = Place(source_name(min(paths).parent, raw_root))
+        problems += _over_all(fitted, folder, vehicle)
     return MooringRecord(
         points=tuple(points),
         sheets=tuple(sheets),
@@ -231,7 +237,7 @@ def _summary(points: Sequence[MooringPoint]) -> str:
     codes = [point.code for point in points]
     thrust = [point.thrust_n for point in points]
     parts = [
-        f"{len(points)} points",
+        counted(len(points), "point"),
         f"codes {min(codes):g} to {max(codes):g}",
         f"{min(thrust):.3g} to {max(thrust):.3g} N",
     ]
@@ -257,18 +263,15 @@ def _pwm_note(file: str, vehicle: Vehicle) -> Problem:
     return Problem("note", Place(file), what, "", remedy)
 
 
-def _over_all(
-    fitted: Sequence[MooringPoint], points: Sequence[MooringPoint], vehicle: Vehicle
-) -> list[Problem]:
+def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -> list[Problem]:
     """Say what only all files together show: supply voltages, too few codes."""
-    if not points:
-        return []
     problems: list[Problem] = []
-    folder = Place(points[0].source.file)
-    if len({point.code for point in fitted}) < 2:
-        what = "one code only: no characteristic follows from it."
-        remedy = "Measure at several codes of both signs."
-        problems.append(Problem("warning", folder, what, "", remedy))
+    codes = {point.code for point in fitted}
+    if len(codes) < 2:
+        what = f"there is one code only ({codes.pop():g}): no characteristic follows from it."
+        expected = f"several codes from {vehicle.drive.code_min} to {vehicle.drive.code_max}."
+        remedy = "Add the records of other codes."
+        problems.append(Problem("error", folder, what, expected, remedy))
     groups = voltage_groups(point.voltage_v for point in fitted if point.voltage_v is not None)
     wanted = vehicle.tables.supply_voltage_v
     named = ", ".join(f"{(low + high) / 2:.3g}" for low, high in groups)

@@ -25,7 +25,8 @@ from pipeline.ingest.open_water_coefficients import (
     efficiency,
 )
 from pipeline.ingest.open_water_words import VOCABULARY
-from pipeline.ingest.rows import listed
+from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.usable import with_cause
 from pipeline.records.base import Source
 from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord, SheetRead
 from pipeline.vehicle.schema import Vehicle
@@ -78,10 +79,12 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
     for path in kept:
         shown_as = source_name(path, raw_root)
         found = read_bench_file(path, shown_as, wanted, columns, _LOOKED_FOR)
-        problems += found.problems
+        said: list[Problem] = list(found.problems)
+        marks: list[tuple[str, ...]] = []
         for block, readings in found.tables:
-            own = _points(block, readings, vehicle, problems)
+            own = _points(block, readings, vehicle, said)
             points += own
+            marks += [point.marks for point in own]
             sheets.append(
                 SheetRead(
                     file=block.sheet.file,
@@ -91,6 +94,7 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
                     summary=_summary(own),
                 )
             )
+        problems += said if found.is_blank else with_cause(said, shown_as, marks, "open-water")
     return OpenWaterRecord(points=tuple(points), sheets=tuple(sheets), problems=tuple(problems))
 
 
@@ -273,7 +277,7 @@ def _summary(points: Sequence[OpenWaterPoint]) -> str:
     if not points:
         return "left out"
     ratios = [point.advance_ratio for point in points]
-    parts = [f"{len(points)} points", f"J {min(ratios):.3g} to {max(ratios):.3g}"]
+    parts = [counted(len(points), "point"), f"J {min(ratios):.3g} to {max(ratios):.3g}"]
     for name, values in (
         ("K_T", [point.thrust_coefficient for point in points]),
         ("K_Q", [point.torque_coefficient for point in points]),

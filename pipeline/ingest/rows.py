@@ -1,6 +1,17 @@
-"""Row numbers in messages."""
+"""Row numbers and counts in messages."""
 
 from collections.abc import Sequence
+
+
+def counted(number: int, noun: str) -> str:
+    """Write a number of things.
+
+    Examples
+    --------
+    >>> counted(1, "point"), counted(0, "row"), counted(12, "code")
+    ('1 point', '0 rows', '12 codes')
+    """
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def listed(rows: Sequence[int], most: int = 8) -> str:

@@ -113,6 +113,22 @@ _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
     }),
 })  # fmt: skip
 
+#: quantity -> a unit as a header may state it, for messages.
+EXAMPLES: Mapping[str, str] = MappingProxyType({
+    "shaft_speed": "rpm",
+    "torque": "N m",
+    "force": "N",
+    "current": "A",
+    "voltage": "V",
+    "power": "W",
+    "time": "s",
+    "pulse_width": "us",
+    "speed": "m/s",
+    "ratio": "%",
+    "temperature": "deg C",
+    "efficiency": "g/W",
+})  # fmt: skip
+
 #: Latin letters that look like Cyrillic ones, after case folding: "H·м" is typed with a Latin H.
 _SAME_SHAPE = str.maketrans("aeopcxyhkmtb", "аеорсхункмтв")
 _CYRILLIC = re.compile("[а-яё]")

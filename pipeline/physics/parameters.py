@@ -81,8 +81,8 @@ SLOTS: tuple[Slot, ...] = (
     Slot("rotor_inertia", _EACH, "kg m^2", 0.0, "of shaft and propeller; 0: static thrust"),
     Slot("supply_drop", (), "1", 0.0, "share of the supply voltage that is missing at no load"),
     Slot("load_drop", (), "1", 0.0, "further share that is missing with every thruster at full"),
-    Slot("misalignment_azimuth", _EACH, "rad", 0.0, "about body z"),
-    Slot("misalignment_elevation", _EACH, "rad", 0.0, "out of the body xy plane, up positive"),
+    Slot("misalignment_azimuth", _EACH, "rad", 0.0, "level tilt, across the stated direction"),
+    Slot("misalignment_elevation", _EACH, "rad", 0.0, "tilt across the level one, up positive"),
     # measurement; read by the sensors, not by the kernel
     Slot("dvl_scale", (), "1", 1.0, "measured over true speed"),
     Slot("dvl_rotation", (3,), "rad", 0.0, "roll, pitch, yaw of the DVL against its stated mount"),

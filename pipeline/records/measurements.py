@@ -32,8 +32,8 @@ class LoadTestPoint(Record):
 
     A sweep in reverse (code, speed and torque negative) is stored with all three signs as
     measured; `code` is None where the file does not say it. `marks` says why a point is not fitted
-    ("warm-up", "duplicate", "commented out", "torque not a number" ...); an empty tuple means that
-    it is.
+    ("warm-up", "duplicate", "commented out", "negative torque" ...); an empty tuple means that it
+    is. A row whose speed or torque is no number is no point: a problem of the record names it.
     """
 
     source: Source

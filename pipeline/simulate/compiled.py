@@ -2,47 +2,169 @@
 
 Numba keys its cache by the file of the compiled function alone: a change in another file that the
 kernel is made of would go unnoticed and run stale physics. So the cache folder carries a digest of
-every source file that takes part, and each state of the sources has a cache of its own.
+every source file that takes part, and of the versions that compile it; each state has a cache of
+its own. (The processor is part of numba's own key.)
 """
 
+import contextlib
 import hashlib
 import os
+import platform
+import re
+import shutil
+import stat
+import sys
+import tempfile
+import time
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-#: Packages and files whose text the kernel is made of.
 _PACKAGE = Path(__file__).resolve().parent.parent
-KERNEL_SOURCES = (
-    _PACKAGE / "physics" / "parameters.py",
-    *sorted((_PACKAGE / "simulate").glob("kernel*.py")),
-    Path(__file__),
+_IMPORT = re.compile(
+    r"^\s*(?:from\s+pipeline([\w.]*)\s+import\s+\(?([^\n#]*)|import\s+pipeline([\w.]*))",
+    re.MULTILINE,
 )
+#: Caches of other states of the sources: so many stay, and any that was used so short a time ago.
+KEPT_CACHES = 4
+KEPT_SECONDS = 86400.0
 
 
-def sources_digest() -> str:
-    """Digest of the kernel's sources, 16 hexadecimal digits."""
+def kernel_sources(package: Path = _PACKAGE) -> tuple[Path, ...]:
+    """Files whose text the kernel is made of: ``simulate/kernel*.py`` and all that they import.
+
+    Parameters
+    ----------
+    package : Path
+        Folder of the package.
+    """
+    found: dict[Path, None] = {}
+    waiting = [package / "simulate" / "compiled.py", *(package / "simulate").glob("kernel*.py")]
+    while waiting:
+        path = waiting.pop()
+        if path in found:
+            continue
+        found[path] = None
+        for base, names, plain in _IMPORT.findall(path.read_text(encoding="utf-8")):
+            parts = [part for part in (base or plain).split(".") if part]
+            module = package.joinpath(*parts)
+            # what is imported from a package can be a module of it
+            inside = [module / f"{name.strip()}.py" for name in names.split(",") if name.strip()]
+            candidates = (module.with_suffix(".py"), module / "__init__.py", *inside)
+            waiting.extend(candidate for candidate in candidates if candidate.is_file())
+    return tuple(sorted(found))
+
+
+def kernel_digest(package: Path = _PACKAGE) -> str:
+    """Digest of the kernel's sources and of what compiles them, 16 hexadecimal digits."""
+    import numba
+    import numpy as np
+
     digest = hashlib.sha256()
-    for path in KERNEL_SOURCES:
-        digest.update(path.name.encode())
-        digest.update(path.read_bytes())
+    for version in (platform.python_version(), np.__version__, numba.__version__):
+        digest.update(f"{version}\n".encode())
+    for path in kernel_sources(package):
+        digest.update(f"{path.relative_to(package).as_posix()}\n".encode())
+        digest.update(hashlib.sha256(path.read_bytes()).digest())
     return digest.hexdigest()[:16]
 
 
-def cache_folder() -> Path:
-    """Folder of the compiled code for these sources.
+def cache_root() -> Path:
+    """Folder of all caches: ``RIG2SEA_CACHE``, else one in the user's cache folder.
 
-    ``RIG2SEA_CACHE`` overrides the place; else the user's cache folder (``XDG_CACHE_HOME``).
+    Where nothing can be written there, a folder among the temporary files takes its place, and a
+    line on standard error says so.
     """
     base = os.environ.get("RIG2SEA_CACHE")
-    root = (
-        Path(base)
-        if base
-        else Path(os.environ.get("XDG_CACHE_HOME", Path.home() / ".cache")) / "rig2sea"
-    )
-    return root / f"kernel-{sources_digest()}"
+    try:
+        root = (
+            Path(base)
+            if base
+            else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "rig2sea"
+        )
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=root):
+            return root
+    except (OSError, RuntimeError) as error:  # RuntimeError: there is no home
+        root = _temporary_root()
+        print(
+            f"note: compiled code cannot be kept in the cache folder ({error}); it is kept in "
+            f"{root}. Set RIG2SEA_CACHE to a folder that can be written.",
+            file=sys.stderr,
+        )
+        return root
+
+
+def _temporary_root() -> Path:
+    """Return a folder of ours alone among the temporary files: code is loaded from it."""
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    root = Path(tempfile.gettempdir()) / f"rig2sea-{user}"
+    try:
+        root.mkdir(mode=0o700, exist_ok=True)
+        state = root.lstat()
+    except OSError:
+        return Path(tempfile.mkdtemp(prefix="rig2sea-"))
+    ours = stat.S_ISDIR(state.st_mode) and (not hasattr(os, "getuid") or state.st_uid == user)
+    if ours and (os.name == "nt" or not state.st_mode & 0o022):
+        return root
+    return Path(tempfile.mkdtemp(prefix="rig2sea-"))
+
+
+def prune(root: Path, now_s: float) -> list[Path]:
+    """Delete caches of states that are gone, and return them.
+
+    The newest `KEPT_CACHES` stay, and so does any used within `KEPT_SECONDS` of `now_s`: another
+    process may be at work in it.
+    """
+    caches = []
+    for path in root.glob("kernel-*"):
+        if re.fullmatch(r"kernel-[0-9a-f]{16}", path.name) and not path.is_symlink():
+            try:
+                caches.append((path.stat().st_mtime, path))
+            except OSError:
+                continue  # another process was faster
+    caches.sort(reverse=True)
+    old = [path for used_s, path in caches[KEPT_CACHES:] if now_s - used_s > KEPT_SECONDS]
+    for path in old:
+        shutil.rmtree(path, ignore_errors=True)
+    return old
+
+
+@cache
+def cache_folder() -> Path:
+    """Folder of the compiled code for these sources; made, marked as used, and old ones deleted."""
+    root = cache_root()
+    folder = root / f"kernel-{kernel_digest()}"
+    if folder.is_dir():
+        with contextlib.suppress(OSError):  # another user's stays while its owner uses it
+            os.utime(folder)
+    else:
+        folder.mkdir(exist_ok=True)
+        prune(root, time.time())
+    return folder
+
+
+@cache
+def _known_sources() -> frozenset[Path]:
+    return frozenset(kernel_sources())
+
+
+def _compile(function: Function, **settings: Any) -> Function:  # noqa: ANN401 (numba's settings)
+    import numba
+
+    source = Path(function.__code__.co_filename).resolve()
+    if source not in _known_sources():
+        raise RuntimeError(
+            f"{source} is compiled but not among the kernel's sources, so its changes would go "
+            "unnoticed: name the file kernel_*.py, or import it in one"
+        )
+    # the stubs do not know the setting, which numba reads when a function is compiled
+    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
+    compile_it = numba.njit(cache=True, nogil=True, error_model="numpy", **settings)
+    return cast("Function", compile_it(function))
 
 
 def compiled(function: Function) -> Function:
@@ -50,8 +172,14 @@ def compiled(function: Function) -> Function:
 
     Without fast-math a run is the same bit for bit on one machine, and a NaN stays a NaN.
     """
-    import numba
+    return _compile(function)
 
-    # the stubs do not know the setting, which numba reads when a function is compiled
-    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
-    return cast("Function", numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+
+def inlined(function: Function) -> Function:
+    """Compile a function that makes no arrays, into its callers.
+
+    As `compiled`; besides, the arrays' reference counts are left alone, which in a function of a
+    few dozen multiplications take longer than the multiplications, and the function's body takes
+    the place of a call. Such a function works on arrays that its caller made.
+    """
+    return _compile(function, forceinline=True, _nrt=False)

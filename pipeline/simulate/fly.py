@@ -1,6 +1,6 @@
 """Fly a manoeuvre: open loop, or under the autopilot, through an allocator."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -17,6 +17,16 @@ from pipeline.types import FloatArray
 #: Period of the autopilot and of the commands. [s]
 CONTROL_PERIOD_S = 0.1
 STEP_S = 0.02
+
+
+class Change(Protocol):
+    """Something that happens to the vehicle in flight."""
+
+    def __call__(
+        self, time_s: float, state: FloatArray, nu_dot: FloatArray | None
+    ) -> tuple[FloatArray, FloatArray]:
+        """State and true parameter vector from this time on; `nu_dot` (6,) is of just before."""
+        ...
 
 
 class Allocator(Protocol):
@@ -63,7 +73,9 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
             first = max(int(np.argmax(curve > 0)) - 1, 0)
             limit = packed.code_limits[i, 1] if side == 0 else -packed.code_limits[i, 0]
             size = np.interp(abs(thrust_n[i]), curve[first:], codes[first:] * steps[kinds[i], 1])
-            out[i] = min(float(size), limit) * (1 if side == 0 else -1) if thrust_n[i] else 0.0
+            # round-off of the allocation is no demand: it would sit at the edge of the dead zone
+            if abs(thrust_n[i]) > 1e-9 * curve[-1]:
+                out[i] = min(float(size), limit) * (1 if side == 0 else -1)
         return np.round(out)
 
     rest = tables[kinds, :, 0, -1]
@@ -78,16 +90,26 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
 
 def autopilot_for(packed: PackedVehicle) -> Autopilot:
     """Autopilot whose gains follow from the nominal vehicle's inertia and damping."""
+    vector = packed.vector
     matrix = np.empty((6, 6))
-    mass_matrix(packed.vector, 1.0, matrix)
+    mass_matrix(vector, 1.0, matrix)
+    added = read(vector, "added_mass")
+    share = float(read(vector, "coriolis_fraction"))
+    # M = c u w and N = c u v of Munk and lift; an angle of attack alpha is w / u, and turning the
+    # nose to starboard of the course by psi gives v = -u psi
+    pitch = share * (added[2, 2] - added[0, 0]) + float(read(vector, "pitch_lift_slope"))
+    yaw = share * (added[1, 1] - added[0, 0]) - float(read(vector, "yaw_lift_slope"))
     return Autopilot(
         Design(
             surge_mass_kg=float(matrix[0, 0]),
             heave_mass_kg=float(matrix[2, 2]),
             pitch_inertia_kgm2=float(matrix[4, 4]),
             yaw_inertia_kgm2=float(matrix[5, 5]),
-            surge_linear=float(read(packed.vector, "linear_damping")[0, 0]),
-            surge_quadratic=float(read(packed.vector, "quadratic_damping")[0]),
+            surge_linear=float(read(vector, "linear_damping")[0, 0]),
+            surge_quadratic=float(read(vector, "quadratic_damping")[0]),
+            roll_inertia_kgm2=float(matrix[3, 3]),
+            pitch_upset_kg=max(float(pitch), 0.0),
+            yaw_upset_kg=max(float(yaw), 0.0),
         )
     )
 
@@ -97,7 +119,7 @@ def motion_of(state: FloatArray) -> Motion:
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_quat(state[[4, 5, 6, 3]])
-    yaw, pitch, _ = turn.as_euler("ZYX")
+    yaw, pitch, roll = turn.as_euler("ZYX")
     velocity = turn.apply(state[7:10])
     return Motion(
         surge_mps=float(state[7]),
@@ -107,6 +129,8 @@ def motion_of(state: FloatArray) -> Motion:
         pitch_rad=float(pitch),
         pitch_rate_radps=float(state[11]),
         yaw_rate_radps=float(state[12]),
+        roll_rad=float(roll),
+        roll_rate_radps=float(state[10]),
     )
 
 
@@ -118,6 +142,7 @@ def fly(
     allocator: Allocator | None = None,
     step_s: float = STEP_S,
     method: Method = "rk4",
+    change: Change | None = None,
 ) -> Trajectory:
     """Fly a plan and return the whole run.
 
@@ -135,6 +160,9 @@ def fly(
         Integration step; divides the control period. [s]
     method : {"rk4", "semi_implicit"}
         See `run`.
+    change : Change, optional
+        Asked at the start of every control period; its vector takes the place of `vector`. The
+        autopilot is not told.
 
     Raises
     ------
@@ -149,6 +177,8 @@ def fly(
     saturated = False
     for k in range(round(plan.duration_s / CONTROL_PERIOD_S)):
         now = k * CONTROL_PERIOD_S
+        if change is not None:
+            state, vector = change(now, state, pieces[-1].nu_dot[-1] if pieces else None)
         demand = np.zeros(6)
         if plan.reference is not None:
             demand, autopilot = autopilot.step(
@@ -168,6 +198,55 @@ def fly(
         )
         pieces.append(piece)
         state = piece.final_state
+    return join(pieces)
+
+
+def run_changing(
+    packed: PackedVehicle,
+    commands: FloatArray,
+    change: Change,
+    at_s: Sequence[float],
+    *,
+    dt_s: float,
+    start: FloatArray | None = None,
+    method: Method = "rk4",
+) -> Trajectory:
+    """Run commands open loop while something happens to the vehicle.
+
+    Parameters
+    ----------
+    packed, commands, dt_s, start, method
+        As `run` takes them.
+    change : Change
+        Asked at the start and at the times `at_s`.
+    at_s : sequence of float
+        Times of the changes, each moved to the next step. [s]
+
+    Returns
+    -------
+    Trajectory
+        At the time of a change the sample is that of just after.
+    """
+    edges = sorted({min(int(np.ceil(t / dt_s - 1e-9)), len(commands)) for t in at_s} | {0})
+    state = initial_state() if start is None else start
+    nu_dot: FloatArray | None = None
+    pieces: list[Trajectory] = []
+    for begin, end in zip(edges, [*edges[1:], len(commands)], strict=True):
+        state, vector = change(begin * dt_s, state, nu_dot)
+        if begin == end:
+            continue
+        pieces.append(
+            run(
+                packed,
+                commands[begin:end],
+                dt_s=dt_s,
+                vector=vector,
+                start=state,
+                method=method,
+                start_time_s=begin * dt_s,
+            )
+        )
+        state, nu_dot = pieces[-1].final_state, pieces[-1].nu_dot[-1]
     return join(pieces)
 
 

@@ -4,14 +4,15 @@ State: position NED (3), quaternion w x y z (4), nu = u v w p q r (6), then one 
 its effective code after the lag, or its shaft speed in rev/s where it has a rotor inertia.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pipeline.physics.parameters import MOST_THRUSTERS, offset
-from pipeline.simulate.compiled import compiled
+from pipeline.simulate.compiled import compiled, inlined
 from pipeline.simulate.kernel_frames import (
     normalise_quaternion,
+    position_rate,
     quaternion_rate,
     rotation_matrix,
 )
@@ -34,7 +35,6 @@ from pipeline.simulate.kernel_thrusters import (
 Array = Any
 
 CURRENT = offset("current")
-WALL_STRENGTH = offset("wall_strength")
 THRUSTER_COUNT = offset("thruster_count")
 LAG = offset("lag")
 ROTOR_INERTIA = offset("rotor_inertia")
@@ -44,32 +44,119 @@ STATE = BODY + MOST_THRUSTERS
 RK4, SEMI_IMPLICIT = 0, 1
 
 
+class Fixed(NamedTuple):
+    """What stays the same over a run, beside the parameter vector.
+
+    `directions` (12, 3); `matrix`, `inverse` (6, 6): the mass matrix and its inverse away from
+    walls; `strips` (k, 3); `thrust_tables` (types, 2, speeds, codes); `screws` (types, 8);
+    `torque_tables` (types, codes, shaft speeds); `steps` (types, 2).
+    """
+
+    directions: Array
+    matrix: Array
+    inverse: Array
+    strips: Array
+    thrust_tables: Array
+    screws: Array
+    torque_tables: Array
+    steps: Array
+
+
+class Work(NamedTuple):
+    """Arrays that the integration writes to, made once a run.
+
+    Of `rates`: `nu_r`, `force`, `solution` (6,), `water` (3,), `rotation` (3, 3), `inflow` (12,),
+    `heavier`, `factor` (6, 6). Of the integrator: `state`, `start` of a step, `rate`, `total` of
+    the weighted rates (STATE,), `codes`, `thrust` (12,), and `remaining` (3, 12): what is left of
+    a lagging code's distance at the start, the middle and the end of a step.
+    """
+
+    nu_r: Array
+    force: Array
+    water: Array
+    solution: Array
+    rotation: Array
+    inflow: Array
+    heavier: Array
+    factor: Array
+    state: Array
+    start: Array
+    rate: Array
+    total: Array
+    codes: Array
+    thrust: Array
+    remaining: Array
+
+
+@inlined
+def remaining_shares(p: Array, elapsed: float, row: int, remaining: Array) -> None:
+    """Fill a row of `remaining`: what a first-order lag leaves of a difference after a time."""
+    for i in range(int(p[THRUSTER_COUNT])):
+        tau = p[LAG + i]
+        if tau > 0.0:
+            remaining[row, i] = np.exp(-elapsed / tau)
+
+
 @compiled
-def rates(
+def work_space(p: Array, initial: Array, dt: float) -> Work:
+    """Make the work space of a run that starts from `initial` (STATE,)."""
+    work = Work(
+        nu_r=np.zeros(6),
+        force=np.zeros(6),
+        water=np.zeros(3),
+        solution=np.zeros(6),
+        rotation=np.zeros((3, 3)),
+        inflow=np.zeros(MOST_THRUSTERS),
+        heavier=np.zeros((6, 6)),
+        factor=np.zeros((6, 6)),
+        state=initial.copy(),
+        start=np.zeros(STATE),
+        rate=np.zeros(STATE),
+        total=np.zeros(STATE),
+        codes=np.zeros(MOST_THRUSTERS),
+        thrust=np.zeros(MOST_THRUSTERS),
+        remaining=np.zeros((3, MOST_THRUSTERS)),
+    )
+    for row in range(3):
+        remaining_shares(p, 0.5 * row * dt, row, work.remaining)
+    return work
+
+
+@compiled
+def fixed_parts(
     p: Array,
-    state: Array,
-    codes: Array,
-    external: Array,
-    directions: Array,
-    matrix: Array,
-    inverse: Array,
     strips: Array,
     thrust_tables: Array,
     screws: Array,
     torque_tables: Array,
     steps: Array,
+) -> Fixed:
+    """Work out what stays the same over a run."""
+    matrix, directions = np.empty((6, 6)), np.zeros((MOST_THRUSTERS, 3))
+    mass_matrix(p, 1.0, matrix)
+    thruster_directions(p, directions)
+    inverse = np.linalg.inv(matrix)
+    return Fixed(directions, matrix, inverse, strips, thrust_tables, screws, torque_tables, steps)
+
+
+@inlined
+def rates(
+    p: Array,
+    state: Array,
+    codes: Array,
+    external: Array,
+    row: int,
+    fixed: Fixed,
+    work: Work,
     rate: Array,
     thrust: Array,
-    work: Array,
 ) -> None:
-    """Fill the rate of change of a state, and the thrusts.
+    """Fill the rate of change of a state (STATE,), and the thrusts (12,).
 
-    `codes` are the effective codes, `external` (6,) a force and moment on the body from outside
-    the model. `work` (5, 6) and the first rows of it hold vectors; `matrix`, `inverse` (6, 6) are
-    the mass matrix and its inverse away from walls.
+    `codes` (12,) are the effective codes; row `row` of `external` (k, 6) is a force and moment on
+    the body from outside the model. `work.rotation` is that of the state afterwards.
     """
-    nu_r, force, water, scratch = work[0], work[1], work[2], work[3]
-    rotation = np.empty((3, 3))
+    nu_r, force, water, rotation = work.nu_r, work.force, work.water, work.rotation
     rotation_matrix(state[3], state[4], state[5], state[6], rotation)
     for k in range(3):
         water[k] = (
@@ -80,61 +167,139 @@ def rates(
         nu_r[k] = state[7 + k] - water[k]
         nu_r[3 + k] = state[10 + k]
     for k in range(6):
-        force[k] = external[k]
-    inflow = np.empty(MOST_THRUSTERS)
+        force[k] = external[row, k]
     add_thrust(
-        p, directions, state[BODY:], nu_r, thrust_tables, screws, steps, thrust, inflow, force
+        p,
+        fixed.directions,
+        state[BODY:],
+        nu_r,
+        fixed.thrust_tables,
+        fixed.screws,
+        fixed.steps,
+        thrust,
+        work.inflow,
+        force,
     )
     add_restoring(p, rotation, force)
     add_towed_tether(p, state, rotation, nu_r, force)
     near_wall = wall_factor(p, state[0], state[1], state[2])
-    add_damping(p, nu_r, near_wall, strips, force)
+    add_damping(p, nu_r, near_wall, fixed.strips, force)
     if near_wall != 1.0:
-        heavier = np.empty((6, 6))
-        factor = np.empty((6, 6))
-        mass_matrix(p, near_wall, heavier)
-        subtract_coriolis(p, heavier, nu_r, force)
-        solve_symmetric(heavier, force, factor, scratch)
+        mass_matrix(p, near_wall, work.heavier)
+        subtract_coriolis(p, work.heavier, nu_r, force)
+        solve_symmetric(work.heavier, force, work.factor, work.solution)
         for k in range(6):
-            rate[7 + k] = scratch[k]
+            rate[7 + k] = work.solution[k]
     else:
-        subtract_coriolis(p, matrix, nu_r, force)
+        subtract_coriolis(p, fixed.matrix, nu_r, force)
         for i in range(6):
             total = 0.0
             for j in range(6):
-                total += inverse[i, j] * force[j]
+                total += fixed.inverse[i, j] * force[j]
             rate[7 + i] = total
     # nu = nu_r + water, and the water's velocity turns against the body: -omega x water
     rate[7] -= state[11] * water[2] - state[12] * water[1]
     rate[8] -= state[12] * water[0] - state[10] * water[2]
     rate[9] -= state[10] * water[1] - state[11] * water[0]
-    for k in range(3):
-        rate[k] = rotation[k, 0] * state[7] + rotation[k, 1] * state[8] + rotation[k, 2] * state[9]
+    position_rate(rotation, state[7:13], rate)
     quaternion_rate(state, state[7:13], rate)
     for i in range(MOST_THRUSTERS):
         rate[BODY + i] = 0.0
     for i in range(int(p[THRUSTER_COUNT])):
         if p[ROTOR_INERTIA + i] > 0.0:
             rate[BODY + i] = shaft_rate(
-                p, i, state[BODY + i], codes[i], inflow[i], screws, torque_tables, steps
+                p,
+                i,
+                state[BODY + i],
+                codes[i],
+                work.inflow[i],
+                fixed.screws,
+                fixed.torque_tables,
+                fixed.steps,
             )
 
 
-@compiled
-def lagged(p: Array, start: Array, codes: Array, elapsed: float, state: Array) -> None:
-    """Set the lagged codes of a state a time after the start of a step, exactly.
+@inlined
+def lagged(p: Array, start: Array, codes: Array, remaining: Array, row: int, state: Array) -> None:
+    """Set the lagged codes of a state some time after the start of a step, exactly.
 
     The command is constant over a step, so the first-order lag has a closed form; integrating it
-    would tie the step to the shortest lag.
+    would tie the step to the shortest lag. Row `row` of `remaining` belongs to the time: the
+    exponentials are taken once a run, not once a thruster and step.
     """
     for i in range(int(p[THRUSTER_COUNT])):
         if p[ROTOR_INERTIA + i] > 0.0:
             continue
-        tau = p[LAG + i]
-        if tau > 0.0:
-            state[BODY + i] = codes[i] + (start[BODY + i] - codes[i]) * np.exp(-elapsed / tau)
+        if p[LAG + i] > 0.0:
+            state[BODY + i] = codes[i] + (start[BODY + i] - codes[i]) * remaining[row, i]
         else:
             state[BODY + i] = codes[i]
+
+
+@inlined
+def copied(source: Array, target: Array) -> None:
+    """Copy a vector of the target's length."""
+    for i in range(target.shape[0]):
+        target[i] = source[i]
+
+
+@inlined
+def moved(start: Array, rate: Array, share: float, first: int, end: int, target: Array) -> None:
+    """Set target = start + share * rate in the entries from `first` to before `end`."""
+    for i in range(first, end):
+        target[i] = start[i] + share * rate[i]
+
+
+@inlined
+def integrate(
+    p: Array,
+    commands: Array,
+    external: Array,
+    dt: float,
+    method: int,
+    fixed: Fixed,
+    work: Work,
+    states: Array,
+    accelerations: Array,
+    thrusts: Array,
+) -> None:
+    """Do the work of `simulate` in arrays that it has made, from work.state."""
+    count = commands.shape[0]
+    codes, thrust, remaining = work.codes, work.thrust, work.remaining
+    x, start, rate, total = work.state, work.start, work.rate, work.total
+    for k in range(count + 1):
+        now = min(k, count - 1)
+        row = min(now, external.shape[0] - 1)
+        effective_codes(p, commands[now], codes)
+        # a thruster without lag is at its code from the start of the step
+        lagged(p, x, codes, remaining, 0, x)
+        copied(x, start)
+        copied(x, states[k])
+        # the four slopes of Runge and Kutta, or the first alone
+        last = 3 if method == RK4 and k < count else 0
+        for stage in range(last + 1):
+            rates(p, x, codes, external, row, fixed, work, rate, thrust)
+            if stage == 0:
+                copied(rate[7:13], accelerations[k])
+                copied(thrust, thrusts[k])
+                copied(rate, total)
+            else:
+                moved(total, rate, 2.0 if stage < 3 else 1.0, 0, STATE, total)
+            if stage < last:
+                moved(start, rate, dt if stage == 2 else 0.5 * dt, 0, STATE, x)
+                lagged(p, start, codes, remaining, 2 if stage == 2 else 1, x)
+        if k == count:
+            break
+        if method == SEMI_IMPLICIT:
+            # velocities first; the pose moves with the new velocity
+            moved(start, rate, dt, 7, STATE, x)
+            position_rate(work.rotation, x[7:13], rate)
+            quaternion_rate(start, x[7:13], rate)
+            moved(start, rate, dt, 0, 7, x)
+        else:
+            moved(start, total, dt / 6.0, 0, STATE, x)
+        lagged(p, start, codes, remaining, 2, x)
+        normalise_quaternion(x)
 
 
 @compiled
@@ -159,126 +324,6 @@ def simulate(
     Fills states (m + 1, STATE), accelerations nu' (m + 1, 6) and thrusts (m + 1, 12); the last row
     of the last two repeats the last command.
     """
-    count = commands.shape[0]
-    matrix = np.empty((6, 6))
-    mass_matrix(p, 1.0, matrix)
-    inverse = np.linalg.inv(matrix)
-    directions = np.zeros((MOST_THRUSTERS, 3))
-    thruster_directions(p, directions)
-    codes = np.zeros(MOST_THRUSTERS)
-    thrust = np.zeros(MOST_THRUSTERS)
-    spare = np.zeros(MOST_THRUSTERS)
-    work = np.empty((5, 6))
-    k1, k2, k3, k4 = np.empty(STATE), np.empty(STATE), np.empty(STATE), np.empty(STATE)
-    x, stage = initial.copy(), np.empty(STATE)
-    for k in range(count + 1):
-        now = min(k, count - 1)
-        outside = external[min(now, external.shape[0] - 1)]
-        effective_codes(p, commands[now], codes)
-        # a thruster without lag is at its code from the start of the step
-        lagged(p, x, codes, 0.0, x)
-        rates(
-            p,
-            x,
-            codes,
-            outside,
-            directions,
-            matrix,
-            inverse,
-            strips,
-            thrust_tables,
-            screws,
-            torque_tables,
-            steps,
-            k1,
-            thrust,
-            work,
-        )
-        states[k] = x
-        accelerations[k] = k1[7:13]
-        thrusts[k] = thrust
-        if k == count:
-            break
-        if method == SEMI_IMPLICIT:
-            stage[:] = x
-            for i in range(7, STATE):
-                stage[i] = x[i] + dt * k1[i]
-            rotation = np.empty((3, 3))
-            rotation_matrix(x[3], x[4], x[5], x[6], rotation)
-            for i in range(3):
-                k1[i] = (
-                    rotation[i, 0] * stage[7]
-                    + rotation[i, 1] * stage[8]
-                    + rotation[i, 2] * stage[9]
-                )
-            quaternion_rate(x, stage[7:13], k1)
-            for i in range(7):
-                stage[i] = x[i] + dt * k1[i]
-            lagged(p, x, codes, dt, stage)
-            x[:] = stage
-        else:
-            for i in range(STATE):
-                stage[i] = x[i] + 0.5 * dt * k1[i]
-            lagged(p, x, codes, 0.5 * dt, stage)
-            rates(
-                p,
-                stage,
-                codes,
-                outside,
-                directions,
-                matrix,
-                inverse,
-                strips,
-                thrust_tables,
-                screws,
-                torque_tables,
-                steps,
-                k2,
-                spare,
-                work,
-            )
-            for i in range(STATE):
-                stage[i] = x[i] + 0.5 * dt * k2[i]
-            lagged(p, x, codes, 0.5 * dt, stage)
-            rates(
-                p,
-                stage,
-                codes,
-                outside,
-                directions,
-                matrix,
-                inverse,
-                strips,
-                thrust_tables,
-                screws,
-                torque_tables,
-                steps,
-                k3,
-                spare,
-                work,
-            )
-            for i in range(STATE):
-                stage[i] = x[i] + dt * k3[i]
-            lagged(p, x, codes, dt, stage)
-            rates(
-                p,
-                stage,
-                codes,
-                outside,
-                directions,
-                matrix,
-                inverse,
-                strips,
-                thrust_tables,
-                screws,
-                torque_tables,
-                steps,
-                k4,
-                spare,
-                work,
-            )
-            for i in range(STATE):
-                stage[i] = x[i] + dt / 6.0 * (k1[i] + 2.0 * k2[i] + 2.0 * k3[i] + k4[i])
-            lagged(p, x, codes, dt, stage)
-            x[:] = stage
-        normalise_quaternion(x)
+    fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
+    work = work_space(p, initial, dt)
+    integrate(p, commands, external, dt, method, fixed, work, states, accelerations, thrusts)

@@ -2,12 +2,12 @@
 
 from typing import Any
 
-from pipeline.simulate.compiled import compiled
+from pipeline.simulate.compiled import inlined
 
 Array = Any  # compiled code sees plain arrays
 
 
-@compiled
+@inlined
 def rotation_matrix(w: float, x: float, y: float, z: float, rotation: Array) -> None:
     """Fill R (3, 3) with v_ned = R v_body for the unit quaternion (w, x, y, z).
 
@@ -24,7 +24,7 @@ def rotation_matrix(w: float, x: float, y: float, z: float, rotation: Array) -> 
     rotation[2, 2] = 1.0 - 2.0 * (x * x + y * y)
 
 
-@compiled
+@inlined
 def quaternion_rate(state: Array, nu: Array, rate: Array) -> None:
     """Rate of the quaternion from the body rates, into rate[3:7]. Fossen 2021, eq. (2.78)."""
     w, x, y, z = state[3], state[4], state[5], state[6]
@@ -35,7 +35,14 @@ def quaternion_rate(state: Array, nu: Array, rate: Array) -> None:
     rate[6] = 0.5 * (-y * p + x * q + w * r)
 
 
-@compiled
+@inlined
+def position_rate(rotation: Array, nu: Array, rate: Array) -> None:
+    """Rate of the position from the velocity, into rate[0:3]."""
+    for k in range(3):
+        rate[k] = rotation[k, 0] * nu[0] + rotation[k, 1] * nu[1] + rotation[k, 2] * nu[2]
+
+
+@inlined
 def normalise_quaternion(state: Array) -> None:
     """Bring the quaternion of a state back to unit length, in place."""
     norm = (state[3] ** 2 + state[4] ** 2 + state[5] ** 2 + state[6] ** 2) ** 0.5

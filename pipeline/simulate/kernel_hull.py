@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.physics.parameters import MOST_WALLS, offset
-from pipeline.simulate.compiled import compiled
+from pipeline.simulate.compiled import inlined
 
 Array = Any
 
@@ -40,7 +40,7 @@ TETHER_PULL = offset("tether_pull")
 TETHER_ANCHOR = offset("tether_anchor")
 
 
-@compiled
+@inlined
 def mass_matrix(p: Array, near_wall: float, matrix: Array) -> None:
     """Fill M = M_RB + near_wall M_A (6, 6). Fossen 2021, eq. (3.49)."""
     m = p[MASS]
@@ -67,7 +67,7 @@ def mass_matrix(p: Array, near_wall: float, matrix: Array) -> None:
     matrix[4, 2] -= m * x
 
 
-@compiled
+@inlined
 def solve_symmetric(matrix: Array, right: Array, factor: Array, solution: Array) -> None:
     """Solve a symmetric positive definite 6x6 system by Cholesky; `factor` is work space."""
     for i in range(6):
@@ -91,7 +91,7 @@ def solve_symmetric(matrix: Array, right: Array, factor: Array, solution: Array)
         solution[i] = total / factor[i, i]
 
 
-@compiled
+@inlined
 def wall_factor(p: Array, north: float, east: float, down: float) -> float:
     """1 + c sum (R / distance)^3 over the walls: the images' first term for a body near a plane.
 
@@ -115,7 +115,7 @@ def wall_factor(p: Array, north: float, east: float, down: float) -> float:
     return factor
 
 
-@compiled
+@inlined
 def subtract_coriolis(p: Array, matrix: Array, v: Array, force: Array) -> None:
     """Subtract C(v) v from a force, C from the full symmetric matrix (Kirchhoff; Sagatun 1992).
 
@@ -139,7 +139,7 @@ def subtract_coriolis(p: Array, matrix: Array, v: Array, force: Array) -> None:
     force[5] -= share * (v[3] * b1 - v[4] * b0 + v[0] * a1 - v[1] * a0)
 
 
-@compiled
+@inlined
 def add_damping(p: Array, v: Array, near_wall: float, strips: Array, force: Array) -> None:
     """Add damping, cross-flow coupling and lift; `strips` rows are (x, C_d H dx, C_d B dx)."""
     for i in range(6):
@@ -169,7 +169,7 @@ def add_damping(p: Array, v: Array, near_wall: float, strips: Array, force: Arra
     force[5] += p[YAW_LIFT] * v[0] * v[1]
 
 
-@compiled
+@inlined
 def add_restoring(p: Array, rotation: Array, force: Array) -> None:
     """Add weight and buoyancy at their centres. Fossen 2021, eq. (4.5)."""
     weight, buoyancy = p[WEIGHT], p[BUOYANCY]
@@ -187,7 +187,7 @@ def add_restoring(p: Array, rotation: Array, force: Array) -> None:
     force[5] += ax * ky - ay * kx
 
 
-@compiled
+@inlined
 def add_towed_tether(p: Array, state: Array, rotation: Array, v: Array, force: Array) -> None:
     """Add the lumped pull and drag of a tether at its point of attachment."""
     area, pull = p[TETHER_DRAG_AREA], p[TETHER_PULL]

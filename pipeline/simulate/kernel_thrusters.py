@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.physics.parameters import offset
-from pipeline.simulate.compiled import compiled
+from pipeline.simulate.compiled import inlined
 
 Array = Any
 
@@ -30,31 +30,35 @@ DENSITY = offset("density")
 SCREW_COLUMNS = 8
 
 
-@compiled
+@inlined
 def thruster_directions(p: Array, directions: Array) -> None:
-    """Fill directions (12, 3): stated ones turned by azimuth about z, then raised by elevation."""
+    """Fill directions (12, 3): the stated ones, tilted by azimuth and elevation.
+
+    Two axes across the stated direction d: s = z x d, level and to starboard of a thruster that
+    pushes ahead (body y where d is vertical), and n = d x s. Azimuth turns d towards s, elevation
+    then lifts it away from n: d cos a cos e + s sin a cos e - n sin e, which tilts every thruster.
+    """
     for i in range(int(p[THRUSTER_COUNT])):
         d = THRUSTER_DIRECTION + 3 * i
         x, y, z = p[d], p[d + 1], p[d + 2]
         azimuth, elevation = p[AZIMUTH + i], p[ELEVATION + i]
-        if azimuth != 0.0:
-            c, s = np.cos(azimuth), np.sin(azimuth)
-            x, y = c * x - s * y, s * x + c * y
-        if elevation != 0.0:
-            # up is -z: rotate within the vertical plane through the direction; a vertical
-            # thruster tilts towards the bow
+        if azimuth != 0.0 or elevation != 0.0:
             flat = (x * x + y * y) ** 0.5
-            if flat > 1e-9:
-                hx, hy = x / flat, y / flat
+            if flat > 1e-6:
+                s0, s1 = -y / flat, x / flat
             else:
-                hx, hy = 1.0, 0.0
-            c, s = np.cos(elevation), np.sin(elevation)
-            along, up = c * flat + s * z, s * flat - c * z
-            x, y, z = along * hx, along * hy, -up
+                s0, s1 = 0.0, 1.0
+            # n = d x s with s level
+            n0, n1, n2 = -z * s1, z * s0, x * s1 - y * s0
+            along, side = np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation)
+            up = np.sin(elevation)
+            x = along * x + side * s0 - up * n0
+            y = along * y + side * s1 - up * n1
+            z = along * z - up * n2
         directions[i, 0], directions[i, 1], directions[i, 2] = x, y, z
 
 
-@compiled
+@inlined
 def effective_codes(p: Array, command: Array, codes: Array) -> None:
     """Fill codes (12,) with what reaches the drives: dead zone and supply voltage taken off."""
     count = int(p[THRUSTER_COUNT])
@@ -73,7 +77,7 @@ def effective_codes(p: Array, command: Array, codes: Array) -> None:
         codes[i] = supply * code
 
 
-@compiled
+@inlined
 def tabulated(
     table: Array, row_step: float, column_step: float, row: float, column: float
 ) -> float:
@@ -92,7 +96,7 @@ def tabulated(
     return low + r * (high - low)
 
 
-@compiled
+@inlined
 def static_thrust(
     p: Array, i: int, code: float, speed: float, thrust_tables: Array, steps: Array
 ) -> float:
@@ -113,7 +117,7 @@ def static_thrust(
     return value
 
 
-@compiled
+@inlined
 def screw_thrust(p: Array, i: int, shaft: float, speed: float, screws: Array) -> float:
     """Thrust of thruster i at a shaft speed (signed), rho D^4 (K_T0 n^2 + K_T1 n V/D + ...)."""
     screw = screws[int(p[THRUSTER_TYPE + i])]
@@ -127,7 +131,7 @@ def screw_thrust(p: Array, i: int, shaft: float, speed: float, screws: Array) ->
     return value
 
 
-@compiled
+@inlined
 def shaft_rate(
     p: Array,
     i: int,
@@ -156,7 +160,7 @@ def shaft_rate(
     return sense * (drive - load) / (2.0 * np.pi * p[ROTOR_INERTIA + i])
 
 
-@compiled
+@inlined
 def add_thrust(
     p: Array,
     directions: Array,
@@ -169,7 +173,11 @@ def add_thrust(
     inflow: Array,
     force: Array,
 ) -> None:
-    """Add the thrusters' forces and moments; fills thrust and inflow speed of each (12,)."""
+    """Add the thrusters' forces and moments; fills thrust and inflow speed of each (12,).
+
+    The sums are kept in scalars: the compiler cannot know that the arrays do not overlap.
+    """
+    f0, f1, f2, f3, f4, f5 = force[0], force[1], force[2], force[3], force[4], force[5]
     for i in range(int(p[THRUSTER_COUNT])):
         r = THRUSTER_POSITION + 3 * i
         x, y, z = p[r], p[r + 1], p[r + 2]
@@ -185,9 +193,10 @@ def add_thrust(
         else:
             t = static_thrust(p, i, actuator[i], inflow[i], thrust_tables, steps)
         thrust[i] = t
-        force[0] += t * d0
-        force[1] += t * d1
-        force[2] += t * d2
-        force[3] += t * (y * d2 - z * d1)
-        force[4] += t * (z * d0 - x * d2)
-        force[5] += t * (x * d1 - y * d0)
+        f0 += t * d0
+        f1 += t * d1
+        f2 += t * d2
+        f3 += t * (y * d2 - z * d1)
+        f4 += t * (z * d0 - x * d2)
+        f5 += t * (x * d1 - y * d0)
+    force[0], force[1], force[2], force[3], force[4], force[5] = f0, f1, f2, f3, f4, f5

@@ -1,4 +1,8 @@
-"""The manoeuvres a vehicle can be asked to fly, by name."""
+"""The manoeuvres a vehicle can be asked to fly, by name.
+
+Where the vehicle file knows walls (a pool), runs ahead become runs to and fro of a few metres with
+the heading kept, and turns are tight; elsewhere there is room.
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -8,7 +12,7 @@ import numpy as np
 from pipeline.control.autopilot import Reference
 from pipeline.physics.parameters import read
 from pipeline.simulate import signals
-from pipeline.simulate.fly import Plan, general_allocator
+from pipeline.simulate.fly import Plan, autopilot_for, general_allocator
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state
 from pipeline.types import FloatArray
@@ -16,8 +20,15 @@ from pipeline.types import FloatArray
 #: Depth at which the manoeuvres are flown in open water, and where walls are known. [m]
 OPEN_WATER_DEPTH_M = 10.0
 POOL_DEPTH_M = 1.5
-#: Largest roll or pitch that an excitation may hold against the righting moment. [rad]
+#: Length of a run to and fro in a pool, and largest radius of a turn there. [m]
+POOL_LEG_M = 3.0
+POOL_RADIUS_M = 1.0
+#: Largest roll or pitch that an excitation may hold against the righting moment and the hold. [rad]
 LARGEST_TILT_RAD = 0.15
+#: The same for heading. [rad]
+LARGEST_TURN_RAD = 1.0
+#: Excitations in a pool are this much smaller: there is no room to drift.
+POOL_EXCITATION = 0.4
 
 
 @dataclass(frozen=True)
@@ -49,14 +60,25 @@ def _reach(packed: PackedVehicle) -> FloatArray:
 
 
 def _gentle_reach(packed: PackedVehicle) -> FloatArray:
-    """`_reach` with roll and pitch held to a tilt that a pool trial would allow, (6,)."""
+    """`_reach` with roll, pitch and yaw held to angles that a trial would allow, (6,).
+
+    What resists is the righting moment and the autopilot that holds level and heading.
+    """
     vector = packed.vector
     righting = float(
         read(vector, "weight") * read(vector, "centre_of_mass")[2]
         - read(vector, "buoyancy") * read(vector, "centre_of_buoyancy")[2]
     )
     reach = _reach(packed)
-    reach[3:5] = np.minimum(reach[3:5], max(righting, 0.0) * LARGEST_TILT_RAD / 0.35)
+    design = autopilot_for(packed).design
+    hold = [
+        design.roll_inertia_kgm2 * design.roll_bandwidth**2,
+        design.pitch_inertia_kgm2 * design.pitch_bandwidth**2,
+    ]
+    tilt = (max(righting, 0.0) + np.array(hold)) * LARGEST_TILT_RAD / 0.35
+    reach[3:5] = np.minimum(reach[3:5], tilt)
+    turn = design.yaw_inertia_kgm2 * design.heading_bandwidth**2 * LARGEST_TURN_RAD / 0.35
+    reach[5] = min(reach[5], turn)
     return reach
 
 
@@ -75,15 +97,36 @@ def _depth(packed: PackedVehicle) -> float:
     return POOL_DEPTH_M if packed.context.walls else OPEN_WATER_DEPTH_M
 
 
-def _start(packed: PackedVehicle) -> FloatArray:
-    return initial_state(position_ned_m=(0.0, 0.0, _depth(packed)))
+def _start(packed: PackedVehicle, north_m: float = 0.0, east_m: float = 0.0) -> FloatArray:
+    return initial_state(position_ned_m=(north_m, east_m, _depth(packed)))
+
+
+def _start_of_leg(packed: PackedVehicle) -> FloatArray:
+    """Start of a run ahead: in a pool half a leg behind the middle."""
+    return _start(packed, -POOL_LEG_M / 2.0 if packed.context.walls else 0.0)
+
+
+def _leg_sign(packed: PackedVehicle, speed_mps: float) -> Callable[[float], float]:
+    """1 for ahead, in a pool by turns 1 and -1, a leg each."""
+    if not packed.context.walls or speed_mps <= 0.0:
+        return lambda _t: 1.0
+    leg_s = POOL_LEG_M / speed_mps
+    return lambda t: 1.0 if int(t / leg_s) % 2 == 0 else -1.0
+
+
+def _level_roll(packed: PackedVehicle) -> float | None:
+    """Roll to hold: 0 where the thrusters can make a roll moment, else left to the righting one."""
+    return 0.0 if _reach(packed)[3] > 0.0 else None
 
 
 def _under_autopilot(
-    packed: PackedVehicle, reference: Callable[[float], Reference], duration_s: float
+    packed: PackedVehicle,
+    reference: Callable[[float], Reference],
+    duration_s: float,
+    start: FloatArray | None = None,
 ) -> Plan:
-    """Fly references; depth and pitch are held where the reference leaves them open."""
-    depth = _depth(packed)
+    """Fly references; depth, pitch and roll are held where the reference leaves them open."""
+    depth, roll = _depth(packed), _level_roll(packed)
 
     def complete(t: float) -> Reference:
         wanted = reference(t)
@@ -91,9 +134,11 @@ def _under_autopilot(
             wanted,
             depth_m=depth if wanted.depth_m is None else depth + wanted.depth_m,
             pitch_rad=0.0 if wanted.pitch_rad is None else wanted.pitch_rad,
+            roll_rad=roll,
         )
 
-    return Plan(duration_s, reference=complete, start=_start(packed))
+    begin = _start(packed) if start is None else start
+    return Plan(duration_s, reference=complete, start=begin)
 
 
 def _hover(packed: PackedVehicle, _amplitude: float, duration_s: float) -> Plan:
@@ -102,53 +147,84 @@ def _hover(packed: PackedVehicle, _amplitude: float, duration_s: float) -> Plan:
 
 def _straight(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     speed = _speed(packed, amplitude)
-    return _under_autopilot(packed, lambda _t: Reference(speed, heading_rad=0.0), duration_s)
+    sign = _leg_sign(packed, speed)
+    return _under_autopilot(
+        packed,
+        lambda t: Reference(speed * sign(t), heading_rad=0.0),
+        duration_s,
+        _start_of_leg(packed),
+    )
 
 
 def _surge_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     speed = _speed(packed, amplitude)
+    sign = _leg_sign(packed, speed)
     levels = (0.0, 0.5, 1.0, 0.25, 0.75, 0.0)
-    return _under_autopilot(
-        packed,
-        lambda t: Reference(speed * levels[min(int(t / duration_s * 6), 5)], heading_rad=0.0),
-        duration_s,
-    )
+
+    def reference(t: float) -> Reference:
+        level = levels[min(int(t / duration_s * 6), 5)]
+        return Reference(speed * level * sign(t), heading_rad=0.0)
+
+    return _under_autopilot(packed, reference, duration_s, _start_of_leg(packed))
 
 
 def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
-    """Open loop: force rises along a line, then is cut off (coast-down)."""
+    """Open loop: force rises along a line, then is cut off (coast-down); in a pool to and fro."""
     force = 0.5 * amplitude * _reach(packed)[0]
+    period = min(duration_s, 15.0) if packed.context.walls else duration_s
 
     def wrench(t: float) -> FloatArray:
-        share = float(signals.ramp(np.array([t]), 5.0, 0.6 * duration_s)[0])
-        return np.array([force * share if t < 0.75 * duration_s else 0.0, 0, 0, 0, 0, 0])
+        now = t % period
+        share = float(signals.ramp(np.array([now]), 0.05 * period, 0.6 * period)[0])
+        sign = 1.0 if int(t / period) % 2 == 0 else -1.0
+        return np.array([sign * force * share if now < 0.75 * period else 0.0, 0, 0, 0, 0, 0])
 
-    keep = Reference(depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0)
-    return Plan(duration_s, reference=lambda _t: keep, wrench=wrench, start=_start(packed))
+    keep = Reference(
+        depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
+    )
+    return Plan(duration_s, reference=lambda _t: keep, wrench=wrench, start=_start_of_leg(packed))
 
 
 def _zig_zag(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     speed, swing = _speed(packed, 1.0), np.radians(20.0) * amplitude
+    sign = _leg_sign(packed, speed)
     period = 20.0
 
     def reference(t: float) -> Reference:
         side = 1.0 if (t // period) % 2 == 0 else -1.0
-        return Reference(speed, heading_rad=swing * side if t > 5.0 else 0.0)
+        return Reference(speed * sign(t), heading_rad=swing * side if t > 5.0 else 0.0)
 
-    return _under_autopilot(packed, reference, duration_s)
+    return _under_autopilot(packed, reference, duration_s, _start_of_leg(packed))
+
+
+def _turning(packed: PackedVehicle, usual_rate: float) -> tuple[float, float, FloatArray]:
+    """Speed [m/s], yaw rate [rad/s] and start of a turn; in a pool slow and tight."""
+    speed = _speed(packed, 1.0)
+    if not packed.context.walls:
+        return speed, usual_rate, _start(packed)
+    speed *= 0.5
+    return speed, max(usual_rate, speed / POOL_RADIUS_M), _start(packed, 0.0, -POOL_RADIUS_M)
 
 
 def _circle(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
-    speed, rate = _speed(packed, 1.0), np.radians(9.0) * amplitude
+    speed, rate, start = _turning(packed, np.radians(9.0))
+    straight = 2.0 if packed.context.walls else 10.0
     return _under_autopilot(
-        packed, lambda t: Reference(speed, heading_rad=rate * max(t - 10.0, 0.0)), duration_s
+        packed,
+        lambda t: Reference(speed, heading_rad=amplitude * rate * max(t - straight, 0.0)),
+        duration_s,
+        start,
     )
 
 
 def _spiral(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     """Turn at rates that grow step by step, then the other way (Dieudonne)."""
-    speed, rate = _speed(packed, 1.0), np.radians(15.0) * amplitude
+    speed, rate, start = _turning(packed, np.radians(15.0))
+    rate *= amplitude
     levels = np.array([0.0, 0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5])
+    if packed.context.walls:
+        # no straight part: it would end at the wall
+        levels = np.array([1.0, 0.75, 1.25, 1.0, -1.0, -0.75, -1.25, -1.0])
     hold = duration_s / levels.size
     edges = np.concatenate([[0.0], np.cumsum(levels) * hold * rate])
 
@@ -157,7 +233,7 @@ def _spiral(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
         heading = float(edges[k] + levels[k] * rate * (t - k * hold))
         return Reference(speed, heading_rad=heading)
 
-    return _under_autopilot(packed, reference, duration_s)
+    return _under_autopilot(packed, reference, duration_s, start)
 
 
 def _heave_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
@@ -171,27 +247,33 @@ def _heave_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
 
 
 def _pitch_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
-    speed = _speed(packed, 0.7)
+    speed, roll = _speed(packed, 0.7), _level_roll(packed)
+    sign = _leg_sign(packed, speed)
     levels = (0.0, 1.0, 0.0, -1.0, 0.5, 0.0)
 
     def reference(t: float) -> Reference:
         angle = np.radians(8.0) * amplitude * levels[min(int(t / duration_s * 6), 5)]
-        return Reference(surge_mps=speed, heading_rad=0.0, pitch_rad=float(angle))
+        return Reference(speed * sign(t), heading_rad=0.0, pitch_rad=float(angle), roll_rad=roll)
 
     # depth is left alone: the vehicle climbs and dives with its pitch
-    return Plan(duration_s, reference=reference, start=_start(packed))
+    return Plan(duration_s, reference=reference, start=_start_of_leg(packed))
 
 
 def _excitation(
     signal: Callable[[FloatArray, int], FloatArray],
 ) -> Callable[[PackedVehicle, float, float], Plan]:
-    """Open-loop force and moments along every axis that can be pushed, about a gentle hold."""
+    """Open-loop force and moments along every axis that can be pushed, about a level hold."""
 
     def plan(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
-        reach = 0.35 * amplitude * _gentle_reach(packed)
+        room = POOL_EXCITATION if packed.context.walls else 1.0
+        reach = 0.35 * room * amplitude * _gentle_reach(packed)
         time_s = np.arange(0.0, duration_s + 1.0, 0.1)
         table = np.stack([reach[axis] * signal(time_s, axis) for axis in range(6)], axis=1)
-        keep = Reference(depth_m=_depth(packed), heading_rad=0.0)
+        if packed.context.walls:
+            table = table - table[: max(round(duration_s / 0.1), 1)].mean(axis=0)
+        keep = Reference(
+            depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
+        )
         return Plan(
             duration_s,
             reference=lambda _t: keep,
@@ -204,8 +286,10 @@ def _excitation(
 
 def _free_decay(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     """Released with roll, pitch and velocity; no command at all."""
+    # a pool is shallow and a vehicle may be heavy
+    depth = 0.8 * _depth(packed) if packed.context.walls else _depth(packed)
     start = initial_state(
-        position_ned_m=(0.0, 0.0, _depth(packed)),
+        position_ned_m=(0.0, 0.0, depth),
         attitude_rad=(0.25 * amplitude, 0.15 * amplitude, 0.0),
         nu=(0.8 * amplitude, 0.2 * amplitude, 0.1 * amplitude, 0.0, 0.0, 0.2 * amplitude),
     )

@@ -10,6 +10,7 @@ from pipeline.physics.drive import TorqueSurface, drive_torque
 from pipeline.physics.parameters import MOST_THRUSTERS, neutral_vector, write
 from pipeline.physics.torque_balance import OpenWaterPropeller
 from pipeline.records.fits import StaticCharacteristic
+from pipeline.simulate.context import effect_context, model_of
 from pipeline.simulate.kernel_thrusters import SCREW_COLUMNS
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import FromBollard, Lift, Model, ThrusterModel
@@ -92,9 +93,9 @@ def pack_vehicle(vehicle: Vehicle, bench: BenchModel | None = None) -> PackedVeh
         Without a model, without bench results where they are named, or where the mass matrix is
         not positive definite.
     """
-    model = _model(vehicle)
+    model = model_of(vehicle)
     vector = neutral_vector()
-    _write_body(vector, model, vehicle.water.gravity_mps2, vehicle.water.density_kgpm3)
+    write_body(vector, model, vehicle.water.gravity_mps2, vehicle.water.density_kgpm3)
     _write_lift(vector, model)
     _write_surroundings(vector, model)
     kinds = _write_thrusters(vector, vehicle)
@@ -108,16 +109,7 @@ def pack_vehicle(vehicle: Vehicle, bench: BenchModel | None = None) -> PackedVeh
         screws=screws,
         torque_tables=torques,
         steps=np.array([[speed, code] for _, speed, code in tables]).reshape(-1, 2),
-        context=EffectContext(
-            thruster_names=tuple(thruster.name for thruster in vehicle.thrusters),
-            thrust_falls_with_speed=model.terms.thrust_falls_with_speed,
-            coriolis=model.terms.coriolis,
-            strips=model.crossflow is not None and not model.crossflow.in_nominal,
-            walls=model.pool is not None,
-            tether_in_nominal=model.tether is not None and model.tether.in_nominal,
-            gravity_mps2=vehicle.water.gravity_mps2,
-            measured=_measured(vehicle),
-        ),
+        context=effect_context(vehicle),
         code_limits=np.array(
             [
                 [vehicle.drives[t.drive].code_min, vehicle.drives[t.drive].code_max]
@@ -129,17 +121,8 @@ def pack_vehicle(vehicle: Vehicle, bench: BenchModel | None = None) -> PackedVeh
     )
 
 
-def _model(vehicle: Vehicle) -> Model:
-    if vehicle.model is None:
-        raise CannotComputeError(
-            f"{vehicle.name} has no model: section, so there is nothing to simulate; see "
-            "docs/formats.md for what it holds"
-        )
-    return vehicle.model
-
-
-def _write_body(vector: FloatArray, model: Model, gravity: float, density: float) -> None:
-    """Body, attached payloads, added mass and damping."""
+def write_body(vector: FloatArray, model: Model, gravity: float, density: float) -> None:
+    """Write body, attached payloads, added mass and damping into a vector, in place."""
     body = model.rigid_body
     parts = [(body.mass_kg, np.array(body.centre_of_mass_m), _tensor(body.inertia_kgm2))]
     volumes = [(body.displaced_volume_m3, np.array(body.centre_of_buoyancy_m))]
@@ -230,11 +213,11 @@ def _write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, s
         kind = (thruster.drive, thruster.propeller)
         if kind not in kinds:
             kinds.append(kind)
-        drive = _model(vehicle).thrusters[thruster.drive]
+        drive = model_of(vehicle).thrusters[thruster.drive]
         rows["thruster_type"][i] = kinds.index(kind)
         rows["lag"][i] = drive.lag_s
         rows["rotor_inertia"][i] = _inertia(drive)
-        rows["inflow_fraction"][i] = 1.0 if _model(vehicle).terms.thrust_falls_with_speed else 0.0
+        rows["inflow_fraction"][i] = 1.0 if model_of(vehicle).terms.thrust_falls_with_speed else 0.0
         rows["code_max"][i] = vehicle.drives[thruster.drive].code_max
         position[i] = thruster.position_m
         direction[i] = np.array(thruster.direction) / np.linalg.norm(thruster.direction)
@@ -252,7 +235,7 @@ def _characteristic(
     """Table (2, speeds, codes) of thrust with its steps in speed and code."""
     if kind[0] == "":
         return np.zeros((2, 1, 2)), 1.0, 1.0
-    characteristic = _model(vehicle).thrusters[kind[0]].characteristic
+    characteristic = model_of(vehicle).thrusters[kind[0]].characteristic
     if isinstance(characteristic, FromBollard):
         return bollard_table(characteristic, vehicle.drives[kind[0]].code_max)
     if bench is None:
@@ -272,7 +255,8 @@ def _shaft_tables(
 ) -> FloatArray | None:
     """Shaft speeds of the bench's family, where every thruster takes its thrust from it."""
     if bench is None or any(
-        kind[0] == "" or isinstance(_model(vehicle).thrusters[kind[0]].characteristic, FromBollard)
+        kind[0] == ""
+        or isinstance(model_of(vehicle).thrusters[kind[0]].characteristic, FromBollard)
         for kind in kinds
     ):
         return None
@@ -287,12 +271,13 @@ def _regular_rows(static: StaticCharacteristic) -> list[int]:
 
 
 def bollard_table(characteristic: FromBollard, code_max: int) -> tuple[FloatArray, float, float]:
-    """Thrust T_max s (s - V / V_0) of both signs on a regular grid, (2, speeds, codes) [N]."""
+    """Thrust T_max q (q - V / V_0) of both signs on a regular grid, (2, speeds, codes) [N]."""
     code = np.linspace(0.0, code_max, BOLLARD_CODES)
     speed = np.linspace(0.0, characteristic.zero_thrust_speed_mps, BOLLARD_SPEEDS)
     dead = characteristic.dead_zone_code
     s = np.maximum(code - dead, 0.0) / (code_max - dead)
-    shape = np.maximum(s * (s - speed[:, None] / characteristic.zero_thrust_speed_mps), 0.0)
+    q = s ** (characteristic.exponent / 2.0)
+    shape = np.maximum(q * (q - speed[:, None] / characteristic.zero_thrust_speed_mps), 0.0)
     table = np.stack([characteristic.thrust_max_n * shape, -characteristic.thrust_min_n * shape])
     return table, float(speed[1]), float(code[1])
 
@@ -305,7 +290,7 @@ def _balances(
     torques = np.zeros((len(kinds), TORQUE_CODES, TORQUE_SPEEDS))
     screws[:, 0], screws[:, 7] = 1.0, 1.0
     for k, (drive, _) in enumerate(kinds):
-        model = _model(vehicle).thrusters.get(drive)
+        model = model_of(vehicle).thrusters.get(drive)
         if model is None or _inertia(model) == 0.0:
             continue
         if bench is None or bench.propeller is None or bench.surface is None:
@@ -363,13 +348,6 @@ def _strips(model: Model) -> FloatArray:
             area = model.crossflow.drag_coefficient * (start + share * (end - start))
             rows.append([low + share * (high - low), *(area * (high - low) / 2.0)])
     return np.array(rows).reshape(-1, 3)
-
-
-def _measured(vehicle: Vehicle) -> frozenset[str]:
-    if vehicle.sensors is None:
-        return frozenset()
-    names = ("imu", "dvl", "depth", "position", "shaft_speed", "voltage")
-    return frozenset(name for name in names if getattr(vehicle.sensors, name) is not None)
 
 
 def _stack(tables: list[FloatArray]) -> FloatArray:

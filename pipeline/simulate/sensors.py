@@ -20,7 +20,11 @@ NED_DOWN = np.array([0.0, 0.0, 1.0])
 
 @dataclass(frozen=True)
 class Channel:
-    """Readings of one sensor: `valid_s`, `logged_s` (k,), `values` (k, m), `columns` m names."""
+    """Readings of one sensor: `valid_s`, `logged_s` (k,), `values` (k, m), `columns` m names.
+
+    `valid_s` is the time that the sensor claims, its stated delay before `logged_s`; an unstated
+    one (`dvl_delay`) is not in it.
+    """
 
     columns: tuple[str, ...]
     valid_s: FloatArray
@@ -93,7 +97,7 @@ def measure(
 
 
 class _Motion:
-    """Trajectory between its samples: cubic for velocities and positions, slerp for attitude."""
+    """Trajectory between its samples: linear, slerp for attitude."""
 
     def __init__(self, trajectory: Trajectory) -> None:
         self.trajectory = trajectory
@@ -102,12 +106,14 @@ class _Motion:
         )
 
     def times(self, sensor: Sensor, extra_delay_s: float = 0.0) -> FloatArray:
-        """Return the times at which readings are valid; none precedes the run."""
+        """Return the times of the motion that readings show; none lies outside the run."""
         begin, end = self.trajectory.time_s[0], self.trajectory.time_s[-1]
         count = int(np.floor((end - begin) * sensor.rate_hz + 1e-9)) + 1
         logged = begin + np.arange(count) / sensor.rate_hz
         valid = logged - sensor.delay_s - extra_delay_s
-        return np.asarray(valid[valid >= begin - 1e-12])
+        inside = (valid >= begin - 1e-9) & (valid <= end + 1e-9)
+        # round-off must not ask for the attitude outside the run
+        return np.asarray(np.clip(valid[inside], begin, end))
 
     def attitude(self, time_s: FloatArray) -> Rotation:
         return self._turn(time_s)
@@ -140,9 +146,8 @@ def _channel(
     valid_s: FloatArray,
     values: FloatArray,
     sensor: Sensor,
-    extra_delay_s: float = 0.0,
 ) -> Channel:
-    return Channel(columns, valid_s, valid_s + sensor.delay_s + extra_delay_s, values)
+    return Channel(columns, valid_s, valid_s + sensor.delay_s, values)
 
 
 def _command(motion: _Motion, packed: PackedVehicle, rate_hz: float) -> Channel:
@@ -189,12 +194,16 @@ def _gauss_markov(
     generator: np.random.Generator, count: int, deviation: float, samples: float
 ) -> FloatArray:
     """First-order Gauss-Markov process (count, 3) with a correlation length in samples."""
-    from scipy.signal import lfilter
-
-    keep = np.exp(-1.0 / samples)
+    keep = float(np.exp(-1.0 / samples))
     white = generator.standard_normal((count, 3)) * np.sqrt(1.0 - keep**2)
-    white[0] = generator.standard_normal(3)
-    return np.asarray(deviation * lfilter([1.0], [1.0, -keep], white, axis=0))
+    white[:1] = generator.standard_normal(3)
+    # a loop of a few milliseconds: the filters of scipy.signal take a second to import
+    x = y = z = 0.0
+    rows = []
+    for a, b, c in white.tolist():
+        x, y, z = a + keep * x, b + keep * y, c + keep * z
+        rows.append((x, y, z))
+    return np.asarray(deviation * np.array(rows).reshape(-1, 3))
 
 
 def _dvl(motion: _Motion, dvl: Dvl, true: FloatArray, generator: np.random.Generator) -> Channel:
@@ -210,7 +219,8 @@ def _dvl(motion: _Motion, dvl: Dvl, true: FloatArray, generator: np.random.Gener
     error = Rotation.from_euler("ZYX", read(true, "dvl_rotation")[::-1])
     values = float(read(true, "dvl_scale")) * (stated * error).inv().apply(velocity)
     values += dvl.noise_mps * generator.standard_normal(values.shape)
-    return _channel(("vx_mps", "vy_mps", "vz_mps"), time_s, values, dvl, late)
+    # the log knows the stated delay only: the reading claims a time that is wrong by the rest
+    return _channel(("vx_mps", "vy_mps", "vz_mps"), time_s + late, values, dvl)
 
 
 def _depth(motion: _Motion, depth: Depth, generator: np.random.Generator) -> Channel:

@@ -60,7 +60,7 @@ class Job:
         """
         files = tuple(path for path in self.inputs if path.parent.name == self.stage)
         if not files and not self.misnamed_files():
-            where = f"raw/{self.vehicle_name}/{self.stage}"
+            where = (self.vehicle_file.parent / self.stage).as_posix()
             raise NotMeasuredError(f"There are no {called} files in {where}.")
         return files
 

@@ -158,16 +158,18 @@ class FromTables(ModelSection):
 
 
 class FromBollard(ModelSection):
-    """T = T_max s (s - V / V_0), s = (|N| - N_dead) / (N_max - N_dead), not below zero.
+    """T = T_max q (q - V / V_0), q = s^(e/2), s = (|N| - N_dead) / (N_max - N_dead), not below 0.
 
-    A shaft speed proportional to the code with K_T linear in J; V_0 is the speed at which the
-    thrust at full code vanishes.
+    At rest T = T_max s^e. q is the shaft speed over its largest, n / n_max = sqrt(T / T_max) at
+    rest, and K_T is linear in J: so V_0 is the speed at which the thrust at full code vanishes.
+    With the exponent e = 2 the shaft speed is proportional to the code.
     """
 
     kind: Literal["bollard"]
     thrust_max_n: Positive
     thrust_min_n: Annotated[float, Field(lt=0)]
     dead_zone_code: NotNegative = 0.0
+    exponent: Annotated[float, Field(ge=0.5, le=4)] = 2.0
     zero_thrust_speed_mps: Positive
     source: str = ""
 

@@ -62,17 +62,46 @@ def vehicle_notes(vehicle: Vehicle) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _against_allocator(role: str, thruster: Thruster, allocator: Allocator) -> list[str]:
-    """Compare one thruster with what the allocator assumes of its role."""
+def opposed_thrusters(vehicle: Vehicle) -> tuple[str, ...]:
+    """Name the thrusters that push away from where the allocator takes them to push.
+
+    More than a right angle apart: with such a thruster every loop that is closed over it runs
+    away, so the simulation refuses the vehicle.
+    """
+    allocator = vehicle.allocator
+    if allocator is None:
+        return ()
+    by_name = {thruster.name: thruster for thruster in vehicle.thrusters}
+    roles = {role: getattr(allocator, role) for role in ("upper", "lower", "left", "right", "bow")}
+    return tuple(
+        name
+        for role, name in roles.items()
+        if name is not None
+        and sum(
+            a * b for a, b in zip(by_name[name].direction, _expected(role, allocator), strict=True)
+        )
+        < 0.0
+    )
+
+
+def _expected(role: str, allocator: Allocator) -> Vector3:
+    """Direction that (5) gives the thruster of a role."""
     delta = math.radians(allocator.delta_deg)
     cosine, sine = math.cos(delta), math.sin(delta)
-    expected: Vector3 = {
+    directions: dict[str, Vector3] = {
         "upper": (cosine, 0.0, -sine),
         "lower": (cosine, 0.0, sine),
         "left": (cosine, -sine, 0.0),
         "right": (cosine, sine, 0.0),
         "bow": (0.0, 0.0, -1.0),
-    }[role]
+    }
+    return directions[role]
+
+
+def _against_allocator(role: str, thruster: Thruster, allocator: Allocator) -> list[str]:
+    """Compare one thruster with what the allocator assumes of its role."""
+    sine = math.sin(math.radians(allocator.delta_deg))
+    expected = _expected(role, allocator)
     what = f"thruster {thruster.name} ({role})"
     inner = sum(a * b for a, b in zip(thruster.direction, expected, strict=True))
     length = math.sqrt(sum(part * part for part in thruster.direction))

@@ -6,6 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
 from pipeline.vehicle.model_schema import Model
+from pipeline.vehicle.pool_schema import PoolColumns, unknown_thruster
 from pipeline.vehicle.sensor_schema import Sensors
 
 Positive = Annotated[float, Field(gt=0)]
@@ -271,6 +272,7 @@ class Vehicle(Section):
     sensors: Sensors | None = None
     tables: Tables
     columns: Columns = Columns()
+    pool: PoolColumns = PoolColumns()
     published: Published | None = None
 
     @model_validator(mode="after")
@@ -297,6 +299,11 @@ class Vehicle(Section):
                     among = ", ".join(names) or "none"
                     text = f'there is no thruster "{name}"; thrusters has {among}'
                     raise _fault_at(text, "allocator", part)
+        unknown = unknown_thruster(self.pool, tuple(names))
+        if unknown is not None:
+            among = ", ".join(names) or "none"
+            text = f'there is no thruster "{unknown[1]}"; thrusters has {among}'
+            raise _fault_at(text, "pool", "channels", unknown[0], "thrusters")
         return self
 
     @model_validator(mode="after")

@@ -111,7 +111,7 @@ def _writable(folder: Path) -> None:
 def _sound(
     vehicles: Sequence[VehicleFolder], out: Path
 ) -> tuple[list[VehicleFolder], tuple[Problem, ...]]:
-    """Separate the vehicles whose description can be used from the reasons why others cannot."""
+    """Separate the vehicles that can be run from the reasons why others cannot."""
     from pipeline.vehicle.load import load_vehicle
 
     sound: list[VehicleFolder] = []
@@ -120,6 +120,8 @@ def _sound(
         path = out / vehicle.vehicle_file
         try:
             load_vehicle(path)
+            for top in ("processed", "reports"):
+                _writable(out / top / vehicle.name)
         except InputError as error:
             problems.append(error.problem)
         else:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from workflow_runs import Finished, digests, firmware_code
+from shared_runs import digests
+from workflow_runs import Finished, firmware_code
 
 FloatArray = npt.NDArray[np.float64]
 

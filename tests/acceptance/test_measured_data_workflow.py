@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 from openpyxl import load_workbook
-from workflow_runs import Finished, digests, firmware_code, firmware_thrust, rig2sea
+from shared_runs import digests, rig2sea
+from workflow_runs import Finished, firmware_code, firmware_thrust
 
 FloatArray = npt.NDArray[np.float64]
 

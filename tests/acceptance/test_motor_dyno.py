@@ -115,7 +115,7 @@ def test_the_workbook_holds_the_same_points(folder: Path, csv_record: LoadTestRe
 def test_the_same_points_in_two_files_count_once(folder: Path) -> None:
     record = read(folder, vehicle_of(folder), WORKBOOK, CSV)
     assert sum(not point.marks for point in record.points) == 343
-    assert "343 row(s) repeat rows of" in said(record, "repeat rows").what
+    assert "343 rows again as in " in said(record, "rows again").what
 
 
 def test_results_beside_the_measurement_count_once(folder: Path) -> None:

@@ -1,13 +1,8 @@
 """Run the real command once for many tests, and read what it left."""
 
-import fcntl
-import hashlib
 import html
 import json
-import os
 import re
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,32 +12,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from shared_runs import digests, once, rig2sea
 
 FloatArray = npt.NDArray[np.float64]
 
 _CELL = re.compile(r"<t[dh][^>]*>(.*?)</t[dh]>", re.DOTALL)
 _ROW = re.compile(r"<tr[^>]*>(.*?)</tr>", re.DOTALL)
-
-
-def rig2sea(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
-    """Run the command in a folder and wait for its end."""
-    return subprocess.run(
-        [sys.executable, "-m", "pipeline", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
-
-
-def digests(folder: Path) -> dict[str, str]:
-    """Digest of every file under a folder."""
-    return {
-        path.relative_to(folder).as_posix(): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 @dataclass(frozen=True)
@@ -105,41 +80,18 @@ def _plain(markup: str) -> str:
     return re.sub(r"\s+", " ", text).strip()
 
 
-def run_once(
-    factory: pytest.TempPathFactory, name: str, fill: Callable[[Path], None], *vehicles: str
-) -> Finished:
-    """Fill a folder's ``raw/`` and run the workflow in it, once for all test processes.
+def run_once(factory: pytest.TempPathFactory, name: str, fill: Callable[[Path], None]) -> Finished:
+    """Fill a folder's ``raw/`` and run the workflow in it, once for all test processes."""
 
-    Parameters
-    ----------
-    factory : pytest.TempPathFactory
-        Gives the folder; with several test processes they share one.
-    name : str
-        Name of the folder.
-    fill : callable
-        Is given the empty raw folder.
-    *vehicles : str
-        Arguments of ``rig2sea run``.
-    """
-    base = factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        base = base.parent
-    root = base / name
-    with (base / f"{name}.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not (root / "said.json").exists():
-            (root / "raw").mkdir(parents=True)
-            fill(root / "raw")
-            before = digests(root / "raw")
-            done = rig2sea(root, "run", *vehicles)
-            said = {
-                "code": done.returncode,
-                "out": done.stdout,
-                "err": done.stderr,
-                "raw": before,
-            }
-            (root / "said.json").write_text(json.dumps(said), encoding="utf-8")
-    return Finished(root)
+    def build(root: Path) -> None:
+        (root / "raw").mkdir()
+        fill(root / "raw")
+        before = digests(root / "raw")
+        done = rig2sea(root, "run")
+        said = {"code": done.returncode, "out": done.stdout, "err": done.stderr, "raw": before}
+        (root / "said.json").write_text(json.dumps(said), encoding="utf-8")
+
+    return Finished(once(factory, name, build))
 
 
 def firmware_code(firmware: dict[str, Any], thrust_n: FloatArray, speed_mps: float) -> FloatArray:

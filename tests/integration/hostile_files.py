@@ -122,43 +122,106 @@ def zip_bomb(path: Path) -> None:
 
 def formulas(path: Path) -> None:
     """Torque as formulas that no spreadsheet program has ever computed."""
-    rows = [[rpm, f"=C{i}*2"] for i, (rpm, _) in enumerate(sweep(90), start=2)]
-    workbook(path, {"Code 90": [HEADER, *rows]})
+    rows = [[rpm, f"=C{i}*2"] for i, (rpm, _) in enumerate(sweep(31), start=2)]
+    workbook(path, {"Code 31": [HEADER, *rows]})
 
 
 def text_in_a_column(path: Path) -> None:
     """One reading is a word."""
-    rows = sweep(90)
+    rows = sweep(41)
     rows[5][1] = "1,2,3"
-    workbook(path, {"Code 90": [HEADER, *rows]})
+    workbook(path, {"Code 41": [HEADER, *rows]})
 
 
 def wrong_unit(path: Path) -> None:
     """A torque in newtons."""
-    workbook(path, {"Code 90": [["Speed (rpm)", "Torque (N)"], *sweep(90)]})
+    workbook(path, {"Code 51": [["Speed (rpm)", "Torque (N)"], *sweep(51)]})
 
 
 def no_unit(path: Path) -> None:
     """A torque without a unit."""
-    workbook(path, {"Code 90": [["Speed (rpm)", "Torque"], *sweep(90)]})
+    workbook(path, {"Code 61": [["Speed (rpm)", "Torque"], *sweep(61)]})
 
 
 def code_twice(path: Path) -> None:
     """Two sheets of one code."""
-    first, second = sweep(90), sweep(90)
+    first, second = sweep(71), sweep(71)
     second = [[rpm, round(float(str(torque)) * 1.3, 5)] for rpm, torque in second]
-    workbook(path, {"Code 90": [HEADER, *first], "Code 90 (2)": [HEADER, *second]})
+    workbook(path, {"Code 71": [HEADER, *first], "Code 71 (2)": [HEADER, *second]})
 
 
 def negative_torque(path: Path) -> None:
     """The sensor counts the other way."""
-    workbook(path, {"Code 90": [HEADER, *sweep(90, sign=-1.0)]})
+    workbook(path, {"Code 81": [HEADER, *sweep(81, sign=-1.0)]})
 
 
 def all_nan(path: Path) -> None:
     """The torque was not connected."""
-    rows = [[rpm, "NaN"] for rpm, _ in sweep(90)]
-    workbook(path, {"Code 90": [HEADER, *rows]})
+    rows = [[rpm, "NaN"] for rpm, _ in sweep(91)]
+    workbook(path, {"Code 91": [HEADER, *rows]})
+
+
+def one_code(path: Path) -> None:
+    """A load test of a single code."""
+    workbook(path, {"Code 90": [HEADER, *sweep(90)]})
+
+
+def torque_that_does_not_fall(path: Path) -> None:
+    """A drive whose torque hardly depends on speed: a small propeller never meets it."""
+    sheets: dict[str, list[list[object]]] = {}
+    for code in (20, 40, 60, 80, 100, 127):
+        rows: list[list[object]] = [list(HEADER)]
+        for i, load in enumerate(LOADS):
+            rpm = 300 + 10 * code * (12 - load) / 12
+            rows.append([round(rpm + 0.01 * i, 2), round(0.0126 * code * (1 + 0.002 * load), 5)])
+        sheets[f"Code {code}"] = rows
+    workbook(path, sheets)
+
+
+def mooring_rows() -> list[list[object]]:
+    """Code and thrust of both signs."""
+    return [[code, round(0.0022 * code * abs(code), 3)] for code in range(-120, 121, 10)]
+
+
+def mooring(path: Path, header: str, change: Callable[[int, object], object] | None = None) -> None:
+    """Write a mooring table with a header of its own and each thrust changed."""
+    rows = mooring_rows()
+    if change is not None:
+        rows = [[code, change(i, thrust)] for i, (code, thrust) in enumerate(rows, start=2)]
+    workbook(path, {"Bollard": [["Code", header], *rows]})
+
+
+def _mooring_formulas(path: Path) -> None:
+    mooring(path, "Thrust, N", lambda row, _: f"=C{row}*2")
+
+
+def _mooring_text(path: Path) -> None:
+    mooring(path, "Thrust, N", lambda row, thrust: "обрыв" if row == 20 else thrust)
+
+
+def _mooring_nan(path: Path) -> None:
+    mooring(path, "Thrust, N", lambda *_: "NaN")
+
+
+MOORING: dict[str, Callable[[Path], None]] = {
+    "truncated.xlsx": truncated,
+    "encrypted.xlsx": encrypted,
+    "formulas.xlsx": _mooring_formulas,
+    "text.xlsx": _mooring_text,
+    "all_nan.xlsx": _mooring_nan,
+    "wrong_unit.xlsx": lambda path: mooring(path, "Thrust, N m"),
+    "no_unit.xlsx": lambda path: mooring(path, "Thrust"),
+}
+OPEN_WATER: dict[str, Callable[[Path], None]] = {
+    "not_text.csv": lambda path: _write(path, bytes(range(256)) * 20),
+    "text.csv": lambda path: _write(path, b"J,KT,KM\n0,.139,.0171\n.1,abc,.0154\n.2,.105,.0136\n"),
+    "all_nan.csv": lambda path: _write(path, b"J,KT\n0,NaN\n0.1,NaN\n0.2,NaN\n"),
+    "no_unit.csv": lambda path: _write(path, b"V (m/s),n,KT,KM\n0,1000,.139,.0171\n"),
+}
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
 
 
 LOAD_TEST: dict[str, Callable[[Path], None]] = {

@@ -47,6 +47,19 @@ def test_every_command_has_help_with_an_example(command: str) -> None:
     assert command in call("--help").output
 
 
+@pytest.mark.parametrize("command", ["", *sorted(set(cli.commands) - {"stage"})])
+def test_examples_stand_on_lines_of_their_own(command: str) -> None:
+    text = call(*command.split(), "--help").output
+    assert "\\b" not in text
+    lines = text.splitlines()
+    start = next(i for i, line in enumerate(lines) if line.strip() in {"Example:", "Examples:"})
+    examples = lines[start + 1 : lines.index("", start)]
+    assert examples
+    for line in examples:
+        assert line.startswith("    rig2sea ")
+        assert line.count("rig2sea ") == 1
+
+
 def test_version() -> None:
     assert call("--version").output.strip().endswith(__version__)
 

@@ -59,6 +59,18 @@ def test_absence_is_told_once_along_the_chain() -> None:
     assert str(missing.value) == reason
 
 
+def test_absent_files_are_said_to_be_absent_where_the_vehicle_lies(here: Path) -> None:
+    vehicle = here / "bench/boat/vehicle.yaml"
+    vehicle.parent.mkdir(parents=True)
+    vehicle.write_text(VEHICLE)
+    for path, shown in (
+        (vehicle, f"{here}/bench/boat"),
+        (Path("bench/boat/vehicle.yaml"), "bench/boat"),
+    ):
+        mooring.run(Job("mooring", "a", "c0", (path,), Path("processed/a/mooring.json")))
+        assert written("mooring")["why_not"] == f"There are no mooring files in {shown}/mooring."
+
+
 @pytest.mark.parametrize(("is_error", "severities"), [(False, []), (True, ["error"])])
 @pytest.mark.usefixtures("here")
 def test_result_that_does_not_follow_is_recorded_with_its_reason(

@@ -159,7 +159,10 @@ def test_codes_out_of_range_are_not_fitted(tmp_path: Path) -> None:
 
 def test_one_code_only(tmp_path: Path) -> None:
     record = read(tmp_path, {"Code 90": rows_of(90)})
-    assert "over codes cannot be fitted" in said(record, "one control code only (90)").what
+    problem = said(record, "one control code only (90)")
+    assert problem.severity == "error"
+    assert problem.place.file == "trial/load_test"
+    assert "the family M(n, N) over codes cannot be fitted" in problem.what
 
 
 def test_a_code_twice_in_one_file(tmp_path: Path) -> None:
@@ -172,7 +175,7 @@ def test_a_code_twice_in_one_file(tmp_path: Path) -> None:
 
 def test_a_code_twice_with_the_same_values_is_a_copy(tmp_path: Path) -> None:
     record = read(tmp_path, {"Код 90": rows_of(90), "Код 90 (2)": rows_of(90), "60": rows_of(60)})
-    assert said(record, "repeat rows of").place.sheet == "Код 90 (2)"
+    assert said(record, "rows again as in").place.sheet == "Код 90 (2)"
     assert {point.marks for point in record.points if point.source.sheet == "Код 90 (2)"} == {
         ("duplicate",)
     }
@@ -362,7 +365,7 @@ def test_warm_up_by_a_word(tmp_path: Path, word: str) -> None:
     ]
     record = read(tmp_path, {"Code 90": rows})
     assert [point.marks for point in record.points[:4]] == [("warm-up",)] * 3 + [()]
-    assert said(record, "warm-up: 3 row(s)").severity == "note"
+    assert said(record, "warm-up: 3 rows on 1 sheet").severity == "note"
 
 
 @pytest.mark.parametrize(
@@ -461,7 +464,7 @@ def test_repeated_rows_are_marked_and_counted(tmp_path: Path) -> None:
     rows = [HEAD, *sweep(90), sweep(90)[3], sweep(90)[20]]
     record = read(tmp_path, {"Code 90": rows})
     assert [p.source.row for p in record.points if p.marks == ("duplicate",)] == [25, 26]
-    assert "2 row(s) repeat rows further up" in said(record, "repeat rows").what
+    assert said(record, "again as further up").what.startswith("2 rows again")
 
 
 def test_missing_cells(tmp_path: Path) -> None:
@@ -470,7 +473,7 @@ def test_missing_cells(tmp_path: Path) -> None:
         *([n, None if i in {2, 3} else m, 24] for i, (n, m) in enumerate(sweep(90))),
     ]
     record = read(tmp_path, {"Code 90": [*rows, [], [None, None, None]]})
-    assert "2 row(s) have no torque and were left out (rows 4-5)" in said(record, "no torque").what
+    assert said(record, "no torque").what == "no torque in 2 rows, left out (rows 4-5)."
     assert len(record.points) == 21
 
 
@@ -488,11 +491,14 @@ def test_a_column_without_any_number(tmp_path: Path, cell: str | None, quantity:
     assert {point.code for point in record.points} == {60.0}
 
 
-def test_a_dead_channel_is_noted_and_left_out(tmp_path: Path) -> None:
-    rows = [[*HEAD, "Input current, mA", "Voltage, V"], *([n, m, 0, None] for n, m in sweep(90))]
+@pytest.mark.parametrize(("cell", "severity"), [(None, "note"), ("NaN", "warning")])
+def test_a_dead_channel_is_noted_and_left_out(
+    tmp_path: Path, cell: str | None, severity: str
+) -> None:
+    rows = [[*HEAD, "Input current, mA", "Voltage, V"], *([n, m, 0, cell] for n, m in sweep(90))]
     record = read(tmp_path, {"Code 90": rows})
     assert said(record, "current is 0 throughout").severity == "note"
-    assert said(record, "voltage holds no number").severity == "warning"
+    assert said(record, "voltage holds no number").severity == severity
     assert record.points[0].current_a is None
 
 

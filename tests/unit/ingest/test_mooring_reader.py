@@ -3,7 +3,7 @@
 import csv
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -222,7 +222,7 @@ def test_one_code_beyond_the_range_is_marked(tmp_path: Path) -> None:
 def test_one_code_only_is_said(tmp_path: Path) -> None:
     rows = [("Code", "Thrust, N"), (40, 6.5), (40, 6.6)]
     record = read(make_vehicle(), xlsx(tmp_path / "a.xlsx", run=rows))
-    assert "one code only" in one(of_severity(record, "warning"))
+    assert "one code only (40)" in one(of_severity(record, "error"))
 
 
 # --- signs ---------------------------------------------------------------------------------------
@@ -468,10 +468,13 @@ def test_a_column_without_a_number_leaves_the_table_out(
     assert "thrust" in one(of_severity(record, "error"))
 
 
-def test_an_optional_column_without_a_number_is_left_out(tmp_path: Path) -> None:
-    rows = [("Code", "Thrust, N", "rpm"), *((code, thrust, None) for code, thrust in UP)]
+@pytest.mark.parametrize(("cell", "severity"), [("NaN", "warning"), (None, "note")])
+def test_an_optional_column_without_a_number_is_left_out(
+    tmp_path: Path, cell: str | None, severity: Literal["warning", "note"]
+) -> None:
+    rows = [("Code", "Thrust, N", "rpm"), *((code, thrust, cell) for code, thrust in UP)]
     record = read(make_vehicle(), xlsx(tmp_path / "a.xlsx", run=rows))
-    assert "shaft speed" in one(of_severity(record, "warning"))
+    assert "shaft speed" in one(of_severity(record, severity))
     assert len(record.points) == len(UP)
     assert {point.shaft_speed_rpm for point in record.points} == {None}
 

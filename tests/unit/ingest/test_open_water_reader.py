@@ -289,7 +289,7 @@ def test_duplicates_and_impossible_advance_ratios_are_marked(tmp_path: Path) -> 
 
 
 def test_text_in_a_number_and_an_empty_column(tmp_path: Path) -> None:
-    rows = [("J", "KT", "KQ", "eta"), *((*row, None) for row in CURVES), (0.9, "x", 0.02, None)]
+    rows = [("J", "KT", "KQ", "eta"), *((*row, "NaN") for row in CURVES), (0.9, "x", 0.02, "-")]
     record = read(make_vehicle(), xlsx(tmp_path / "a.xlsx", rows))
     messages = [str(problem) for problem in of_severity(record, "warning")]
     assert any('thrust coefficient "x" is not a number' in message for message in messages)

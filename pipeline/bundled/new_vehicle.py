@@ -1,0 +1,65 @@
+"""A raw folder to fill in: a commented ``vehicle.yaml``, a form for each kind of test, what to do.
+
+The forms have names and units and no number: a reader knows a blank one by its first cell.
+"""
+
+from pathlib import Path
+
+from pipeline.bundled.workbook_bytes import SheetContents, workbook_bytes
+from pipeline.vehicle.forms import FORM_MARK
+
+_TEXTS = ("vehicle.yaml", "README.md")
+#: Kind of test -> (name, unit) of each column; the readers need the first three (mooring: two).
+COLUMNS: dict[str, tuple[tuple[str, str | None], ...]] = {
+    "load_test": (
+        ("Code", None),
+        ("Shaft speed", "rpm"),
+        ("Torque", "N m"),
+        ("Current", "A"),
+        ("Voltage", "V"),
+        ("Status", None),
+    ),
+    "mooring": (
+        ("Code", None),
+        ("Thrust", "N"),
+        ("Shaft speed", "rpm"),
+        ("Voltage", "V"),
+        ("Current", "A"),
+        ("Remarks", None),
+    ),
+    "open_water": (("J", None), ("KT", None), ("KM", None), ("Remarks", None)),
+}
+_WIDTH = 14
+
+
+def new_vehicle_files(name: str) -> dict[str, bytes]:
+    """Return the files of a new vehicle's raw folder.
+
+    Parameters
+    ----------
+    name : str
+        Name of the vehicle, already checked.
+
+    Returns
+    -------
+    dict of str to bytes
+        Path relative to the vehicle's folder -> contents; the same for the same name.
+
+    Examples
+    --------
+    >>> list(new_vehicle_files("boat"))[:3]
+    ['vehicle.yaml', 'README.md', 'load_test/load_test.xlsx']
+    """
+    forms = Path(__file__).parent / "forms"
+    texts = {
+        file: (forms / file).read_text(encoding="utf-8").replace("@NAME@", name).encode()
+        for file in _TEXTS
+    }
+    return texts | {f"{kind}/{kind}.xlsx": _form(kind) for kind in COLUMNS}
+
+
+def _form(kind: str) -> bytes:
+    columns = COLUMNS[kind]
+    heading = f"{FORM_MARK}: one row a point, see README.md"
+    rows = ((heading,), [name for name, _ in columns], [unit for _, unit in columns])
+    return workbook_bytes([SheetContents(kind, rows, widths=[_WIDTH] * len(columns))])

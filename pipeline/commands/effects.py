@@ -1,0 +1,76 @@
+"""``rig2sea effects``."""
+
+import json
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import click
+
+
+@click.command()
+@click.argument("vehicle", required=False)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
+)
+def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
+    r"""List the effects: what each is, its parameters with units, the channels it shows in.
+
+    With VEHICLE also which of them it can have, and why the others are no candidates.
+
+    \b
+    Examples:
+      rig2sea effects
+      rig2sea effects rov8
+      rig2sea effects --json
+    """
+    from pipeline.effects.catalogue import records
+    from pipeline.effects.library import VERDICTS
+
+    reasons = None if vehicle is None else _reasons(vehicle, raw)
+    listed = records()
+    if as_json:
+        if reasons is not None:
+            for one in listed:
+                one["candidate"] = one["id"] not in reasons
+                one["why_not"] = reasons.get(one["id"])
+        body = {"schema": "rig2sea/effects/1", "effects": listed, "verdicts": dict(VERDICTS)}
+        click.echo(json.dumps(body | {"vehicle": vehicle}, indent=1))
+        return
+    click.echo("\n\n".join(_lines(one, (reasons or {}).get(one["id"])) for one in listed))
+    click.echo("\nWrite ID:key=value[,key=value][@thruster]; docs/effects.md has the physics.")
+    if reasons is not None:
+        possible = [one["id"] for one in listed if one["id"] not in reasons]
+        click.echo(f"{vehicle} can have {len(possible)} of {len(listed)}.")
+
+
+def _reasons(vehicle: str, raw: Path) -> dict[str, str]:
+    """Return why effects are no candidates for a vehicle."""
+    from pipeline.effects.library import why_not
+    from pipeline.simulate.context import effect_context
+    from pipeline.stages.vehicle_place import find_vehicle
+    from pipeline.vehicle.load import load_vehicle
+
+    _, file = find_vehicle(vehicle, raw, Path())
+    return why_not(effect_context(load_vehicle(file)))
+
+
+def _lines(effect: dict[str, Any], reason: str | None) -> str:
+    target = "  (one thruster)" if effect["scope"] == "thruster" else ""
+    lines = [f"{effect['id']}{target}: {effect['title']}"]
+    if reason is not None:
+        lines += textwrap.wrap(f"no candidate: {reason}", 96, initial_indent="  ")
+    for one in effect["parameters"]:
+        unit = "" if one["unit"] == "1" else f" [{one['unit']}]"
+        low, high = one["plausible"]
+        lines.append(
+            f"  {one['name']}{unit}: {one['meaning']}; neutral {one['neutral']:g}, plausible "
+            f"{low:g} to {high:g}"
+        )
+    lines.append(f"  shows in {' '.join(effect['channels'])}")
+    return "\n".join(lines)

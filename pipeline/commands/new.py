@@ -1,0 +1,31 @@
+"""``rig2sea new``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("vehicle")
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Folder that gets the vehicle's folder.  [default: raw]",
+)
+def new(vehicle: str, raw: Path) -> None:
+    r"""Write a raw folder to fill in: a commented vehicle.yaml and a form for each kind of test.
+
+    What is there already is never overwritten.
+
+    \b
+    Examples:
+      rig2sea new myauv
+      rig2sea new myauv --raw ~/bench/raw
+    """
+    from pipeline.workflow.new import write_new_vehicle
+
+    for path in write_new_vehicle(vehicle, raw):
+        click.echo(path)
+    click.echo(f"Now fill them in; {raw / vehicle / 'README.md'} says how.")

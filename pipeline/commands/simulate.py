@@ -1,0 +1,178 @@
+"""``rig2sea simulate``."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+if TYPE_CHECKING:
+    from pipeline.stages.simulation import SimulationResult
+
+
+@click.command()
+@click.argument("vehicle", required=False)
+@click.option("--manoeuvre", metavar="NAME", help="A named manoeuvre; --list shows them.")
+@click.option(
+    "--run",
+    "log",
+    type=click.Path(path_type=Path),
+    metavar="LOG",
+    help="A log whose commands are simulated in place of a manoeuvre.",
+)
+@click.option(
+    "--effect",
+    "effects",
+    multiple=True,
+    metavar="ID:KEY=VALUE",
+    help="Switch an effect on, ID:key=value[,key=value][@thruster]; may be given several times.",
+)
+@click.option(
+    "--release",
+    multiple=True,
+    metavar="MODULE@S",
+    help="Release a payload module of the vehicle file after so many seconds.",
+)
+@click.option("--attach", multiple=True, metavar="MODULE@S", help="Attach one that lies still.")
+@click.option(
+    "--to",
+    "to",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE",
+    help="The log to write, *.mcap.",
+)
+@click.option(
+    "--amplitude", type=float, default=1.0, show_default=True, help="Size of the manoeuvre."
+)
+@click.option(
+    "--duration", type=float, metavar="S", help="Length in seconds.  [default: the manoeuvre's]"
+)
+@click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sensor noise.")
+@click.option(
+    "--allocator",
+    type=click.Choice(["general", "paper"]),
+    default="general",
+    show_default=True,
+    help="How a wanted wrench becomes codes: any arrangement, or eq. (6) of Kostenko 2023.",
+)
+@click.option(
+    "--step", type=float, default=0.02, show_default=True, help="Integration step in seconds."
+)
+@click.option("--list", "show_list", is_flag=True, help="List the manoeuvres and end.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    metavar="DIR",
+    help="Folder that holds processed/.  [default: here]",
+)
+def simulate(  # noqa: PLR0917 - click passes every option by its name
+    vehicle: str | None,
+    manoeuvre: str | None,
+    log: Path | None,
+    effects: tuple[str, ...],
+    release: tuple[str, ...],
+    attach: tuple[str, ...],
+    to: Path | None,
+    amplitude: float,
+    duration: float | None,
+    seed: int,
+    allocator: Literal["general", "paper"],
+    step: float,
+    show_list: bool,
+    as_json: bool,
+    raw: Path,
+    out: Path,
+) -> None:
+    r"""Simulate a manoeuvre, or the commands of a log, and write what would have been logged.
+
+    VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle
+    (rov8, cargo_carrier). Effects (see rig2sea effects) change the vehicle that is simulated, not
+    what its autopilot and allocator believe. The log is MCAP with standard ROS 2 messages; what no
+    sensor saw, the true motion above all, is in it under /sim. The same command gives the same
+    file.
+
+    \b
+    Examples:
+      rig2sea simulate mmt300 --manoeuvre zig_zag --to zig_zag.mcap
+      rig2sea simulate rov8 --manoeuvre hover --effect current:north_mps=0.2 --to hover.mcap
+      rig2sea simulate cargo_carrier --manoeuvre hover --release module_1@20 --to drop.mcap
+      rig2sea simulate mmt300 --run trial.mcap --to trial-simulated.mcap
+      rig2sea simulate --list
+    """
+    if show_list:
+        click.echo(_manoeuvres(as_json))
+        return
+    if vehicle is None:
+        raise click.UsageError("Missing argument 'VEHICLE'.")
+    if (manoeuvre is None) == (log is None):
+        raise click.UsageError("Give either --manoeuvre NAME or --run LOG.")
+    if to is None:
+        raise click.UsageError("Missing option '--to': the file to write.")
+    if log is not None and not log.is_file():
+        raise click.UsageError(f"--run: there is no file {log}.")
+    from pipeline.stages.simulation import SimulationRequest, simulate_to_file
+
+    result = simulate_to_file(
+        SimulationRequest(
+            vehicle,
+            to,
+            manoeuvre=manoeuvre,
+            log=log,
+            effects=effects,
+            attach=attach,
+            release=release,
+            amplitude=amplitude,
+            duration_s=duration,
+            seed=seed,
+            allocator=allocator,
+            step_s=step,
+            raw=raw,
+            out=out,
+        )
+    )
+    if as_json:
+        click.echo(json.dumps(result.to_json(), indent=1))
+        return
+    for warning in result.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    click.echo(_text(result))
+
+
+def _text(result: "SimulationResult") -> str:
+    run = result.summary
+    effects = ", ".join(result.effects) or "none"
+    sensors = ", ".join(f"{name} {count}" for name, count in run.channels.items())
+    surge, depth = (f"{low:.2f} to {high:.2f}" for low, high in (run.surge_mps, run.depth_m))
+    lines = [
+        f"{result.vehicle}: {result.flown}, {run.duration_s:g} s, effects: {effects}",
+        f"  surge {surge} m/s, depth {depth} m, tilt at most {run.tilt_deg:.1f} deg",
+        f"  largest code {run.largest_code:g}, at its limit {run.at_limit_share:.0%} of the time",
+        *(f"  {event}" for event in result.events),
+        f"  readings: {sensors}",
+        str(result.path),
+    ]
+    return "\n".join(lines)
+
+
+def _manoeuvres(as_json: bool) -> str:
+    from pipeline.simulate.manoeuvres import MANOEUVRES
+
+    if as_json:
+        rows = [
+            {"name": one.name, "purpose": one.purpose, "duration_s": one.duration_s}
+            for one in MANOEUVRES.values()
+        ]
+        return json.dumps({"schema": "rig2sea/manoeuvres/1", "manoeuvres": rows}, indent=1)
+    width = max(len(name) for name in MANOEUVRES)
+    return "\n".join(
+        f"{one.name:{width}}  {one.duration_s:4g} s  {one.purpose}" for one in MANOEUVRES.values()
+    )

@@ -1,0 +1,52 @@
+"""The allocator of Kostenko 2023, eq. (6), behind the autopilot of the simulation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.control.allocate import allocate
+from pipeline.control.allocation import Demand, demanded_channels, within_reach
+from pipeline.control.inverse import Inverse
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Allocator
+
+
+@dataclass(frozen=True)
+class PaperAllocator:
+    """Eq. (6) for four stern thrusters and a bow one, in the order of the vehicle's thrusters.
+
+    Eq. (6) leaves heave out and does not take back the pitch moment of the bow thruster. Heave and
+    pitch of a demand are therefore first divided between bow and stern by eq. (5): with q the
+    stern's upward force,
+
+        T_b + q = -Z,    T_b L_b - q L_s = M
+
+    and the stern is asked for the moment -q L_s, the bow for T_b. Sway and roll are out of reach.
+    Without a bow thruster heave is left out.
+    """
+
+    allocator: Allocator
+    inverse: Inverse
+    thruster_names: tuple[str, ...]
+
+    def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
+        """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether a limit cut it."""
+        allocator, speed = self.allocator, float(nu_relative[0])
+        heave, pitch, up = 0.0, float(demand[4]), 0.0
+        if allocator.bow is not None and allocator.bow_arm_m is not None:
+            arms = allocator.bow_arm_m + allocator.stern_arm_m
+            up = (pitch - allocator.stern_arm_m * float(demand[2])) / arms
+            stern_up = -float(demand[2]) - up
+            heave, pitch = -up, -stern_up * allocator.stern_arm_m
+        wanted = Demand(float(demand[0]), pitch, float(demand[5]), heave)
+        given = allocate(wanted, speed, allocator=allocator, inverse=self.inverse, round_codes=True)
+        reached = within_reach(
+            demanded_channels(wanted, allocator), self.inverse.limits(speed), allocator
+        )
+        rest = self.inverse.limits(0.0)
+        cut = not bool(reached) or not -rest.reverse_n <= up <= rest.forward_n
+        roles = (allocator.upper, allocator.lower, allocator.left, allocator.right)
+        by_name = dict(zip(roles, given.stern_code.tolist(), strict=True))
+        if allocator.bow is not None:
+            by_name[allocator.bow] = float(given.bow_code)
+        return np.array([by_name.get(name, 0.0) for name in self.thruster_names]), cut

@@ -1,0 +1,169 @@
+"""Write a simulated run as an MCAP log with standard ROS 2 messages.
+
+The same run gives the same bytes: every time in the file comes from the run, none from a clock.
+"""
+
+import os
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import IO, TYPE_CHECKING
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.export.cdr import serialise
+from pipeline.export.log_topics import (
+    ATMOSPHERIC_PRESSURE_PA,
+    Topic,
+    Water,
+    nanoseconds_of_run,
+    topics_of_log,
+    topics_of_truth,
+)
+from pipeline.export.ros2_messages import schema_text
+
+if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does not need it
+    from pipeline.simulate.run import Trajectory
+    from pipeline.simulate.sensors import Log
+
+#: Time zero of a run where the caller states none: 14 November 2023, 22:13:20 UTC.
+DEFAULT_START_TIME_NS = 1_700_000_000_000_000_000
+#: Prefix of what was not measured on board.
+SIMULATED_PREFIX = "/sim"
+#: Version of the layout that docs/formats_log.md describes.
+LAYOUT_VERSION = "1"
+#: Messages that are serialised at a time: bounds the memory.
+_BLOCK = 20_000
+
+
+def write_run_log(
+    path: Path,
+    log: "Log",
+    *,
+    vehicle_name: str,
+    density_kgpm3: float,
+    gravity_mps2: float,
+    truth: "Trajectory | None" = None,
+    simulated: "Log | None" = None,
+    metadata: Mapping[str, str] | None = None,
+    start_time_ns: int = DEFAULT_START_TIME_NS,
+) -> None:
+    """Write a run; the file is there complete or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file to write, ``*.mcap``; its folder is made if it does not exist.
+    log : dict of Channel
+        What the sensors on board logged. Its "command" channel names the thrusters.
+    vehicle_name : str
+        Name of the vehicle, as in its file.
+    density_kgpm3, gravity_mps2 : float
+        Of the water: they turn depth into pressure. [kg/m^3], [m/s^2]
+    truth : Trajectory, optional
+        The true motion, written under ``/sim``.
+    simulated : dict of Channel, optional
+        The same channels from a simulation, written under ``/sim`` beside those of `log`, so that
+        a log viewer shows both on one axis.
+    metadata : mapping, optional
+        What else a reader should know of the run: manoeuvre, effects, seed, versions, digests.
+    start_time_ns : int
+        Time zero of the run since 1970. [ns]
+
+    Raises
+    ------
+    CannotComputeError
+        When the log cannot be written as messages (see `topics_of_log`), the thrusters of `truth`
+        have no names, or the file cannot be written.
+    """
+    water = Water(density_kgpm3, gravity_mps2)
+    topics = topics_of_log(log, water)
+    if simulated is not None:
+        topics += topics_of_log(simulated, water, SIMULATED_PREFIX)
+    if truth is not None:
+        if "command" not in log:
+            raise CannotComputeError(
+                f"the log of {vehicle_name} has no command channel, so the thrusters of the true "
+                "run have no names"
+            )
+        topics += topics_of_truth(truth, log["command"].columns, SIMULATED_PREFIX)
+    records = {
+        "rig2sea.log": {
+            "layout": LAYOUT_VERSION,
+            "vehicle": vehicle_name,
+            "start_time_ns": str(start_time_ns),
+            "density_kgpm3": repr(float(density_kgpm3)),
+            "gravity_mps2": repr(float(gravity_mps2)),
+            "atmospheric_pressure_pa": repr(ATMOSPHERIC_PRESSURE_PA),
+        },
+        "rig2sea.run": dict(sorted((metadata or {}).items())),
+    }
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            with temporary.open("wb") as stream:
+                _write(stream, topics, records, start_time_ns)
+                stream.flush()
+                os.fsync(stream.fileno())
+            temporary.replace(path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise CannotComputeError(
+            f"{path}: the log of {vehicle_name} cannot be written: {error.strerror or error}.\n"
+            "Make the folder writable, free some space, or name another file."
+        ) from error
+
+
+def _write(
+    stream: IO[bytes],
+    topics: list[Topic],
+    records: Mapping[str, dict[str, str]],
+    start_time_ns: int,
+) -> None:
+    from mcap.writer import CompressionType, Writer
+
+    writer = Writer(stream, compression=CompressionType.ZSTD, enable_data_crcs=True)
+    # the name of the program without its version: bytes change only with the content
+    writer.start(profile="ros2", library="rig2sea")
+    for name, entries in records.items():
+        writer.add_metadata(name, entries)
+    schemas: dict[str, int] = {}
+    channels = []
+    for topic in topics:
+        kind = topic.message_type
+        if kind not in schemas:
+            schemas[kind] = writer.register_schema(kind, "ros2msg", schema_text(kind).encode())
+        description = {"meaning": topic.meaning, "offered_qos_profiles": ""}
+        channels.append(writer.register_channel(topic.name, "cdr", schemas[kind], description))
+    for source, row, time_ns, message in _in_order(topics, start_time_ns):
+        writer.add_message(channels[source], time_ns, message, time_ns, row)
+    writer.finish()  # type: ignore[no-untyped-call]
+
+
+def _in_order(topics: list[Topic], start_time_ns: int) -> Iterator[tuple[int, int, int, bytes]]:
+    """Messages of all topics as they were logged: index of topic, number in it, time, bytes."""
+    logged = [nanoseconds_of_run(topic.logged_s, start_time_ns, topic.name) for topic in topics]
+    none = np.empty(0, np.int64)
+    times = np.concatenate([none, *logged])
+    sources = np.repeat(np.arange(len(topics)), [part.size for part in logged])
+    rows = np.concatenate([none, *(np.arange(part.size) for part in logged)])
+    order = np.lexsort((rows, sources, times))
+    for begin in range(0, order.size, _BLOCK):
+        block = order[begin : begin + _BLOCK]
+        messages = [b""] * block.size
+        for source, topic in enumerate(topics):
+            places = np.flatnonzero(sources[block] == source)
+            chosen = topic.rows(rows[block[places]], start_time_ns)
+            matrix = serialise(topic.message_type, places.size, chosen)
+            size, content = matrix.shape[1], matrix.tobytes()
+            for i, place in enumerate(places.tolist()):
+                messages[place] = content[i * size : (i + 1) * size]
+        yield from zip(
+            sources[block].tolist(),
+            rows[block].tolist(),
+            times[block].tolist(),
+            messages,
+            strict=True,
+        )

@@ -1,0 +1,199 @@
+"""How well a model predicts windows that took no part in the fit, beside naive baselines.
+
+The first quarter of a window shows where the vehicle is: its first state is estimated from those
+readings alone. What comes after is predicted from the commands and compared with the readings.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pipeline.identify.black_box import BlackBox
+from pipeline.identify.output_error import solve
+from pipeline.identify.window_derivatives import Problem
+from pipeline.identify.window_outputs import Stack, innovations, stack_windows
+from pipeline.identify.windows import ChannelNoise, Window
+from pipeline.records.identification import ChannelQuality
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import BoolArray, FloatArray
+
+#: Share of a window from which its first state is estimated.
+LEAD_SHARE = 0.25
+
+
+def prediction_quality(
+    packed: PackedVehicle,
+    vector: FloatArray,
+    windows: Sequence[Window],
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    black_box: BlackBox | None,
+    *,
+    biases: FloatArray | None = None,
+    threads: int = 2,
+) -> tuple[ChannelQuality, ...]:
+    """Errors per channel of the identified vehicle and of the baselines.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle; its own vector is the baseline "vehicle file".
+    vector : ndarray
+        The identified parameter vector.
+    windows : sequence of Window
+        Windows that took no part in the fit.
+    runs : sequence of RunTable
+        The runs that the windows are cut from, by the windows' `run`.
+    channels : sequence of ChannelNoise
+        What was measured.
+    black_box : BlackBox or None
+        Fitted on the windows of the fit.
+    biases : ndarray, shape (runs, 6), optional
+        Offsets of the runs' angular velocity and specific force, zero otherwise.
+    """
+    kept = [w for w in windows if _lead(w).readings]
+    if not kept:
+        return ()
+    offsets = np.zeros((len(runs), 6)) if biases is None else biases
+    whole = stack_windows(packed, kept, channels)
+    identified = _errors(packed, vector, kept, channels, offsets, whole, threads)
+    nominal = _errors(packed, packed.vector, kept, channels, offsets, whole, threads)
+    held = _held_errors(whole)
+    learned = None if black_box is None else _black_box_errors(whole, runs, black_box)
+    horizon = (1.0 - LEAD_SHARE) * float(np.mean([w.duration_s for w in kept]))
+    found = []
+    for number, rows in enumerate(whole.rows):
+        later = _later(whole, number)
+        box = None if learned is None else learned.get(rows.channel.quantity)
+        found.append(
+            ChannelQuality(
+                channel=rows.channel.quantity,
+                unit=rows.channel.unit,
+                horizon_s=horizon,
+                readings=int(later.sum()),
+                sensor_noise=float(np.hypot(rows.channel.white, rows.channel.wander)),
+                rmse_identified=_rms(identified[number][later]),
+                rmse_vehicle_file=_rms(nominal[number][later]),
+                rmse_last_value=_rms(held[number][later]),
+                rmse_black_box=None if box is None else _rms(box[later]),
+            )
+        )
+    return tuple(found)
+
+
+def _rms(values: FloatArray) -> float:
+    finite = values[np.isfinite(values).all(axis=1)]
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else 0.0
+
+
+def _lead(window: Window) -> Window:
+    """The window with the readings of its first part only."""
+    last = round(LEAD_SHARE * len(window.command))
+    readings = {}
+    for quantity, (index, values) in window.readings.items():
+        early = index <= last
+        if early.any():
+            readings[quantity] = (index[early], values[early])
+    return replace(window, readings=readings)
+
+
+def _later(stack: Stack, number: int) -> BoolArray:
+    """Which readings of a channel lie beyond the lead, (k,)."""
+    rows = stack.rows[number]
+    lengths = np.array([len(w.command) for w in stack.windows])
+    begins = np.concatenate([[0], np.cumsum(lengths + 1)])[:-1]
+    inside = rows.sample - begins[rows.window]
+    return np.asarray(inside > np.round(LEAD_SHARE * lengths[rows.window]))
+
+
+def _errors(
+    packed: PackedVehicle,
+    vector: FloatArray,
+    windows: Sequence[Window],
+    channels: Sequence[ChannelNoise],
+    offsets: FloatArray,
+    whole: Stack,
+    threads: int,
+) -> list[FloatArray]:
+    """Estimate the starts from the lead, then predict all of each window."""
+    lead = stack_windows(packed, [_lead(w) for w in windows], channels)
+    problem = Problem(lead, (), vector, len(offsets), np.ones(6), threads)
+    fixed = replace(problem, bias_scales=np.zeros(6))
+    begin = fixed.origin()
+    lead_offsets = _shifted(lead, offsets)
+    fitted = solve(replace(fixed, stack=lead_offsets), begin, smallest_gain=0.5)
+    return innovations(whole, vector, fixed.starts(fitted.point.starts), offsets)
+
+
+def _shifted(stack: Stack, offsets: FloatArray) -> Stack:
+    """The stack with the runs' known offsets taken off the readings."""
+    run_of = np.array([w.run for w in stack.windows])
+    rows = []
+    for one in stack.rows:
+        first = {"angular_velocity": 0, "specific_force": 3}.get(one.channel.quantity)
+        if first is None:
+            rows.append(one)
+            continue
+        off = offsets[run_of[one.window], first : first + 3]
+        rows.append(replace(one, measured=one.measured - off))
+    return replace(stack, rows=tuple(rows))
+
+
+def _held_errors(stack: Stack) -> list[FloatArray]:
+    """Errors of holding the last reading of the lead."""
+    found = []
+    for number, rows in enumerate(stack.rows):
+        later = _later(stack, number)
+        width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
+        errors = np.full((rows.sample.size, width), np.nan)
+        for window in np.unique(rows.window):
+            own = rows.window == window
+            early = np.flatnonzero(own & ~later)
+            if early.size:
+                errors[own] = difference(
+                    rows.channel.quantity, rows.measured[own], rows.measured[early[-1]][None]
+                )
+        found.append(errors)
+    return found
+
+
+def difference(quantity: str, measured: FloatArray, predicted: FloatArray) -> FloatArray:
+    """Measured minus predicted; for attitude the body rotation between them."""
+    if quantity != "attitude":
+        return np.asarray(measured - predicted)
+    predicted = np.broadcast_to(predicted, measured.shape)
+    inverse = Rotation.from_quat(predicted[:, [1, 2, 3, 0]]).inv()
+    return np.asarray((inverse * Rotation.from_quat(measured[:, [1, 2, 3, 0]])).as_rotvec())
+
+
+def _black_box_errors(
+    stack: Stack, runs: Sequence[RunTable], box: BlackBox
+) -> dict[str, FloatArray]:
+    """Errors of the black box, started from the last samples of each lead."""
+    found = {}
+    lengths = np.array([len(w.command) for w in stack.windows])
+    begins = np.concatenate([[0], np.cumsum(lengths + 1)])[:-1]
+    predicted = [
+        box.predict(runs[w.run], w.begin_s + LEAD_SHARE * w.duration_s, w.begin_s + w.duration_s)
+        for w in stack.windows
+    ]
+    for rows in stack.rows:
+        quantity = rows.channel.quantity
+        width = 3 if quantity == "attitude" else rows.measured.shape[1]
+        errors = np.full((rows.sample.size, width), np.nan)
+        for number in np.unique(rows.window):
+            forecast = predicted[number]
+            if forecast is None or quantity not in forecast.values:
+                continue
+            own = rows.window == number
+            window = stack.windows[number]
+            time_s = window.begin_s + window.step_s * (rows.sample[own] - begins[number])
+            errors[own] = difference(quantity, rows.measured[own], forecast.at(quantity, time_s))
+        if np.isfinite(errors).any():
+            found[quantity] = errors
+    return found
+
+

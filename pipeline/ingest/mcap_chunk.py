@@ -1,0 +1,272 @@
+"""A chunk of an MCAP file: its bytes unpacked, and where in them the messages are.
+
+The message index says it at once; it is believed only if together with the other records it covers
+the chunk without a rest, so that an index that leaves messages out is found. Without an index the
+records are walked one by one.
+"""
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.ingest.mcap_records import (
+    CHANNEL,
+    MAX_CHUNK_BYTES,
+    MESSAGE,
+    MESSAGE_HEAD,
+    RECORD_HEAD,
+    SCHEMA,
+    BrokenRecordError,
+    ChannelRecord,
+    ChunkHead,
+    SchemaRecord,
+    parse_channel,
+    parse_schema,
+)
+from pipeline.types import IntArray
+
+Bytes = npt.NDArray[np.uint8]
+#: From the start of a message's record to its data.
+MESSAGE_START = RECORD_HEAD.size + MESSAGE_HEAD.size
+_TIME_AT = RECORD_HEAD.size + 6
+_EMPTY = np.empty(0, np.int64)
+
+
+class BrokenChunkError(ValueError):
+    """A chunk cannot be unpacked; the text says why."""
+
+
+@dataclass(frozen=True)
+class Messages:
+    """Messages of one channel in a block, in the order of the file.
+
+    `log_time_ns` (k,); `start`, `size` (k,): where their data are in the block's bytes.
+    """
+
+    log_time_ns: IntArray
+    start: IntArray
+    size: IntArray
+
+
+@dataclass(frozen=True)
+class Block:
+    """Unpacked records: `data` their bytes, `messages` those of each channel (id) in it."""
+
+    data: Bytes
+    messages: Mapping[int, Messages]
+    schemas: tuple[SchemaRecord, ...] = ()
+    channels: tuple[ChannelRecord, ...] = ()
+    fault: str = ""
+    """What stopped the reading inside of the block, if anything did."""
+
+
+def unpack(head: ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
+    """Decompress the records of a chunk.
+
+    Parameters
+    ----------
+    head : ChunkHead
+        What the file says of the chunk.
+    packed : bytes
+        The compressed records, or as many bytes of them as there are.
+    cut : bool
+        The file ends inside of the chunk: unpack as far as it goes, without the checksum.
+
+    Raises
+    ------
+    BrokenChunkError
+        Where the content is larger than stated or allowed, cannot be decompressed, has another
+        checksum than stated, or the compression is unknown.
+    """
+    if head.uncompressed_size > MAX_CHUNK_BYTES:
+        raise BrokenChunkError(
+            f"it is said to hold {head.uncompressed_size} bytes; at most {MAX_CHUNK_BYTES} are read"
+        )
+    if head.compression == "":
+        data = packed
+    elif head.compression == "zstd":
+        data = _unpack_zstd(packed, head.uncompressed_size, cut=cut)
+    elif head.compression == "lz4":
+        data = _unpack_lz4(packed, head.uncompressed_size, cut=cut)
+    else:
+        raise BrokenChunkError(f'its compression "{head.compression}" is not known')
+    if cut:
+        return data
+    if len(data) != head.uncompressed_size:
+        raise BrokenChunkError(
+            f"it holds {len(data)} bytes where {head.uncompressed_size} are stated"
+        )
+    if head.checksum and zlib.crc32(data) != head.checksum:
+        raise BrokenChunkError("its checksum is wrong: the file was damaged after it was written")
+    return data
+
+
+def _unpack_zstd(packed: bytes, size: int, *, cut: bool) -> bytes:
+    import zstandard
+
+    try:
+        # a reader, because it never makes more than it is asked for, whatever the frame announces
+        with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(
+            packed, read_across_frames=True
+        ) as reader:
+            parts = []
+            left = size + 1
+            while left > 0 and (part := reader.read(min(left, 1 << 22))):
+                parts.append(part)
+                left -= len(part)
+    except zstandard.ZstdError as error:
+        if cut:
+            return b"".join(parts)
+        raise BrokenChunkError(f"it cannot be decompressed ({error})") from None
+    return b"".join(parts)
+
+
+def _unpack_lz4(packed: bytes, size: int, *, cut: bool) -> bytes:
+    import lz4.frame  # type: ignore[import-untyped]
+
+    parts: list[bytes] = []
+    left = size + 1
+    try:
+        decompressor = lz4.frame.LZ4FrameDecompressor()
+        part = decompressor.decompress(packed, max_length=left)
+        while part:
+            parts.append(part)
+            left -= len(part)
+            if decompressor.eof or left <= 0:
+                break
+            part = decompressor.decompress(b"", max_length=left)
+    except (RuntimeError, EOFError) as error:
+        if not cut:
+            raise BrokenChunkError(f"it cannot be decompressed ({error})") from None
+    return b"".join(parts)
+
+
+def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> Block | None:
+    """Find the messages of a chunk by its message index.
+
+    Parameters
+    ----------
+    data : bytes
+        The unpacked records.
+    offsets : mapping
+        Channel -> offsets of the messages' records (k,).
+
+    Returns
+    -------
+    Block or None
+        None where the index does not agree with the records: a message elsewhere than stated, of
+        another channel, overlapping another, or one that the index leaves out.
+    """
+    buffer = np.frombuffer(data, np.uint8)
+    messages: dict[int, Messages] = {}
+    begins, ends = [], []
+    for channel, at in offsets.items():
+        begin = np.sort(at)
+        if not begin.size:
+            continue
+        if begin[0] < 0 or begin[-1] > buffer.size - MESSAGE_START:
+            return None
+        length = _gather(buffer, "<u8", begin + 1)
+        size = length.astype(np.int64) - MESSAGE_HEAD.size
+        agrees = (
+            (buffer[begin] == MESSAGE)
+            & (_gather(buffer, "<u2", begin + RECORD_HEAD.size) == channel)
+            & (size >= 0)
+            & (begin + MESSAGE_START <= buffer.size - size)
+        )
+        if not agrees.all():
+            return None
+        messages[channel] = Messages(
+            _gather(buffer, "<u8", begin + _TIME_AT).astype(np.int64), begin + MESSAGE_START, size
+        )
+        begins.append(begin)
+        ends.append(begin + MESSAGE_START + size)
+    rest = _between(buffer.size, begins, ends)
+    if rest is None:
+        return None
+    schemas: list[SchemaRecord] = []
+    channels: list[ChannelRecord] = []
+    for begin_of_rest, end_of_rest in rest:
+        part = walk(data[begin_of_rest:end_of_rest])
+        if part.messages or part.fault:
+            return None
+        schemas += part.schemas
+        channels += part.channels
+    return Block(buffer, messages, tuple(schemas), tuple(channels))
+
+
+def _between(
+    size: int, begins: list[IntArray], ends: list[IntArray]
+) -> list[tuple[int, int]] | None:
+    """Ranges that no message covers; None where messages overlap."""
+    begin = np.concatenate([*begins, np.array([size])])
+    end = np.concatenate([*ends, np.array([size])])
+    order = np.argsort(begin, kind="stable")
+    begin, end = begin[order], end[order]
+    before = np.concatenate([np.zeros(1, np.int64), end[:-1]])
+    if (before > begin).any():
+        return None
+    return [(int(before[i]), int(begin[i])) for i in np.flatnonzero(before < begin)]
+
+
+def _gather(buffer: Bytes, kind: str, at: IntArray) -> npt.NDArray[np.generic]:
+    return at_every_byte(buffer, np.dtype(kind))[at]
+
+
+def at_every_byte(buffer: Bytes, kind: np.dtype[np.generic]) -> npt.NDArray[np.generic]:
+    """View a buffer as numbers that start at each of its bytes; indexing then gathers them.
+
+    >>> at_every_byte(np.array([0, 1, 0, 2], np.uint8), np.dtype("<u2"))[[1, 2]].tolist()
+    [1, 512]
+    """
+    count = max(buffer.size - kind.itemsize + 1, 0)
+    return np.ndarray((count,), kind, buffer=buffer, strides=(1,))
+
+
+def walk(data: bytes) -> Block:
+    """Find the messages of unpacked records by walking them.
+
+    What cannot be read ends the walk; `fault` then says what it was.
+    """
+    found: dict[int, list[tuple[int, int, int]]] = {}
+    schemas: list[SchemaRecord] = []
+    channels: list[ChannelRecord] = []
+    view = memoryview(data)
+    at, end, fault = 0, len(data), ""
+    head, message_head = RECORD_HEAD.unpack_from, MESSAGE_HEAD.unpack_from
+    while at < end:
+        if at + RECORD_HEAD.size > end:
+            fault = "the records end in the middle of one"
+            break
+        opcode, length = head(data, at)
+        begin = at + RECORD_HEAD.size
+        at = begin + length
+        if at > end:
+            fault = "the records end in the middle of one"
+            break
+        if opcode == MESSAGE:
+            if length < MESSAGE_HEAD.size:
+                fault = f"a message has {length} bytes"
+                break
+            channel, _, time_ns, _ = message_head(data, begin)
+            found.setdefault(channel, []).append(
+                (time_ns, begin + MESSAGE_HEAD.size, length - MESSAGE_HEAD.size)
+            )
+            continue
+        try:
+            if opcode == SCHEMA:
+                schemas.append(parse_schema(view[begin:at]))
+            elif opcode == CHANNEL:
+                channels.append(parse_channel(view[begin:at]))
+        except BrokenRecordError as error:
+            fault = str(error)
+            break
+    messages = {}
+    for channel, rows in found.items():
+        # times beyond 2^63 ns are no times; they become negative ones, which is noticed
+        table = np.array(rows, dtype=np.uint64).astype(np.int64)
+        messages[channel] = Messages(table[:, 0], table[:, 1], table[:, 2])
+    return Block(np.frombuffer(data, np.uint8), messages, tuple(schemas), tuple(channels), fault)

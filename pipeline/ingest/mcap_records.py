@@ -1,0 +1,188 @@
+"""The records of an MCAP file, parsed one by one from bytes that nobody vouches for.
+
+A record is an opcode (1 byte), a length (8 bytes, little endian) and that many bytes of content.
+Every length is checked against what is there before it is used.
+
+References
+----------
+MCAP specification, version 0, https://mcap.dev/spec.
+"""
+
+import struct
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+MAGIC = b"\x89MCAP0\r\n"
+HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX = range(1, 8)
+ATTACHMENT, STATISTICS, METADATA, DATA_END = 0x09, 0x0B, 0x0C, 0x0F
+RECORD_HEAD = struct.Struct("<BQ")
+#: Content of a message before its data: channel, sequence, log time, publish time.
+MESSAGE_HEAD = struct.Struct("<HIQQ")
+#: Of a footer: start of the summary, start of the summary's offsets, checksum.
+_FOOTER = struct.Struct("<QQI")
+_CHUNK_HEAD = struct.Struct("<QQQI")
+_STATISTICS_HEAD = struct.Struct("<QHIIIIQQI")
+#: Limits on what one record may hold; logs stay far below them.
+MAX_SCHEMA_BYTES = 1_000_000
+MAX_TEXT_BYTES = 10_000
+MAX_METADATA_BYTES = 1_000_000
+MAX_CHUNK_BYTES = 256 * 1024 * 1024
+
+
+class BrokenRecordError(ValueError):
+    """The content of a record is not what its opcode promises; the text says how."""
+
+
+@dataclass(frozen=True)
+class SchemaRecord:
+    """Definition of a kind of message."""
+
+    id: int
+    name: str
+    encoding: str
+    data: bytes
+
+
+@dataclass(frozen=True)
+class ChannelRecord:
+    """A topic with the encoding of its messages."""
+
+    id: int
+    schema_id: int
+    topic: str
+    message_encoding: str
+    metadata: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class ChunkHead:
+    """What precedes the (compressed) records of a chunk; `size` is that of the compressed ones."""
+
+    start_time_ns: int
+    end_time_ns: int
+    uncompressed_size: int
+    checksum: int
+    compression: str
+    size: int
+    length: int
+    """Of the head itself, in bytes."""
+
+
+@dataclass(frozen=True)
+class StatisticsRecord:
+    """Counts that the writer made."""
+
+    message_count: int
+    chunk_count: int
+    start_time_ns: int
+    end_time_ns: int
+    channel_message_counts: Mapping[int, int]
+
+
+class _Cursor:
+    """Reads a record's fields in order; refuses to read beyond its end."""
+
+    def __init__(self, data: memoryview) -> None:
+        self._data = data
+        self.at = 0
+
+    def numbers(self, layout: struct.Struct) -> tuple[int, ...]:
+        part = self.raw(layout.size)
+        return layout.unpack(part)
+
+    def raw(self, size: int) -> memoryview:
+        if size < 0 or self.at + size > len(self._data):
+            raise BrokenRecordError(
+                f"{size} bytes are announced where {len(self._data) - self.at} are left"
+            )
+        part = self._data[self.at : self.at + size]
+        self.at += size
+        return part
+
+    def u16(self) -> int:
+        return int.from_bytes(self.raw(2), "little")
+
+    def u32(self) -> int:
+        return int.from_bytes(self.raw(4), "little")
+
+    def text(self) -> str:
+        size = self.u32()
+        if size > MAX_TEXT_BYTES:
+            raise BrokenRecordError(f"a text of {size} bytes; at most {MAX_TEXT_BYTES} are read")
+        return bytes(self.raw(size)).decode("utf-8", errors="replace")
+
+    def texts(self, most: int) -> dict[str, str]:
+        """Return a map of texts."""
+        size = self.u32()
+        if size > most:
+            raise BrokenRecordError(f"a map of {size} bytes; at most {most} are read")
+        end = self.at + size
+        found: dict[str, str] = {}
+        while self.at < end:
+            key = self.text()
+            length = self.u32()
+            found[key] = bytes(self.raw(length)).decode("utf-8", errors="replace")
+        return found
+
+
+def parse_schema(content: memoryview) -> SchemaRecord:
+    """Parse a schema; raises `BrokenRecordError`."""
+    cursor = _Cursor(content)
+    number, name, encoding = cursor.u16(), cursor.text(), cursor.text()
+    size = cursor.u32()
+    if size > MAX_SCHEMA_BYTES:
+        raise BrokenRecordError(f"a schema of {size} bytes; at most {MAX_SCHEMA_BYTES} are read")
+    return SchemaRecord(number, name, encoding, bytes(cursor.raw(size)))
+
+
+def parse_channel(content: memoryview) -> ChannelRecord:
+    """Parse a channel; raises `BrokenRecordError`."""
+    cursor = _Cursor(content)
+    number, schema = cursor.u16(), cursor.u16()
+    topic, encoding = cursor.text(), cursor.text()
+    return ChannelRecord(number, schema, topic, encoding, cursor.texts(MAX_METADATA_BYTES))
+
+
+def parse_metadata(content: memoryview) -> tuple[str, dict[str, str]]:
+    """Parse a metadata record: its name and its entries; raises `BrokenRecordError`."""
+    cursor = _Cursor(content)
+    return cursor.text(), cursor.texts(MAX_METADATA_BYTES)
+
+
+def parse_header(content: memoryview) -> tuple[str, str]:
+    """Parse the header: profile and the library that wrote the file."""
+    cursor = _Cursor(content)
+    return cursor.text(), cursor.text()
+
+
+def parse_footer(content: memoryview) -> tuple[int, int, int]:
+    """Parse the footer: start of the summary, of its offsets, checksum."""
+    start, offsets, checksum = _Cursor(content).numbers(_FOOTER)
+    return start, offsets, checksum
+
+
+def parse_statistics(content: memoryview) -> StatisticsRecord:
+    """Parse the statistics; raises `BrokenRecordError`."""
+    cursor = _Cursor(content)
+    messages, _, _, _, _, chunks, start, end, size = cursor.numbers(_STATISTICS_HEAD)
+    pairs = cursor.raw(size)
+    counts = {
+        int.from_bytes(pairs[at : at + 2], "little"): int.from_bytes(
+            pairs[at + 2 : at + 10], "little"
+        )
+        for at in range(0, size - 9, 10)
+    }
+    return StatisticsRecord(messages, chunks, start, end, counts)
+
+
+#: A chunk's head is at most this long: four numbers, the compression's name, the size.
+MOST_OF_CHUNK_HEAD = _CHUNK_HEAD.size + 4 + 64 + 8
+
+
+def parse_chunk_head(content: memoryview) -> ChunkHead:
+    """Parse the head of a chunk from its first bytes; raises `BrokenRecordError`."""
+    cursor = _Cursor(content)
+    start, end, uncompressed, checksum = cursor.numbers(_CHUNK_HEAD)
+    compression = cursor.text()
+    size = int.from_bytes(cursor.raw(8), "little")
+    return ChunkHead(start, end, uncompressed, checksum, compression, size, cursor.at)

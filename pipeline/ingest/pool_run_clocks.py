@@ -1,0 +1,314 @@
+"""Which time a reading has: the stamp in its message, or the time at which it was logged.
+
+A stamp tells when the sensor measured, the time of the log when the recorder received the message:
+later, and unsteadily so. Stamps are preferred where they are there, move on and keep pace with the
+log. A stamp of the recorder's own clock is taken as it is; one of another clock (a board that counts
+from its start, a simulated time, a computer set differently) is laid onto the time of the log by a
+straight line that outliers do not move. The line goes through the median, so the median latency of
+such a clock stays in it.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pipeline.ingest.pool_run_extract import NO_STAMP
+from pipeline.records.pool_run import ClockRead
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+#: A stamp that precedes its log time by no more than this is of the recorder's own clock. [s]
+_MOST_LATENCY_S = 1.0
+_MOST_LEAD_S = 0.05
+#: A step between stamps that differs this much from that between log times is a jump. [s]
+_JUMP_S = 1.0
+#: A clock that drifts more is not believed.
+_MOST_DRIFT = 0.02
+#: Parts of fewer messages between two jumps are outliers, not a clock set anew.
+_SMALLEST_SEGMENT = 5
+_NORMAL = 1.4826
+
+
+@dataclass(frozen=True)
+class Timing:
+    """Chosen times of a topic: `time_ns` (k,), marks (k,), and what to tell."""
+
+    time_ns: IntArray
+    clock: ClockRead
+    marks: Mapping[str, BoolArray] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+    line: "Segment | None" = None
+    """How stamps of another clock were laid onto the log's, where one line did."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Line from stamps to log times: log = stamp + offset_s + drift (stamp - begin)."""
+
+    begin: int
+    end: int
+    stamp_begin_ns: int
+    offset_ns: int
+    drift: float
+    jitter_s: float
+
+    def apply(self, stamp_ns: IntArray) -> IntArray:
+        """Lay stamps onto the time of the log."""
+        slow = self.drift * (stamp_ns - self.stamp_begin_ns).astype(np.float64)
+        return np.asarray(stamp_ns + self.offset_ns + np.rint(slow).astype(np.int64))
+
+
+def choose_time(
+    log_time_ns: IntArray,
+    stamp_ns: IntArray | None,
+    wanted: str | None,
+    expected_delay_s: float = 0.0,
+) -> Timing:
+    """Choose the time of a topic's messages.
+
+    Parameters
+    ----------
+    log_time_ns : ndarray, shape (k,)
+        When each message was logged. [ns]
+    stamp_ns : ndarray, shape (k,), or None
+        Its stamp; `NO_STAMP` where it has none. [ns]
+    wanted : {"header", "log", "field"} or None
+        What the vehicle file says; None leaves the choice here.
+    expected_delay_s : float
+        Known age of a reading when it is logged: so much latency is no difference of clocks. [s]
+
+    Returns
+    -------
+    Timing
+        Falls back to the time of the log where the stamps cannot be used, and says why.
+    """
+    if wanted == "log":
+        return _logged(log_time_ns, "the vehicle file says so")
+    if stamp_ns is None:
+        why = "the messages have no stamp"
+        told = () if wanted is None else (f"{why}; the time of the log is used.",)
+        return _logged(log_time_ns, why, told)
+    there = (stamp_ns != NO_STAMP) & (stamp_ns > 0)
+    if there.sum() < 0.5 * stamp_ns.size or not stamp_ns.size:
+        why = "most messages have no stamp" if there.any() else "the stamps are all zero"
+        told = () if wanted is None else (f"{why}; the time of the log is used.",)
+        return _logged(log_time_ns, why, told)
+    known = stamp_ns[there]
+    if known.size > 2 and (known == known[0]).all():
+        what = "the stamps never move on"
+        return _logged(log_time_ns, what, (f"{what}; the time of the log is used.",))
+    used = "field" if wanted == "field" else "header"
+    return _stamped(log_time_ns, stamp_ns, there, used, expected_delay_s)
+
+
+def _logged(log_time_ns: IntArray, why: str, warnings: tuple[str, ...] = ()) -> Timing:
+    return Timing(log_time_ns, ClockRead(used="log", why=why), {}, warnings)
+
+
+def _stamped(
+    log_time_ns: IntArray, stamp_ns: IntArray, there: BoolArray, used: str, expected_delay_s: float
+) -> Timing:
+    rows = np.flatnonzero(there)
+    segments, jumped = _segments(stamp_ns[rows], log_time_ns[rows])
+    pace = _pace(stamp_ns[rows], log_time_ns[rows], segments)
+    if abs(pace - 1.0) > _MOST_DRIFT:
+        what = f"in {pace:.4g} s of the log the stamps move on by 1 s"
+        for factor in (1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9):
+            if abs(pace / factor - 1.0) < _MOST_DRIFT:
+                what = f"the stamps run {1.0 / factor:g} times as fast as the log: a wrong unit?"
+        return _logged(
+            log_time_ns, "the stamps do not keep pace with the log",
+            (f"{what.rstrip('?.')}; the time of the log is used.",),
+        )  # fmt: skip
+    fits = [_fit(stamp_ns[rows], log_time_ns[rows], begin, end) for begin, end in segments]
+    # None of the clock's own: latency up to a second, plus what the sensor is known to take.
+    own = all(
+        -_MOST_LEAD_S <= fit.offset_ns / 1e9 <= _MOST_LATENCY_S + expected_delay_s for fit in fits
+    )
+    time_ns = log_time_ns.copy()
+    age = (log_time_ns[rows] - stamp_ns[rows]) / 1e9
+    if own:
+        time_ns[rows] = stamp_ns[rows]
+        why = "stamps of the recorder's own clock"
+    else:
+        aligned = np.empty(rows.size, np.int64)
+        for k, (begin, end) in enumerate(segments):
+            upto = segments[k + 1][0] if k + 1 < len(segments) else rows.size
+            start = 0 if k == 0 else begin
+            aligned[start:upto] = fits[k].apply(stamp_ns[rows[start:upto]])
+            del end
+        time_ns[rows] = aligned
+        age = (log_time_ns[rows] - aligned) / 1e9
+        why = "stamps of another clock, laid onto the time of the log"
+    longest = max(fits, key=lambda fit: fit.end - fit.begin)
+    usual = age[~jumped] if (~jumped).any() else age
+    latency = float(np.median(usual))
+    jitter = _NORMAL * float(np.median(np.abs(usual - latency)))
+    marks: dict[str, BoolArray] = {}
+    _set(marks, "no_stamp", ~there)
+    _set(marks, "clock_jump", _spread(jumped, rows, there.size))
+    resets = np.zeros(rows.size, np.bool_)
+    warnings = []
+    for begin, _ in segments[1:]:
+        resets[begin] = True
+    _set(marks, "reset", _spread(resets, rows, there.size))
+    for begin, _ in segments[1:]:
+        step = (int(stamp_ns[rows[begin]]) - int(stamp_ns[rows[begin - 1]])) / 1e9
+        logged = (int(log_time_ns[rows[begin]]) - int(log_time_ns[rows[begin - 1]])) / 1e9
+        at = (int(log_time_ns[rows[begin]]) - int(log_time_ns[0])) / 1e9
+        warnings.append(
+            f"the clock jumps by {step - logged:+.3f} s at {at:.3f} s; what follows is aligned by "
+            "itself."
+        )
+    _set(marks, "late", _spread(_late(age, latency, jitter), rows, there.size))
+    clock = ClockRead(
+        used="field" if used == "field" else "header",
+        why=why,
+        offset_s=0.0 if own else longest.offset_ns / 1e9,
+        drift_ppm=1e6 * longest.drift,
+        latency_s=latency if own else None,
+        jitter_s=jitter,
+        segments=len(segments),
+    )
+    line = longest if not own and len(fits) == 1 else None
+    return Timing(time_ns, clock, marks, tuple(warnings), line)
+
+
+def share_clocks(
+    timings: Mapping[str, Timing], stamps: Mapping[str, IntArray | None]
+) -> dict[str, Timing]:
+    """Lay topics that one other clock stamped onto the log by one line, not by a line each.
+
+    A line goes through the median latency of its topic, so a line each would move topics of
+    different latency against each other. The line of the steadiest topic is taken for all whose
+    offsets agree within a second.
+
+    Parameters
+    ----------
+    timings : mapping
+        Topic -> times as `choose_time` chose them.
+    stamps : mapping
+        Topic -> stamps (k,).
+
+    Returns
+    -------
+    dict of Timing
+        The same topics.
+    """
+    shared = dict(timings)
+    apart = [
+        topic
+        for topic, timing in timings.items()
+        if timing.line is not None and timing.clock.used == "header"
+    ]
+    while apart:
+        steadiest = min(apart, key=lambda topic: (timings[topic].clock.jitter_s or 0.0, topic))
+        line = timings[steadiest].line
+        if line is None:
+            break
+        together = [
+            topic
+            for topic in apart
+            if abs((timings[topic].clock.offset_s or 0.0) - line.offset_ns / 1e9) < _MOST_LATENCY_S
+        ]
+        for topic in together:
+            apart.remove(topic)
+            stamp = stamps[topic]
+            if topic == steadiest or stamp is None:
+                continue
+            timing = timings[topic]
+            there = (stamp != NO_STAMP) & (stamp > 0)
+            time_ns = timing.time_ns.copy()
+            time_ns[there] = line.apply(stamp[there])
+            clock = timing.clock.model_copy(
+                update={
+                    "why": f"stamps of another clock, laid onto the log as those of {steadiest}",
+                    "offset_s": line.offset_ns / 1e9,
+                    "drift_ppm": 1e6 * line.drift,
+                }
+            )
+            shared[topic] = replace(timing, time_ns=time_ns, clock=clock, line=line)
+    return shared
+
+
+def _late(age_s: FloatArray, latency_s: float, jitter_s: float) -> BoolArray:
+    """Messages that took much longer than the others."""
+    return np.asarray(age_s > latency_s + max(0.1, 10.0 * jitter_s))
+
+
+def _set(marks: dict[str, BoolArray], name: str, mark: BoolArray) -> None:
+    if mark.any():
+        marks[name] = mark
+
+
+def _spread(mark: BoolArray, rows: IntArray, size: int) -> BoolArray:
+    whole = np.zeros(size, np.bool_)
+    whole[rows] = mark
+    return whole
+
+
+def _segments(stamp_ns: IntArray, log_ns: IntArray) -> tuple[list[tuple[int, int]], BoolArray]:
+    """Part the messages where the clock was set anew; single wild stamps are marked, not parts."""
+    count = stamp_ns.size
+    apart = np.abs(np.diff(stamp_ns - log_ns)) > _JUMP_S * 1e9
+    cuts = np.concatenate([[0], np.flatnonzero(apart) + 1, [count]])
+    jumped = np.zeros(count, np.bool_)
+    segments: list[tuple[int, int]] = []
+    level: list[int] = []
+    for begin, end in zip(cuts[:-1].tolist(), cuts[1:].tolist(), strict=True):
+        here = int(np.median((stamp_ns - log_ns)[begin:end]))
+        if end - begin < min(_SMALLEST_SEGMENT, count):
+            jumped[begin:end] = True
+        elif segments and abs(here - level[-1]) <= _JUMP_S * 1e9:
+            segments[-1] = (segments[-1][0], end)
+        else:
+            segments.append((begin, end))
+            level.append(here)
+    if not segments:
+        return [(0, count)], np.zeros(count, np.bool_)
+    return segments, jumped
+
+
+def _pace(stamp_ns: IntArray, log_ns: IntArray, segments: list[tuple[int, int]]) -> float:
+    """Seconds of the log in one second of the stamps, over the longest part.
+
+    A clock in another unit looks as if it jumped at every message; then the whole is looked at.
+    """
+    begin, end = max(segments, key=lambda part: part[1] - part[0])
+    if end - begin < 0.5 * stamp_ns.size:
+        begin, end = 0, stamp_ns.size
+    stamps = float(stamp_ns[end - 1] - stamp_ns[begin])
+    logged = float(log_ns[end - 1] - log_ns[begin])
+    if logged < 2e9:  # too short to tell drift from latency
+        return 1.0 if stamps == 0 or 0.1 < logged / stamps < 10.0 else logged / stamps
+    if stamps == 0:
+        return float("inf")
+    return logged / stamps
+
+
+def _fit(stamp_ns: IntArray, log_ns: IntArray, begin: int, end: int) -> Segment:
+    """Fit log - stamp = offset + drift stamp, leaving out what lies far off, until that settles."""
+    difference = log_ns[begin:end] - stamp_ns[begin:end]
+    level = int(np.median(difference))
+    y = (difference - level) / 1e9
+    x = (stamp_ns[begin:end] - stamp_ns[begin]) / 1e9
+    slope, constant, scale = 0.0, 0.0, 0.0
+    kept = np.ones(y.size, np.bool_)
+    span = float(np.ptp(x))
+    for _ in range(20):
+        if kept.sum() >= 10 and span >= 2.0:
+            centre = x[kept].mean()
+            away = x[kept] - centre
+            slope = float(away @ y[kept] / max(away @ away, 1e-12))
+            constant = float(y[kept].mean() - slope * centre)
+        rest = y - constant - slope * x
+        middle = float(np.median(rest))
+        scale = _NORMAL * float(np.median(np.abs(rest - middle)))
+        new = np.abs(rest - middle) <= max(3.5 * scale, 1e-6)
+        if (new == kept).all():
+            break
+        kept = new
+    # the line goes through the median, not through the mean of what was kept
+    rest = y - constant - slope * x
+    constant += float(np.median(rest))
+    return Segment(begin, end, int(stamp_ns[begin]), level + round(constant * 1e9), slope, scale)

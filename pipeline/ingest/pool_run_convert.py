@@ -1,0 +1,275 @@
+"""Readings in the units and axes of the records: SNAME body, NED earth, codes, depth."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan
+from pipeline.types import FloatArray, IntArray
+from pipeline.vehicle.pool_schema import UNITS
+from pipeline.vehicle.schema import Vehicle
+
+COLUMNS: Mapping[str, tuple[str, ...]] = {
+    "angular_velocity": ("p_radps", "q_radps", "r_radps"),
+    "specific_force": ("fx_mps2", "fy_mps2", "fz_mps2"),
+    "attitude": ("qw", "qx", "qy", "qz"),
+    "velocity": ("vx_mps", "vy_mps", "vz_mps"),
+    "velocity_earth": ("vn_mps", "ve_mps", "vd_mps"),
+    "position": ("north_m", "east_m", "down_m"),
+    "depth": ("depth_m",),
+    "voltage": ("supply_v",),
+    "current": ("supply_a",),
+}
+#: Rows: forward, right, down of a vector in the source's axes.
+BODY = {
+    "frd": np.eye(3),
+    "flu": np.diag([1.0, -1.0, -1.0]),
+    "fur": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]]),
+}
+#: Rows: north, east, down of a vector in the source's axes.
+EARTH = {
+    "ned": np.eye(3),
+    "enu": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
+    "nwu": np.diag([1.0, -1.0, -1.0]),
+}
+#: Standard atmosphere; a sensor that reads less than half of it at its lowest reads from there.
+ATMOSPHERE_PA = 101325.0
+
+
+@dataclass(frozen=True)
+class Water:
+    """What turns pressure into depth, and where the numbers are from."""
+
+    density_kgpm3: float
+    gravity_mps2: float
+    surface_pressure_pa: float | None = None
+
+
+@dataclass(frozen=True)
+class Converted:
+    """Readings of a quantity of the records, with what was assumed on the way."""
+
+    quantity: str
+    columns: tuple[str, ...]
+    values: FloatArray
+    unit: str
+    notes: tuple[str, ...] = ()
+
+
+def convert(
+    plan: Plan,
+    raw: FloatArray,
+    vehicle: Vehicle,
+    water: Water,
+    names: Sequence[tuple[str, ...]] = (),
+    name_list: IntArray | None = None,
+) -> Converted:
+    """Convert readings; `raw` is changed in place where that saves memory.
+
+    Parameters
+    ----------
+    plan : Plan
+        Units, signs, axes.
+    raw : ndarray, shape (k, m)
+        Numbers as they stand in the messages.
+    vehicle : Vehicle
+        For drives and the names of thrusters.
+    water : Water
+        For depth.
+    names, name_list :
+        Lists of names of the elements, and which of them each message has (k,).
+
+    Returns
+    -------
+    Converted
+        Readings (k, n).
+    """
+    if plan.quantity in PER_THRUSTER:
+        return _by_thruster(plan, raw, vehicle, names, name_list)
+    unit = plan.unit or next(iter(UNITS[plan.quantity]))
+    factor = UNITS[plan.quantity][unit]
+    scale = factor * np.array(plan.sign, float)
+    if (scale != 1.0).any():
+        raw *= scale
+    if plan.quantity == "attitude_quaternion":
+        return Converted("attitude", COLUMNS["attitude"], _attitude(plan, raw), unit)
+    if plan.quantity == "attitude_euler":
+        x, y, z, w = _from_euler(raw).T
+        turned = _attitude(plan, np.stack([x, y, z, w], axis=1), order="xyzw")
+        return Converted("attitude", COLUMNS["attitude"], turned, unit)
+    if plan.quantity == "pressure":
+        return _depth(plan, raw, water, unit)
+    if plan.quantity in ("angular_velocity", "specific_force", "velocity"):
+        _turn(raw, BODY[plan.body_axes])
+    elif plan.quantity in ("position", "velocity_earth"):
+        _turn(raw, EARTH[plan.earth_axes])
+    return Converted(plan.quantity, COLUMNS[plan.quantity], raw, unit)
+
+
+def _turn(vectors: FloatArray, axes: FloatArray) -> None:
+    """Turn vectors in place; axes are a signed permutation, so no rounding comes in."""
+    source = np.abs(axes).argmax(axis=1)
+    if (source == np.arange(3)).all():
+        signs = axes.diagonal()
+        if (signs != 1.0).any():
+            vectors *= signs
+        return
+    vectors[:] = vectors[:, source] * axes.sum(axis=1)
+
+
+def _attitude(plan: Plan, raw: FloatArray, order: str | None = None) -> FloatArray:
+    """Quaternion w, x, y, z of the body to NED: E q B^-1, E and B the turns of the axes.
+
+    In the source the quaternion turns its body axes into its earth axes.
+    """
+    if (order or plan.order) == "xyzw":
+        raw[:] = raw[:, [3, 0, 1, 2]]
+    if plan.body_axes != "frd":
+        x, y, z, w = _as_quaternion(BODY[plan.body_axes])
+        _times_right(raw, (w, -x, -y, -z))
+    if plan.earth_axes != "ned":
+        x, y, z, w = _as_quaternion(EARTH[plan.earth_axes])
+        _times_left(raw, (w, x, y, z))
+    return raw
+
+
+def _as_quaternion(axes: FloatArray) -> tuple[float, float, float, float]:
+    from scipy.spatial.transform import Rotation
+
+    x, y, z, w = Rotation.from_matrix(axes).as_quat()
+    return float(x), float(y), float(z), float(w)
+
+
+def _times_right(q: FloatArray, p: tuple[float, float, float, float]) -> None:
+    """Multiply quaternions q p in place."""
+    w, x, y, z = (q[:, i].copy() for i in range(4))
+    a, b, c, d = p
+    q[:, 0] = w * a - x * b - y * c - z * d
+    q[:, 1] = w * b + x * a + y * d - z * c
+    q[:, 2] = w * c - x * d + y * a + z * b
+    q[:, 3] = w * d + x * c - y * b + z * a
+
+
+def _times_left(q: FloatArray, p: tuple[float, float, float, float]) -> None:
+    """Multiply quaternions p q in place."""
+    w, x, y, z = (q[:, i].copy() for i in range(4))
+    a, b, c, d = p
+    q[:, 0] = a * w - b * x - c * y - d * z
+    q[:, 1] = a * x + b * w + c * z - d * y
+    q[:, 2] = a * y - b * z + c * w + d * x
+    q[:, 3] = a * z + b * y - c * x + d * w
+
+
+def _from_euler(angles: FloatArray) -> FloatArray:
+    """Quaternions x, y, z, w of roll, pitch, yaw (Z Y X)."""
+    half = 0.5 * angles
+    (cr, cp, cy), (sr, sp, sy) = np.cos(half).T, np.sin(half).T
+    return np.stack(
+        [
+            sr * cp * cy - cr * sp * sy,
+            cr * sp * cy + sr * cp * sy,
+            cr * cp * sy - sr * sp * cy,
+            cr * cp * cy + sr * sp * sy,
+        ],
+        axis=1,
+    )
+
+
+def _depth(plan: Plan, raw: FloatArray, water: Water, unit: str) -> Converted:
+    notes: list[str] = []
+    surface = plan.surface_pressure_pa
+    if surface is None:
+        surface = water.surface_pressure_pa
+    if surface is None:
+        finite = raw[np.isfinite(raw)]
+        reads_from_surface = finite.size > 0 and float(np.median(finite)) < 0.5 * ATMOSPHERE_PA
+        surface = 0.0 if reads_from_surface else ATMOSPHERE_PA
+        notes.append(
+            f"the surface is taken to be at {surface:g} Pa; state surface_pressure_pa otherwise"
+        )
+    raw -= surface
+    raw /= water.density_kgpm3 * water.gravity_mps2
+    notes.append(
+        f"depth = (pressure - {surface:g} Pa) / ({water.density_kgpm3:g} kg/m3 x "
+        f"{water.gravity_mps2:g} m/s2)"
+    )
+    return Converted("depth", COLUMNS["depth"], raw, unit, tuple(notes))
+
+
+def _by_thruster(
+    plan: Plan,
+    raw: FloatArray,
+    vehicle: Vehicle,
+    names: Sequence[tuple[str, ...]],
+    name_list: IntArray | None,
+) -> Converted:
+    notes: list[str] = []
+    thrusters = plan.thrusters
+    if plan.names is not None and name_list is not None:
+        raw, thrusters, said = _sorted_by_name(raw, vehicle, names, name_list)
+        notes += said
+    raw *= np.array(plan.sign, float)[: raw.shape[1]] if len(set(plan.sign)) > 1 else plan.sign[0]
+    if plan.quantity == "shaft_speed":
+        unit = plan.unit or "rpm"
+        raw *= UNITS["shaft_speed"][unit]
+        columns = tuple(f"shaft_speed_rpm.{name}" for name in thrusters)
+        return Converted("shaft_speed", columns, raw, unit, tuple(notes))
+    unit = plan.unit or _guess_unit(raw, notes)
+    drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
+    pwm = vehicle.pool.pwm_range
+    for i, name in enumerate(thrusters):
+        code_max = drives.get(name, vehicle.drive).code_max
+        column = raw[:, i]
+        if unit == "us":
+            column[column == 0.0] = np.nan  # no pulse is no command
+            column -= pwm.neutral_us
+            column *= code_max / pwm.half_range_us
+        elif unit in ("ratio", "%"):
+            column *= code_max * (0.01 if unit == "%" else 1.0)
+    columns = tuple(f"command.{name}" for name in thrusters)
+    return Converted("thruster_command", columns, raw, unit, tuple(notes))
+
+
+def _guess_unit(raw: FloatArray, notes: list[str]) -> str:
+    """Unit of commands by their range."""
+    values = raw[np.isfinite(raw) & (raw != 0.0)]
+    if values.size and values.min() >= 800.0 and values.max() <= 2200.0:
+        unit, why = "us", "all lie between 800 and 2200"
+    elif values.size and np.abs(values).max() <= 1.0 and (values % 1.0 != 0.0).any():
+        unit, why = "ratio", "all lie between -1 and 1"
+    else:
+        unit, why = "code", "they are neither pulse widths nor ratios"
+    notes.append(f"commands are taken for {unit}: {why}")
+    return unit
+
+
+def _sorted_by_name(
+    raw: FloatArray,
+    vehicle: Vehicle,
+    names: Sequence[tuple[str, ...]],
+    name_list: IntArray,
+) -> tuple[FloatArray, tuple[str, ...], list[str]]:
+    """Bring the elements of each message into the order of the vehicle's thrusters."""
+    notes: list[str] = []
+    stated = tuple(thruster.name for thruster in vehicle.thrusters)
+    wanted = stated or (names[0] if names else ())
+    present = {name for texts in names for name in texts}
+    kept = tuple(name for name in wanted if name in present)
+    strange = sorted(present - set(wanted))
+    if strange:
+        notes.append(f"elements named {', '.join(strange[:8])} belong to no thruster; left out")
+    missing = [name for name in wanted if name not in present]
+    if missing:
+        notes.append(f"there is no element named {', '.join(missing[:8])}")
+    if len(names) == 1 and names[0] == kept and raw.shape[1] == len(kept):
+        return raw, kept, notes
+    values = np.full((raw.shape[0], len(kept)), np.nan)
+    for number, texts in enumerate(names):
+        rows = name_list == number
+        for column, name in enumerate(kept):
+            if name in texts and texts.index(name) < raw.shape[1]:
+                values[rows, column] = raw[rows, texts.index(name)]
+    if len(names) > 1:
+        notes.append(f"the names of the elements change during the run ({len(names)} lists)")
+    return values, kept, notes

@@ -1,0 +1,395 @@
+"""Take the wanted numbers of the wanted topics out of a log, block by block.
+
+Only these numbers and two times a message stay in memory, however large the log is.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.ingest.mcap_chunk import Block, Bytes, Messages, at_every_byte
+from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.mcap_gather import Layout, Layouts, Place
+from pipeline.ingest.mcap_types import BrokenMessageError, Path
+from pipeline.ingest.pool_run_codec import Codec, value_at
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+#: Stands for a message that has no time of its own.
+NO_STAMP = np.iinfo(np.int64).min
+_SECOND_NS = 1_000_000_000
+_MOST_NAME_LISTS = 1000
+#: A message of more bytes is not decoded one by one: no rig writes such a one for a vehicle's state.
+_MAX_MESSAGE_BYTES = 16_000_000
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """Where a message says its time: a field, or seconds and nanoseconds.
+
+    `unit_ns` is what one of the first field is worth.
+    """
+
+    first: Path
+    unit_ns: int = _SECOND_NS
+    nanoseconds: Path | None = None
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is wanted of a topic: numbers, the time, the names of an array's elements."""
+
+    numbers: tuple[Path, ...]
+    stamp: Stamp | None = None
+    names: Path | None = None
+
+
+@dataclass
+class TopicData:
+    """What was taken from a topic, in the order of the file.
+
+    `values` (k, m), NaN where a message lacks a number; `stamp_ns` (k,) or None; `names` are the
+    lists of names met and `name_list` (k,) says which one a message has; `broken` (k,) are
+    messages that could not be decoded, `why_broken` the first reason.
+    """
+
+    log_time_ns: IntArray
+    values: FloatArray
+    stamp_ns: IntArray | None
+    broken: BoolArray
+    names: list[tuple[str, ...]] = field(default_factory=list)
+    name_list: IntArray | None = None
+    why_broken: str = ""
+
+
+def extract(
+    log: McapFile,
+    codecs: Mapping[int, Codec],
+    requests: Mapping[str, Request],
+    *,
+    fast: bool = True,
+) -> dict[str, TopicData]:
+    """Read a log once.
+
+    Parameters
+    ----------
+    log : McapFile
+        The log.
+    codecs : mapping
+        Channel (id) -> decoder.
+    requests : mapping
+        Topic -> what is wanted of it.
+    fast : bool
+        Gather numbers of CDR messages; otherwise decode every message, with the same result.
+
+    Returns
+    -------
+    dict of TopicData
+        By topic.
+    """
+    channels = log.directory.channels
+    sinks = {
+        topic: _Sink(
+            request,
+            sum(
+                log.directory.counts.get(number, 0)
+                for number, channel in channels.items()
+                if channel.topic == topic
+            ),
+        )
+        for topic, request in requests.items()
+    }
+    by_channel = {
+        number: (sinks[channel.topic], _Reader(codecs[number], requests[channel.topic], fast=fast))
+        for number, channel in channels.items()
+        if channel.topic in requests and number in codecs
+    }
+    for block in log.blocks(frozenset(by_channel)):
+        if len([number for number in block.messages if number in by_channel]) == 0:
+            continue
+        for number, messages in _in_order(block, by_channel):
+            sink, reader = by_channel[number]
+            reader.read(block.data, messages, sink)
+    return {topic: sink.finish() for topic, sink in sinks.items()}
+
+
+def _in_order(
+    block: Block, by_channel: Mapping[int, tuple["_Sink", "_Reader"]]
+) -> Sequence[tuple[int, Messages]]:
+    """Channels of a block; those that share a topic are parted where they take turns."""
+    wanted = [(number, part) for number, part in block.messages.items() if number in by_channel]
+    if len({id(by_channel[number][0]) for number, _ in wanted}) == len(wanted):
+        return wanted
+    # several publishers of one topic: message by message in the order of the file
+    number = np.concatenate([np.full(part.start.size, name) for name, part in wanted])
+    time = np.concatenate([part.log_time_ns for _, part in wanted])
+    start = np.concatenate([part.start for _, part in wanted])
+    size = np.concatenate([part.size for _, part in wanted])
+    order = np.argsort(start, kind="stable")
+    number, time, start, size = number[order], time[order], start[order], size[order]
+    cuts = [0, *(np.flatnonzero(np.diff(number)) + 1).tolist(), number.size]
+    return [
+        (int(number[begin]), Messages(time[begin:end], start[begin:end], size[begin:end]))
+        for begin, end in pairwise(cuts)
+        if end > begin
+    ]
+
+
+class _Sink:
+    """Arrays that grow; their size is usually known beforehand."""
+
+    def __init__(self, request: Request, count: int) -> None:
+        self._request = request
+        self._used = 0
+        self.names: list[tuple[str, ...]] = []
+        self.why_broken = ""
+        self._time = np.empty(count, np.int64)
+        self._values = np.empty((count, len(request.numbers)))
+        self._broken = np.zeros(count, np.bool_)
+        self._stamp = np.empty(count if request.stamp else 0, np.int64)
+        self._names = np.empty(count if request.names else 0, np.int64)
+
+    def room(self, count: int) -> slice:
+        """Make room for more messages and return where it is."""
+        begin, self._used = self._used, self._used + count
+        if self._used > self._time.size:
+            size = max(self._used, self._time.size * 3 // 2)
+            self._time = np.resize(self._time, size)
+            self._values = np.resize(self._values, (size, self._values.shape[1]))
+            grown = np.zeros(size, np.bool_)
+            grown[:begin] = self._broken[:begin]
+            self._broken = grown
+            if self._request.stamp:
+                self._stamp = np.resize(self._stamp, size)
+            if self._request.names:
+                self._names = np.resize(self._names, size)
+        return slice(begin, self._used)
+
+    def views(self, where: slice) -> tuple[IntArray, FloatArray, BoolArray, IntArray, IntArray]:
+        """Return the parts of all arrays: times, values, broken, stamps, lists of names."""
+        return (
+            self._time[where],
+            self._values[where],
+            self._broken[where],
+            self._stamp[where],
+            self._names[where],
+        )
+
+    def name_list(self, names: tuple[str, ...]) -> int:
+        """Return the number of a list of names, -1 beyond the most that are kept."""
+        if names not in self.names:
+            if len(self.names) >= _MOST_NAME_LISTS:
+                return -1
+            self.names.append(names)
+        return self.names.index(names)
+
+    def finish(self) -> TopicData:
+        kept = slice(0, self._used)
+        return TopicData(
+            self._time[kept],
+            self._values[kept],
+            self._stamp[kept] if self._request.stamp else None,
+            self._broken[kept],
+            self.names,
+            self._names[kept] if self._request.names else None,
+            self.why_broken,
+        )
+
+
+class _Reader:
+    """Reads the messages of one channel."""
+
+    def __init__(self, codec: Codec, request: Request, *, fast: bool) -> None:
+        self._codec = codec
+        self._request = request
+        self._layouts = Layouts(codec.definition) if fast and codec.definition is not None else None
+
+    def read(self, buffer: Bytes, messages: Messages, sink: _Sink) -> None:
+        where = sink.room(messages.start.size)
+        time, values, broken, stamp, names = sink.views(where)
+        time[:] = messages.log_time_ns
+        rows: IntArray = np.arange(messages.start.size)
+        if self._layouts is not None:
+            groups, faults = self._layouts.groups(buffer, messages.start, messages.size)
+            for group, layout in groups:
+                start = messages.start[group]
+                whole = group.size == rows.size
+                rows_of_group = slice(None) if whole else group
+                self._gather(buffer, start, layout, values, rows_of_group)
+                if self._request.stamp:
+                    stamp[rows_of_group] = self._gather_stamp(buffer, start, layout)
+                if self._request.names:
+                    names[rows_of_group] = self._gather_names(buffer, start, layout, sink)
+            rows = np.array(sorted(faults), np.int64)
+            for row in rows.tolist():
+                self._break(row, faults[row], values, broken, stamp, names, sink)
+            return
+        for row, begin, size in zip(
+            rows.tolist(), messages.start.tolist(), messages.size.tolist(), strict=True
+        ):
+            try:
+                if size > _MAX_MESSAGE_BYTES:
+                    raise BrokenMessageError(f"it has {size} bytes")
+                tree = self._codec.decode(buffer[begin : begin + size].tobytes())
+            except BrokenMessageError as error:
+                self._break(row, str(error), values, broken, stamp, names, sink)
+                continue
+            for column, path in enumerate(self._request.numbers):
+                values[row, column] = _number(value_at(tree, path))
+            if self._request.stamp:
+                stamp[row] = _stamp_of(tree, self._request.stamp)
+            if self._request.names:
+                found = value_at(tree, self._request.names)
+                texts = found if isinstance(found, list) else []
+                names[row] = sink.name_list(tuple(str(text) for text in texts))
+
+    def _break(
+        self,
+        row: int,
+        why: str,
+        values: FloatArray,
+        broken: BoolArray,
+        stamp: IntArray,
+        names: IntArray,
+        sink: _Sink,
+    ) -> None:
+        values[row] = np.nan
+        broken[row] = True
+        if stamp.size:
+            stamp[row] = NO_STAMP
+        if names.size:
+            names[row] = -1
+        sink.why_broken = sink.why_broken or why
+
+    def _gather(
+        self,
+        buffer: Bytes,
+        start: IntArray,
+        layout: Layout,
+        values: FloatArray,
+        rows: slice | IntArray,
+    ) -> None:
+        for column, path in enumerate(self._request.numbers):
+            place = layout.place(path)
+            values[rows, column] = np.nan if place is None else _take(buffer, start, place)
+
+    def _gather_stamp(self, buffer: Bytes, start: IntArray, layout: Layout) -> IntArray:
+        stamp = self._request.stamp
+        first = None if stamp is None else layout.place(stamp.first)
+        if stamp is None or first is None:
+            return np.full(start.size, NO_STAMP)
+        numbers = _take(buffer, start, first)
+        if stamp.nanoseconds is None:
+            return _ticks(numbers, stamp.unit_ns)
+        second = layout.place(stamp.nanoseconds)
+        if second is None:
+            return np.full(start.size, NO_STAMP)
+        return _ticks(numbers, stamp.unit_ns) + _ticks(_take(buffer, start, second), 1)
+
+    def _gather_names(
+        self, buffer: Bytes, start: IntArray, layout: Layout, sink: _Sink
+    ) -> IntArray:
+        path = self._request.names or ()
+        parts: list[tuple[int, int]] = []
+        while (*path, len(parts)) in layout.texts:
+            parts.append(layout.texts[(*path, len(parts))])
+        found = np.full(start.size, -1)
+        if not parts:
+            found[:] = sink.name_list(())
+            return found
+        begin, end = parts[0][0], sum(parts[-1])
+        windows = np.ndarray(
+            (max(buffer.size - (end - begin) + 1, 0), end - begin),
+            np.uint8,
+            buffer=buffer,
+            strides=(1, 1),
+        )
+        bytes_of_names = windows[start + begin]
+        rows = np.arange(start.size)
+        for _ in range(_MOST_NAME_LISTS):
+            if not rows.size:
+                break
+            first = bytes_of_names[rows[0]]
+            texts = tuple(
+                first[at - begin : at - begin + size]
+                .tobytes()
+                .rstrip(b"\x00")
+                .decode("utf-8", errors="replace")
+                for at, size in parts
+            )
+            same = (bytes_of_names[rows] == first).all(axis=1)
+            found[rows[same]] = sink.name_list(texts)
+            rows = rows[~same]
+        return found
+
+
+def _take(buffer: Bytes, start: IntArray, place: Place) -> npt.NDArray[np.generic]:
+    return at_every_byte(buffer, place.kind)[start + place.offset]
+
+
+def _ticks(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
+    """Convert clock readings to nanoseconds; integers stay exact."""
+    if numbers.dtype.kind in "iu":
+        if numbers.dtype.itemsize == 8:
+            # beyond 292 years it is no time; the product would wrap round
+            most = np.iinfo(np.int64).max // unit_ns
+            no_time = numbers > numbers.dtype.type(most)  # type: ignore[operator]
+            if numbers.dtype.kind == "i":
+                no_time |= numbers < numbers.dtype.type(-most)  # type: ignore[operator]
+            ticks = np.where(no_time, 0, numbers).astype(np.int64) * unit_ns
+            return np.asarray(np.where(no_time, NO_STAMP, ticks))
+        return np.asarray(numbers.astype(np.int64) * unit_ns)
+    exact = numbers.astype(np.float64) * float(unit_ns)
+    with np.errstate(invalid="ignore"):
+        no_time = ~(np.abs(exact) < 9.0e18)
+        return np.where(no_time, NO_STAMP, np.rint(np.where(no_time, 0.0, exact)).astype(np.int64))
+
+
+def _stamp_of(tree: object, stamp: Stamp) -> int:
+    """Time of one decoded message; the same arithmetic as for many."""
+    first = value_at(tree, stamp.first)
+    if isinstance(first, str):
+        first = _from_text(first)
+    if not isinstance(first, int | float):
+        return int(NO_STAMP)
+    total = _one_tick(first, stamp.unit_ns)
+    if stamp.nanoseconds is None or total == NO_STAMP:
+        return total
+    second = value_at(tree, stamp.nanoseconds)
+    if not isinstance(second, int | float):
+        return int(NO_STAMP)
+    return total + _one_tick(second, 1)
+
+
+def _one_tick(number: float, unit_ns: int) -> int:
+    if isinstance(number, int):
+        most = np.iinfo(np.int64).max // unit_ns
+        return number * unit_ns if -most <= number <= most else int(NO_STAMP)
+    exact = float(number) * float(unit_ns)
+    return int(np.rint(exact)) if abs(exact) < 9.0e18 else int(NO_STAMP)
+
+
+def _from_text(text: str) -> float | int | None:
+    """Return a number that JSON writes as text (64-bit integers, times of ISO 8601 in seconds)."""
+    try:
+        return int(text)
+    except ValueError:
+        pass
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _number(value: object) -> float:
+    if isinstance(value, bool | int | float):
+        try:
+            return float(value)
+        except OverflowError:
+            return float("nan")
+    if isinstance(value, str):  # JSON has no NaN, and protobuf's JSON writes it as text
+        found = _from_text(value)
+        return float("nan") if found is None else float(found)
+    return float("nan")

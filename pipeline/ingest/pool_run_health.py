@@ -1,0 +1,250 @@
+"""What is wrong with single readings of a channel: found and marked, nothing is changed.
+
+Each mark is an array with one entry a reading; `pipeline.records.run_arrays.MARKS` says what they
+mean.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+#: A step between readings of more periods than this is a gap.
+GAP_PERIODS = 3.0
+#: Frozen: as many equal readings in a row, and as long. [s]
+_FROZEN_READINGS = 10
+_FROZEN_S = 0.5
+#: Saturated: as many readings in a row at the very end of all that were met.
+_SATURATED_READINGS = 5
+_SPIKE_SIGMAS = 12.0
+_NORMAL = 1.4826
+
+
+@dataclass(frozen=True)
+class Rhythm:
+    """How readings follow each other. `gaps` are steps (k - 1,) that are too long."""
+
+    period_s: float
+    is_regular: bool
+    gaps: BoolArray
+    longest_gap_s: float
+
+
+def rhythm_of(time_ns: IntArray) -> Rhythm:
+    """Find period and gaps.
+
+    Regular is what has nine of ten steps between a quarter of the median and four times it;
+    commands that are sent on change are not, and have no gaps.
+    """
+    step = np.diff(time_ns) / 1e9
+    if not step.size:
+        return Rhythm(float("nan"), is_regular=False, gaps=np.zeros(0, np.bool_), longest_gap_s=0.0)
+    forward = step[step > 0]
+    if not forward.size:
+        none = np.zeros(step.size, np.bool_)
+        return Rhythm(float("nan"), is_regular=False, gaps=none, longest_gap_s=0.0)
+    period = float(np.median(forward))
+    steady = (forward > 0.25 * period) & (forward < 4.0 * period)
+    # logged in bursts (a serial line): the median is far below the mean; the mean is the period
+    mean = float(forward.mean())
+    bursts = period < 0.5 * mean and float(np.quantile(forward, 0.99)) < 10.0 * mean
+    if bursts:
+        period = mean
+        steady = forward < 6.0 * mean
+    is_regular = bool(steady.mean() >= 0.9)
+    gaps = np.zeros(step.size, np.bool_)
+    if is_regular:
+        gaps = step > max(GAP_PERIODS, 3.0 * float(np.quantile(forward, 0.9)) / period) * period
+    return Rhythm(period, is_regular, gaps, float(forward.max()))
+
+
+def time_marks(time_ns: IntArray, values: FloatArray, rhythm: Rhythm) -> dict[str, BoolArray]:
+    """Mark what is wrong with the order of times.
+
+    Parameters
+    ----------
+    time_ns : ndarray, shape (k,)
+        Chosen times in the order of the file. [ns]
+    values : ndarray, shape (k, m)
+        Readings, to tell a duplicate from two readings of one time.
+    rhythm : Rhythm
+        Of the channel.
+
+    Returns
+    -------
+    dict of ndarray, shape (k,)
+        "out_of_order", "duplicate", "same_stamp", "after_gap", where any reading has them.
+    """
+    marks: dict[str, BoolArray] = {}
+    if time_ns.size < 2:
+        return marks
+    highest = np.maximum.accumulate(time_ns)
+    behind = np.zeros(time_ns.size, np.bool_)
+    behind[1:] = time_ns[1:] < highest[:-1]
+    _set(marks, "out_of_order", behind)
+    same_time = np.zeros(time_ns.size, np.bool_)
+    same_time[1:] = np.diff(time_ns) == 0
+    if same_time.any():
+        same = _repeats(values)
+        _set(marks, "duplicate", same_time & same)
+        _set(marks, "same_stamp", same_time & ~same)
+    after = np.zeros(time_ns.size, np.bool_)
+    after[1:] = rhythm.gaps
+    _set(marks, "after_gap", after)
+    return marks
+
+
+def value_marks(
+    values: FloatArray,
+    period_s: float,
+    *,
+    holds: bool = False,
+    is_quaternion: bool = False,
+    lowest: float | None = None,
+    highest: float | None = None,
+) -> dict[str, BoolArray]:
+    """Mark what is wrong with the values of a channel.
+
+    Parameters
+    ----------
+    values : ndarray, shape (k, m)
+        Readings.
+    period_s : float
+        Median time between them. [s]
+    holds : bool
+        Commands: they may jump and stand still.
+    is_quaternion : bool
+        q and -q are one attitude: a change of all signs is no spike.
+    lowest, highest : float, optional
+        Range of the sensor, in the unit of the readings.
+
+    Returns
+    -------
+    dict of ndarray, shape (k,)
+        "not_a_number", "dropout", "frozen", "saturated", "spike", "outside_range".
+    """
+    marks: dict[str, BoolArray] = {}
+    finite = np.isfinite(values).all(axis=1)
+    _set(marks, "not_a_number", ~finite)
+    _range_marks(marks, values, lowest, highest)
+    if holds or values.shape[0] < 10 or not finite.any():
+        return marks
+    repeats = _repeats(values)
+    spread = np.ptp(values[finite], axis=0)
+    if not (spread > 0).any():
+        return marks  # constant throughout: said of the channel, not of its readings
+    if values.shape[1] >= 3:
+        zero = (values == 0.0).all(axis=1)
+        if zero.mean() < 0.5:
+            _set(marks, "dropout", _runs(zero, 3))
+    if repeats.mean() < 0.3:
+        least = max(_FROZEN_READINGS, round(_FROZEN_S / period_s) if period_s > 0 else 0)
+        frozen = _runs(repeats, least - 1)
+        frozen[:-1] |= frozen[1:] & repeats[1:]  # the reading that is repeated, too
+        _set(marks, "frozen", frozen & ~marks.get("dropout", np.zeros_like(frozen)))
+        if lowest is None and highest is None:
+            _set(marks, "saturated", _at_the_end(values) & ~frozen)
+    spikes = np.zeros(values.shape[0], np.bool_)
+    columns = _without_sign_changes(values) if is_quaternion else values
+    for column in columns.T:
+        spikes |= _spikes(column)
+    _set(marks, "spike", spikes)
+    return marks
+
+
+def command_marks(
+    values: FloatArray, lowest: FloatArray, highest: FloatArray
+) -> dict[str, BoolArray]:
+    """Mark commands (k, m) at and beyond the range (m,) of their drives."""
+    marks: dict[str, BoolArray] = {}
+    _set(marks, "not_a_number", ~np.isfinite(values).all(axis=1))
+    with np.errstate(invalid="ignore"):
+        beyond = (values > highest + 0.5) | (values < lowest - 0.5)
+        at_end = ((values >= highest - 0.5) | (values <= lowest + 0.5)) & ~beyond
+    _set(marks, "outside_range", beyond.any(axis=1))
+    _set(marks, "saturated", at_end.any(axis=1))
+    return marks
+
+
+def _range_marks(
+    marks: dict[str, BoolArray], values: FloatArray, lowest: float | None, highest: float | None
+) -> None:
+    low = -np.inf if lowest is None else lowest
+    high = np.inf if highest is None else highest
+    if lowest is None and highest is None:
+        return
+    width = high - low if np.isfinite(high - low) else abs(high if np.isfinite(high) else low)
+    slack = 1e-6 * width
+    with np.errstate(invalid="ignore"):
+        beyond = (values > high + slack) | (values < low - slack)
+        at_end = ((values >= high - slack) | (values <= low + slack)) & ~beyond
+    _set(marks, "outside_range", beyond.any(axis=1))
+    _set(marks, "saturated", at_end.any(axis=1))
+
+
+def _set(marks: dict[str, BoolArray], name: str, mark: BoolArray) -> None:
+    if mark.any():
+        marks[name] = mark
+
+
+def _repeats(values: FloatArray) -> BoolArray:
+    """Readings equal to the one before in all components; not a number equals itself."""
+    same = np.zeros(values.shape[0], np.bool_)
+    if values.shape[0] > 1:
+        now, before = values[1:], values[:-1]
+        same[1:] = ((now == before) | (np.isnan(now) & np.isnan(before))).all(axis=1)
+    return same
+
+
+def _runs(mark: BoolArray, least: int) -> BoolArray:
+    """Keep runs of at least so many."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mark, [False]]).astype(np.int8)))
+    kept = np.zeros(mark.size, np.bool_)
+    for begin, end in edges.reshape(-1, 2).tolist():
+        if end - begin >= least:
+            kept[begin:end] = True
+    return kept
+
+
+def _at_the_end(values: FloatArray) -> BoolArray:
+    """Runs of readings that stand exactly at the largest or smallest value of the whole run."""
+    found = np.zeros(values.shape[0], np.bool_)
+    for column in values.T:
+        finite = column[np.isfinite(column)]
+        if not finite.size or np.ptp(finite) == 0.0:
+            continue
+        for end in (finite.min(), finite.max()):
+            found |= _runs(column == end, _SATURATED_READINGS)
+    return found
+
+
+def _spikes(column: FloatArray) -> BoolArray:
+    """Single readings far from both neighbours, which agree.
+
+    Far is against the usual distance of a reading from the middle of its neighbours, and against
+    the step in which the sensor counts.
+    """
+    found = np.zeros(column.size, np.bool_)
+    middle = column[1:-1] - 0.5 * (column[:-2] + column[2:])
+    finite = np.isfinite(middle)
+    if finite.sum() < 8:
+        return found
+    step = np.abs(np.diff(column))
+    moving = step[np.isfinite(step) & (step > 0)]
+    if not moving.size:
+        return found
+    sigma = _NORMAL * float(np.median(np.abs(middle[finite])))
+    # where most readings repeat, the median says nothing: take what moves
+    usual = max(sigma, 0.5 * float(np.median(moving)))
+    with np.errstate(invalid="ignore"):
+        far = np.abs(middle) > _SPIKE_SIGMAS * usual
+        agree = np.abs(column[2:] - column[:-2]) < 0.25 * np.abs(middle)
+    found[1:-1] = far & agree & finite
+    return found
+
+
+def _without_sign_changes(quaternion: FloatArray) -> FloatArray:
+    dot = (quaternion[1:] * quaternion[:-1]).sum(axis=1)
+    sign = np.concatenate([[1.0], np.cumprod(np.where(dot < 0.0, -1.0, 1.0))])
+    return np.asarray(quaternion * sign[:, None])

@@ -1,0 +1,351 @@
+"""What to take from which topic: a plan for each channel, from the vehicle file or a default."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from pipeline.ingest.mcap_types import Path, parse_path, path_text
+from pipeline.ingest.pool_run_codec import numbers_below, value_at
+from pipeline.ingest.pool_run_extract import Request, Stamp
+from pipeline.vehicle.pool_schema import (
+    CLOCK_UNITS_NS,
+    COMPONENTS,
+    UNITS,
+    BodyAxes,
+    EarthAxes,
+    PoolChannel,
+    Quantity,
+)
+
+PER_THRUSTER = ("thruster_command", "shaft_speed")
+#: Fields in which a quantity usually stands, in the order in which they are tried.
+USUAL_FIELDS: Mapping[str, tuple[str, ...]] = {
+    "thruster_command": ("position", "channels", "data", "command", "commands", "codes", "values"),
+    "shaft_speed": ("velocity", "rpm", "rpms", "data", "values"),
+    "voltage": ("voltage", "data"),
+    "current": ("current", "data"),
+    "angular_velocity": (
+        *("angular_velocity", "twist.twist.angular", "twist.angular", "angular", "vector", "data"),
+    ),
+    "specific_force": ("linear_acceleration", "specific_force", "accel.linear", "vector", "data"),
+    "attitude_quaternion": (
+        *("orientation", "pose.pose.orientation", "pose.orientation", "quaternion", "rotation"),
+        "transform.rotation",
+    ),
+    "attitude_euler": ("vector", "euler", "rpy", "data"),
+    "velocity": (*("twist.twist.linear", "twist.linear", "linear", "velocity", "vector", "data"),),
+    "velocity_earth": (
+        *("twist.twist.linear", "twist.linear", "linear", "velocity", "vector", "data"),
+    ),
+    "position": (
+        *("pose.pose.position", "pose.position", "point", "position", "transform.translation"),
+        *("translation", "vector", "data"),
+    ),
+    "depth": ("depth", "data"),
+    "pressure": ("fluid_pressure", "pressure", "data"),
+}
+#: Where messages have their time: seconds, nanoseconds. The second number may be missing.
+_STAMPS = (
+    ("header.stamp.sec", "header.stamp.nanosec"),
+    ("header.stamp.sec", "header.stamp.nsec"),
+    ("header.stamp.secs", "header.stamp.nsecs"),
+    ("header.stamp.seconds", "header.stamp.nanos"),
+    ("stamp.sec", "stamp.nanosec"),
+    ("stamp.seconds", "stamp.nanos"),
+    ("timestamp.sec", "timestamp.nsec"),
+    ("timestamp.sec", "timestamp.nanosec"),
+    ("timestamp.seconds", "timestamp.nanos"),
+    ("time.sec", "time.nsec"),
+    ("time.seconds", "time.nanos"),
+)
+
+
+class NotThereError(ValueError):
+    """A topic does not have what a channel asks for; the text says what it has."""
+
+
+@dataclass(frozen=True)
+class TopicFound:
+    """A topic of the log: its channels (ids), type, number of messages, its first message."""
+
+    name: str
+    channels: tuple[int, ...]
+    message_type: str
+    encoding: str
+    messages: int
+    probe: Mapping[str, Any] | None = None
+    why_not: str = ""
+    """Why its messages cannot be decoded."""
+
+    @property
+    def frame(self) -> str:
+        """The frame that its first message names."""
+        if self.probe is None:
+            return ""
+        for path in (("header", "frame_id"), ("frame_id",)):
+            found = value_at(self.probe, path)
+            if isinstance(found, str):
+                return found
+        return ""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """One channel: numbers of a topic's messages, and what they mean."""
+
+    quantity: Quantity
+    topic: str
+    numbers: tuple[Path, ...]
+    fields: tuple[str, ...]
+    unit: str | None
+    unit_from: Literal["vehicle file", "message", "values", "assumed"]
+    sign: tuple[int, ...]
+    order: Literal["xyzw", "wxyz"]
+    body_axes: BodyAxes
+    earth_axes: EarthAxes
+    clock: Literal["header", "log", "field"] | None
+    stamp: Stamp | None
+    thrusters: tuple[str, ...]
+    """Names of the elements; empty where the messages name them (`names`) or there are none."""
+    names: Path | None
+    delay_s: float | None
+    surface_pressure_pa: float | None
+    lowest: float | None
+    highest: float | None
+    mapped_by: str
+    notes: tuple[str, ...] = ()
+
+    @property
+    def request(self) -> Request:
+        """What it needs of the topic."""
+        return Request(self.numbers, self.stamp, self.names)
+
+
+def plan_channel(
+    stated: PoolChannel, topic: TopicFound, thrusters: Sequence[str], mapped_by: str
+) -> Plan:
+    """Work out what a channel takes from a topic.
+
+    Parameters
+    ----------
+    stated : PoolChannel
+        What is known of it; the rest is filled in.
+    topic : TopicFound
+        The topic with its first message.
+    thrusters : sequence of str
+        Names of the vehicle's thrusters, in its order.
+    mapped_by : str
+        "vehicle file", or the rule that chose it.
+
+    Raises
+    ------
+    NotThereError
+        Where the first message does not hold the field or not the right number of components.
+    """
+    probe = topic.probe
+    if probe is None:
+        raise NotThereError(topic.why_not or "the topic has no messages")
+    notes: list[str] = []
+    fields, numbers = _numbers(stated, probe)
+    numbers = _picked(stated, numbers, fields)
+    names, columns = _elements(stated, probe, fields, numbers, thrusters, notes)
+    if stated.quantity in PER_THRUSTER and names is None:
+        numbers = numbers[: len(columns)]
+    count = COMPONENTS[stated.quantity]
+    if count is not None and len(numbers) != count:
+        raise NotThereError(
+            f"{', '.join(fields)} gives {len(numbers)} numbers, {stated.quantity} has {count}"
+        )
+    if len(stated.sign) not in (1, len(numbers)):
+        raise NotThereError(f"sign has {len(stated.sign)} entries for {len(numbers)} numbers")
+    body, earth = _axes(stated, topic, notes)
+    stamp, clock = _stamp(stated, probe)
+    unit = stated.unit
+    unit_from: Literal["vehicle file", "message", "values", "assumed"] = "vehicle file"
+    if unit is None:
+        unit, unit_from = _usual_unit(stated.quantity, topic)
+    return Plan(
+        stated.quantity,
+        topic.name,
+        tuple(numbers),
+        tuple(fields),
+        unit,
+        unit_from,
+        tuple(stated.sign) * (len(numbers) if len(stated.sign) == 1 else 1),
+        stated.order,
+        body,
+        earth,
+        clock,
+        stamp,
+        columns,
+        names,
+        stated.delay_s,
+        stated.surface_pressure_pa,
+        stated.lowest,
+        stated.highest,
+        mapped_by,
+        tuple(notes),
+    )
+
+
+def _numbers(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[tuple[str, ...], list[Path]]:
+    """Paths of the numbers that the field means."""
+    if stated.field is not None:
+        numbers: list[Path] = []
+        for text in stated.field:
+            found = [number for path in parse_path(text) for number in numbers_below(probe, path)]
+            if not found:
+                raise NotThereError(f'no number at "{text}"; its messages have {outline(probe)}')
+            numbers += found
+        return tuple(stated.field), numbers
+    count = COMPONENTS[stated.quantity]
+    for text in USUAL_FIELDS[stated.quantity]:
+        numbers = numbers_below(probe, parse_path(text)[0])
+        if numbers and (count is None or len(numbers) == count or stated.index is not None):
+            return (text,), numbers
+    raise NotThereError(
+        f"none of its fields is known to hold {stated.quantity}; its messages have "
+        f"{outline(probe)}. State field"
+    )
+
+
+def _picked(stated: PoolChannel, numbers: list[Path], fields: Sequence[str]) -> list[Path]:
+    if stated.index is None:
+        return numbers
+    beyond = [number for number in stated.index if number >= len(numbers)]
+    if beyond:
+        raise NotThereError(
+            f"index {beyond[0]} is beyond the {len(numbers)} numbers of {', '.join(fields)}"
+        )
+    return [numbers[number] for number in stated.index]
+
+
+def _elements(
+    stated: PoolChannel,
+    probe: Mapping[str, Any],
+    fields: Sequence[str],
+    numbers: Sequence[Path],
+    thrusters: Sequence[str],
+    notes: list[str],
+) -> tuple[Path | None, tuple[str, ...]]:
+    """Say which thruster each element belongs to: by names in the messages, or by their order."""
+    if stated.quantity not in PER_THRUSTER:
+        return None, ()
+    if stated.thrusters is not None:
+        if len(stated.thrusters) != len(numbers):
+            raise NotThereError(
+                f"thrusters names {len(stated.thrusters)} elements, {', '.join(fields)} gives "
+                f"{len(numbers)} numbers"
+            )
+        return None, stated.thrusters
+    texts = value_at(probe, ("name",))
+    if stated.index is None and isinstance(texts, list) and len(texts) == len(numbers):
+        known = [text for text in texts if text in thrusters]
+        if known or not thrusters:
+            return ("name",), ()
+        notes.append(
+            f"its elements are named {', '.join(map(str, texts[:12]))}, not as the thrusters of "
+            "the vehicle; they are taken in the order of the vehicle file"
+        )
+    if not thrusters:
+        return None, tuple(f"{number + 1}" for number in range(len(numbers)))
+    if len(numbers) < len(thrusters):
+        raise NotThereError(
+            f"{', '.join(fields)} gives {len(numbers)} numbers for {len(thrusters)} thrusters; "
+            "name them with thrusters"
+        )
+    if len(numbers) > len(thrusters):
+        notes.append(f"the first {len(thrusters)} of {len(numbers)} elements are taken")
+    if len(thrusters) > 1:
+        notes.append("elements are assumed to be in the order of the thrusters of the vehicle file")
+    return None, tuple(thrusters)
+
+
+def _axes(stated: PoolChannel, topic: TopicFound, notes: list[str]) -> tuple[BodyAxes, EarthAxes]:
+    """Axes of the readings: stated, told by the frame's name, or usual for the message."""
+    frames = f"{topic.frame} {value_at(topic.probe, ('child_frame_id',)) or ''}".lower()
+    is_ros = "/msg/" in topic.message_type and not topic.message_type.startswith("std_msgs/")
+    if "frd" in frames or "ned" in frames or not is_ros:
+        body: BodyAxes = "frd"
+        earth: EarthAxes = "ned"
+        why = "told by the frame" if is_ros else "assumed"
+    else:
+        body, earth = "flu", "enu"
+        why = "as REP 103 has it"
+    if stated.quantity in _IN_BODY | _IN_EARTH:
+        said = []
+        if stated.quantity in _IN_BODY and stated.body_axes is None:
+            said.append(f"body axes {body}")
+        if stated.quantity in _IN_EARTH and stated.earth_axes is None:
+            said.append(f"earth axes {earth}")
+        if said:
+            notes.append(f"{', '.join(said)} ({why})")
+    return stated.body_axes or body, stated.earth_axes or earth
+
+
+_IN_BODY = {
+    *("angular_velocity", "specific_force", "velocity", "attitude_quaternion", "attitude_euler")
+}
+_IN_EARTH = {"position", "velocity_earth", "attitude_quaternion", "attitude_euler"}
+
+
+def _stamp(
+    stated: PoolChannel, probe: Mapping[str, Any]
+) -> tuple[Stamp | None, Literal["header", "log", "field"] | None]:
+    if stated.clock == "log":
+        return None, "log"
+    if stated.clock_field is not None and stated.clock_unit is not None:
+        path = parse_path(stated.clock_field)[0]
+        if not isinstance(value_at(probe, path), int | float):
+            raise NotThereError(
+                f'no number at clock_field "{stated.clock_field}"; its messages have '
+                f"{outline(probe)}"
+            )
+        return Stamp(path, CLOCK_UNITS_NS[stated.clock_unit]), "field"
+    for first, second in _STAMPS:
+        path, nanoseconds = parse_path(first)[0], parse_path(second)[0]
+        if value_at(probe, path) is not None and value_at(probe, nanoseconds) is not None:
+            return Stamp(path, nanoseconds=nanoseconds), stated.clock
+    return None, stated.clock
+
+
+def _usual_unit(
+    quantity: str, topic: TopicFound
+) -> tuple[str | None, Literal["message", "values", "assumed"]]:
+    """Return the unit that the message's type prescribes; None where the values must tell."""
+    joints = topic.message_type.endswith("JointState")
+    if quantity == "thruster_command":
+        return ("code", "message") if joints else (None, "values")
+    if quantity == "shaft_speed":
+        return ("rad/s", "message") if joints else ("rpm", "assumed")
+    usual = next(iter(UNITS[quantity]))
+    standard = topic.message_type.split("/")[0] in ("sensor_msgs", "geometry_msgs", "nav_msgs")
+    return usual, "message" if standard else "assumed"
+
+
+def outline(tree: Mapping[str, Any], most: int = 14) -> str:
+    """List the fields of a message with numbers, as paths.
+
+    >>> outline({"data": [1, 2], "layout": {"data_offset": 0}})
+    'data[0:2], layout.data_offset'
+    """
+    found: list[str] = []
+
+    def visit(value: Any, path: Path) -> None:  # noqa: ANN401  a message holds values of any type
+        if len(found) > most:
+            return
+        if isinstance(value, dict):
+            for name, part in value.items():
+                visit(part, (*path, name))
+        elif isinstance(value, list):
+            if value and isinstance(value[0], int | float):
+                found.append(f"{path_text(path)}[0:{len(value)}]")
+            elif value and isinstance(value[0], dict):
+                visit(value[0], (*path, 0))
+        elif isinstance(value, int | float):
+            found.append(path_text(path))
+
+    visit(dict(tree), ())
+    if not found:
+        return "no numbers"
+    return ", ".join(found[:most]) + (" ..." if len(found) > most else "")

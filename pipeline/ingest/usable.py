@@ -1,0 +1,56 @@
+"""A file that gives no point to fit: one error that says so, and why."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.rows import counted
+
+#: How the marks of points begin that only repeat what is read elsewhere.
+_COPIES = ("duplicate", "also on sheet")
+
+
+def with_cause(
+    problems: Sequence[Problem], file: str, marks: Sequence[tuple[str, ...]], what: str
+) -> list[Problem]:
+    """Return the problems of one file, with an error among them if no point of it can be fitted.
+
+    The first warning is taken for the cause and becomes the one error; without a warning the marks
+    of the points are the cause. A file that repeats another one is no error.
+
+    Parameters
+    ----------
+    problems : sequence of Problem
+        All of the file.
+    file : str
+        Its name in messages.
+    marks : sequence of tuple of str
+        Those of each point that was read.
+    what : str
+        What the points are of, e.g. "load-test".
+
+    Returns
+    -------
+    list of Problem
+        The problems, changed only where no point is left and nothing else is an error.
+    """
+    if any(not own or own[0].startswith(_COPIES) for own in marks):
+        return list(problems)
+    if any(problem.severity == "error" for problem in problems):
+        return list(problems)
+    rest = [problem for problem in problems if problem.severity != "warning"]
+    warnings = [problem for problem in problems if problem.severity == "warning"]
+    if warnings:
+        said = f"{warnings[0].what} No point of the file is left."
+        return [replace(warnings[0], severity="error", what=said), *rest]
+    reasons = ", ".join(dict.fromkeys(mark for own in marks for mark in own))
+    error = Problem(
+        "error",
+        Place(file),
+        f"no usable {what} point is left: {counted(len(marks), 'point')} read ({reasons})."
+        if marks
+        else f"no {what} point was read.",
+        "rows that can be fitted.",
+        "Correct the file, or move it out of the folder.",
+    )
+    return [error, *rest]

@@ -1,0 +1,271 @@
+r"""The gripper: a rigid latch that holds a payload, and what it does to the vehicle.
+
+While the latch is closed the payload is a part of the vehicle: one rigid body with the mass matrix
+of both. The latch then carries what the payload needs to follow,
+
+.. math:: \tau_{latch} = -\left(M_p \dot\nu_r + C_p(\nu_r)\,\nu_r + g_p\right)
+
+(force of the payload on the vehicle, about the body origin), M_p its inertia with added mass and
+g_p its weight less buoyancy. It is an internal wrench: it tells whether the latch holds, and must
+not be added to the equations of the joined body. When the latch opens the wrench vanishes with the
+payload; no velocity changes. When it closes on a payload that moves otherwise, both come to a
+common motion and the total momentum stays,
+
+.. math:: (M + M_p)\,\nu^+ = M \nu + M_p \nu_p, \qquad P = M_p (\nu_p - \nu^+)
+
+with the impulse P on the vehicle, spread over the time of closing. Voitasyk 2018 gives the gripper
+as a wrench T_RMP on the carrier, without an expression; this is a rigid latch's.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.types import FloatArray
+
+
+@dataclass(frozen=True)
+class HeldPayload:
+    """A payload in the latch, in body axes.
+
+    Attributes
+    ----------
+    mass_kg : float
+        Dry mass. [kg]
+    volume_m3 : float
+        Displaced volume; its centre is the centre of mass. [m^3]
+    position_m : tuple of 3 floats
+        Centre of mass. [m]
+    inertia_kgm2 : tuple of 3 floats
+        Principal inertia about its centre, along the body axes. [kg m^2]
+    added_mass_kg : tuple of 3 floats
+        Added mass of translation along the body axes; zero where it travels inside. [kg]
+    """
+
+    mass_kg: float
+    volume_m3: float
+    position_m: tuple[float, float, float]
+    inertia_kgm2: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    added_mass_kg: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        numbers = np.array(
+            [
+                self.mass_kg,
+                self.volume_m3,
+                *self.position_m,
+                *self.inertia_kgm2,
+                *self.added_mass_kg,
+            ]
+        )
+        if not np.isfinite(numbers).all() or self.mass_kg <= 0 or (numbers[[1, 5, 6, 7]] < 0).any():
+            raise CannotComputeError(
+                f"A payload of {self.mass_kg:g} kg, {self.volume_m3:g} m^3 at {self.position_m} m "
+                f"with inertia {self.inertia_kgm2} kg m^2 cannot be.\nExpected finite numbers, "
+                "the mass above zero, volume and inertia not below."
+            )
+
+    def mass_matrix(self) -> FloatArray:
+        """Inertia (6, 6) about the body origin, added mass included; shape (6, 6). [kg, kg m^2].
+
+        Fossen 2021, eq. (3.49).
+        """
+        translation = self.mass_kg * np.eye(3) + np.diag(self.added_mass_kg)
+        lever = _skew(np.array(self.position_m))
+        matrix = np.zeros((6, 6))
+        matrix[:3, :3] = translation
+        matrix[:3, 3:] = -translation @ lever
+        matrix[3:, :3] = lever @ translation
+        matrix[3:, 3:] = np.diag(self.inertia_kgm2) - lever @ translation @ lever
+        return matrix
+
+
+@dataclass(frozen=True)
+class Latch:
+    """What a latch can carry, at its own place.
+
+    Attributes
+    ----------
+    position_m : tuple of 3 floats
+        Where it holds, body axes. [m]
+    strength_n : float
+        Largest force. [N]
+    strength_nm : float
+        Largest moment about its place. [N m]
+    closing_s : float
+        Time in which it closes on a payload. [s]
+    """
+
+    position_m: tuple[float, float, float]
+    strength_n: float = np.inf
+    strength_nm: float = np.inf
+    closing_s: float = 0.1
+
+    def load_share(self, wrench: FloatArray) -> float:
+        """Return load over strength, the larger of force and moment; above 1 the latch fails.
+
+        Parameters
+        ----------
+        wrench : ndarray, shape (6,)
+            About the body origin, body axes. [N, N m]
+
+        Examples
+        --------
+        50 N sideways, held 0.1 m away from where it pulls:
+
+        >>> latch = Latch((0.0, 0.0, 0.0), strength_n=100.0, strength_nm=4.0)
+        >>> latch.load_share(np.array([0.0, 50.0, 0.0, 0.0, 0.0, 5.0]))
+        1.25
+        """
+        force = np.asarray(wrench[:3], float)
+        moment = np.asarray(wrench[3:], float) - np.cross(self.position_m, force)
+        return float(
+            max(np.linalg.norm(force) / self.strength_n, np.linalg.norm(moment) / self.strength_nm)
+        )
+
+
+def latch_reaction(
+    payload: HeldPayload,
+    *,
+    nu_relative: FloatArray,
+    nu_dot_relative: FloatArray,
+    down_body: FloatArray,
+    gravity_mps2: float,
+    density_kgpm3: float,
+) -> FloatArray:
+    """Return the wrench of a held payload on the vehicle.
+
+    Parameters
+    ----------
+    payload : HeldPayload
+        What is held.
+    nu_relative, nu_dot_relative : ndarray, shape (6,)
+        Velocity relative to the water and its rate, body axes, at the body origin.
+        [m/s, rad/s; m/s^2, rad/s^2]
+    down_body : ndarray, shape (3,)
+        Unit vector down, in body axes: the last row of R. [-]
+    gravity_mps2, density_kgpm3 : float
+        [m/s^2], [kg/m^3]
+
+    Returns
+    -------
+    ndarray, shape (6,)
+        Force and moment about the body origin, body axes. [N, N m]
+
+    Examples
+    --------
+    At rest a payload hangs with its weight in water:
+
+    >>> module = HeldPayload(30.0, 0.01, (0.5, 0.0, 0.0))
+    >>> latch_reaction(module, nu_relative=np.zeros(6), nu_dot_relative=np.zeros(6),
+    ...     down_body=np.array([0, 0, 1.0]), gravity_mps2=10.0, density_kgpm3=1000.0).tolist()
+    [0.0, 0.0, 200.0, 0.0, -100.0, 0.0]
+    """
+    matrix = payload.mass_matrix()
+    nu = np.asarray(nu_relative, float)
+    momentum = matrix @ nu
+    turned = np.concatenate(
+        [
+            np.cross(nu[3:], momentum[:3]),
+            np.cross(nu[3:], momentum[3:]) + np.cross(nu[:3], momentum[:3]),
+        ]
+    )
+    net = gravity_mps2 * (payload.mass_kg - density_kgpm3 * payload.volume_m3)
+    weight = net * np.asarray(down_body, float)
+    wrench = np.concatenate([weight, np.cross(payload.position_m, weight)])
+    wrench -= matrix @ np.asarray(nu_dot_relative, float) + turned
+    return wrench + 0.0  # no negative zeros
+
+
+def close_on(
+    mass_matrix: FloatArray, payload: HeldPayload, nu: FloatArray, nu_payload: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return the common motion after the latch has closed, and the impulse on the vehicle.
+
+    Parameters
+    ----------
+    mass_matrix : ndarray, shape (6, 6)
+        Of the vehicle without the payload, added mass included. [kg, kg m, kg m^2]
+    payload : HeldPayload
+        What it closes on.
+    nu, nu_payload : ndarray, shape (6,)
+        Velocities of vehicle and payload, both taken at the vehicle's body origin and relative to
+        the water. [m/s, rad/s]
+
+    Returns
+    -------
+    nu_after : ndarray, shape (6,)
+        [m/s, rad/s]
+    impulse : ndarray, shape (6,)
+        On the vehicle, about the body origin, body axes. [N s, N m s]
+
+    Examples
+    --------
+    90 kg at 1 m/s take up 10 kg that lie still in the middle:
+
+    >>> vehicle = np.diag([90.0, 90, 90, 1, 1, 1])
+    >>> after, impulse = close_on(vehicle, HeldPayload(10.0, 0.0, (0.0, 0.0, 0.0)),
+    ...     np.array([1.0, 0, 0, 0, 0, 0]), np.zeros(6))
+    >>> after[0].round(12), impulse[0].round(12)
+    (np.float64(0.9), np.float64(-9.0))
+    """
+    held = payload.mass_matrix()
+    both = np.asarray(mass_matrix, float) + held
+    total = np.asarray(mass_matrix, float) @ nu + held @ np.asarray(nu_payload, float)
+    try:
+        after = np.linalg.solve(both, total)
+    except np.linalg.LinAlgError:
+        after = np.full(6, np.nan)
+    if not np.isfinite(after).all():
+        raise CannotComputeError(
+            "The gripper cannot close: mass matrix and velocities do not give a common motion.\n"
+            "Expected a positive definite 6 x 6 mass matrix and finite velocities."
+        )
+    return after, held @ (np.asarray(nu_payload, float) - after)
+
+
+def closing_wrench(impulse: FloatArray, latch: Latch, time_s: FloatArray) -> FloatArray:
+    r"""Return the wrench on the vehicle while the latch closes: a half sine with the impulse.
+
+    .. math:: \tau(t) = \frac{\pi}{2 T} P \sin\frac{\pi t}{T}, \qquad 0 \le t \le T
+
+    Parameters
+    ----------
+    impulse : ndarray, shape (6,)
+        P of `close_on`. [N s, N m s]
+    latch : Latch
+        Its closing time is T.
+    time_s : ndarray, shape (n,)
+        Times from first touch. [s]
+
+    Returns
+    -------
+    ndarray, shape (n, 6)
+        Body axes; zero before and after. [N, N m]
+
+    Notes
+    -----
+    For a run in which the vehicle keeps its mass until the latch is closed. A run that changes the
+    mass at the instant of closing sets the velocity to that of `close_on` instead.
+
+    Examples
+    --------
+    >>> pulse = closing_wrench(np.array([1.0, 0, 0, 0, 0, 0]), Latch((0, 0, 0), closing_s=0.5),
+    ...     np.linspace(0.0, 0.5, 501))
+    >>> round(float(np.trapezoid(pulse[:, 0], dx=0.001)), 5)
+    1.0
+    """
+    if not (np.isfinite(latch.closing_s) and latch.closing_s > 0):
+        raise CannotComputeError(
+            f"A latch that closes in {latch.closing_s:g} s cannot be.\nExpected a time above zero."
+        )
+    phase = np.asarray(time_s, float) / latch.closing_s
+    pulse = np.where((phase > 0) & (phase < 1), np.sin(np.pi * phase), 0.0)
+    return np.outer(np.pi / (2 * latch.closing_s) * pulse, np.asarray(impulse, float))
+
+
+def _skew(a: FloatArray) -> FloatArray:
+    """Return the matrix of a x."""
+    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])

@@ -1,0 +1,174 @@
+r"""The tether's winch: a drum driven by a motor, loaded by the cable.
+
+Voitasyk 2018 states it as :math:`M_{EM} = f(u_w, \omega)`, :math:`\dot\omega = f(M_{EM}, M_L)`,
+:math:`M_L = R F_1`, :math:`\dot L_T = R \omega`. Here, with :math:`\omega` positive where cable is
+paid out,
+
+.. math::
+
+    J \dot\omega = M_s \left(u - \frac{\omega}{\omega_0}\right) - b\,\omega + R F_1
+        - M_f \operatorname{sgn}\omega
+
+M_s is the stall torque and omega_0 the no-load speed of a DC motor behind its gear, u its command
+between -1 and 1, F_1 the tension at the drum, which always pulls cable out. M_f is dry friction; at
+u = 0 a spring-applied brake adds to it. A drum at rest stays so while the torque is within M_f.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.types import FloatArray
+
+
+@dataclass(frozen=True)
+class Winch:
+    """A drum with motor, gear and brake; torques and inertia are those at the drum.
+
+    Attributes
+    ----------
+    drum_radius_m : float
+        R, to the middle of the cable; the layers' growth is left out. [m]
+    inertia_kgm2 : float
+        J of drum, cable on it, gear and motor. [kg m^2]
+    stall_torque_nm : float
+        M_s, at full command and no speed. [N m]
+    no_load_radps : float
+        omega_0, at full command and no torque. [rad/s]
+    viscous_nms : float
+        b. [N m s]
+    dry_friction_nm : float
+        M_f. [N m]
+    brake_nm : float
+        Torque that the brake holds at command 0, on top of the friction. [N m]
+    shortest_m, longest_m : float
+        Paid-out length at which the drum stops hauling in, or paying out. [m]
+
+    Raises
+    ------
+    CannotComputeError
+        A number that cannot be.
+    """
+
+    drum_radius_m: float
+    inertia_kgm2: float
+    stall_torque_nm: float
+    no_load_radps: float
+    viscous_nms: float = 0.0
+    dry_friction_nm: float = 0.0
+    brake_nm: float = 0.0
+    shortest_m: float = 1.0
+    longest_m: float = 1000.0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        not_negative = ("viscous_nms", "dry_friction_nm", "brake_nm")
+        for field in fields(self):
+            value = float(getattr(self, field.name))
+            least = 0.0 if field.name in not_negative else np.nextafter(0.0, 1.0)
+            if not (np.isfinite(value) and value >= least):
+                limit = "not below zero" if field.name in not_negative else "above zero"
+                raise CannotComputeError(
+                    f"The winch has {field.name} = {value:g}.\nExpected a finite number {limit}."
+                )
+        if self.shortest_m >= self.longest_m:
+            raise CannotComputeError(
+                f"The winch stops hauling in at shortest_m = {self.shortest_m:g} m and paying out "
+                f"at longest_m = {self.longest_m:g} m.\nExpected the first below the second."
+            )
+
+    def numbers(self) -> FloatArray:
+        """Return the nine numbers in the order of the attributes, as the kernel takes them."""
+        return np.array([float(getattr(self, field.name)) for field in fields(self)])
+
+    def steady_speed_radps(self, command: float, tension_n: float) -> float:
+        """Return the speed at which the torques balance.
+
+        Parameters
+        ----------
+        command : float
+            u, between -1 and 1. [-]
+        tension_n : float
+            F_1. [N]
+
+        Returns
+        -------
+        float
+            Positive pays out, 0 is held by friction. [rad/s]
+
+        Examples
+        --------
+        Half command against the pull of 100 N on 0.2 m: (-0.5 * 100 + 20) / (100 / 10).
+
+        >>> Winch(0.2, 1.0, 100.0, 10.0).steady_speed_radps(-0.5, 100.0)
+        -3.0
+        """
+        torque = self.stall_torque_nm * command + self.drum_radius_m * tension_n
+        held = self.dry_friction_nm + (self.brake_nm if command == 0.0 else 0.0)
+        if abs(torque) <= held:
+            return 0.0
+        slope = self.stall_torque_nm / self.no_load_radps + self.viscous_nms
+        return float((torque - np.copysign(held, torque)) / slope)
+
+
+def drum_step(
+    speed: float,
+    command: float,
+    tension: float,
+    dt: float,
+    radius: float,
+    inertia: float,
+    stall: float,
+    no_load: float,
+    viscous: float,
+    friction: float,
+    brake: float,
+) -> float:
+    """Advance the drum's speed by a step under a given tension.
+
+    Friction and the motor's slope are implicit, so no step is too long for them and a drum that
+    friction holds stands still exactly. Plain numbers: the compiled kernel takes this function too.
+
+    Parameters
+    ----------
+    speed : float
+        omega before the step, positive pays out. [rad/s]
+    command : float
+        u. [-]
+    tension : float
+        F_1. [N]
+    dt : float
+        Step. [s]
+    radius, inertia, stall, no_load, viscous, friction, brake : float
+        As in `Winch`.
+
+    Returns
+    -------
+    float
+        omega after the step. [rad/s]
+
+    Examples
+    --------
+    1 s from rest at full command, 1 N m on 1 kg m^2 and no slope to speak of:
+
+    >>> round(drum_step(0.0, 1.0, 0.0, 1.0, 0.2, 1.0, 1.0, 1e9, 0.0, 0.0, 0.0), 6)
+    1.0
+
+    0.2 m x 10 N are held by 3 N m of brake:
+
+    >>> drum_step(0.0, 0.0, 10.0, 1.0, 0.2, 1.0, 1.0, 1.0, 0.0, 0.0, 3.0)
+    0.0
+    """
+    held = friction
+    if command == 0.0:
+        held += brake
+    driven = inertia * speed + dt * (stall * command + radius * tension)
+    loss = dt * held
+    if abs(driven) <= loss:
+        return 0.0
+    if driven > 0.0:
+        driven -= loss
+    else:
+        driven += loss
+    return driven / (inertia + dt * (stall / no_load + viscous))

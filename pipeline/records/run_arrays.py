@@ -1,0 +1,163 @@
+"""A pool run in memory: arrays, not JSON. Axes are SNAME, units those of the column names.
+
+Identification, reports and the diagnosis take runs in this form, whatever log they came from.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipeline.errors import Problem
+from pipeline.records.pool_run import ChannelRead, ClockRead, TopicRead
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+#: Mark of a reading -> what it says.
+MARKS: Mapping[str, str] = {
+    "broken": "the message could not be decoded",
+    "not_a_number": "a value is not a number",
+    "no_stamp": "the message has no time of its own",
+    "clock_jump": "its clock jumped here",
+    "out_of_order": "an earlier message has a later time",
+    "duplicate": "the same time and the same values as the message before",
+    "same_stamp": "the same time as the message before, other values",
+    "late": "logged much later after its stamp than usual",
+    "after_gap": "readings are missing before it",
+    "reset": "the clock of the board began anew here",
+    "dropout": "all components are exactly zero",
+    "frozen": "the values do not change although the sensor is noisy",
+    "saturated": "at the end of the range",
+    "spike": "far from the readings before and after it, which agree",
+    "outside_range": "beyond the range of the drive or the sensor",
+}
+#: Readings with these marks take no part in a table on a common time base.
+LEFT_OUT_OF_TABLES = (
+    "broken",
+    "not_a_number",
+    "no_stamp",
+    "clock_jump",
+    "out_of_order",
+    "duplicate",
+    "dropout",
+    "spike",
+)
+
+
+@dataclass(frozen=True)
+class RunChannel:
+    """Readings of one quantity in the order of the file, none removed.
+
+    Attributes
+    ----------
+    quantity : str
+        As in the vehicle file; Euler angles have become an attitude quaternion, pressure a depth.
+    columns : tuple of str
+        Names with units (``p_radps``, ``command.upper``).
+    time_ns : ndarray, shape (k,)
+        When a reading was stamped, on the clock of the log; its age `delay_s` is not yet taken
+        off. [ns since 1970]
+    log_time_ns : ndarray, shape (k,)
+        When the recorder received it. [ns since 1970]
+    values : ndarray, shape (k, m)
+        SNAME, not a number where a message lacks it.
+    marks : mapping
+        Name (see `MARKS`) -> which readings have it (k,); marks that no reading has are absent.
+    holds : bool
+        A value holds until the next one (commands).
+    period_s : float
+        Median time between readings, NaN for fewer than two. [s]
+    is_regular : bool
+        Readings come at a steady rate, not on change.
+    """
+
+    quantity: str
+    topic: str
+    columns: tuple[str, ...]
+    time_ns: IntArray
+    log_time_ns: IntArray
+    values: FloatArray
+    marks: Mapping[str, BoolArray]
+    clock: ClockRead
+    read: ChannelRead
+    delay_s: float = 0.0
+    holds: bool = False
+    period_s: float = float("nan")
+    is_regular: bool = True
+
+    def usable(self) -> BoolArray:
+        """Tell which readings go into a table (k,)."""
+        kept = np.ones(self.time_ns.size, np.bool_)
+        for name in LEFT_OUT_OF_TABLES:
+            if name in self.marks:
+                kept &= ~self.marks[name]
+        return kept
+
+
+@dataclass(frozen=True)
+class PoolRun:
+    """All mapped channels of one log.
+
+    `channels` by name: the quantity, or quantity and thruster where each thruster has a topic.
+    `start_time_ns`, `end_time_ns` are log times of the first and last message of any of them.
+    """
+
+    vehicle: str
+    file: str
+    channels: Mapping[str, RunChannel]
+    topics: tuple[TopicRead, ...]
+    problems: tuple[Problem, ...]
+    start_time_ns: int
+    end_time_ns: int
+    complete: bool
+    read_bytes: int
+    size_bytes: int
+    writer: str = ""
+    metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+
+    @property
+    def duration_s(self) -> float:
+        """From the first to the last message of a mapped channel. [s]"""
+        return (self.end_time_ns - self.start_time_ns) / 1e9
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """Channels on one time base.
+
+    Attributes
+    ----------
+    time_s : ndarray, shape (n,)
+        From `start_time_ns`, evenly spaced. [s]
+    columns : tuple of str
+        As in the channels.
+    values : ndarray, shape (n, m)
+        Not a number where `valid` is False.
+    valid : ndarray, shape (n, m)
+        False in gaps, before the first and after the last reading.
+    left_out : mapping
+        Channel -> mark -> readings that took no part because of it.
+    """
+
+    start_time_ns: int
+    rate_hz: float
+    time_s: FloatArray
+    columns: tuple[str, ...]
+    values: FloatArray
+    valid: BoolArray
+    left_out: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
+
+    def column(self, name: str) -> FloatArray:
+        """Return one column (n,).
+
+        Raises
+        ------
+        KeyError
+            If the table does not have it.
+        """
+        if name not in self.columns:
+            raise KeyError(name)
+        return self.values[:, self.columns.index(name)]
+
+    def block(self, names: tuple[str, ...]) -> FloatArray:
+        """Return several columns (n, len(names)); raises `KeyError`."""
+        return np.column_stack([self.column(name) for name in names])

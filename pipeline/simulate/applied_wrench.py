@@ -1,0 +1,87 @@
+"""Force and moment of the thrusters along a measured run, by the vehicle's own characteristics."""
+
+import numpy as np
+
+from pipeline.physics.parameters import MOST_THRUSTERS, write
+from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.kernel_wrench import wrench_along
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.run import run
+from pipeline.types import FloatArray
+
+#: Mass of the body that stands in for the vehicle while its thrusters alone are computed. [kg]
+_IMMOVABLE_KG = 1e12
+
+
+def actuator_states(packed: PackedVehicle, command: FloatArray, period_s: float) -> FloatArray:
+    """Effective codes, or shaft speeds, of the thrusters that a run of commands leads to.
+
+    The kernel itself is run, with a body too heavy to move. That is exact where a thruster follows
+    its code by a lag; where the torque balance is solved in time the shafts turn as at rest.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle.
+    command : ndarray, shape (m, n)
+        Codes, each held for a period.
+    period_s : float
+        [s]
+
+    Returns
+    -------
+    ndarray, shape (m + 1, n)
+        At the start of each period, and at the end.
+    """
+    vector = packed.vector.copy()
+    write(vector, "mass", _IMMOVABLE_KG)
+    write(vector, "inertia", _IMMOVABLE_KG * np.eye(3))
+    write(vector, "centre_of_mass", 0.0)
+    write(vector, "centre_of_buoyancy", 0.0)
+    write(vector, "current", 0.0)
+    return run(packed, command, dt_s=period_s, vector=vector).actuator
+
+
+def thruster_wrench(
+    packed: PackedVehicle,
+    actuator: FloatArray,
+    nu_relative: FloatArray,
+    *,
+    vector: FloatArray | None = None,
+) -> tuple[FloatArray, FloatArray]:
+    """Wrench of the thrusters about the body origin, and the thrust of each.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle.
+    actuator : ndarray, shape (m, n)
+        Effective codes or shaft speeds.
+    nu_relative : ndarray, shape (m, 6)
+        Velocity relative to the water, body axes. [m/s, rad/s]
+    vector : ndarray, optional
+        Parameter vector in place of the nominal one.
+
+    Returns
+    -------
+    wrench : ndarray, shape (m, 6)
+        [N, N m]
+    thrust_n : ndarray, shape (m, n)
+        [N]
+    """
+    count = len(packed.thruster_names)
+    padded = np.zeros((len(actuator), STATE - BODY))
+    padded[:, :count] = actuator
+    thrusts = np.zeros((len(actuator), MOST_THRUSTERS))
+    wrenches = np.zeros((len(actuator), 6))
+    wrench_along(
+        packed.vector if vector is None else vector,
+        padded,
+        np.ascontiguousarray(nu_relative, float),
+        packed.thrust_tables,
+        packed.screws,
+        packed.steps,
+        thrusts,
+        wrenches,
+    )
+    return wrenches, thrusts[:, :count]

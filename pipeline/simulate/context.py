@@ -1,0 +1,50 @@
+"""What the effects need to know of a vehicle, from its file alone."""
+
+from pipeline.effects.effect import EffectContext
+from pipeline.errors import CannotComputeError
+from pipeline.vehicle.model_schema import Model
+from pipeline.vehicle.schema import Vehicle
+
+SENSORS = ("imu", "dvl", "depth", "position", "shaft_speed", "voltage")
+
+
+def model_of(vehicle: Vehicle) -> Model:
+    """Return the model section.
+
+    Raises
+    ------
+    CannotComputeError
+        When the vehicle file has none.
+    """
+    if vehicle.model is None:
+        raise CannotComputeError(
+            f"{vehicle.name} has no model: section, so there is nothing to simulate; see "
+            "docs/formats.md for what it holds"
+        )
+    return vehicle.model
+
+
+def effect_context(vehicle: Vehicle) -> EffectContext:
+    """Return what decides which effects of the library a vehicle can have.
+
+    Raises
+    ------
+    CannotComputeError
+        When the vehicle file has no model section.
+    """
+    model = model_of(vehicle)
+    sensors = vehicle.sensors
+    return EffectContext(
+        thruster_names=tuple(thruster.name for thruster in vehicle.thrusters),
+        thrust_falls_with_speed=model.terms.thrust_falls_with_speed,
+        coriolis=model.terms.coriolis,
+        strips=model.crossflow is not None,
+        walls=model.pool is not None,
+        tether_in_nominal=model.tether is not None and model.tether.in_nominal,
+        gravity_mps2=vehicle.water.gravity_mps2,
+        measured=frozenset(
+            name for name in SENSORS if sensors is not None and getattr(sensors, name) is not None
+        ),
+        crossflow_in_nominal=model.crossflow is not None and model.crossflow.in_nominal,
+        lagged=not any(model.thrusters[one.drive].balance_in_time for one in vehicle.thrusters),
+    )

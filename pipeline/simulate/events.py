@@ -1,0 +1,206 @@
+r"""Payload modules that are attached and released in flight.
+
+Between events the vehicle is one rigid body with the modules on board: mass, centre of mass,
+inertia about the origin, weight, buoyancy and its centre are packed anew at each event.
+
+Release. The module leaves with the velocity that it has as a part of the vehicle. The latch only
+lets go: it pushes neither of the two, so neither velocity jumps, and the momentum of both together
+stays. What changes is the acceleration: weight, buoyancy and inertia of the module are gone.
+
+Attachment. The latch is rigid, so both move as one afterwards (inelastic), and the momentum of
+both together stays: :math:`(M + M_p)\,\nu^+ = M \nu + M_p \nu_p`, velocities relative to the
+water. M holds the added mass of the vehicle: in so short a time the water about the hull moves
+with it. The vehicle file gives modules no added mass of their own, so M_p is the dry module.
+"""
+
+import difflib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.physics.gripper import HeldPayload, close_on, latch_reaction
+from pipeline.physics.parameters import read
+from pipeline.simulate.kernel_frames import rotation_matrix
+from pipeline.simulate.kernel_hull import mass_matrix
+from pipeline.simulate.pack import PackedVehicle, write_body
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Model, Payload
+
+Action = Literal["attach", "release"]
+
+
+@dataclass(frozen=True)
+class PayloadEvent:
+    """A module is attached or released at a time of the run. [s].
+
+    `velocity_ned_mps` is that of a module before it is attached; it lies still by default.
+    """
+
+    time_s: float
+    action: Action
+    module: str
+    velocity_ned_mps: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class EventOutcome:
+    """What an event did: velocities over ground just before and after, shape (6,).
+
+    `impulse` (6,) is what the latch gave the vehicle [N s, N m s]; `latch_wrench` (6,) what a
+    module that is released pulled with just before, in body axes [N, N m].
+    """
+
+    event: PayloadEvent
+    nu_before: FloatArray
+    nu_after: FloatArray
+    impulse: FloatArray
+    latch_wrench: FloatArray
+
+
+@dataclass
+class PayloadSchedule:
+    """Changes state and parameter vector of a run as its events come.
+
+    `true_vector` turns the vector of a vehicle with its modules into the one that is simulated
+    (effects switched on); `outcomes` collects what happened.
+    """
+
+    packed: PackedVehicle
+    model: Model
+    events: Sequence[PayloadEvent]
+    true_vector: Callable[[FloatArray], FloatArray] = np.copy
+    outcomes: list[EventOutcome] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        """Refuse events that cannot happen, in the order of time."""
+        self.events = sorted(self.events, key=lambda event: event.time_s)
+        on_board = set(self._attached)
+        for event in self.events:
+            self._check(event, on_board)
+            (set.add if event.action == "attach" else set.discard)(on_board, event.module)
+
+    @cached_property
+    def _modules(self) -> dict[str, Payload]:
+        return {payload.name: payload for payload in self.model.payloads}
+
+    @cached_property
+    def _attached(self) -> set[str]:
+        return {payload.name for payload in self.model.payloads if payload.attached}
+
+    def _check(self, event: PayloadEvent, on_board: set[str]) -> None:
+        what = f"{event.action} {event.module} at {event.time_s:g} s"
+        if event.module not in self._modules:
+            near = difflib.get_close_matches(event.module, self._modules, n=1)
+            hint = f'\nDid you mean "{near[0]}"?' if near else ""
+            raise CannotComputeError(
+                f"{what}: {self.packed.name} has no such module; it has "
+                f"{', '.join(self._modules) or 'none'}.{hint}"
+            )
+        if not (np.isfinite(event.time_s) and event.time_s >= 0.0):
+            raise CannotComputeError(f"{what}: a time from 0 on is expected.")
+        if not np.isfinite(event.velocity_ned_mps).all():
+            raise CannotComputeError(f"{what}: the module's velocity is not a number.")
+        if (event.module in on_board) == (event.action == "attach"):
+            now = "is already on board" if event.module in on_board else "is not on board"
+            raise CannotComputeError(f"{what}: it {now} then.")
+
+    def vector(self) -> FloatArray:
+        """Parameter vector that is simulated with the modules that are on board now."""
+        return self.true_vector(
+            vector_with_modules(self.packed, self.model, frozenset(self._attached))
+        )
+
+    def due(self, until_s: float) -> list[PayloadEvent]:
+        """Events up to a time that have not happened yet."""
+        return [e for e in self.events[len(self.outcomes) :] if e.time_s <= until_s + 1e-9]
+
+    def change(
+        self, time_s: float, state: FloatArray, nu_dot: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Let the events up to a time happen.
+
+        Parameters
+        ----------
+        time_s : float
+            [s]
+        state : ndarray
+            Kernel state; not changed.
+        nu_dot : ndarray, shape (6,), optional
+            Acceleration just before, for the load on the latch; zero without it.
+
+        Returns
+        -------
+        tuple
+            State and parameter vector from here on.
+        """
+        for event in self.due(time_s):
+            before = self.vector()
+            state = self._happen(event, state, before, np.zeros(6) if nu_dot is None else nu_dot)
+        return state, self.vector()
+
+    def _happen(
+        self, event: PayloadEvent, state: FloatArray, before: FloatArray, nu_dot: FloatArray
+    ) -> FloatArray:
+        held = held_payload(self._modules[event.module])
+        rotation = np.empty((3, 3))
+        w, x, y, z = state[3:7]
+        rotation_matrix(w, x, y, z, rotation)
+        water = np.concatenate([rotation.T @ read(before, "current"), np.zeros(3)])
+        nu, after, impulse, load = state[7:13], state.copy(), np.zeros(6), np.zeros(6)
+        if event.action == "release":
+            turning = np.concatenate([np.cross(nu[3:], water[:3]), np.zeros(3)])
+            load = latch_reaction(
+                held,
+                nu_relative=nu - water,
+                nu_dot_relative=nu_dot + turning,
+                down_body=rotation[2],
+                gravity_mps2=self.packed.context.gravity_mps2,
+                density_kgpm3=float(read(before, "density")),
+            )
+            self._attached.remove(event.module)
+        else:
+            matrix = np.empty((6, 6))
+            mass_matrix(before, 1.0, matrix)
+            module = np.concatenate([rotation.T @ event.velocity_ned_mps, np.zeros(3)])
+            common, impulse = close_on(matrix, held, nu - water, module - water)
+            after[7:13] = common + water
+            self._attached.add(event.module)
+        self.outcomes.append(EventOutcome(event, nu.copy(), after[7:13].copy(), impulse, load))
+        return after
+
+
+def held_payload(payload: Payload) -> HeldPayload:
+    """Return the module of a vehicle file as the gripper holds it."""
+    return HeldPayload(payload.mass_kg, payload.volume_m3, payload.position_m, payload.inertia_kgm2)
+
+
+def vector_with_modules(
+    packed: PackedVehicle, model: Model, on_board: frozenset[str]
+) -> FloatArray:
+    """Return the nominal parameter vector with these modules on board and no other.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle, with whatever modules its file attaches.
+    model : Model
+        Of the same vehicle.
+    on_board : frozenset of str
+        Names of modules.
+    """
+    payloads = tuple(
+        payload.model_copy(update={"attached": payload.name in on_board})
+        for payload in model.payloads
+    )
+    vector = packed.vector.copy()
+    write_body(
+        vector,
+        model.model_copy(update={"payloads": payloads}),
+        packed.context.gravity_mps2,
+        float(read(packed.vector, "density")),
+    )
+    return vector

@@ -1,0 +1,45 @@
+"""Compiled kernel: the wrench of the thrusters along a run whose motion is known."""
+
+from typing import Any
+
+import numpy as np
+
+from pipeline.physics.parameters import MOST_THRUSTERS
+from pipeline.simulate.compiled import compiled
+from pipeline.simulate.kernel_thrusters import add_thrust, thruster_directions
+
+Array = Any
+
+
+@compiled
+def wrench_along(
+    p: Array,
+    actuators: Array,
+    velocities: Array,
+    thrust_tables: Array,
+    screws: Array,
+    steps: Array,
+    thrusts: Array,
+    wrenches: Array,
+) -> None:
+    """Fill thrusts (m, 12) and wrenches (m, 6) for actuator states (m, 12), velocities (m, 6).
+
+    Velocities are relative to the water.
+    """
+    directions = np.zeros((MOST_THRUSTERS, 3))
+    thruster_directions(p, directions)
+    inflow = np.zeros(MOST_THRUSTERS)
+    for k in range(actuators.shape[0]):
+        wrenches[k] = 0.0
+        add_thrust(
+            p,
+            directions,
+            actuators[k],
+            velocities[k],
+            thrust_tables,
+            screws,
+            steps,
+            thrusts[k],
+            inflow,
+            wrenches[k],
+        )

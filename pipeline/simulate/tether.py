@@ -1,0 +1,215 @@
+"""A tether of lumped masses: its description, its state, and what a run of it gives.
+
+It moves alone in `tether_alone` and with the vehicle in `tethered`; the equations are in
+`kernel_tether`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Tether
+
+
+@dataclass(frozen=True)
+class LumpedTether:
+    """A cable cut into segments, and the water it is in.
+
+    Attributes
+    ----------
+    length_m : float
+        Unstretched length that is paid out at the start. [m]
+    segments : int
+        Number of segments at the start; their length stays, a winch changes their number.
+    diameter_m, mass_kgpm : float
+        Diameter [m], mass in air [kg/m].
+    normal_drag, tangential_drag : float
+        C_n, C_t, both referred to the diameter. [-]
+    axial_stiffness_n : float
+        EA. [N]
+    density_kgpm3, gravity_mps2 : float
+        Water density [kg/m^3], 0 for a vacuum; gravity [m/s^2].
+    added_mass : float
+        C_a across the cable; 1 for a cylinder in unbounded water. [-]
+    axial_damping : float
+        Damping ratio of the shortest axial wave, two segments long; longer waves are damped less,
+        in proportion to their frequency. [-]
+    """
+
+    length_m: float
+    segments: int
+    diameter_m: float
+    mass_kgpm: float
+    normal_drag: float
+    tangential_drag: float
+    axial_stiffness_n: float
+    density_kgpm3: float
+    gravity_mps2: float
+    added_mass: float = 1.0
+    axial_damping: float = 0.5
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        above = ("length_m", "diameter_m", "mass_kgpm", "axial_stiffness_n", "gravity_mps2")
+        other = ("normal_drag", "tangential_drag", "density_kgpm3", "added_mass", "axial_damping")
+        wrong = [
+            f"{name} {getattr(self, name):g}"
+            for name in (*above, *other)
+            if not np.isfinite(getattr(self, name))
+            or getattr(self, name) < 0
+            or (name in above and getattr(self, name) == 0)
+        ]
+        if self.segments < 2:
+            wrong.append(f"segments {self.segments}")
+        if wrong:
+            raise CannotComputeError(
+                f"The tether cannot be simulated with {', '.join(wrong)}.\nExpected finite numbers "
+                f"({', '.join(above)} above zero, the rest not below) and two segments or more."
+            )
+
+    @property
+    def segment_m(self) -> float:
+        """Unstretched length of a segment. [m]."""
+        return self.length_m / self.segments
+
+    @property
+    def wet_weight_npm(self) -> float:
+        """Weight less buoyancy of a metre; negative floats. [N/m]."""
+        section = np.pi / 4 * self.diameter_m**2
+        return float(self.gravity_mps2 * (self.mass_kgpm - self.density_kgpm3 * section))
+
+    @property
+    def wave_speed_mps(self) -> float:
+        """Speed of an axial wave, (EA / m)^(1/2). [m/s]."""
+        return float(np.sqrt(self.axial_stiffness_n / self.mass_kgpm))
+
+    def numbers(self, current_mps: FloatArray) -> FloatArray:
+        """Return the kernel's vector for this cable in a current (3,)."""
+        half = 0.5 * self.density_kgpm3 * self.diameter_m
+        section = np.pi / 4 * self.diameter_m**2
+        return np.array(
+            [
+                self.mass_kgpm,
+                self.wet_weight_npm,
+                half * self.normal_drag,
+                half * self.tangential_drag,
+                self.axial_stiffness_n,
+                self.axial_damping * np.sqrt(self.axial_stiffness_n * self.mass_kgpm),
+                self.added_mass * self.density_kgpm3 * section,
+                self.segment_m,
+                *current_mps,
+            ]
+        )
+
+
+def lumped_tether(
+    tether: Tether, *, density_kgpm3: float, gravity_mps2: float, axial_damping: float = 0.5
+) -> LumpedTether:
+    """Return the lumped cable of a vehicle file's tether section.
+
+    Parameters
+    ----------
+    tether : Tether
+        The section; its mass is in air.
+    density_kgpm3, gravity_mps2 : float
+        [kg/m^3], [m/s^2]
+    axial_damping : float
+        As in `LumpedTether`. [-]
+    """
+    return LumpedTether(
+        length_m=tether.length_m,
+        segments=tether.segments,
+        diameter_m=tether.diameter_m,
+        mass_kgpm=tether.mass_kgpm,
+        normal_drag=tether.normal_drag,
+        tangential_drag=tether.tangential_drag,
+        axial_stiffness_n=tether.axial_stiffness_n,
+        density_kgpm3=density_kgpm3,
+        gravity_mps2=gravity_mps2,
+        axial_damping=axial_damping,
+    )
+
+
+@dataclass(frozen=True)
+class TetherState:
+    """Where a tether is and how it moves; n segments in use, from the top down.
+
+    Attributes
+    ----------
+    position_ned_m, velocity_ned_mps : ndarray, shape (n + 1, 3)
+        Of the nodes. [m], [m/s]
+    rest_length_m : ndarray, shape (n,)
+        Unstretched lengths of the segments. [m]
+    drum_speed_radps : float
+        Of the winch, positive pays out. [rad/s]
+    owed_m : float
+        Rest length that was put off when a node was taken out; it is given back within seconds.
+    """
+
+    position_ned_m: FloatArray
+    velocity_ned_mps: FloatArray
+    rest_length_m: FloatArray
+    drum_speed_radps: float = 0.0
+    owed_m: float = 0.0
+
+    @property
+    def paid_out_m(self) -> float:
+        """Unstretched length between winch and vehicle. [m]."""
+        return float(self.rest_length_m.sum() + self.owed_m)
+
+
+@dataclass(frozen=True)
+class TetherHistory:
+    """A tether's run, sampled at every step, m + 1 samples.
+
+    Nodes beyond those in use are NaN; with a winch the top stays node 0 and the lower end is node
+    ``segments[k]``.
+
+    Attributes
+    ----------
+    time_s : ndarray, shape (m + 1,)
+        [s]
+    position_ned_m : ndarray, shape (m + 1, nodes, 3)
+        [m]
+    tension_n : ndarray, shape (m + 1, nodes - 1)
+        Of the segments. [N]
+    force_on_top_ned_n, force_below_ned_n : ndarray, shape (m + 1, 3)
+        Of the cable on the bodies at its ends: tension, with weight and drag of the half segment;
+        without its inertia. [N]
+    wrench_on_vehicle : ndarray, shape (m + 1, 6)
+        All that the tether does to the vehicle, inertia of the half segment included; body axes,
+        about the body origin. Zeros without a vehicle. [N, N m]
+    segments : ndarray, shape (m + 1,)
+        In use.
+    paid_out_m, drum_speed_radps : ndarray, shape (m + 1,)
+        [m], [rad/s]
+    substeps : ndarray, shape (m + 1,)
+        Of the step that begins at the sample.
+    final : TetherState
+        To go on from.
+    """
+
+    time_s: FloatArray
+    position_ned_m: FloatArray
+    tension_n: FloatArray
+    force_on_top_ned_n: FloatArray
+    force_below_ned_n: FloatArray
+    wrench_on_vehicle: FloatArray
+    segments: FloatArray
+    paid_out_m: FloatArray
+    drum_speed_radps: FloatArray
+    substeps: FloatArray
+    final: TetherState
+
+    @property
+    def top_tension_n(self) -> FloatArray:
+        """Tension of the top segment, shape (m + 1,). [N]."""
+        return self.tension_n[:, 0]
+
+    @property
+    def lower_tension_n(self) -> FloatArray:
+        """Tension of the lowest segment, shape (m + 1,). [N]."""
+        rows = np.arange(len(self.time_s))
+        return self.tension_n[rows, self.segments.astype(int) - 1]

@@ -1,0 +1,244 @@
+"""A tether without a vehicle: its shape at rest, and its motion between given ends."""
+
+from typing import Literal
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.physics.catenary import uniform_load_cable
+from pipeline.physics.tether_cable import Cable
+from pipeline.physics.tether_static import solve_tether
+from pipeline.physics.winch import Winch
+from pipeline.simulate import kernel_tether as kernel
+from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
+from pipeline.simulate.tether_arrays import (
+    Record,
+    check_step,
+    history,
+    prepare,
+    refuse,
+    refuse_short,
+    velocities,
+)
+from pipeline.types import ArrayLike, FloatArray
+
+
+def hang(
+    tether: LumpedTether,
+    *,
+    top_ned_m: FloatArray,
+    lower_ned_m: FloatArray,
+    current_mps: FloatArray,
+    settle_s: float = 20.0,
+) -> TetherState:
+    """Return the tether at rest between two fixed points in a uniform current.
+
+    Starts from the quasi-static solution, or from a hanging catenary where there is none (a neutral
+    cable in still water, a cable that its weight pushes against the flow), and settles the nodes
+    by dynamic relaxation with kinetic damping.
+
+    Parameters
+    ----------
+    tether : LumpedTether
+        The cable.
+    top_ned_m, lower_ned_m : ndarray, shape (3,)
+        Its ends. [m]
+    current_mps : ndarray, shape (3,)
+        NED. [m/s]
+    settle_s : float
+        Time for which the nodes are let to settle; 0 leaves the starting shape. [s]
+
+    Raises
+    ------
+    CannotComputeError
+        The tether is shorter than the distance, or a number is not one.
+    """
+    top, lower = np.asarray(top_ned_m, float), np.asarray(lower_ned_m, float)
+    current = np.asarray(current_mps, float)
+    if not (np.isfinite(top).all() and np.isfinite(lower).all() and np.isfinite(current).all()):
+        raise CannotComputeError(
+            f"The tether's ends {top.tolist()} and {lower.tolist()} in a current of "
+            f"{current.tolist()} m/s are not all numbers.\nExpected finite metres and metres a "
+            "second, NED."
+        )
+    refuse_short(tether.length_m, top, lower)
+    place = _starting_shape(tether, top, lower, current)
+    state = TetherState(
+        position_ned_m=place,
+        velocity_ned_mps=np.zeros_like(place),
+        rest_length_m=np.full(tether.segments, tether.segment_m),
+    )
+    if settle_s <= 0:
+        return state
+    steps = max(int(np.ceil(settle_s / 0.1)), 1)
+    settled = _swing(
+        tether,
+        state,
+        steps=steps,
+        dt_s=0.1,
+        lower="held",
+        current_mps=current,
+        settle=True,
+    ).final
+    return TetherState(
+        position_ned_m=settled.position_ned_m,
+        velocity_ned_mps=np.zeros_like(settled.velocity_ned_mps),
+        rest_length_m=settled.rest_length_m,
+    )
+
+
+def _starting_shape(
+    tether: LumpedTether, top: FloatArray, lower: FloatArray, current: FloatArray
+) -> FloatArray:
+    """Return nodes (n + 1, 3) near equilibrium."""
+    cable = Cable(
+        tether.length_m,
+        tether.diameter_m,
+        tether.normal_drag,
+        tether.tangential_drag,
+        wet_weight_npm=tether.wet_weight_npm,
+        axial_stiffness_n=tether.axial_stiffness_n,
+    )
+    nodes = tether.segments + 1
+    try:
+        rest = solve_tether(
+            cable,
+            start_m=top,
+            end_m=lower,
+            flow=current,
+            density_kgpm3=max(tether.density_kgpm3, 1e-9),
+            nodes=nodes,
+        )
+        place = rest.position_m.copy()
+    except CannotComputeError:
+        place = _catenary(tether, top, lower)
+    place[0], place[-1] = top, lower
+    return place
+
+
+def _catenary(tether: LumpedTether, top: FloatArray, lower: FloatArray) -> FloatArray:
+    """Return nodes on a catenary, hanging or, of a floating cable, standing."""
+    length = tether.length_m
+    s = np.linspace(0.0, length, tether.segments + 1)
+    distance = float(np.linalg.norm(lower - top))
+    if length <= distance * (1 + 1e-6):
+        return np.asarray(top + s[:, None] / length * (lower - top), dtype=float)
+    load = np.array([0.0, 0.0, 1.0 if tether.wet_weight_npm >= 0 else -1.0])
+    end = lower.copy()
+    aside = 0.01 * np.sqrt(length**2 - distance**2)
+    if float(np.hypot(*(lower - top)[:2])) < aside:
+        end[0] += aside  # a fold has no catenary
+        end = top + (end - top) * min(1.0, 0.999 * length / float(np.linalg.norm(end - top)))
+    place, _ = uniform_load_cable(s, length_m=length, start_m=top, end_m=end, load_npm=load)
+    return np.asarray(place + s[:, None] / length * (lower - end), dtype=float)
+
+
+def swing(
+    tether: LumpedTether,
+    state: TetherState,
+    *,
+    steps: int,
+    dt_s: float,
+    lower: Literal["free", "held"],
+    current_mps: FloatArray,
+    top_velocity_mps: FloatArray | None = None,
+    lower_velocity_mps: FloatArray | None = None,
+    current_profile: FloatArray | None = None,
+    winch: Winch | None = None,
+    winch_command: ArrayLike = 0.0,
+) -> TetherHistory:
+    """Simulate a tether without a vehicle.
+
+    Parameters
+    ----------
+    tether : LumpedTether
+        The cable.
+    state : TetherState
+        To start from.
+    steps, dt_s : int, float
+        Number of steps and their length [s]; sub-steps are chosen inside.
+    lower : {"free", "held"}
+        Whether the lower end hangs free or is held, or moved.
+    current_mps : ndarray, shape (3,)
+        NED. [m/s]
+    top_velocity_mps, lower_velocity_mps : ndarray, shape (3,) or (steps, 3), optional
+        Of the ends, NED, held for a step each; at rest otherwise. [m/s]
+    current_profile : ndarray, shape (k, 4), optional
+        Rows of depth [m] and velocity NED [m/s] that is added to the current, by rising depth;
+        linear in between, constant beyond.
+    winch : Winch, optional
+        At the top.
+    winch_command : float or ndarray, shape (steps,)
+        u, between -1 and 1. [-]
+
+    Raises
+    ------
+    CannotComputeError
+        A number is not one, the step is too large, or more cable was paid out than there is
+        room for.
+    """
+    return _swing(
+        tether,
+        state,
+        steps=steps,
+        dt_s=dt_s,
+        lower=lower,
+        current_mps=current_mps,
+        top_velocity_mps=top_velocity_mps,
+        lower_velocity_mps=lower_velocity_mps,
+        current_profile=current_profile,
+        winch=winch,
+        winch_command=winch_command,
+    )
+
+
+def _swing(
+    tether: LumpedTether,
+    state: TetherState,
+    *,
+    steps: int,
+    dt_s: float,
+    lower: Literal["free", "held"],
+    current_mps: FloatArray,
+    top_velocity_mps: FloatArray | None = None,
+    lower_velocity_mps: FloatArray | None = None,
+    current_profile: FloatArray | None = None,
+    winch: Winch | None = None,
+    winch_command: ArrayLike = 0.0,
+    settle: bool = False,
+) -> TetherHistory:
+    """`swing`, or with `settle` the relaxation to rest."""
+    check_step(dt_s)
+    inputs = prepare(
+        tether,
+        state,
+        steps=steps,
+        current_mps=current_mps,
+        current_profile=current_profile,
+        top_velocity_mps=top_velocity_mps,
+        winch=winch,
+        winch_command=winch_command,
+    )
+    out = Record.empty(steps, len(inputs.place))
+    status = kernel.swing(
+        inputs.cable,
+        inputs.winch,
+        inputs.profile,
+        kernel.FREE if lower == "free" else kernel.HELD,
+        inputs.top_velocity,
+        velocities("lower end", lower_velocity_mps, steps),
+        inputs.commands,
+        inputs.fastest_water,
+        float(dt_s),
+        settle,
+        inputs.place,
+        inputs.speed,
+        inputs.rest,
+        inputs.carried,
+        out.place,
+        out.tension,
+        out.ends,
+        out.logs,
+    )
+    refuse(status, tether, dt_s)
+    return history(out, inputs, dt_s=dt_s)

@@ -1,0 +1,201 @@
+"""From a tether's description to the kernel's arrays and back, and the refusals on the way."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.physics.winch import Winch
+from pipeline.simulate import kernel_tether as kernel
+from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
+from pipeline.types import ArrayLike, FloatArray
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """What the kernel takes of a tether; the last four are its state, changed in place."""
+
+    cable: FloatArray
+    winch: FloatArray
+    profile: FloatArray
+    top_velocity: FloatArray
+    commands: FloatArray
+    fastest_water: float
+    place: FloatArray
+    speed: FloatArray
+    rest: FloatArray
+    carried: FloatArray
+
+
+@dataclass(frozen=True)
+class Record:
+    """What the kernel fills of a tether's run."""
+
+    place: FloatArray
+    tension: FloatArray
+    ends: FloatArray
+    logs: FloatArray
+
+    @classmethod
+    def empty(cls, steps: int, room: int) -> "Record":
+        """Arrays for a number of steps and nodes."""
+        return cls(
+            place=np.empty((steps + 1, room, 3)),
+            tension=np.empty((steps + 1, room - 1)),
+            ends=np.empty((steps + 1, 2, 3)),
+            logs=np.empty((steps + 1, 4)),
+        )
+
+
+def prepare(
+    tether: LumpedTether,
+    state: TetherState,
+    *,
+    steps: int,
+    current_mps: FloatArray,
+    current_profile: FloatArray | None,
+    top_velocity_mps: FloatArray | None,
+    winch: Winch | None,
+    winch_command: ArrayLike,
+) -> Prepared:
+    """Return the kernel's arrays; arguments as in `tether_alone.swing`."""
+    current = np.asarray(current_mps, float)
+    profile = np.zeros((0, 4)) if current_profile is None else np.array(current_profile, float)
+    if (
+        profile.ndim != 2
+        or profile.shape[1] != 4
+        or not np.isfinite(profile).all()
+        or (np.diff(profile[:, 0]) <= 0).any()
+    ):
+        raise CannotComputeError(
+            f"The current profile of shape {profile.shape} cannot be used.\nExpected finite rows "
+            "of depth, north, east, down velocity, by rising depth."
+        )
+    if current.shape != (3,) or not np.isfinite(current).all():
+        raise CannotComputeError(
+            f"A current of {current.tolist()} m/s cannot be; expected three finite numbers."
+        )
+    commands = np.atleast_1d(np.asarray(winch_command, float))
+    if commands.shape not in {(1,), (steps,)} or not (np.abs(commands) <= 1.0).all():
+        raise CannotComputeError(
+            f"The winch's commands of shape {commands.shape} are not all numbers from -1 to 1.\n"
+            f"Expected one, or one for each of {steps} steps."
+        )
+    numbers, most = np.zeros(kernel.WINCH_SIZE), state.paid_out_m
+    if winch is not None:
+        if winch.shortest_m < 2 * tether.segment_m:
+            raise CannotComputeError(
+                f"The winch hauls in to {winch.shortest_m:g} m, which is less than two of the "
+                f"tether's segments of {tether.segment_m:g} m.\nUse more segments, or stop the "
+                "winch earlier."
+            )
+        numbers, most = winch.numbers(), max(winch.longest_m, most)
+    count = len(state.rest_length_m)
+    room = max(int(np.ceil(most / tether.segment_m)) + 4, count + 1) if winch else count + 1
+    place, speed, rest = np.zeros((room, 3)), np.zeros((room, 3)), np.ones(room - 1)
+    place[: count + 1] = state.position_ned_m
+    speed[: count + 1] = state.velocity_ned_mps
+    rest[:count] = state.rest_length_m
+    if not (np.isfinite(place).all() and np.isfinite(speed).all() and (rest > 0).all()):
+        raise CannotComputeError(
+            "The tether's state has nodes that are not numbers, or segments without length.\n"
+            "Expected finite metres and metres a second, and lengths above zero."
+        )
+    fastest = float(np.linalg.norm(current))
+    if len(profile):
+        fastest += float(np.linalg.norm(profile[:, 1:], axis=1).max())
+    return Prepared(
+        cable=tether.numbers(current),
+        winch=numbers,
+        profile=profile,
+        top_velocity=velocities("upper end", top_velocity_mps, steps),
+        commands=commands,
+        fastest_water=fastest,
+        place=place,
+        speed=speed,
+        rest=rest,
+        carried=np.array([count, state.drum_speed_radps, state.owed_m]),
+    )
+
+
+def velocities(end: str, velocity_mps: FloatArray | None, steps: int) -> FloatArray:
+    """Velocities of an end, (1, 3) or (steps, 3)."""
+    if velocity_mps is None:
+        return np.zeros((1, 3))
+    rows = np.atleast_2d(np.asarray(velocity_mps, float))
+    if rows.shape not in {(1, 3), (steps, 3)} or not np.isfinite(rows).all():
+        raise CannotComputeError(
+            f"The velocities of the tether's {end}, of shape {rows.shape}, are not finite numbers "
+            f"of north, east, down, once or for each of {steps} steps."
+        )
+    return np.ascontiguousarray(rows)
+
+
+def history(
+    record: Record,
+    prepared: Prepared,
+    *,
+    dt_s: float,
+    start_time_s: float = 0.0,
+    wrench: FloatArray | None = None,
+) -> TetherHistory:
+    """Return a run from the kernel's arrays."""
+    steps = len(record.logs) - 1
+    count = int(prepared.carried[kernel.COUNT])
+    return TetherHistory(
+        time_s=start_time_s + dt_s * np.arange(steps + 1, dtype=float),
+        position_ned_m=record.place,
+        tension_n=record.tension,
+        force_on_top_ned_n=record.ends[:, 0],
+        force_below_ned_n=record.ends[:, 1],
+        wrench_on_vehicle=np.zeros((steps + 1, 6)) if wrench is None else wrench,
+        segments=record.logs[:, 0],
+        paid_out_m=record.logs[:, 1],
+        drum_speed_radps=record.logs[:, 2],
+        substeps=record.logs[:, 3],
+        final=TetherState(
+            position_ned_m=prepared.place[: count + 1].copy(),
+            velocity_ned_mps=prepared.speed[: count + 1].copy(),
+            rest_length_m=prepared.rest[:count].copy(),
+            drum_speed_radps=float(prepared.carried[kernel.DRUM]),
+            owed_m=float(prepared.carried[kernel.OWED]),
+        ),
+    )
+
+
+def check_step(dt_s: float) -> None:
+    """Refuse a step that is none."""
+    if not (np.isfinite(dt_s) and dt_s > 0):
+        raise CannotComputeError(f"A step of {dt_s:g} s cannot be; expected a time above zero.")
+
+
+def refuse_short(length_m: float, top: FloatArray, lower: FloatArray) -> None:
+    """Refuse a tether that does not reach from its top to its lower end."""
+    distance = float(np.linalg.norm(lower - top))
+    if length_m < distance:
+        raise CannotComputeError(
+            f"The tether is {length_m:g} m long, and from its upper end to the vehicle's "
+            f"attachment it is {distance:.3f} m: it does not reach.\nPay out more cable, or start "
+            "nearer."
+        )
+
+
+def refuse(status: int, tether: LumpedTether, dt_s: float, *, name: str = "the tether") -> None:
+    """Say what ended a run early."""
+    if status == kernel.NOT_FINITE:
+        raise CannotComputeError(
+            f"The simulation of {name} left the finite numbers: a step of {dt_s:g} s is too large "
+            "for its fastest motion.\nTry half of it."
+        )
+    if status == kernel.TOO_STIFF:
+        crossing = tether.segment_m / tether.wave_speed_mps
+        raise CannotComputeError(
+            f"A step of {dt_s:g} s is too large for the tether: an axial wave crosses its segment "
+            f"of {tether.segment_m:g} m in {crossing:.3g} s, and with the fastest drag a step "
+            f"would take more than {kernel.MOST_SUBSTEPS} sub-steps.\nUse a shorter step, fewer "
+            "segments, or check stiffness, diameter and speeds."
+        )
+    if status == kernel.NO_ROOM:
+        raise CannotComputeError(
+            "More tether was paid out than there is room for.\nState the winch's longest_m."
+        )

@@ -1,0 +1,242 @@
+"""Fly a vehicle on its tether: both, and the winch, advance together.
+
+A run can be cut into pieces, as a control loop does: start a piece from the final states of the one
+before. The result is that of one run, bit for bit.
+"""
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.physics.parameters import MOST_THRUSTERS, read
+from pipeline.physics.winch import Winch
+from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.kernel_tethered import simulate_tethered
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.run import Trajectory, initial_state
+from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState, lumped_tether
+from pipeline.simulate.tether_alone import hang
+from pipeline.simulate.tether_arrays import (
+    Record,
+    check_step,
+    history,
+    prepare,
+    refuse,
+    refuse_short,
+)
+from pipeline.types import ArrayLike, FloatArray
+from pipeline.vehicle.model_schema import Tether
+
+
+def fly_tethered(
+    packed: PackedVehicle,
+    commands: FloatArray,
+    tether: Tether | LumpedTether,
+    *,
+    dt_s: float,
+    vector: FloatArray | None = None,
+    start: FloatArray | None = None,
+    external: FloatArray | None = None,
+    tether_start: TetherState | None = None,
+    top_velocity_mps: FloatArray | None = None,
+    current_profile: FloatArray | None = None,
+    winch: Winch | None = None,
+    winch_command: ArrayLike = 0.0,
+    start_time_s: float = 0.0,
+) -> tuple[Trajectory, TetherHistory]:
+    """Simulate a vehicle on its tether, commands held for one step each.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle; its parameter vector says where the tether is attached and anchored.
+    commands : ndarray, shape (m, n)
+        Codes of the n thrusters.
+    tether : Tether or LumpedTether
+        Section of the vehicle file, or the lumped cable itself. Water and gravity of a section are
+        the vehicle's.
+    dt_s : float
+        Step. [s]
+    vector, start, external : ndarray, optional
+        As in `run`; the current in the vector is the tether's too.
+    tether_start : TetherState, optional
+        To start from; at rest in the current otherwise, with velocities that fall linearly from
+        those of the attachment to that of the upper end.
+    top_velocity_mps : ndarray, shape (3,) or (m, 3), optional
+        Velocity of the upper end (the ship), NED, held for a step each. [m/s]
+    current_profile : ndarray, shape (k, 4), optional
+        Current that the tether feels on top, by depth; see `tether_alone.swing`. The vehicle does
+        not feel it.
+    winch : Winch, optional
+        At the upper end; without it the length stays.
+    winch_command : float or ndarray, shape (m,)
+        u, between -1 and 1, positive pays out. [-]
+    start_time_s : float
+        Time of the first sample. [s]
+
+    Returns
+    -------
+    trajectory : Trajectory
+        Of the vehicle.
+    history : TetherHistory
+        Of the tether.
+
+    Raises
+    ------
+    CannotComputeError
+        As `run`; also for a tether that does not reach.
+
+    Notes
+    -----
+    Fourth order (RK4) in the sub-steps that the tether needs, as long as no segment goes slack or
+    taut; first order with a winch.
+    """
+    check_step(dt_s)
+    codes = _codes(packed, commands, dt_s, start_time_s)
+    steps, thrusters = codes.shape
+    p = packed.vector if vector is None else np.asarray(vector, float)
+    cable = tether
+    if isinstance(cable, Tether):
+        cable = lumped_tether(
+            cable,
+            density_kgpm3=float(read(p, "density")),
+            gravity_mps2=packed.context.gravity_mps2,
+        )
+    begin = initial_state() if start is None else np.array(start, float)
+    if begin.shape != (STATE,) or not np.isfinite(begin).all():
+        raise CannotComputeError(
+            f"the state to start from, of shape {begin.shape}, is not {STATE} finite numbers"
+        )
+    current = np.array(read(p, "current"), float)
+    if tether_start is None:
+        tether_start = _at_rest(cable, p, begin, current, top_velocity_mps)
+    else:
+        refuse_short(tether_start.paid_out_m, tether_start.position_ned_m[0], _attachment(p, begin))
+    prepared = prepare(
+        cable,
+        tether_start,
+        steps=steps,
+        current_mps=current,
+        current_profile=current_profile,
+        top_velocity_mps=top_velocity_mps,
+        winch=winch,
+        winch_command=winch_command,
+    )
+    padded = np.zeros((steps, MOST_THRUSTERS))
+    padded[:, :thrusters] = codes
+    states = np.empty((steps + 1, STATE))
+    accelerations, wrenches = np.empty((steps + 1, 6)), np.empty((steps + 1, 6))
+    thrusts = np.empty((steps + 1, MOST_THRUSTERS))
+    record = Record.empty(steps, len(prepared.place))
+    status = simulate_tethered(
+        p,
+        begin,
+        padded,
+        _external(external, steps),
+        float(dt_s),
+        packed.strips,
+        packed.thrust_tables,
+        packed.screws,
+        packed.torque_tables,
+        packed.steps,
+        prepared.cable,
+        prepared.winch,
+        prepared.profile,
+        prepared.top_velocity,
+        prepared.commands,
+        prepared.fastest_water,
+        prepared.place,
+        prepared.speed,
+        prepared.rest,
+        prepared.carried,
+        states,
+        accelerations,
+        thrusts,
+        wrenches,
+        record.place,
+        record.tension,
+        record.ends,
+        record.logs,
+    )
+    refuse(status, cable, dt_s, name=f"{packed.name} on its tether")
+    tether_run = history(record, prepared, dt_s=dt_s, start_time_s=start_time_s, wrench=wrenches)
+    trajectory = Trajectory(
+        time_s=tether_run.time_s,
+        position_ned_m=states[:, 0:3],
+        quaternion=states[:, 3:7],
+        nu=states[:, 7:13],
+        nu_dot=accelerations,
+        command=np.concatenate([codes, codes[-1:]]),
+        actuator=states[:, BODY : BODY + thrusters],
+        thrust_n=thrusts[:, :thrusters],
+        final_state=states[-1].copy(),
+    )
+    return trajectory, tether_run
+
+
+def _codes(
+    packed: PackedVehicle, commands: FloatArray, dt_s: float, start_time_s: float
+) -> FloatArray:
+    """Return checked commands (m, n)."""
+    count = len(packed.thruster_names)
+    codes = np.asarray(commands, float)
+    if codes.ndim != 2 or codes.shape[1] != count or not len(codes):
+        raise CannotComputeError(
+            f"commands of shape {codes.shape} were given; (steps, {count}) are expected, one "
+            f"column for each of {', '.join(packed.thruster_names)}"
+        )
+    if not np.isfinite(codes).all():
+        row, column = np.argwhere(~np.isfinite(codes))[0]
+        raise CannotComputeError(
+            f"the command of {packed.thruster_names[column]} at {row * dt_s + start_time_s:.3f} s "
+            "is not a number"
+        )
+    return codes
+
+
+def _external(external: FloatArray | None, steps: int) -> FloatArray:
+    """Return checked wrenches (m, 6) or (1, 6)."""
+    outside = np.zeros((1, 6)) if external is None else np.atleast_2d(np.asarray(external, float))
+    if outside.shape not in {(1, 6), (steps, 6)} or not np.isfinite(outside).all():
+        raise CannotComputeError(
+            f"external wrenches of shape {outside.shape} were given; finite numbers, (1, 6) or "
+            f"({steps}, 6), are expected"
+        )
+    return np.ascontiguousarray(outside)
+
+
+def _attachment(p: FloatArray, state: FloatArray) -> FloatArray:
+    """Return the place of the attachment, NED."""
+    from scipy.spatial.transform import Rotation
+
+    turn = Rotation.from_quat(state[[4, 5, 6, 3]])
+    return np.asarray(state[:3] + turn.apply(read(p, "tether_point")), dtype=float)
+
+
+def _at_rest(
+    cable: LumpedTether,
+    p: FloatArray,
+    state: FloatArray,
+    current: FloatArray,
+    top_velocity_mps: FloatArray | None,
+) -> TetherState:
+    """Return the tether at rest between anchor and vehicle, moving with its ends."""
+    from scipy.spatial.transform import Rotation
+
+    lower = _attachment(p, state)
+    rest = hang(
+        cable,
+        top_ned_m=np.array(read(p, "tether_anchor"), float),
+        lower_ned_m=lower,
+        current_mps=current,
+    )
+    arm = np.cross(state[10:13], read(p, "tether_point"))
+    below = Rotation.from_quat(state[[4, 5, 6, 3]]).apply(state[7:10] + arm)
+    above = np.zeros(3)
+    if top_velocity_mps is not None:
+        above = np.atleast_2d(np.asarray(top_velocity_mps, float))[0]
+    share = np.linspace(0.0, 1.0, cable.segments + 1)[:, None]
+    return TetherState(
+        position_ned_m=rest.position_ned_m,
+        velocity_ned_mps=(1 - share) * above + share * below,
+        rest_length_m=rest.rest_length_m,
+    )

@@ -1,0 +1,111 @@
+"""A check reads what the workflow reads: the files of one kind of a folder together."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from pipeline.check.files import Findings, check_paths
+from pipeline.check.text import as_text, to_json
+
+VEHICLE = """\
+name: boat
+title: boat
+water: {density_kgpm3: 1000.0, gravity_mps2: 9.81}
+propellers: {p: {diameter_m: 0.1}}
+drives: {d: {code_min: -127, code_max: 127}}
+tables: {propeller: p, drive: d}
+"""
+
+
+@pytest.fixture
+def boat(tmp_path: Path) -> Path:
+    """A vehicle folder without raw files."""
+    folder = tmp_path / "boat"
+    (folder / "load_test").mkdir(parents=True)
+    (folder / "vehicle.yaml").write_text(VEHICLE)
+    return folder
+
+
+def load_test(path: Path, scale: float) -> Path:
+    rows = [f"{900 * scale - 60 * i:g};{0.1 * scale * i:.3f}" for i in range(12)]
+    path.write_text("rpm;torque, N m\n" + "\n".join(rows) + "\n")
+    return path
+
+
+def texts(findings: Findings, severity: str) -> list[str]:
+    return [str(problem) for problem in findings.all_problems if problem.severity == severity]
+
+
+def check(*paths: Path) -> Findings:
+    return check_paths([str(path) for path in paths], raw=Path("raw"))
+
+
+def test_load_test_without_a_code_is_shown(boat: Path) -> None:
+    load_test(boat / "load_test/drive.csv", 1.0)
+    findings = check(boat)
+    assert findings.files[0].codes == {}
+    assert "there is no control code" in "".join(texts(findings, "warning"))
+    assert "torque_nm: 0 to 1.1 in 12 points" in as_text(findings)
+    assert json.loads(to_json(findings))["files"][0]["codes"] == {}
+
+
+def test_one_code_a_file_is_no_fault_of_the_files(boat: Path) -> None:
+    files = [load_test(boat / f"load_test/code_{code:03}.csv", code / 40) for code in (40, 80, 120)]
+    for paths in ([boat], [boat / "load_test"], files, files[:1]):
+        findings = check(*paths)
+        assert not texts(findings, "error")
+        assert not texts(findings, "warning")
+    assert [file.codes for file in check(boat).files] == [{"40": 12}, {"80": 12}, {"120": 12}]
+
+
+def test_what_the_folder_lacks_is_said_once_and_only_of_the_whole(boat: Path) -> None:
+    for name in ("a_code_40.csv", "b_code_40.csv"):
+        load_test(boat / "load_test" / name, 1.0 + 0.01 * len(name[0]) * ord(name[0]))
+    alone = check(boat / "load_test/a_code_40.csv")
+    assert not [text for text in texts(alone, "error") if "one control code" in text]
+    (text,) = texts(check(boat), "error")
+    assert text.startswith(f"{boat}/load_test: ")
+    assert "one control code only (40): the family M(n, N)" in text
+
+
+def test_repeats_between_files_are_seen(boat: Path) -> None:
+    for name in ("a_code_40.csv", "b_code_40.csv"):
+        load_test(boat / "load_test" / name, 1.0)
+    findings = check(boat)
+    assert [file.marks for file in findings.files] == [{}, {"duplicate": 12}]
+
+
+def test_file_in_the_current_folder_is_named_by_itself(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    load_test(tmp_path / "code_40.csv", 1.0)
+    monkeypatch.chdir(tmp_path)
+    findings = check(Path("code_40.csv"))
+    places = {problem.place.file for problem in findings.all_problems}
+    assert places == {"code_40.csv", "vehicle.yaml"}
+    load_test(tmp_path / "again_code_40.csv", 1.5)
+    (text,) = texts(check(Path()), "error")
+    assert text.startswith(f"{tmp_path}: ")
+
+
+def test_kind_and_vehicle_are_found_from_within_the_folder(
+    boat: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    load_test(boat / "load_test/code_40.csv", 1.0)
+    monkeypatch.chdir(boat / "load_test")
+    findings = check(Path("code_40.csv"))
+    assert (findings.files[0].kind, findings.files[0].kind_from) == ("load_test", "folder")
+    assert [vehicle.name for vehicle in findings.vehicles] == ["boat"]
+
+
+def test_a_path_named_twice_is_read_once(boat: Path) -> None:
+    file = load_test(boat / "load_test/code_40.csv", 1.0)
+    findings = check(file, boat, boat / "load_test", file, boat / "vehicle.yaml")
+    assert len(findings.files) == 1
+    assert not [text for text in texts(findings, "error") if "nothing to check" in text]
+
+
+def test_empty_folder_holds_nothing(boat: Path) -> None:
+    (text,) = texts(check(boat / "load_test"), "error")
+    assert text.startswith(f"{boat}/load_test: holds nothing to check.")

@@ -1,0 +1,98 @@
+"""Thrusters unlike the bundled one: small, wrongly signed, without slope, bent at the top."""
+
+import numpy as np
+import pytest
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.drive import fit_drive
+from pipeline.identify.firmware_grid import grid_from_mooring, thrust_grid
+from pipeline.identify.linear_fit import fit_linear
+from pipeline.identify.static import static_characteristic
+from pipeline.physics.thrust_grid import code_from_thrust
+from pipeline.records.base import Source
+from pipeline.records.fits import DriveFit, PropellerFit
+from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, MooringPoint
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+
+def test_a_propeller_of_less_than_one_newton(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    small = propeller.model_copy(update={"diameter_m": 0.035})
+    static = static_characteristic(small, drive, vehicle)
+    assert 0 < np.max(static.thrust_n) < 1
+    assert 0.8 < static.monte_carlo_ratio[0] <= static.monte_carlo_ratio[1] < 1.2
+
+
+def test_thrust_of_the_wrong_sign_is_explained(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    turned = tuple(-c for c in propeller.thrust.coefficients)
+    thrust = propeller.thrust.model_copy(update={"coefficients": turned})
+    wrong = propeller.model_copy(update={"thrust": thrust})
+    with pytest.raises(CannotComputeError, match=r"no positive thrust.*sign of the thrust"):
+        static_characteristic(wrong, drive, vehicle)
+
+
+def test_a_response_that_does_not_vary_is_explained_fully() -> None:
+    x = np.linspace(0, 1, 12)
+    fit = fit_linear(np.vander(x, 3, increasing=True), np.full(12, 0.1))
+    assert fit.r_squared == 1.0
+    assert fit.coefficients[0] == pytest.approx(0.1)
+
+
+def bent_torque(shaft_rps: FloatArray, code: float) -> FloatArray:
+    """A characteristic with an inflection, as measured drives have: no parabola follows it."""
+    x = (shaft_rps - code / 4) / 8
+    return 0.006 * code * (1 - 0.5 * x - 0.4 * x**3)
+
+
+def test_outliers_are_found_on_a_bent_characteristic(vehicle: Vehicle) -> None:
+    """The neighbours of a torn reading are judged by a cubic, which a bend does not hide."""
+    generator = np.random.default_rng(3)
+    points = []
+    for code in (40.0, 60.0, 80.0, 100.0, 120.0):
+        shaft = np.linspace(code / 4 - 8, code / 4 + 8, 50)
+        torque = bent_torque(shaft, code) + generator.normal(0, 0.002, 50)
+        if code == 80.0:
+            torque[30] *= 1.15
+        points += [
+            LoadTestPoint(
+                source=Source(file="drive.xlsx", sheet=f"code {code:g}", row=row),
+                code=code,
+                shaft_speed_rpm=n * 60,
+                torque_nm=m,
+                branch="loading",
+            )
+            for row, (n, m) in enumerate(zip(shaft, torque, strict=True))
+        ]
+    fit = fit_drive(LoadTestRecord(points=tuple(points), sheets=(), problems=()), vehicle)
+    (outlier,) = fit.quality.outliers
+    assert outlier.source == Source(file="drive.xlsx", sheet="code 80", row=30)
+
+
+def test_a_mooring_curve_that_levels_off_is_followed_to_its_end(vehicle: Vehicle) -> None:
+    """Drives reach a limit near the largest code; the grid has knots enough there."""
+    code = np.arange(0.0, 128.0)
+    thrust = 40 * (1 - np.exp(-((np.maximum(code - 10, 0) / 70) ** 2)))
+    points = tuple(
+        MooringPoint(
+            source=Source(file="bollard.csv", row=row),
+            code=sign * c,
+            thrust_n=sign * t,
+            sweep="up",
+        )
+        for sign in (1.0, -1.0)
+        for row, (c, t) in enumerate(zip(code, thrust, strict=True))
+    )
+    firmware = grid_from_mooring(points, vehicle)
+    sent = code_from_thrust(
+        thrust,
+        0.0,
+        positive=thrust_grid(firmware.positive),
+        negative=thrust_grid(firmware.negative),
+        thrust_dead_n=0.5,
+    )
+    assert np.abs(sent - code)[thrust > 0.5].max() < 0.5
+    assert "under way" in firmware.positive.against_motion
