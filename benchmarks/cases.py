@@ -128,7 +128,7 @@ def vehicle(
     if effects:
         switch_on(vector, walls=walls)
     if shafts:
-        write(vector, "rotor_inertia", 2e-4)
+        write(vector, "rotor_inertia", 1e-3)
     code, speed = np.arange(128.0), np.arange(0.0, 2.1, 0.1)
     share = code / 127.0
     table = np.maximum(42.0 * share * (share - speed[:, None] / 5.0), 0.0)

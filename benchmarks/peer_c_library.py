@@ -53,6 +53,14 @@ def compiler() -> str | None:
     return shutil.which("gcc")
 
 
+def version() -> str:
+    """Version of gcc."""
+    said = subprocess.run(  # noqa: S603 (a compiler found by name)
+        [compiler() or "gcc", "-dumpfullversion"], check=True, capture_output=True, text=True
+    )
+    return said.stdout.strip()
+
+
 def build(folder: Path, *, native: bool = False) -> "PeerC":
     """Compile the peer into a folder; `native` lets gcc use every instruction of this processor."""
     gcc = compiler()

@@ -1,4 +1,4 @@
-"""Conversions between fixed units; unit *texts* of files are read by `pipeline.ingest.units`."""
+"""Conversions between fixed units; `pipeline.ingest.unit_text` reads unit *texts* of files."""
 
 import math
 

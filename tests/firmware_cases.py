@@ -5,6 +5,8 @@ import numpy.typing as npt
 from hypothesis import settings
 from hypothesis import strategies as st
 
+from pipeline.control.inverse import thrust_grid
+from pipeline.physics import thrust_grid as physics
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 
 Floats = npt.NDArray[np.float64]
@@ -111,8 +113,70 @@ def coarse() -> FirmwareCharacteristic:
     )
 
 
+def weak_reverse() -> FirmwareCharacteristic:
+    """A drive that takes fewer negative codes than the mirrored branch has."""
+    mirrored = table2_branch(-1, 1.0)
+    return table2().model_copy(update={"code_min": -100, "negative": mirrored})
+
+
+def forward_only() -> FirmwareCharacteristic:
+    """A drive that takes no negative code at all."""
+    return weak_reverse().model_copy(update={"code_min": 0})
+
+
+def strong_reverse() -> FirmwareCharacteristic:
+    """A drive with more negative codes than positive ones, each sign measured by itself."""
+    rest, fraction = np.array([0.0]), np.linspace(0.0, 1.0, 25)
+    return FirmwareCharacteristic(
+        thrust_dead_n=0.3,
+        code_min=-180,
+        code_max=100,
+        positive=power_law(1, 100, 12.0, thrust=np.array([21.5]), speed=rest, fraction=fraction),
+        negative=power_law(-1, 180, 14.0, thrust=np.array([33.2]), speed=rest, fraction=fraction),
+    )
+
+
+def reference_code(
+    characteristic: FirmwareCharacteristic, thrust_n: Floats, speed_mps: Floats | float
+) -> Floats:
+    """Code before it is rounded, in double precision, within the range of the drive."""
+    code = physics.code_from_thrust(
+        thrust_n,
+        speed_mps,
+        positive=thrust_grid(characteristic.positive),
+        negative=thrust_grid(characteristic.negative),
+        thrust_dead_n=characteristic.thrust_dead_n,
+    )
+    return np.maximum(code, characteristic.code_min)
+
+
+def reference_thrust(
+    characteristic: FirmwareCharacteristic,
+    code: npt.NDArray[np.integer],
+    speed_mps: Floats | float,
+) -> Floats:
+    """Thrust in double precision; codes are held within the range of the drive."""
+    return physics.thrust_from_code(
+        np.maximum(code.astype(float), characteristic.code_min),
+        speed_mps,
+        positive=thrust_grid(characteristic.positive),
+        negative=thrust_grid(characteristic.negative),
+    )
+
+
+def codes_that_return(characteristic: FirmwareCharacteristic, most: int) -> npt.NDArray[np.int64]:
+    """Codes that every row of the tables reaches and the drive takes, at most so many."""
+    last = min(int(row[-1]) for row in characteristic.positive.code)
+    first = max(-int(row[-1]) for row in characteristic.negative.code)
+    codes = np.linspace(max(first, characteristic.code_min), last, most)
+    return np.unique(codes.astype(np.int64))
+
+
 CASES = {
     "table2": table2,
+    "weak_reverse": weak_reverse,
+    "forward_only": forward_only,
+    "strong_reverse": strong_reverse,
     "bench_only": bench_only,
     "largest_codes": largest_codes,
     "coarse": coarse,
@@ -123,6 +187,7 @@ CASES = {
 def characteristics(draw: st.DrawFn) -> FirmwareCharacteristic:
     """Any characteristic that the export accepts, within sober slopes."""
     code_max = draw(st.sampled_from([10, 127, 400, 32767]))
+    share = draw(st.sampled_from([0.0, 0.5, 1.0]))
     branches = {}
     for name, sign in (("positive", 1), ("negative", -1)):
         steps = st.floats(0.05, 1.0)
@@ -139,5 +204,8 @@ def characteristics(draw: st.DrawFn) -> FirmwareCharacteristic:
         speed = np.concatenate(([0.0], speeds)).cumsum()
         branches[name] = branch(sign, speed, np.array(thrust), fraction, np.array(rows))
     return FirmwareCharacteristic(
-        thrust_dead_n=draw(st.floats(0.0, 1.0)), code_max=code_max, **branches
+        thrust_dead_n=draw(st.floats(0.0, 1.0)),
+        code_min=-int(share * code_max),
+        code_max=code_max,
+        **branches,
     )

@@ -56,7 +56,10 @@ if TYPE_CHECKING:
     help="How a wanted wrench becomes codes: any arrangement, or eq. (6) of Kostenko 2023.",
 )
 @click.option(
-    "--step", type=float, default=0.02, show_default=True, help="Integration step in seconds."
+    "--step",
+    type=float,
+    metavar="S",
+    help="Integration step in seconds.  [default: 0.02, less where a shaft needs it]",
 )
 @click.option("--list", "show_list", is_flag=True, help="List the manoeuvres and end.")
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
@@ -86,7 +89,7 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
     duration: float | None,
     seed: int,
     allocator: Literal["general", "paper"],
-    step: float,
+    step: float | None,
     show_list: bool,
     as_json: bool,
     raw: Path,

@@ -121,14 +121,14 @@ def allocation_map(
             "has no section 'allocator'."
         )
     allocator, dead = vehicle.allocator, vehicle.tables.thrust_dead_n
-    code_max = vehicle.drive.code_max
+    codes = {"code_min": vehicle.drive.code_min, "code_max": vehicle.drive.code_max}
     thruster = RealThruster.from_record(static)
     compensated: Inverse = (
         firmware_grid(inverse)
         if compensated_by == "firmware"
-        else speed_cubic(inverse, thrust_dead_n=dead, code_max=code_max)
+        else speed_cubic(inverse, thrust_dead_n=dead, **codes)
     )
-    moored = mooring_cubic(inverse, thrust_dead_n=dead, code_max=code_max)
+    moored = mooring_cubic(inverse, thrust_dead_n=dead, **codes)
     mooring: Inverse = moored or firmware_grid(inverse, at_rest=True)
     setting = _Setting(allocator, thruster, dead, round_codes, follow_axis)
     grid = demand_grid(allocator, compensated.limits(0.0))

@@ -11,9 +11,12 @@ import numpy as np
 
 from pipeline.control.allocation import ThrustLimits
 from pipeline.errors import CannotComputeError
-from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust
+from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust, thrust_from_code
 from pipeline.records.fits import FirmwareBranch, InverseCharacteristic, PolynomialFit
 from pipeline.types import ArrayLike, FloatArray
+
+#: Thrusts among which the one at the most negative code is looked for.
+_THRUSTS = 513
 
 
 class Inverse(Protocol):
@@ -41,6 +44,11 @@ def rounded(code: FloatArray) -> FloatArray:
     return np.sign(code) * np.floor(np.abs(code) + 0.5)
 
 
+def _smallest(code_min: int | None, code_max: int) -> int:
+    """Most negative code; without one the range is symmetric."""
+    return -code_max if code_min is None else code_min
+
+
 def _limits_under_way(rest: ThrustLimits, along: ThrustLimits, speed_mps: float) -> ThrustLimits:
     """+-T_max(V) as the paper takes it: against the motion no more is promised than along it."""
     if speed_mps > 0.0:
@@ -63,6 +71,7 @@ class MooringCubic:
     thrust_dead_n: float
     code_max: int
     name: str = "mooring inverse (7), Table 3"
+    code_min: int | None = None
 
     def limits(self, speed_mps: float) -> ThrustLimits:  # noqa: ARG002 (fixed: the paper's point)
         """T_max of the mooring test, whatever the speed. [N]."""
@@ -75,7 +84,8 @@ class MooringCubic:
         polyval = np.polynomial.polynomial.polyval
         code = np.where(held > 0.0, polyval(held, self.positive), polyval(held, self.negative))
         live = np.abs(thrust) > self.thrust_dead_n
-        return np.where(live, np.clip(code, -self.code_max, self.code_max), 0.0)
+        smallest = _smallest(self.code_min, self.code_max)
+        return np.where(live, np.clip(code, smallest, self.code_max), 0.0)
 
 
 @dataclass(frozen=True)
@@ -96,14 +106,19 @@ class SpeedCubic:
     thrust_dead_n: float
     code_max: int
     name: str = "speed-compensated cubic (8), Table 4"
+    code_min: int | None = None
 
     def _largest(self, speed_mps: ArrayLike) -> FloatArray:
         return np.asarray(np.interp(speed_mps, self.speed_mps, self.thrust_max_n))
 
     def limits(self, speed_mps: float) -> ThrustLimits:
-        """+-T_max(V), linear between tabulated speeds. [N]."""
+        """+-T_max(V), linear between tabulated speeds; less in reverse where codes end. [N]."""
         largest = float(self._largest(abs(speed_mps)))
-        return ThrustLimits(largest, largest)
+        reverse = np.linspace(0.0, largest, _THRUSTS)
+        smallest = _smallest(self.code_min, self.code_max)
+        if smallest > -self.code_max:
+            reverse = reverse[self.code(-reverse, -abs(speed_mps)) > smallest]
+        return ThrustLimits(largest, float(reverse[-1]) if reverse.size else 0.0)
 
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
         """N(T, V) of eq. (8)."""
@@ -128,7 +143,8 @@ class SpeedCubic:
             above = np.take_along_axis(rows, upper[None], axis=0)[0]
             size = (1.0 - share) * below + share * above
         live = np.abs(thrust) > self.thrust_dead_n
-        return np.where(live, np.sign(thrust) * np.clip(size, 0.0, self.code_max), 0.0)
+        code = np.sign(thrust) * np.clip(size, 0.0, self.code_max)
+        return np.where(live, np.maximum(code, _smallest(self.code_min, self.code_max)), 0.0)
 
 
 @dataclass(frozen=True)
@@ -145,19 +161,25 @@ class FirmwareGrid:
     code_max: int
     at_rest: bool = False
     name: str = "speed-compensated firmware grid"
+    code_min: int | None = None
+    """Most negative code of the drive; the negative branch may mirror more. None: -code_max."""
 
     def limits(self, speed_mps: float) -> ThrustLimits:
-        """+-T_max(V), linear between the grid's speeds. [N]."""
+        """+-T_max(V), linear between the grid's speeds; in reverse T at `code_min`. [N]."""
         speed = 0.0 if self.at_rest else speed_mps
-        rest, along = (
-            ThrustLimits(*(float(grid.at_speed(np.array([v]))[0][0]) for grid in self._grids))
-            for v in (0.0, abs(speed))
-        )
+        rest, along = (self._limits_along(v) for v in (0.0, abs(speed)))
         return _limits_under_way(rest, along, speed)
 
-    @property
-    def _grids(self) -> tuple[ThrustGrid, ThrustGrid]:
-        return self.positive, self.negative
+    def _limits_along(self, speed_mps: float) -> ThrustLimits:
+        """Limits of either sign at a speed along its own thrust."""
+        forward = float(self.positive.at_speed(np.array([speed_mps]))[0][0])
+        reverse = thrust_from_code(
+            _smallest(self.code_min, self.code_max),
+            -speed_mps,
+            positive=self.positive,
+            negative=self.negative,
+        )
+        return ThrustLimits(forward, -float(reverse))
 
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
         """N(T, V) of the grid."""
@@ -169,7 +191,7 @@ class FirmwareGrid:
             negative=self.negative,
             thrust_dead_n=self.thrust_dead_n,
         )
-        return np.clip(code, -self.code_max, self.code_max)
+        return np.clip(code, _smallest(self.code_min, self.code_max), self.code_max)
 
 
 def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:
@@ -203,11 +225,16 @@ def firmware_grid(record: InverseCharacteristic, *, at_rest: bool = False) -> Fi
         code_max=firmware.code_max,
         at_rest=at_rest,
         name=name,
+        code_min=firmware.code_min,
     )
 
 
 def speed_cubic(
-    record: InverseCharacteristic, *, thrust_dead_n: float, code_max: int
+    record: InverseCharacteristic,
+    *,
+    thrust_dead_n: float,
+    code_max: int,
+    code_min: int | None = None,
 ) -> SpeedCubic:
     """Take Table 4 out of the record.
 
@@ -224,6 +251,7 @@ def speed_cubic(
         coefficients=np.array([row.coefficients for row in record.table4]),
         thrust_dead_n=thrust_dead_n,
         code_max=code_max,
+        code_min=code_min,
     )
 
 
@@ -232,7 +260,11 @@ def _largest_thrust(fit: PolynomialFit) -> float:
 
 
 def mooring_cubic(
-    record: InverseCharacteristic, *, thrust_dead_n: float, code_max: int
+    record: InverseCharacteristic,
+    *,
+    thrust_dead_n: float,
+    code_max: int,
+    code_min: int | None = None,
 ) -> MooringCubic | None:
     """Take Table 3 out of the record; None without any mooring data.
 
@@ -259,4 +291,5 @@ def mooring_cubic(
         thrust_dead_n=thrust_dead_n,
         code_max=code_max,
         name=name,
+        code_min=code_min,
     )

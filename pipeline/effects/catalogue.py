@@ -23,7 +23,7 @@ simulation is the nominal one, bit for bit. Effects are constant over a run.
 
 On the command line an effect is written `ID:key=value[,key=value][@thruster]`, for example
 
-    rig2sea simulate mmt300 --manoeuvre zigzag --effect current:north_mps=0.2 \\
+    rig2sea simulate mmt300 --manoeuvre zig_zag --effect current:north_mps=0.2 \\
         --effect thruster_degraded:thrust_fraction=0.6@upper --to run.mcap
 
 A parameter that is not named stays neutral. *Plausible* is where the value lies when the effect is

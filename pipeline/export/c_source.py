@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.control.inverse import thrust_grid
 from pipeline.export import c_text
 from pipeline.export.fixed_point import FixedBranch, FixedTables, fixed_tables
 from pipeline.export.single_precision import SingleBranch, SingleTables, single_tables
+from pipeline.physics.thrust_grid import thrust_from_code
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 
 
@@ -41,12 +43,19 @@ class Identity:
 def render_header(identity: Identity, characteristic: FirmwareCharacteristic) -> str:
     """Return the text of ``<vehicle>_thruster.h``."""
     positive, negative = characteristic.positive, characteristic.negative
+    reverse = thrust_from_code(
+        characteristic.code_min,
+        -np.asarray(negative.speed_mps),
+        positive=thrust_grid(positive),
+        negative=thrust_grid(negative),
+    )
     return render(
         "thruster.h.j2",
         identity,
+        code_min=characteristic.code_min,
         code_max=characteristic.code_max,
         dead_n=characteristic.thrust_dead_n,
-        thrust_min=-max(negative.thrust_max_n),
+        thrust_min=float(reverse.min()),
         thrust_max=max(positive.thrust_max_n),
         positive_speed=positive.speed_mps[-1],
         negative_speed=negative.speed_mps[-1],

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.export.grid_check import largest_negative
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 from pipeline.types import IntArray
 
@@ -48,6 +49,7 @@ class FixedTables:
     """Both signs; `thrust_dead_q16` is rounded down so that `>` decides as in real numbers."""
 
     thrust_dead_q16: int
+    code_min: int
     code_max: int
     positive: FixedBranch
     negative: FixedBranch
@@ -57,9 +59,10 @@ def fixed_tables(characteristic: FirmwareCharacteristic) -> FixedTables:
     """Quantise a characteristic that `check_characteristic` accepted."""
     return FixedTables(
         thrust_dead_q16=int(np.floor(characteristic.thrust_dead_n * Q16_ONE)),
+        code_min=characteristic.code_min,
         code_max=characteristic.code_max,
         positive=_fixed_branch(characteristic.positive, characteristic.code_max),
-        negative=_fixed_branch(characteristic.negative, characteristic.code_max),
+        negative=_fixed_branch(characteristic.negative, largest_negative(characteristic)),
     )
 
 
@@ -143,7 +146,7 @@ def code_from_thrust(
     Returns
     -------
     ndarray of int64
-        Code, rounded half away from zero, within +- code_max.
+        Code, rounded half away from zero, within code_min to code_max.
     """
     thrust, speed = np.broadcast_arrays(
         np.asarray(thrust_q16, np.int64), np.asarray(speed_q16, np.int64)
@@ -162,7 +165,7 @@ def code_from_thrust(
         rows = np.arange(len(fraction))
         exact = _between(knots[rows, place.low], knots[rows, place.high], place.share)
         code[mask] = sign * ((exact + Q16_HALF) >> 16)
-    return code
+    return np.maximum(code, tables.code_min)
 
 
 def thrust_from_code(
@@ -182,7 +185,8 @@ def thrust_from_code(
     ndarray of int64
         Thrust in Q16.16, zero inside the dead zone. [N]
     """
-    codes, speed = np.broadcast_arrays(np.asarray(code, np.int64), np.asarray(speed_q16, np.int64))
+    held = np.maximum(np.asarray(code, np.int64), tables.code_min)
+    codes, speed = np.broadcast_arrays(held, np.asarray(speed_q16, np.int64))
     thrust = np.zeros(codes.shape, np.int64)
     for sign, branch in ((1, tables.positive), (-1, tables.negative)):
         mask = sign * codes > 0
@@ -197,7 +201,8 @@ def thrust_from_code(
 
 def thrust_limit(tables: FixedTables, speed_q16: IntLike, *, sign: int) -> npt.NDArray[np.int64]:
     """Do what ``<vehicle>_thrust_max_q`` (sign 1) and ``_min_q`` (sign -1) do, to the bit."""
+    if sign < 0:
+        return thrust_from_code(tables, tables.code_min, speed_q16)
     speed = np.atleast_1d(np.asarray(speed_q16, np.int64))
-    branch = tables.positive if sign > 0 else tables.negative
-    largest, _ = _row_at(branch, _along(speed, sign))
-    return sign * largest.reshape(np.shape(speed_q16))
+    largest, _ = _row_at(tables.positive, _along(speed, 1))
+    return largest.reshape(np.shape(speed_q16))

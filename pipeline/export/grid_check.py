@@ -36,19 +36,32 @@ def check_characteristic(characteristic: FirmwareCharacteristic) -> None:
         raise _refusal(
             f"the largest code is {characteristic.code_max}", f"1 to {LARGEST_CODE} is expected"
         )
+    if not -LARGEST_CODE <= characteristic.code_min <= 0:
+        raise _refusal(
+            f"the most negative code is {characteristic.code_min}",
+            f"-{LARGEST_CODE} to 0 is expected",
+        )
     if not 0.0 <= characteristic.thrust_dead_n <= LARGEST_Q16:
         raise _refusal(
             f"the dead zone is {characteristic.thrust_dead_n} N",
             f"0 to {LARGEST_Q16:.0f} N is expected",
         )
-    for name, sign, branch in (
-        ("positive", 1, characteristic.positive),
-        ("negative", -1, characteristic.negative),
+    for name, sign, branch, largest in (
+        ("positive", 1, characteristic.positive, characteristic.code_max),
+        ("negative", -1, characteristic.negative, largest_negative(characteristic)),
     ):
         if branch.sign != sign:
             raise _refusal(f"the {name} branch has sign {branch.sign}", f"{sign} is expected")
         _check_axes(name, branch)
-        _check_codes(name, branch, characteristic.code_max)
+        _check_codes(name, branch, largest)
+
+
+def largest_negative(characteristic: FirmwareCharacteristic) -> int:
+    """Magnitude up to which the tables of negative thrust may go.
+
+    A branch that mirrors the positive one ends with it; what is beyond `code_min` is never sent.
+    """
+    return max(characteristic.code_max, -characteristic.code_min)
 
 
 def _check_axes(name: str, branch: FirmwareBranch) -> None:

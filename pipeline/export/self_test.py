@@ -9,11 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.control.inverse import thrust_grid
 from pipeline.export import c_text
 from pipeline.export.c_source import Identity, render
 from pipeline.export.fixed_point import Q16_ONE
+from pipeline.export.grid_check import LARGEST_CODE
 from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust, thrust_from_code
-from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
+from pipeline.records.fits import FirmwareCharacteristic
 from pipeline.types import FloatArray, IntArray
 
 #: Up to this largest code every code is tested, above it evenly spaced ones.
@@ -22,6 +24,7 @@ EVERY_CODE_UP_TO = 255
 _THRUSTS = 45
 _SINGLE_EPSILON = 2.0**-23
 _Q16_STEP = 2.0**-16
+_Q30_STEP = 2.0**-30
 
 
 @dataclass(frozen=True)
@@ -37,6 +40,16 @@ class Tolerances:
     code_single: float
     code_fixed: float
 
+    @property
+    def trip_single(self) -> float:
+        """Code to thrust to code: both ways, the thrust between them, and the last rounding."""
+        return max(1.0, 0.5 + 3.0 * self.code_single)
+
+    @property
+    def trip_fixed(self) -> float:
+        """The same in fixed point."""
+        return max(1.0, 0.5 + 3.0 * self.code_fixed)
+
 
 @dataclass(frozen=True)
 class Reference:
@@ -51,16 +64,6 @@ class Reference:
     thrust_min_n: FloatArray
 
 
-def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:
-    """Return the branch as the reference takes it."""
-    return ThrustGrid(
-        speed_mps=np.asarray(branch.speed_mps, np.float64),
-        thrust_max_n=np.asarray(branch.thrust_max_n, np.float64),
-        fraction=np.asarray(branch.fraction, np.float64),
-        code=np.asarray(branch.code, np.float64),
-    )
-
-
 def reference(characteristic: FirmwareCharacteristic) -> Reference:
     """Evaluate the double-precision characteristic on the self-test's grids.
 
@@ -71,7 +74,8 @@ def reference(characteristic: FirmwareCharacteristic) -> Reference:
     negative = thrust_grid(characteristic.negative)
     speed_q16 = _speeds(positive, negative)
     speed = speed_q16[:, None] / Q16_ONE
-    code = _codes(positive, negative)
+    code_min = characteristic.code_min
+    code = _codes(positive, negative, code_min)
     thrust_n = thrust_from_code(
         code[None, :].astype(np.float64), speed, positive=positive, negative=negative
     )
@@ -88,9 +92,9 @@ def reference(characteristic: FirmwareCharacteristic) -> Reference:
         code=code,
         thrust_n=thrust_n,
         thrust_q16=thrust_q16,
-        unrounded_code=unrounded,
+        unrounded_code=np.maximum(unrounded, code_min),
         thrust_max_n=positive.at_speed(np.maximum(speed[:, 0], 0.0))[0],
-        thrust_min_n=-negative.at_speed(np.maximum(-speed[:, 0], 0.0))[0],
+        thrust_min_n=thrust_from_code(code_min, speed[:, 0], positive=positive, negative=negative),
     )
 
 
@@ -102,11 +106,11 @@ def _speeds(positive: ThrustGrid, negative: ThrustGrid) -> IntArray:
     return np.unique(np.rint(speeds * Q16_ONE).astype(np.int64))
 
 
-def _codes(positive: ThrustGrid, negative: ThrustGrid) -> IntArray:
+def _codes(positive: ThrustGrid, negative: ThrustGrid, code_min: int) -> IntArray:
     signed = []
-    for sign, grid in ((-1, negative), (1, positive)):
+    for sign, grid, end in ((-1, negative, -code_min), (1, positive, LARGEST_CODE)):
         # Beyond the last code of a row there is nothing to invert; the edge cases cover it.
-        largest = max(int(grid.code[:, -1].min()), 1)
+        largest = min(max(int(grid.code[:, -1].min()), 1), end)
         step = 1 if largest <= EVERY_CODE_UP_TO else math.ceil(largest / (EVERY_CODE_UP_TO // 2))
         signed.append(sign * np.append(np.arange(1, largest, step), largest))
     return np.unique(np.concatenate((*signed, [0])).astype(np.int64))
@@ -123,46 +127,77 @@ def _thrusts(positive: ThrustGrid, negative: ThrustGrid, dead_n: float) -> IntAr
 
 
 def tolerances(characteristic: FirmwareCharacteristic) -> Tolerances:
-    """Bound the rounding of both variants from the steepest parts of the tables.
+    """Bound the rounding of both variants, cell by cell of the tables, and take the largest.
 
-    With a = max |dT/dN| [N], b = max |dN/dT| [1/N], c = max |dT/dV| [N s/m], the largest thrust T
-    and speed V, the largest code N and one step s (2^-16) or relative step e (2^-23):
+    With one step s (2^-16) or relative step e (2^-23), thrust T, speed V, code N, a = |dT/dN| [N],
+    b = |dN/dT| [1/N] and c = |dT/dV| [N s/m] over the whole tables:
 
-    fixed point: thrust s (2 + 2 a + c), code s (2 + b (2 + c));
-    single precision: thrust e (4 T + 4 a N + c V), code e (4 N + b (4 T + c V)).
+    fixed point: thrust s (2 + 2 a + c); single precision: thrust e (4 T + 4 a N + c V).
+
+    The bounds of the codes are those of `_code_errors`: b is large where c is small, near the dead
+    zone, so the product of their largest values would say nothing.
     """
     grids = (thrust_grid(characteristic.positive), thrust_grid(characteristic.negative))
     slopes = [_slopes(grid) for grid in grids]
     newtons_per_code = max(slope[0] for slope in slopes)
-    codes_per_newton = max(slope[1] for slope in slopes)
-    newtons_per_speed = max(slope[2] for slope in slopes)
+    newtons_per_speed = max(slope[1] for slope in slopes)
     thrust = max(float(grid.thrust_max_n.max()) for grid in grids)
     speed = max(float(grid.speed_mps[-1]) for grid in grids)
-    code = characteristic.code_max
+    code = max(float(grid.code.max()) for grid in grids)
     along = newtons_per_speed * speed
+    code_fixed, code_single = (
+        max(errors) for errors in zip(*map(_code_errors, grids), strict=True)
+    )
     return Tolerances(
         thrust_single_n=_SINGLE_EPSILON * (4 * thrust + 4 * newtons_per_code * code + along),
         thrust_fixed_n=_Q16_STEP * (2 + 2 * newtons_per_code + newtons_per_speed),
-        code_single=min(
-            _SINGLE_EPSILON * (4 * code + codes_per_newton * (4 * thrust + along)), 0.5
-        ),
-        code_fixed=min(_Q16_STEP * (2 + codes_per_newton * (2 + newtons_per_speed)), 0.5),
+        code_single=code_single,
+        code_fixed=code_fixed,
     )
 
 
-def _slopes(grid: ThrustGrid) -> tuple[float, float, float]:
-    """Return bounds of |dT/dN|, |dN/dT| and |dT/dV|, also between the tabulated speeds."""
+def _slopes(grid: ThrustGrid) -> tuple[float, float]:
+    """Return bounds of |dT/dN| and |dT/dV|, also between the tabulated speeds."""
     fractions = np.diff(grid.fraction)
     codes = np.diff(grid.code, axis=1)
-    largest, smallest = grid.thrust_max_n.max(), grid.thrust_max_n.min()
-    newtons_per_code = float((fractions * largest / codes.min(axis=0)).max())
-    codes_per_newton = float((codes.max(axis=0) / (fractions * smallest)).max())
+    newtons_per_code = float((fractions * grid.thrust_max_n.max() / codes.min(axis=0)).max())
     if len(grid.speed_mps) == 1:
-        return newtons_per_code, codes_per_newton, 0.0
+        return newtons_per_code, 0.0
     width = np.diff(grid.speed_mps)
     by_limit = np.abs(np.diff(grid.thrust_max_n)) / width
     by_code = newtons_per_code * np.abs(np.diff(grid.code, axis=0)).max(axis=1) / width
-    return newtons_per_code, codes_per_newton, float((by_limit + by_code).max())
+    return newtons_per_code, float((by_limit + by_code).max())
+
+
+def _code_errors(grid: ThrustGrid) -> tuple[float, float]:
+    """Bound the error of code from thrust in fixed point and in single precision.
+
+    Between two speeds and two fractions, with f the fraction, N' = dN/df, N_V = dN/dV at equal f
+    and T_V = dT_max/dV, each the largest in the cell:
+
+    fixed point: s (2 + N_V) + N' / T_max (s (2 + f T_V) + 2^-29 T_max): two steps of code, one of
+    speed, one each of thrust and T_max, and two of the fraction (2^-30);
+    single precision: e (4 N + N_V V + N' f (4 + T_V V / T_max)).
+    """
+    speed, largest, fraction = grid.speed_mps, grid.thrust_max_n, grid.fraction[1:]
+    per_fraction = np.diff(grid.code, axis=1) / np.diff(grid.fraction)
+    code, fastest, smallest = grid.code[:, 1:], speed[:, None], largest[:, None]
+    code_per_speed, thrust_per_speed = np.zeros_like(per_fraction), np.zeros((1, 1))
+    if len(speed) > 1:
+        width = np.diff(speed)[:, None]
+        per_fraction = np.maximum(per_fraction[:-1], per_fraction[1:])
+        by_column = np.abs(np.diff(grid.code, axis=0)) / width
+        code_per_speed = np.maximum(by_column[:, :-1], by_column[:, 1:])
+        thrust_per_speed = np.abs(np.diff(largest))[:, None] / width
+        code, fastest = np.maximum(code[:-1], code[1:]), fastest[1:]
+        smallest = np.minimum(largest[:-1], largest[1:])[:, None]
+    newtons = _Q16_STEP * (2 + fraction * thrust_per_speed) + 2 * _Q30_STEP * smallest
+    fixed = _Q16_STEP * (2 + code_per_speed) + per_fraction / smallest * newtons
+    relative = 4 + thrust_per_speed * fastest / smallest
+    single = _SINGLE_EPSILON * (
+        4 * code + code_per_speed * fastest + per_fraction * fraction * relative
+    )
+    return float(fixed.max()), float(single.max())
 
 
 def render_self_test(identity: Identity, characteristic: FirmwareCharacteristic) -> str:
@@ -184,7 +219,7 @@ def render_self_test(identity: Identity, characteristic: FirmwareCharacteristic)
     return render(
         "self_test.c.j2",
         identity,
-        every_code=characteristic.code_max <= EVERY_CODE_UP_TO,
+        every_code=max(characteristic.code_max, -characteristic.code_min) <= EVERY_CODE_UP_TO,
         speeds=len(grid.speed_q16),
         codes=len(grid.code),
         thrusts=len(grid.thrust_q16),
@@ -193,6 +228,9 @@ def render_self_test(identity: Identity, characteristic: FirmwareCharacteristic)
         thrust_fixed=f"{limits.thrust_fixed_n:.6e}",
         code_single=f"{limits.code_single:.6e}",
         code_fixed=f"{limits.code_fixed:.6e}",
+        trip_single=f"{limits.trip_single:.6e}",
+        trip_fixed=f"{limits.trip_fixed:.6e}",
+        reverses=characteristic.code_min < 0,
         arrays=[
             array("int32_t", "speed_q16", grid.speed_q16, "Speed along the thruster; Q16.16 m/s."),
             array("int16_t", "code", grid.code, "Control codes."),

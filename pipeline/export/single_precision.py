@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from pipeline.export.grid_check import largest_negative
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 from pipeline.types import IntArray
 
@@ -37,6 +38,7 @@ class SingleTables:
     """Both signs; `thrust_dead_n` is rounded down so that `>` decides as in real numbers."""
 
     thrust_dead_n: np.float32
+    code_min: int
     code_max: int
     positive: SingleBranch
     negative: SingleBranch
@@ -49,9 +51,10 @@ def single_tables(characteristic: FirmwareCharacteristic) -> SingleTables:
         dead = np.nextafter(dead, np.float32(-np.inf))
     return SingleTables(
         thrust_dead_n=dead,
+        code_min=characteristic.code_min,
         code_max=characteristic.code_max,
         positive=_single_branch(characteristic.positive, characteristic.code_max),
-        negative=_single_branch(characteristic.negative, characteristic.code_max),
+        negative=_single_branch(characteristic.negative, largest_negative(characteristic)),
     )
 
 
@@ -124,8 +127,8 @@ def code_from_thrust(
     Returns
     -------
     ndarray of int64
-        Code, rounded half away from zero, within +- code_max; zero where an argument is not a
-        number.
+        Code, rounded half away from zero, within code_min to code_max; zero where an argument is
+        not a number.
     """
     thrust, speed = np.broadcast_arrays(
         np.asarray(thrust_n, np.float32), np.asarray(speed_mps, np.float32)
@@ -145,7 +148,7 @@ def code_from_thrust(
         whole = np.floor(exact)
         rounded = whole + (exact - whole >= np.float32(0.5))
         code[mask] = sign * rounded.astype(np.int64)
-    return code
+    return np.maximum(code, tables.code_min)
 
 
 def thrust_from_code(
@@ -165,9 +168,8 @@ def thrust_from_code(
     ndarray of float32
         Thrust; zero inside the dead zone and where the speed is not a number. [N]
     """
-    codes, speed = np.broadcast_arrays(
-        np.asarray(code, np.int64), np.asarray(speed_mps, np.float32)
-    )
+    held = np.maximum(np.asarray(code, np.int64), tables.code_min)
+    codes, speed = np.broadcast_arrays(held, np.asarray(speed_mps, np.float32))
     thrust = np.zeros(codes.shape, np.float32)
     for sign, branch in ((1, tables.positive), (-1, tables.negative)):
         mask = (sign * codes > 0) & ~np.isnan(speed)
@@ -182,9 +184,10 @@ def thrust_from_code(
 
 def thrust_limit(tables: SingleTables, speed_mps: Float32Like, *, sign: int) -> Float32Array:
     """Do what ``<vehicle>_thrust_max_f32`` (sign 1) and ``_min_f32`` (sign -1) do."""
+    if sign < 0:
+        return thrust_from_code(tables, tables.code_min, speed_mps)
     speed = np.atleast_1d(np.asarray(speed_mps, np.float32))
-    branch = tables.positive if sign > 0 else tables.negative
     known = ~np.isnan(speed)
     limit = np.zeros(speed.shape, np.float32)
-    limit[known] = np.float32(sign) * _row_at(branch, _along(speed[known], sign))[0]
+    limit[known] = _row_at(tables.positive, _along(speed[known], 1))[0]
     return limit.reshape(np.shape(speed_mps))

@@ -43,6 +43,7 @@ def render_json(
         "tool_version": identity.tool_version,
         "firmware": characteristic.model_dump(mode="json"),
         "fixed_point": {
+            "code_min": fixed.code_min,
             "code_max": fixed.code_max,
             "one": {
                 "code": Q16_ONE,

@@ -77,6 +77,12 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
             f"({', '.join(f'{code:g}' for code in codes)}); a family M(n, N) that interpolates "
             "between codes needs at least 3, six or more are better"
         )
+    if not (bench.torque_nm > 0).any():
+        raise CannotComputeError(
+            "the load test shows no torque at any point: the largest is "
+            f"{bench.torque_nm.max():.3g} N m. Was the load on the shaft, and the torque sensor "
+            "connected?"
+        )
     sigmas = _sigmas_within_sweeps(bench)
     frame = _frame(bench, float(vehicle.drive.code_max))
     scores = _score_powers(bench, frame, sigmas)
@@ -91,6 +97,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
     covariance = fit.covariance + np.outer(fit.coefficients, fit.coefficients) * (
         scale_std**2 / max(len(scale_by_file), 1)
     )
+    sweeps = int(np.unique(bench.sweep).size)
     return DriveFit(
         exponents=tuple((int(i), int(j)) for i, j in surface.exponents),
         coefficients=tuple(fit.coefficients.tolist()),
@@ -102,7 +109,8 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
         slowest_rps=tuple(surface.slowest_rps.tolist()),
         fastest_rps=tuple(surface.fastest_rps.tolist()),
         code_range=(float(codes[0]), float(codes[-1])),
-        clusters=int(np.unique(bench.sweep).size),
+        clusters=sweeps,
+        clustered=fit.clustered,
         torque_scale_by_file=scale_by_file,
         torque_scale_std=scale_std,
         quality=FitQuality(
@@ -122,7 +130,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
             ),
         ),
         codes=_spread_by_code(bench, fit),
-        checks=_physical_checks(bench, surface),
+        checks=(*_physical_checks(bench, surface), _sweeps_check(sweeps, fit)),
     )
 
 
@@ -341,4 +349,18 @@ def _physical_checks(bench: _Bench, surface: TorqueSurface) -> tuple[Check, ...]
             text=f"dM/dN from {rise.min() / step:.3g} to {rise.max() / step:.3g} N m per code "
             "at the measured points",
         ),
+    )
+
+
+def _sweeps_check(sweeps: int, fit: LinearFit) -> Check:
+    """Say whether the intervals count whole sweeps, or had to count single points."""
+    terms = len(fit.coefficients)
+    return Check(
+        name="sweeps enough for the intervals",
+        passed=fit.clustered,
+        text=f"{sweeps} sweeps carry the covariance of {terms} terms"
+        if fit.clustered
+        else f"{sweeps} sweeps are not more than the {terms} terms: the covariance takes the "
+        "points of a sweep as independent, and the intervals are too narrow. Measure more codes, "
+        "both branches, or a second drive",
     )

@@ -7,7 +7,6 @@ import numpy as np
 
 from pipeline.identify.mooring_inverse import mooring_curve
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family
-from pipeline.physics.thrust_grid import ThrustGrid
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic, StaticCharacteristic
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
@@ -108,21 +107,12 @@ def grid_from_mooring(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> Fir
     )
 
 
-def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:
-    """Turn a branch of the record into the grid that the physics evaluates."""
-    return ThrustGrid(
-        np.array(branch.speed_mps),
-        np.array(branch.thrust_max_n),
-        np.array(branch.fraction),
-        np.array(branch.code),
-    )
-
-
 def _characteristic(
     positive: FirmwareBranch, negative: FirmwareBranch, vehicle: Vehicle
 ) -> FirmwareCharacteristic:
     return FirmwareCharacteristic(
         thrust_dead_n=vehicle.tables.thrust_dead_n,
+        code_min=vehicle.drive.code_min,
         code_max=vehicle.drive.code_max,
         positive=positive,
         negative=negative,

@@ -71,13 +71,15 @@ def inverse_characteristic(
         )
     else:
         table4 = ()
+        if static is not None:
+            notes.append(_why_no_family(static, dead_n))
         firmware = _firmware_at_rest(points, vehicle, notes)
     if firmware is None and positive is None and negative is None:
         raise CannotComputeError(" ".join(notes))
     checks: list[Check] = []
     trips: tuple[RoundTrip, ...] = ()
     if static is not None and points:
-        checks.append(_gap_check(points, static))
+        checks.extend(_gap_check(points, static))
     if firmware is not None:
         if family is not None:
             trips = round_trips(family, table4, firmware, vehicle.published)
@@ -147,14 +149,40 @@ def _table4(
     return tuple(rows)
 
 
-def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -> Check:
-    codes, gap = gap_at_rest(points, np.array(static.code), np.array(static.thrust_n[0]))
-    std = np.interp(codes, np.array(static.code), np.array(static.thrust_std_n[0]))
-    worst = int(np.argmax(np.abs(gap)))
-    return Check(
-        name="mooring test agrees with the calculation at rest",
-        passed=bool(np.all(np.abs(gap) <= np.maximum(GAP_WITHIN_RIG_N, 2 * std))),
-        text=f"calculated less measured thrust: {gap.min():+.2f} to {gap.max():+.2f} N, largest at "
-        f"code {codes[worst]:g} ({gap[worst]:+.2f} N, standard error of the calculation "
-        f"{std[worst]:.2f} N)",
+def _why_no_family(static: StaticCharacteristic, dead_n: float) -> str:
+    """Say why the static family gives neither Table 4 nor firmware tables over speed."""
+    code, thrust_n = static.code[-1], static.thrust_n[0][-1]
+    why = (
+        f"at rest the curves do not meet at code {code:g}"
+        if static.status[0][-1] == "no_working_point"
+        else f"at rest code {code:g} gives {thrust_n:.3g} N, which is within the dead thrust of "
+        f"{dead_n:g} N (tables.thrust_dead_n)"
+    )
+    return f"No Table 4 and no tables over speed: {why}."
+
+
+def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -> tuple[Check, ...]:
+    """Compare both signs; no check where no code was measured within the family."""
+    code, thrust_n = np.array(static.code), np.array(static.thrust_n[0])
+    passed, texts = True, []
+    for sign, name in ((1, "positive"), (-1, "negative")):
+        codes, gap = gap_at_rest(points, sign, code, thrust_n)
+        if not codes.size:
+            continue
+        std = np.interp(np.abs(codes), code, np.array(static.thrust_std_n[0]))
+        worst = int(np.argmax(np.abs(gap)))
+        passed &= bool(np.all(np.abs(gap) <= np.maximum(GAP_WITHIN_RIG_N, 2 * std)))
+        texts.append(
+            f"{name} codes {gap.min():+.2f} to {gap.max():+.2f} N, largest at code "
+            f"{codes[worst]:g} ({gap[worst]:+.2f} N, standard error of the calculation "
+            f"{std[worst]:.2f} N)"
+        )
+    if not texts:
+        return ()
+    return (
+        Check(
+            name="mooring test agrees with the calculation at rest",
+            passed=passed,
+            text=f"size of the thrust calculated less measured: {'; '.join(texts)}",
+        ),
     )

@@ -38,6 +38,8 @@ class LinearFit:
     aicc: float
     leave_one_out_rmse: float
     degrees_of_freedom: int
+    clustered: bool
+    """Whether the covariance is that of whole clusters; False without, or with too few of them."""
 
 
 def fit_linear(
@@ -57,7 +59,8 @@ def fit_linear(
         Measured values.
     clusters : ndarray of int, shape (m,), optional
         Label of the group whose errors go together (a sweep of the bench). Given, the covariance
-        is the cluster-robust one of Liang and Zeger (1986).
+        is the cluster-robust one of Liang and Zeger (1986), if there are more groups than
+        regressors.
     sigmas : ndarray, shape (m,), optional
         Distance of each point in robust standard deviations where the caller has a better judge
         of outliers than this model; `robust_sigmas` of this design otherwise.
@@ -102,6 +105,7 @@ def fit_linear(
     plain = model.fit()
     degrees = int(keep.sum()) - width
     covariance = np.asarray(plain.cov_params())
+    clustered = False
     if clusters is not None:
         labels = clusters[keep]
         groups = np.unique(labels).size
@@ -109,6 +113,7 @@ def fit_linear(
             robust = model.fit(cov_type="cluster", cov_kwds={"groups": labels})
             covariance = np.asarray(robust.cov_params())
             degrees = groups - 1
+            clustered = True
     coefficients = np.asarray(plain.params, float)
     half = stats.t.ppf(0.975, degrees) * np.sqrt(np.diag(covariance))
     fitted = design @ coefficients
@@ -129,6 +134,7 @@ def fit_linear(
         aicc=_aicc(residuals[keep], width),
         leave_one_out_rmse=float(np.sqrt(np.mean(left_out**2))),
         degrees_of_freedom=degrees,
+        clustered=clustered,
     )
 
 

@@ -9,11 +9,10 @@ from pipeline.records.fits import PolynomialFit
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.supply_voltage import VOLTAGE_TOLERANCE, is_at_supply
 
 #: Kostenko 2023, eq. (7).
 DEGREE = 3
-#: Readings within this share of the wanted supply voltage belong to it.
-VOLTAGE_TOLERANCE = 0.05
 
 
 def points_for_tables(mooring: MooringRecord, vehicle: Vehicle) -> tuple[MooringPoint, ...]:
@@ -41,11 +40,7 @@ def points_for_tables(mooring: MooringRecord, vehicle: Vehicle) -> tuple[Mooring
                 "(tables.supply_voltage_v)"
             )
         return used
-    near = tuple(
-        p
-        for p in used
-        if p.voltage_v is None or abs(p.voltage_v - wanted) <= VOLTAGE_TOLERANCE * wanted
-    )
+    near = tuple(p for p in used if is_at_supply(p.voltage_v, wanted))
     if not near:
         known = ", ".join(f"{v:g}" for v in np.unique(np.round(voltages, 1)))
         raise CannotComputeError(
@@ -105,23 +100,26 @@ def mooring_curve(points: tuple[MooringPoint, ...], sign: int) -> ThrustCurve:
 
 
 def gap_at_rest(
-    points: tuple[MooringPoint, ...], code: FloatArray, thrust_n: FloatArray
+    points: tuple[MooringPoint, ...], sign: int, code: FloatArray, thrust_n: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Thrust calculated at rest less thrust measured at the mooring, by tested positive code.
+    """Thrust calculated at rest less thrust measured at the mooring, by size, at tested codes.
 
     Parameters
     ----------
     points : tuple of MooringPoint
         Mooring points.
+    sign : int
+        1 or -1: which codes.
     code, thrust_n : ndarray, shape (m,)
         The family's row at zero speed.
 
     Returns
     -------
     codes, gap_n : ndarray, shape (k,)
-        Codes with positive thrust, and calculated less measured. [N]
+        Signed codes within the family, and |T| calculated less measured; empty if none was
+        measured. The family holds for both signs. [N]
     """
-    used = [p for p in points if p.code > 0 and code[0] <= p.code <= code[-1]]
-    codes = np.unique([p.code for p in used])
+    used = [p for p in points if sign * p.code > 0 and code[0] <= abs(p.code) <= code[-1]]
+    codes = np.unique([p.code for p in used]) if used else np.zeros(0)
     measured = np.array([np.mean([p.thrust_n for p in used if p.code == c]) for c in codes])
-    return codes, np.interp(codes, code, thrust_n) - measured
+    return codes, np.interp(np.abs(codes), code, thrust_n) - sign * measured

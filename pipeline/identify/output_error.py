@@ -7,13 +7,14 @@ each run b (all counted in prior standard deviations), the fit minimises
 
     \sum_w \rho(r_w(x, b, n_w)) + \sum_w |n_w|^2 + |x|^2 + |b|^2
 
-rho is Huber's. The first states enter their own window alone: a QR factorisation of each window's
-columns takes them out of the normal equations (variable projection; Golub and Pereyra 2003), so
-the system that is solved has the size of (x, b) whatever the number of windows.
+rho is Huber's. The first states enter their own window alone: each window's are eliminated from the
+normal equations (variable projection; Golub and Pereyra 2003), so the system that is solved has the
+size of (x, b) whatever the number of windows.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,11 +40,13 @@ SMALLEST_GAIN = 0.02
 class Reduced:
     """Normal equations of (x, b) after the starts are taken out, without the priors of (x, b).
 
-    `information` (p + b, p + b), `gradient` (p + b,), `scores` (windows, p + b) one row a window;
-    `thrust` (p + b,) is the cross product with the column of a common factor on all thrusts.
+    `information` (p + b, p + b), `gradient` (p + b,); `window_information` and `scores` are what
+    each window adds to them; `thrust` (p + b,) is the cross product with the column of a common
+    factor on all thrusts.
     """
 
     information: FloatArray
+    window_information: FloatArray
     gradient: FloatArray
     scores: FloatArray
     thrust: FloatArray
@@ -94,28 +97,31 @@ def reduce_windows(
     list of (ndarray, ndarray)
         Per window how its start moves with a step s of (x, b): first - second @ s.
     """
-    columns = np.concatenate(
-        [found.parameters, found.biases, found.thrust[:, None]], axis=1
-    ) * np.sqrt(weights)[:, None]
+    columns = (
+        np.concatenate([found.parameters, found.biases, found.thrust[:, None]], axis=1)
+        * np.sqrt(weights)[:, None]
+    )
     starts = found.starts * np.sqrt(weights)[:, None]
     residual = found.residual * np.sqrt(weights)
     size = columns.shape[1]
-    products, scores, back = np.zeros((size, size)), [], []
+    products, scores, back = [], [], []
     bounds = problem.stack.bounds
-    for number, (begin, end) in enumerate(zip(bounds[:-1], bounds[1:], strict=True)):
-        shared = columns[begin:end]
-        right = residual[begin:end]
-        q, r = np.linalg.qr(np.concatenate([starts[begin:end], np.eye(12)]))
-        readings = q[: end - begin].T
-        in_shared = readings @ shared
-        in_right = readings @ right - q[end - begin :].T @ point.starts[number]
-        products += shared.T @ shared - in_shared.T @ in_shared
-        scores.append(shared.T @ right - in_shared.T @ in_right)
-        solved = np.linalg.solve(r, np.column_stack([in_right, in_shared[:, :-1]]))
-        back.append((solved[:, 0], solved[:, 1:]))
-    stacked = np.array(scores)[:, :-1]
+    for number, (begin, end) in enumerate(pairwise(bounds)):
+        own = np.column_stack([starts[begin:end], columns[begin:end], residual[begin:end]])
+        # einsum, not matmul: BLAS would start threads of its own for these small products
+        gram = np.einsum("ki,kj->ij", own, own)
+        begun, shared, right = slice(0, 12), slice(12, 12 + size), 12 + size
+        alone = gram[begun, begun] + np.eye(12)
+        beside = np.column_stack([gram[begun, shared], gram[begun, right] - point.starts[number]])
+        solved = np.linalg.solve(alone, beside)
+        products.append(gram[shared, shared] - gram[shared, begun] @ solved[:, :-1])
+        scores.append(gram[shared, right] - gram[shared, begun] @ solved[:, -1])
+        back.append((solved[:, -1], solved[:, :-2]))
+    rows = np.array(scores)[:, :-1]
+    blocks = np.array(products)
+    total = blocks.sum(axis=0)
     return (
-        Reduced(products[:-1, :-1], stacked.sum(axis=0), stacked, products[:-1, -1]),
+        Reduced(total[:-1, :-1], blocks[:, :-1, :-1], rows.sum(axis=0), rows, total[:-1, -1]),
         back,
     )
 
@@ -157,7 +163,9 @@ def solve(
             f"the model of {problem.stack.packed.name} cannot be simulated from what was measured "
             "at the start of the windows; check units and signs of the channels"
         )
-    for iteration in range(1, _MOST_ITERATIONS + 1):
+    iteration, gain = 0, np.inf
+    while iteration < _MOST_ITERATIONS:
+        iteration += 1
         found = derivatives(problem, point)
         limits = huber_limits(problem.stack, found.residual)
         weights = limits / np.maximum(np.abs(found.residual), limits)
@@ -172,9 +180,7 @@ def solve(
     return Solution(problem, point, reduced, found.residual, cost, iteration, converged)
 
 
-def _shared_step(
-    reduced: Reduced, point: Point, active: BoolArray
-) -> tuple[FloatArray, float]:
+def _shared_step(reduced: Reduced, point: Point, active: BoolArray) -> tuple[FloatArray, float]:
     """Gauss-Newton step of (x, b) with their priors, and what it promises off the cost."""
     pull = reduced.gradient - np.concatenate([point.steps, point.biases.ravel()])
     step = np.zeros(active.size)
@@ -183,7 +189,7 @@ def _shared_step(
     return step, float(step @ pull)
 
 
-def _search(
+def _search(  # noqa: PLR0917 - the state of one iteration
     problem: Problem,
     point: Point,
     cost: float,

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from pipeline.identify.firmware_grid import Family, thrust_grid
+from pipeline.control.inverse import thrust_grid
+from pipeline.identify.firmware_grid import Family
 from pipeline.identify.speed_inverse import cubic_code
 from pipeline.physics.propeller import polynomial
 from pipeline.physics.thrust_grid import code_from_thrust

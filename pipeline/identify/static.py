@@ -129,6 +129,12 @@ def _monte_carlo_ratio(
     points = model.solve(code, speed)
     least = min(CLEAR_THRUST_N, CLEAR_SHARE * float(points.thrust_n.max()))
     clear = points.found & (points.thrust_n > least)
+    if not clear.any():
+        raise CannotComputeError(
+            "no tested code gives thrust at any speed of the tables: the largest is "
+            f"{float(points.thrust_n.max()):.3g} N. The drive has hardly any torque; check its "
+            "unit in load_test/"
+        )
     jacobian = thrust_jacobian(model, points, code)[clear]
     analytic = np.sqrt(np.einsum("ij,jk,ik->i", jacobian, model.covariance(), jacobian))
     drawn = monte_carlo_std(model, code[clear], speed[clear], draws=DRAWS, seed=SEED)

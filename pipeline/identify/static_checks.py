@@ -60,12 +60,17 @@ def explain_status(
     drive: DriveFit,
 ) -> tuple[str, ...]:
     """Say in sentences which parts of the family are dead, extrapolated or missing, and why."""
-    lowest = f"{drive.code_range[0]:g}"
+    lowest, highest_code = drive.code_range
     lines = []
-    lines.append(
-        f"Codes below {lowest} were not on the bench: there the surface M(n, N) is continued, and "
-        "the results are marked as extrapolated."
-    )
+    untested = [f"below {lowest:g}"] if code[0] < lowest else []
+    untested += [f"above {highest_code:g}"] if code[-1] > highest_code else []
+    if untested:
+        lines.append(
+            f"Codes {' and '.join(untested)} were not on the bench, and the family M(n, N) says "
+            "nothing there: thrust, shaft speed and torque continue the line through the two "
+            "nearest tested codes at each speed, not below zero; the results are marked as "
+            "extrapolated."
+        )
     for row, v in zip(status, speed, strict=True):
         dead = code[row == "dead"]
         if dead.size and float(v) in {0.5, 1.0, 1.5, 2.0}:

@@ -1,4 +1,4 @@
-"""The problem that the whole-vehicle fit solves: residuals of all windows, and their derivatives."""
+"""What the whole-vehicle fit solves: residuals of all windows, and their derivatives."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -7,6 +7,7 @@ import numpy as np
 
 from pipeline.identify.vehicle_parameters import FreeParameter, values_from_steps, vector_with
 from pipeline.identify.window_outputs import (
+    OFFSET_COUNT,
     Stack,
     bias_columns,
     innovations,
@@ -27,7 +28,7 @@ _PARAMETER_STEP, _START_STEP = 1e-3, 1e-4
 
 @dataclass(frozen=True)
 class Problem:
-    """What is fitted: windows, free parameters, and the scales of each run's offsets (6,)."""
+    """What is fitted: windows, free parameters, and the scales of a run's offsets."""
 
     stack: Stack
     parameters: tuple[FreeParameter, ...]
@@ -60,14 +61,14 @@ class Problem:
         """Nominal parameters, no offsets, first states as measured."""
         return Point(
             np.zeros(len(self.parameters)),
-            np.zeros((self.run_count, 6)),
+            np.zeros((self.run_count, OFFSET_COUNT)),
             np.zeros((len(self.stack.windows), 12)),
         )
 
 
 @dataclass(frozen=True)
 class Point:
-    """Where the fit stands: parameters (p,), offsets (runs, 6), starts (windows, 12)."""
+    """Where the fit stands: parameters (p,), offsets (runs, OFFSET_COUNT), starts (windows, 12)."""
 
     steps: FloatArray
     biases: FloatArray
@@ -78,8 +79,8 @@ class Point:
 class Derivatives:
     """Whitened residuals (rows,) and derivatives of the predictions at a point.
 
-    `parameters` (rows, p), `biases` (rows, 6 runs), `starts` (rows, 12) of the window's own start,
-    `thrust` (rows,) by a factor on all thrusts.
+    `parameters` (rows, p), `biases` (rows, OFFSET_COUNT runs), `starts` (rows, 12) by
+    the window's own start, `thrust` (rows,) by a factor on all thrusts.
     """
 
     residual: FloatArray

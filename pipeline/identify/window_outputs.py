@@ -8,18 +8,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.linalg import solve_triangular
 from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.windows import ChannelNoise, Window
+from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.windows import Window
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import run
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 DOWN = np.array([0.0, 0.0, 1.0])
-#: Quantities whose constant offset is estimated, one a run.
-BIASED = ("angular_velocity", "specific_force")
+#: Quantities whose constant offset is estimated, one a run: columns among a run's offsets.
+OFFSETS = {"angular_velocity": slice(0, 3), "specific_force": slice(3, 6), "depth": slice(6, 7)}
+OFFSET_COUNT = 7
 
 
 @dataclass(frozen=True)
@@ -27,14 +28,15 @@ class Rows:
     """The readings of one channel over all windows.
 
     `sample` (k,) index into the stacked samples, `window` (k,), `measured` (k, c), `blocks` one
-    (slice, factor) a window: the factor's inverse makes its noise white with unit variance.
+    (rows, whitener) a set of windows with the same sampling: rows (n, j) of n windows, and the
+    number or matrix (j, j) that makes their noise white with unit variance.
     """
 
     channel: ChannelNoise
     sample: IntArray
     window: IntArray
     measured: FloatArray
-    blocks: tuple[tuple[slice, FloatArray | float], ...]
+    blocks: tuple[tuple[IntArray, FloatArray | float], ...]
 
 
 @dataclass(frozen=True)
@@ -71,8 +73,8 @@ def stack_windows(
     offsets = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in windows])])
     rows, owner_window, owner_channel = [], [], []
     for channel in channels:
-        samples, numbers, values, blocks, begin = [], [], [], [], 0
-        shared: dict[bytes, FloatArray] = {}
+        samples, numbers, values, begin = [], [], [], 0
+        alike: dict[bytes, tuple[FloatArray, list[IntArray]]] = {}
         for number, window in enumerate(windows):
             if channel.quantity not in window.readings:
                 continue
@@ -80,13 +82,9 @@ def stack_windows(
             samples.append(offsets[number] + index)
             numbers.append(np.full(index.size, number))
             values.append(measured)
-            factor = _noise_factor(channel, index * window.step_s, shared)
-            blocks.append(
-                (
-                    slice(begin, begin + index.size),
-                    factor * factors.get(channel.quantity, 1.0),
-                )
-            )
+            time_s = (index - index[0]) * window.step_s
+            key = np.round(time_s, 6).tobytes()
+            alike.setdefault(key, (time_s, []))[1].append(np.arange(begin, begin + index.size))
             begin += index.size
         if not samples:
             continue
@@ -96,7 +94,13 @@ def stack_windows(
                 np.concatenate(samples),
                 np.concatenate(numbers),
                 np.concatenate(values),
-                tuple(blocks),
+                tuple(
+                    (
+                        np.stack(members),
+                        _whitener(channel, time_s) / factors.get(channel.quantity, 1.0),
+                    )
+                    for time_s, members in alike.values()
+                ),
             )
         )
         width = 3 if channel.quantity == "attitude" else rows[-1].measured.shape[1]
@@ -116,19 +120,18 @@ def stack_windows(
     )
 
 
-def _noise_factor(
-    channel: ChannelNoise, time_s: FloatArray, shared: dict[bytes, FloatArray]
-) -> FloatArray | float:
-    """Standard deviation, or the Cholesky factor of white noise plus a first-order wander."""
+def _whitener(channel: ChannelNoise, time_s: FloatArray) -> FloatArray | float:
+    """Inverse of the standard deviation, or of the Cholesky factor of white noise plus wander."""
     if channel.wander <= 0.0:
-        return channel.white
-    key = np.round(time_s - time_s[0], 6).tobytes()
-    if key not in shared:
-        apart = np.abs(time_s[:, None] - time_s[None, :])
-        covariance = channel.wander**2 * np.exp(-apart / channel.wander_s)
-        covariance[np.diag_indices(time_s.size)] += channel.white**2
-        shared[key] = np.linalg.cholesky(covariance)
-    return shared[key]
+        return 1.0 / channel.white
+    apart = np.abs(time_s[:, None] - time_s[None, :])
+    covariance = channel.wander**2 * np.exp(-apart / channel.wander_s)
+    covariance[np.diag_indices(time_s.size)] += channel.white**2
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+#: A window whose velocity exceeds this has run away. [m/s, rad/s]
+_FASTEST = 1e3
 
 
 def simulate_windows(
@@ -136,25 +139,24 @@ def simulate_windows(
 ) -> tuple[FloatArray, FloatArray]:
     """Stacked states (samples, 13) and accelerations (samples, 6) of all windows.
 
-    A window whose simulation leaves the finite numbers holds NaN from its start.
+    A window whose simulation runs away holds NaN from its start.
     """
     states, rates = [], []
     for window, start in zip(stack.windows, starts, strict=True):
+        count = len(window.command) + 1
+        state, rate = np.full((count, 13), np.nan), np.full((count, 6), np.nan)
         try:
-            trajectory = run(
+            found = run(
                 stack.packed, window.command, dt_s=window.step_s, vector=vector, start=start
             )
         except CannotComputeError:
-            count = len(window.command) + 1
-            states.append(np.full((count, 13), np.nan))
-            rates.append(np.full((count, 6), np.nan))
-            continue
-        states.append(
-            np.concatenate(
-                [trajectory.position_ned_m, trajectory.quaternion, trajectory.nu], axis=1
-            )
-        )
-        rates.append(trajectory.nu_dot)
+            pass
+        else:
+            if np.abs(found.nu).max() <= _FASTEST:
+                state = np.concatenate([found.position_ned_m, found.quaternion, found.nu], axis=1)
+                rate = found.nu_dot
+        states.append(state)
+        rates.append(rate)
     return np.concatenate(states), np.concatenate(rates)
 
 
@@ -171,8 +173,8 @@ def innovations(
         Parameter vector.
     starts : ndarray, shape (windows, STATE)
         First states.
-    biases : ndarray, shape (runs, 6)
-        Offsets of angular velocity [rad/s] and specific force [m/s^2].
+    biases : ndarray, shape (runs, OFFSET_COUNT)
+        Offsets of angular velocity [rad/s], specific force [m/s^2] and depth [m].
     """
     state, rate = simulate_windows(stack, vector, starts)
     gravity = stack.packed.context.gravity_mps2
@@ -186,9 +188,9 @@ def innovations(
             if rows.channel.quantity != "attitude"
             else _turn_between(x[:, 3:7], rows.measured)
         )
-        if rows.channel.quantity in BIASED:
-            first = 3 * BIASED.index(rows.channel.quantity)
-            found[-1] = found[-1] - biases[run_of[rows.window], first : first + 3]
+        if rows.channel.quantity in OFFSETS:
+            columns = OFFSETS[rows.channel.quantity]
+            found[-1] = found[-1] - biases[run_of[rows.window], columns]
     return found
 
 
@@ -229,39 +231,45 @@ def whitened(stack: Stack, raw: Sequence[FloatArray]) -> FloatArray:
     parts = []
     for rows, values in zip(stack.rows, raw, strict=True):
         out = np.empty_like(values)
-        for where, factor in rows.blocks:
-            if isinstance(factor, float):
-                out[where] = values[where] / factor
+        for members, whitener in rows.blocks:
+            if isinstance(whitener, float):
+                out[members] = values[members] * whitener
             else:
-                out[where] = solve_triangular(
-                    factor, values[where], lower=True, check_finite=False
-                )
+                # einsum, not matmul: BLAS would start threads of its own for these small products
+                out[members] = np.einsum("ij,njc->nic", whitener, values[members])
         parts.append(out.ravel())
     return np.concatenate(parts)[stack.order]
 
 
 def bias_columns(stack: Stack, scales: FloatArray, run_count: int) -> FloatArray:
-    """Derivative of the whitened predictions by each run's offsets, (rows, 6 runs).
+    """Differentiate the whitened predictions by each run's offsets, (rows, OFFSET_COUNT runs).
 
-    `scales` (6,) are the prior standard deviations that an offset is counted in; columns of zero
-    scale stay zero.
+    `scales` (OFFSET_COUNT,) are the prior standard deviations that an offset is counted in;
+    columns of zero scale stay zero.
     """
     run_of = np.array([window.run for window in stack.windows])
     columns = []
     for number in range(run_count):
-        for entry in range(6):
+        for entry in range(OFFSET_COUNT):
             raw = []
             for rows in stack.rows:
                 width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
                 values = np.zeros((rows.sample.size, width))
-                if (
-                    rows.channel.quantity in BIASED
-                    and BIASED.index(rows.channel.quantity) == entry // 3
-                ):
-                    values[run_of[rows.window] == number, entry % 3] = scales[entry]
+                own = OFFSETS.get(rows.channel.quantity, slice(0, 0))
+                if own.start <= entry < own.stop:
+                    values[run_of[rows.window] == number, entry - own.start] = scales[entry]
                 raw.append(values)
             columns.append(whitened(stack, raw))
     return np.stack(columns, axis=1)
+
+
+def offset_scales(channels: Sequence[ChannelNoise]) -> FloatArray:
+    """Prior standard deviations of a run's offsets (OFFSET_COUNT,)."""
+    scales = np.zeros(OFFSET_COUNT)
+    for channel in channels:
+        if channel.quantity in OFFSETS:
+            scales[OFFSETS[channel.quantity]] = channel.bias
+    return scales
 
 
 def observed_positions(stack: Stack) -> BoolArray:

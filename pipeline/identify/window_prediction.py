@@ -11,10 +11,17 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pipeline.identify.black_box import BlackBox
+from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.output_error import solve
 from pipeline.identify.window_derivatives import Problem
-from pipeline.identify.window_outputs import Stack, innovations, stack_windows
-from pipeline.identify.windows import ChannelNoise, Window
+from pipeline.identify.window_outputs import (
+    OFFSET_COUNT,
+    OFFSETS,
+    Stack,
+    innovations,
+    stack_windows,
+)
+from pipeline.identify.windows import Window
 from pipeline.records.identification import ChannelQuality
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
@@ -24,7 +31,7 @@ from pipeline.types import BoolArray, FloatArray
 LEAD_SHARE = 0.25
 
 
-def prediction_quality(
+def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
     packed: PackedVehicle,
     vector: FloatArray,
     windows: Sequence[Window],
@@ -51,13 +58,13 @@ def prediction_quality(
         What was measured.
     black_box : BlackBox or None
         Fitted on the windows of the fit.
-    biases : ndarray, shape (runs, 6), optional
-        Offsets of the runs' angular velocity and specific force, zero otherwise.
+    biases : ndarray, shape (runs, OFFSET_COUNT), optional
+        The runs' offsets, zero otherwise.
     """
     kept = [w for w in windows if _lead(w).readings]
     if not kept:
         return ()
-    offsets = np.zeros((len(runs), 6)) if biases is None else biases
+    offsets = np.zeros((len(runs), OFFSET_COUNT)) if biases is None else biases
     whole = stack_windows(packed, kept, channels)
     identified = _errors(packed, vector, kept, channels, offsets, whole, threads)
     nominal = _errors(packed, packed.vector, kept, channels, offsets, whole, threads)
@@ -90,7 +97,7 @@ def _rms(values: FloatArray) -> float:
 
 
 def _lead(window: Window) -> Window:
-    """The window with the readings of its first part only."""
+    """Keep the readings of a window's first part only."""
     last = round(LEAD_SHARE * len(window.command))
     readings = {}
     for quantity, (index, values) in window.readings.items():
@@ -109,7 +116,7 @@ def _later(stack: Stack, number: int) -> BoolArray:
     return np.asarray(inside > np.round(LEAD_SHARE * lengths[rows.window]))
 
 
-def _errors(
+def _errors(  # noqa: PLR0917 - one caller
     packed: PackedVehicle,
     vector: FloatArray,
     windows: Sequence[Window],
@@ -120,24 +127,22 @@ def _errors(
 ) -> list[FloatArray]:
     """Estimate the starts from the lead, then predict all of each window."""
     lead = stack_windows(packed, [_lead(w) for w in windows], channels)
-    problem = Problem(lead, (), vector, len(offsets), np.ones(6), threads)
-    fixed = replace(problem, bias_scales=np.zeros(6))
-    begin = fixed.origin()
-    lead_offsets = _shifted(lead, offsets)
-    fitted = solve(replace(fixed, stack=lead_offsets), begin, smallest_gain=0.5)
-    return innovations(whole, vector, fixed.starts(fitted.point.starts), offsets)
+    problem = Problem(
+        _shifted(lead, offsets), (), vector, len(offsets), np.zeros(OFFSET_COUNT), threads
+    )
+    fitted = solve(problem, smallest_gain=0.5)
+    return innovations(whole, vector, problem.starts(fitted.point.starts), offsets)
 
 
 def _shifted(stack: Stack, offsets: FloatArray) -> Stack:
-    """The stack with the runs' known offsets taken off the readings."""
+    """Take the runs' known offsets off the readings."""
     run_of = np.array([w.run for w in stack.windows])
     rows = []
     for one in stack.rows:
-        first = {"angular_velocity": 0, "specific_force": 3}.get(one.channel.quantity)
-        if first is None:
+        if one.channel.quantity not in OFFSETS:
             rows.append(one)
             continue
-        off = offsets[run_of[one.window], first : first + 3]
+        off = offsets[run_of[one.window], OFFSETS[one.channel.quantity]]
         rows.append(replace(one, measured=one.measured - off))
     return replace(stack, rows=tuple(rows))
 
@@ -195,5 +200,3 @@ def _black_box_errors(
         if np.isfinite(errors).any():
             found[quantity] = errors
     return found
-
-

@@ -7,12 +7,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray
-from pipeline.vehicle.sensor_schema import Sensors
 
 #: The kernel is not run finer than this; a finer table is thinned. [s]
 SHORTEST_STEP_S = 0.02
@@ -23,25 +23,6 @@ SMALLEST_SHARE = 0.3
 WINDOW_S = 8.0
 #: Without velocity, speed shows only in what it leads to: longer windows tell more of it.
 BLIND_WINDOW_S = 20.0
-
-
-@dataclass(frozen=True)
-class ChannelNoise:
-    """One channel: noise as the vehicle file states it, and where the sensor sits.
-
-    `white`, `wander`, `bias` are standard deviations in the channel's unit: of each reading, of a
-    slow first-order error with correlation time `wander_s`, and of an offset constant over a run.
-    """
-
-    quantity: str
-    unit: str
-    white: float
-    wander: float = 0.0
-    wander_s: float = 1.0
-    bias: float = 0.0
-    rate_hz: float = FASTEST_HZ
-    place_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    stated: bool = True
 
 
 @dataclass(frozen=True)
@@ -65,76 +46,6 @@ class Window:
     def duration_s(self) -> float:
         """Length of the window [s]."""
         return self.step_s * len(self.command)
-
-
-#: What stands for a noise that the vehicle file leaves at zero, and for a sensor it leaves out.
-_FLOORS = {
-    "angular_velocity": 2e-4,
-    "specific_force": 5e-3,
-    "attitude": 5e-4,
-    "velocity": 2e-3,
-    "depth": 2e-3,
-    "position": 5e-3,
-}
-_UNITS = {
-    "angular_velocity": "rad/s",
-    "specific_force": "m/s^2",
-    "attitude": "rad",
-    "velocity": "m/s",
-    "depth": "m",
-    "position": "m",
-}
-
-
-def channel_noise(sensors: Sensors, runs: Sequence[RunTable]) -> tuple[ChannelNoise, ...]:
-    """List the channels that at least one run has, with their noise.
-
-    A sensor that the vehicle file leaves out is taken at the origin with the least noise that is
-    credible; the fit then finds what it really is from the residuals.
-    """
-    imu, dvl = sensors.imu, sensors.dvl
-    stated: dict[str, ChannelNoise] = {}
-    if imu is not None:
-        rate, place = imu.rate_hz, imu.position_m
-        for quantity, white, bias in (
-            ("angular_velocity", imu.rate_noise_radps, imu.rate_bias_radps),
-            ("specific_force", imu.force_noise_mps2, imu.force_bias_mps2),
-        ):
-            stated[quantity] = ChannelNoise(
-                quantity, _UNITS[quantity], white, bias=bias, rate_hz=rate, place_m=place
-            )
-        stated["attitude"] = ChannelNoise(
-            "attitude",
-            "rad",
-            imu.attitude_noise_rad,
-            imu.attitude_wander_rad,
-            imu.attitude_wander_s,
-            rate_hz=rate,
-        )
-    if dvl is not None:
-        stated["velocity"] = ChannelNoise(
-            "velocity", "m/s", dvl.noise_mps, rate_hz=dvl.rate_hz, place_m=dvl.position_m
-        )
-    if sensors.depth is not None:
-        depth = sensors.depth
-        stated["depth"] = ChannelNoise(
-            "depth", "m", depth.noise_m, rate_hz=depth.rate_hz, place_m=depth.position_m
-        )
-    if sensors.position is not None:
-        stated["position"] = ChannelNoise(
-            "position", "m", sensors.position.noise_m, rate_hz=sensors.position.rate_hz
-        )
-    found = []
-    for quantity, floor in _FLOORS.items():
-        if not any(_measured(run, quantity) for run in runs):
-            continue
-        channel = stated.get(
-            quantity, ChannelNoise(quantity, _UNITS[quantity], 0.0, stated=False)
-        )
-        if channel.white <= 0.0:
-            channel = ChannelNoise(**{**channel.__dict__, "white": floor, "stated": False})
-        found.append(channel)
-    return tuple(found)
 
 
 def cut(
@@ -162,7 +73,7 @@ def cut(
         If no run has commands, or nothing that was measured.
     """
     if window_s is None:
-        sighted = any(_measured(run, q) for run in runs for q in ("velocity", "position"))
+        sighted = any(was_measured(run, q) for run in runs for q in ("velocity", "position"))
         window_s = WINDOW_S if sighted else BLIND_WINDOW_S
     found = [
         window
@@ -173,14 +84,10 @@ def cut(
         raise CannotComputeError(
             f"{', '.join(run.name for run in runs) or 'no run'}: no stretch of {window_s / 2:g} s "
             "with commands and at least one of "
-            + ", ".join(_FLOORS)
+            + ", ".join(QUANTITIES)
             + "; there is nothing to identify from"
         )
     return found
-
-
-def _measured(run: RunTable, quantity: str) -> bool:
-    return quantity in run.values and bool(run.valid[quantity].any())
 
 
 def _cut_run(
@@ -190,7 +97,7 @@ def _cut_run(
     channels: Sequence[ChannelNoise],
     window_s: float,
 ) -> list[Window]:
-    if not _measured(run, "command") or run.time_s.size < 3:
+    if not was_measured(run, "command") or run.time_s.size < 3:
         return []
     period = float(np.median(np.diff(run.time_s)))
     stride = max(int(np.floor(SHORTEST_STEP_S / period + 1e-6)), 1)
@@ -234,7 +141,7 @@ def _cut_run(
 def readings_of(
     run: RunTable, quantity: str, rate_hz: float, fastest_hz: float = FASTEST_HZ
 ) -> IntArray:
-    """Samples of a table that hold a reading of their own, thinned to `fastest_hz`.
+    """Find the samples of a table that hold a reading of their own, thinned to `fastest_hz`.
 
     Where the table does not mark its readings, one sample a period of the sensor is taken, at the
     phase at which the interpolated channel bends most: that is where its readings are.

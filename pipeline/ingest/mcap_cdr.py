@@ -42,7 +42,7 @@ def representation(data: memoryview | bytes) -> tuple[str, int]:
 
 
 def decode_cdr(definition: Definition, data: memoryview | bytes) -> dict[str, Any]:
-    """Decode a message.
+    r"""Decode a message.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ def decode_cdr(definition: Definition, data: memoryview | bytes) -> dict[str, An
     Examples
     --------
     >>> from pipeline.ingest.mcap_ros2msg import parse_ros2msg
-    >>> decode_cdr(parse_ros2msg("a/B", "uint8 x\\nint16 y"), bytes([0, 1, 0, 0, 7, 0, 1, 1]))
+    >>> decode_cdr(parse_ros2msg("a/B", "uint8 x\nint16 y"), bytes([0, 1, 0, 0, 7, 0, 1, 1]))
     {'x': 7, 'y': 257}
     """
     return _Decoder(definition, data).message(definition.root)

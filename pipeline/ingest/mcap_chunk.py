@@ -107,12 +107,12 @@ def unpack(head: ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
 def _unpack_zstd(packed: bytes, size: int, *, cut: bool) -> bytes:
     import zstandard
 
+    parts: list[bytes] = []
     try:
         # a reader, because it never makes more than it is asked for, whatever the frame announces
         with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(
             packed, read_across_frames=True
         ) as reader:
-            parts = []
             left = size + 1
             while left > 0 and (part := reader.read(min(left, 1 << 22))):
                 parts.append(part)

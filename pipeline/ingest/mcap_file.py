@@ -8,7 +8,6 @@ nothing wanted.
 
 import io
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
@@ -16,6 +15,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import Block, BrokenChunkError, block_by_index, unpack, walk
+from pipeline.ingest.mcap_directory import Directory, check_start
 from pipeline.ingest.mcap_records import (
     CHANNEL,
     CHUNK,
@@ -32,57 +32,21 @@ from pipeline.ingest.mcap_records import (
     MOST_OF_CHUNK_HEAD,
     RECORD_HEAD,
     SCHEMA,
-    STATISTICS,
     BrokenRecordError,
-    ChannelRecord,
     ChunkHead,
-    SchemaRecord,
-    StatisticsRecord,
-    parse_channel,
     parse_chunk_head,
     parse_footer,
     parse_header,
     parse_metadata,
-    parse_schema,
-    parse_statistics,
 )
 from pipeline.types import IntArray
 
 _FOOTER_BYTES = RECORD_HEAD.size + 20 + len(MAGIC)
 _MAX_SUMMARY_BYTES = 64 * 1024 * 1024
 _MAX_INDEX_BYTES = 64 * 1024 * 1024
-_MOST_CHANNELS = 20_000
 #: Messages outside of chunks are put together to blocks of about this size.
 _LOOSE_BYTES = 4 * 1024 * 1024
-_SMALLEST = 2 * len(MAGIC) + RECORD_HEAD.size + 8
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
-_KNOWN_STARTS = (
-    (b"#ROSBAG V", "a ROS 1 bag", "Convert it: rosbags-convert --src FILE.bag --dst FOLDER "
-     "--dst-storage mcap"),
-    (b"SQLite format 3", "a ROS 2 bag in SQLite", "Convert it: ros2 bag convert with storage mcap."),
-    (b"version https://git-lfs", "a pointer of Git LFS, not the log", "Fetch the log: git lfs pull"),
-    (b"PK\x03\x04", "a ZIP archive or a workbook", "Unpack it."),
-    (b"\x1f\x8b", "gzip", "Unpack it."),
-    (b"\x28\xb5\x2f\xfd", "compressed as a whole with zstd", "Unpack it: zstd -d FILE"),
-    (b"\xa3\x95", "an ArduPilot data-flash log", "Record the topics as MCAP."),
-)  # fmt: skip
-
-
-@dataclass
-class Directory:
-    """What a file holds: schemas and channels by id, counts, metadata by name."""
-
-    profile: str = ""
-    library: str = ""
-    schemas: dict[int, SchemaRecord] = field(default_factory=dict)
-    channels: dict[int, ChannelRecord] = field(default_factory=dict)
-    counts: dict[int, int] = field(default_factory=dict)
-    metadata: dict[str, Mapping[str, str]] = field(default_factory=dict)
-    statistics: StatisticsRecord | None = None
-    complete: bool = False
-    """The file has its footer: the writer closed it."""
-    indexed: bool = False
-    """The summary lists the channels."""
 
 
 class McapFile:
@@ -111,11 +75,13 @@ class McapFile:
         self.read_bytes = 0
         """How far the last pass got."""
         self._end = 0
+        self._at = 0
+        self._cut_at: int | None = None
         self._faults: set[str] = set()
         with self._open() as stream:
             self.size = stream.seek(0, io.SEEK_END)
             stream.seek(0)
-            self._check_start(stream.read(max(_SMALLEST, 64)))
+            check_start(stream.read(64), self.size, self.place)
             self._read_summary(stream)
         if not self.directory.indexed:
             self._scan()
@@ -149,79 +115,22 @@ class McapFile:
                 remedy="Check the path and its permissions.",
             ) from None
 
-    def _check_start(self, start: bytes) -> None:
-        remedy = "Copy the log from the vehicle again."
-        expected = "an MCAP file, which begins with 89 4D 43 41 50 30 0D 0A."
-        if self.size == 0:
-            raise InputError.at(self.place, "the file is empty.", expected=expected, remedy=remedy)
-        if not start.startswith(MAGIC):
-            for known, name, what_to_do in _KNOWN_STARTS:
-                if start.startswith(known):
-                    what, remedy = f"this is {name}, not MCAP.", what_to_do
-                    break
-            else:
-                what = f"this is not MCAP: {self.size} bytes that begin with {start[:8].hex(' ')}."
-            raise InputError.at(self.place, what, expected=expected, remedy=remedy)
-        if self.size < _SMALLEST:
-            raise InputError.at(
-                self.place,
-                f"the log ends after {self.size} bytes, before anything was written to it.",
-                expected="a header and messages.",
-                remedy=remedy,
-            )
-
     def _read_summary(self, stream: BinaryIO) -> None:
         """Take topics and counts from the summary; leave `indexed` False where that fails."""
-        found = self.directory
         self._end = self.size
         stream.seek(-_FOOTER_BYTES, io.SEEK_END)
         tail = stream.read(_FOOTER_BYTES)
         if not tail.endswith(MAGIC) or tail[0] != FOOTER:
             return
-        found.complete = True
+        self.directory.complete = True
         start, _, _ = parse_footer(memoryview(tail)[RECORD_HEAD.size : -len(MAGIC)])
         end = self.size - _FOOTER_BYTES
         self._end = end
         if start == 0 or start >= end or end - start > _MAX_SUMMARY_BYTES:
             return
         stream.seek(start)
-        summary = memoryview(stream.read(end - start))
-        at = 0
-        while at + RECORD_HEAD.size <= len(summary):
-            opcode, length = RECORD_HEAD.unpack_from(summary, at)
-            begin, at = at + RECORD_HEAD.size, at + RECORD_HEAD.size + length
-            if at > len(summary):
-                return
-            try:
-                self._note(opcode, summary[begin:at])
-            except BrokenRecordError:
-                return
-        stated = found.statistics
-        if stated is None or not found.channels:
-            return
-        if set(stated.channel_message_counts) - set(found.channels):
-            return
-        if sum(stated.channel_message_counts.values()) != stated.message_count:
-            return
-        if stated.message_count * RECORD_HEAD.size > self.size * 2000:
-            return
-        found.counts = dict(stated.channel_message_counts)
-        found.indexed = True
-        self._end = start
-
-    def _note(self, opcode: int, content: memoryview) -> None:
-        """Take a record of the directory in."""
-        found = self.directory
-        if opcode == SCHEMA:
-            schema = parse_schema(content)
-            found.schemas.setdefault(schema.id, schema)
-        elif opcode == CHANNEL:
-            channel = parse_channel(content)
-            if len(found.channels) >= _MOST_CHANNELS:
-                raise BrokenRecordError(f"there are more than {_MOST_CHANNELS} channels")
-            found.channels.setdefault(channel.id, channel)
-        elif opcode == STATISTICS:
-            found.statistics = parse_statistics(content)
+        if self.directory.take_summary(memoryview(stream.read(end - start)), self.size):
+            self._end = start
 
     def _scan(self) -> None:
         """Collect topics and counts by reading everything once."""
@@ -243,53 +152,54 @@ class McapFile:
 
     def _blocks(self, stream: BinaryIO, wanted: frozenset[int] | None) -> Iterator[Block]:
         """Walk the top level of the file; `wanted` None takes everything."""
-        stream.seek(len(MAGIC))
-        at = len(MAGIC)
+        self._at = len(MAGIC)
         loose = bytearray()
-        while at < self._end:
-            head = stream.read(RECORD_HEAD.size)
-            if len(head) < RECORD_HEAD.size:
-                self._cut(at, "")
-                break
-            opcode, length = RECORD_HEAD.unpack(head)
-            begin, after = at + RECORD_HEAD.size, at + RECORD_HEAD.size + length
-            is_cut = after > self._end
+        for opcode, begin, length in self._records(stream):
+            if loose and (opcode != MESSAGE or len(loose) >= _LOOSE_BYTES):
+                yield self._loose(loose)
             if opcode == CHUNK:
-                if loose:
-                    yield from self._loose(loose)
-                block, after = self._chunk(stream, begin, length, wanted, is_cut=is_cut)
+                block = self._chunk(stream, begin, length, wanted)
                 if block is not None:
                     yield block
-            elif is_cut:
-                self._cut(at, "" if opcode <= DATA_END else f"(there is no record {opcode:#x}) ")
-                break
-            elif opcode == MESSAGE:
-                if length > MAX_CHUNK_BYTES:
-                    self._fault(f"a message of {length} bytes at byte {at} is passed over.")
-                else:
-                    loose += head + stream.read(length)
-                if len(loose) >= _LOOSE_BYTES:
-                    yield from self._loose(loose)
-            elif opcode in (DATA_END, FOOTER):
-                at = after
-                break
+            elif opcode != MESSAGE:
+                self._small(stream, opcode, begin, length)
+            elif length <= MAX_CHUNK_BYTES:
+                loose += RECORD_HEAD.pack(opcode, length) + stream.read(length)
             else:
-                self._small(stream, opcode, length, at)
-            at = after
-            self.read_bytes = min(at, self.size)
-            stream.seek(at)
+                self._fault(f"a message of {length} bytes at byte {begin} is passed over.")
         if loose:
-            yield from self._loose(loose)
-        if not self.directory.complete and not self._faults:
-            self._cut(at, "")
+            yield self._loose(loose)
+        self.read_bytes = min(self._at, self.size) if self._cut_at is None else self._cut_at
+        if not self.directory.complete:
+            self._cut(self.read_bytes, "")
 
-    def _small(self, stream: BinaryIO, opcode: int, length: int, at: int) -> None:
+    def _records(self, stream: BinaryIO) -> Iterator[tuple[int, int, int]]:
+        """Yield opcode, place of the content and its length, up to the end of the data.
+
+        The next record is looked for at `_at`, which a reader of chunks moves behind their index.
+        """
+        while self._at < self._end:
+            stream.seek(self._at)
+            head = stream.read(RECORD_HEAD.size)
+            if len(head) < RECORD_HEAD.size:
+                return
+            opcode, length = RECORD_HEAD.unpack(head)
+            begin = self._at + RECORD_HEAD.size
+            if opcode in (DATA_END, FOOTER):
+                return
+            if begin + length > self._end and opcode != CHUNK:
+                self._cut(self._at, "" if opcode < 0x80 else f"(no record is {opcode:#x}) ")
+                return
+            self._at = begin + length
+            yield opcode, begin, length
+
+    def _small(self, stream: BinaryIO, opcode: int, begin: int, length: int) -> None:
         """Take a record in that is neither a chunk nor a message; large ones are passed over."""
         most = max(MAX_SCHEMA_BYTES, MAX_METADATA_BYTES) + 100_000
         if opcode not in (HEADER, SCHEMA, CHANNEL, METADATA):
             return
         if length > most:
-            self._fault(f"a record of {length} bytes at byte {at} is passed over.")
+            self._fault(f"a record of {length} bytes at byte {begin} is passed over.")
             return
         content = memoryview(stream.read(length))
         try:
@@ -299,52 +209,45 @@ class McapFile:
                 name, entries = parse_metadata(content)
                 self.directory.metadata[name] = entries
             else:
-                self._note(opcode, content)
+                self.directory.note(opcode, content)
         except BrokenRecordError as error:
-            self._fault(f"a record at byte {at} is broken: {error}.")
+            self._fault(f"a record at byte {begin} is broken: {error}.")
 
-    def _loose(self, loose: bytearray) -> Iterator[Block]:
-        """Yield messages that stand outside of chunks."""
+    def _loose(self, loose: bytearray) -> Block:
+        """Make a block of messages that stand outside of chunks."""
         data = bytes(loose)
         loose.clear()
-        yield self._taken_in(walk(data))
+        return self.directory.take_in(walk(data))
 
     def _chunk(
-        self,
-        stream: BinaryIO,
-        begin: int,
-        length: int,
-        wanted: frozenset[int] | None,
-        *,
-        is_cut: bool,
-    ) -> tuple[Block | None, int]:
-        """Read a chunk; return its messages and the place after its message index."""
-        after = begin + length
+        self, stream: BinaryIO, begin: int, length: int, wanted: frozenset[int] | None
+    ) -> Block | None:
+        """Read a chunk and its message index; None if nothing in it is wanted or can be read."""
         where = f"the chunk at byte {begin - RECORD_HEAD.size}"
+        is_cut = begin + length > self._end
         try:
             head = parse_chunk_head(memoryview(stream.read(min(length, MOST_OF_CHUNK_HEAD))))
         except BrokenRecordError as error:
             if is_cut:
-                self._cut(begin, "")
+                self._cut(begin - RECORD_HEAD.size, "")
             else:
                 self._fault(f"{where} is broken ({error}); its messages were left out.")
-            return None, after
+            return None
         if head.length + head.size > length or head.size > MAX_CHUNK_BYTES:
             self._fault(
                 f"{where} holds {head.size} packed bytes in {length}; its messages were left out."
             )
-            return None, after
+            return None
         if is_cut:
-            return self._cut_chunk(stream, begin, head), after
-        stream.seek(after)
-        index, after = self._message_index(stream, after)
+            return self._cut_chunk(stream, begin, head)
+        index = self._message_index(stream)
         known = self.directory.channels
         if (
             index
             and wanted is not None
             and not any(number in wanted or number not in known for number in index)
         ):
-            return None, after
+            return None
         stream.seek(begin + head.length)
         try:
             data = unpack(head, stream.read(head.size))
@@ -354,17 +257,22 @@ class McapFile:
                 f"{where}, {seconds:.1f} s of the run, is damaged: {error}; its messages were left "
                 "out."
             )
-            return None, after
+            return None
+        return self.directory.take_in(self._found_in(data, index, where))
+
+    def _found_in(self, data: bytes, index: Mapping[int, IntArray], where: str) -> Block:
+        """Find the messages of a chunk by its index, or without where that does not agree."""
         block = block_by_index(data, index) if index else None
         if block is None:
-            if index:
+            # where the file was cut off, the index of the last chunk may be cut, too
+            if index and self.directory.complete:
                 self._fault(
                     f"the message index of {where} does not agree with it; its records were walked."
                 )
             block = walk(data)
         if block.fault:
             self._fault(f"in {where} {block.fault}; what follows in it was left out.")
-        return self._taken_in(block), after
+        return block
 
     def _cut_chunk(self, stream: BinaryIO, begin: int, head: ChunkHead) -> Block | None:
         """Rescue what the file still holds of its last chunk."""
@@ -375,52 +283,39 @@ class McapFile:
         except BrokenChunkError:
             block = None
         rescued = 0 if block is None else sum(part.size.size for part in block.messages.values())
-        self._cut(begin, f"in the middle of a chunk, of which {rescued} messages were rescued, ")
-        return None if block is None else self._taken_in(block)
+        self._cut(
+            begin - RECORD_HEAD.size,
+            f"in the middle of a chunk, of which {rescued} messages were rescued, ",
+        )
+        return None if block is None else self.directory.take_in(block)
 
-    def _message_index(self, stream: BinaryIO, at: int) -> tuple[dict[int, IntArray], int]:
-        """Read the message index that follows a chunk; return it and the place after it."""
+    def _message_index(self, stream: BinaryIO) -> dict[int, IntArray]:
+        """Read the message index that follows a chunk, and move behind it."""
         index: dict[int, IntArray] = {}
-        while at + RECORD_HEAD.size <= self._end:
-            head = stream.read(RECORD_HEAD.size)
-            if len(head) < RECORD_HEAD.size:
+        while self._at + RECORD_HEAD.size <= self._end:
+            stream.seek(self._at)
+            opcode, length = RECORD_HEAD.unpack(stream.read(RECORD_HEAD.size))
+            if opcode != MESSAGE_INDEX or self._at + RECORD_HEAD.size + length > self._end:
                 break
-            opcode, length = RECORD_HEAD.unpack(head)
-            if opcode != MESSAGE_INDEX or at + RECORD_HEAD.size + length > self._end:
-                break
+            self._at += RECORD_HEAD.size + length
             if length > _MAX_INDEX_BYTES or length < 6:
-                index = {}
-                at += RECORD_HEAD.size + length
-                break
+                return {}
             content = stream.read(length)
             number = int.from_bytes(content[:2], "little")
             entries = np.frombuffer(content, _INDEX_ENTRY, (length - 6) // 16, 6)
             offsets = entries["offset"].astype(np.int64)
             if offsets.size:
-                index[number] = (
-                    np.concatenate([index[number], offsets]) if number in index else offsets
-                )
-            at += RECORD_HEAD.size + length
-        return index, at
-
-    def _taken_in(self, block: Block) -> Block:
-        """Add the schemas and channels of a block to the directory."""
-        found = self.directory
-        for schema in block.schemas:
-            found.schemas.setdefault(schema.id, schema)
-        for channel in block.channels:
-            if len(found.channels) < _MOST_CHANNELS:
-                found.channels.setdefault(channel.id, channel)
-        return block
+                known = index.get(number)
+                index[number] = offsets if known is None else np.concatenate([known, offsets])
+        return index
 
     # ------------------------------------------------------------------ faults
 
     def _cut(self, at: int, how: str) -> None:
         share = 100.0 * at / self.size if self.size else 0.0
-        key = "cut"
-        if key in self._faults:
-            return
-        self._faults.add(key)
+        if self._cut_at is not None:
+            return  # said by an earlier pass
+        self._cut_at = at
         self.problems.append(
             Problem(
                 "warning",

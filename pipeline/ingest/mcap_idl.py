@@ -6,7 +6,6 @@ layout depends on more than the definition.
 """
 
 import re
-from collections.abc import Mapping
 
 from pipeline.ingest.mcap_types import (
     PRIMITIVES,
@@ -98,17 +97,18 @@ class _Reader:
             elif word == "enum":
                 self._enumeration(scope)
             elif word == "typedef":
-                kind, length = self._type(scope)
-                for alias, dimension in self._declarators(scope):
-                    self._aliases["::".join((*scope, alias))] = _joined(kind, length, dimension)
+                self._typedef(scope)
             elif word == "const":
                 self._constant(scope)
-            elif word == ";":
-                continue
-            else:
+            elif word != ";":
                 raise DefinitionError(f'"{word}" is not understood')
             if self._at < len(self._tokens) and self._peek() == ";":
                 self._next()
+
+    def _typedef(self, scope: tuple[str, ...]) -> None:
+        kind, length = self._type(scope)
+        for alias, dimension in self._declarators(scope):
+            self._aliases["::".join((*scope, alias))] = _joined(kind, length, dimension)
 
     def _structure(self, scope: tuple[str, ...]) -> None:
         name = self._next()
@@ -133,8 +133,7 @@ class _Reader:
     def _enumeration(self, scope: tuple[str, ...]) -> None:
         name = self._next()
         self._expect("{")
-        while self._next() != "}":
-            pass
+        self._pass_to("}")
         self._aliases["::".join((*scope, name))] = ("uint32", None)
 
     def _constant(self, scope: tuple[str, ...]) -> None:
@@ -157,13 +156,11 @@ class _Reader:
             kind, length = self._type(scope)
             if length is not None:
                 raise DefinitionError("a sequence of sequences is not supported")
-            while self._next() != ">":
-                pass
+            self._pass_to(">")
             return kind, -1
         if word == "string":
             if self._peek() == "<":
-                while self._next() != ">":
-                    pass
+                self._pass_to(">")
             return STRING, None
         words = [word]
         while word in ("unsigned", "long") and self._peek() in ("long", "short", "double"):
@@ -178,6 +175,10 @@ class _Reader:
             self._next()
             name += "::" + self._next()
         return self._named(name, scope)
+
+    def _pass_to(self, word: str) -> None:
+        while self._next() != word:
+            pass
 
     def _named(self, name: str, scope: tuple[str, ...]) -> tuple[str, int | None]:
         for depth in range(len(scope), -1, -1):
@@ -254,7 +255,3 @@ def _joined(kind: str, length: int | None, dimension: int | None) -> tuple[str, 
             raise DefinitionError("an array of sequences is not supported")
         dimension *= length
     return kind, dimension
-
-
-#: Kept for readers of the module: what a definition may be made of.
-SUPPORTED: Mapping[tuple[str, ...], str] = _WORDS

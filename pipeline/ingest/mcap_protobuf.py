@@ -155,14 +155,11 @@ def _decode(definition: ProtoDefinition, name: str, data: bytes, depth: int) -> 
     fields = definition.messages.get(name)
     if fields is None:
         raise BrokenMessageError(f"{name} is not defined")
-    found: dict[str, Any] = {}
-    for part in fields.values():
-        if part.is_repeated:
-            found[part.name] = []
-        elif part.type in (_STRING, _RAW) and not part.has_presence:
-            found[part.name] = ""
-        elif part.type not in (_MESSAGE, _GROUP, _STRING, _RAW) and not part.has_presence:
-            found[part.name] = 0.0 if part.type in (_DOUBLE, _FLOAT) else 0
+    found = {
+        part.name: _default(part)
+        for part in fields.values()
+        if part.is_repeated or not (part.has_presence or part.type in (_MESSAGE, _GROUP))
+    }
     for number, value in _parts(data):
         known = fields.get(number)
         if known is None:
@@ -173,6 +170,15 @@ def _decode(definition: ProtoDefinition, name: str, data: bytes, depth: int) -> 
             else:
                 found[known.name] = one
     return found
+
+
+def _default(part: ProtoField) -> Any:  # noqa: ANN401  a value of the field's type
+    """Return what a field means that was not sent."""
+    if part.is_repeated:
+        return []
+    if part.type in (_STRING, _RAW):
+        return "" if part.type == _STRING else []
+    return 0.0 if part.type in (_DOUBLE, _FLOAT) else 0
 
 
 def _values(

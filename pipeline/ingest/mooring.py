@@ -24,6 +24,7 @@ from pipeline.ingest.usable import with_cause
 from pipeline.ingest.vocabulary import Vocabulary, Words, plain
 from pipeline.records.measurements import MooringPoint, MooringRecord, SheetRead
 from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.supply_voltage import is_at_supply
 
 __all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
 
@@ -81,8 +82,6 @@ _LOOKED_FOR = "table of thrust against code or pulse width (PWM)"
 _VOLTS = re.compile(
     r"(?<![^\W_])(?<![.,])(\d{1,3}(?:[.,]\d+)?)\s*(?:V|В|volts?|вольт)(?![^\W_])", re.IGNORECASE
 )
-#: Points within this share of the wanted supply voltage are taken for it.
-_SUPPLY_SHARE = 0.05
 
 
 def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> MooringRecord:
@@ -280,8 +279,8 @@ def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -
         remedy = "State tables: supply_voltage_v in vehicle.yaml."
         problems.append(Problem("warning", folder, what, "one supply voltage.", remedy))
     elif wanted is not None and groups:
-        tolerance = _SUPPLY_SHARE * wanted
-        if not any(low - tolerance <= wanted <= high + tolerance for low, high in groups):
+        known = [point.voltage_v for point in fitted if point.voltage_v is not None]
+        if not any(is_at_supply(voltage_v, wanted) for voltage_v in known):
             what = (
                 f"no point at the supply voltage of the tables, {wanted:g} V; there is {named} V."
             )

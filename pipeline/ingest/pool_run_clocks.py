@@ -2,10 +2,10 @@
 
 A stamp tells when the sensor measured, the time of the log when the recorder received the message:
 later, and unsteadily so. Stamps are preferred where they are there, move on and keep pace with the
-log. A stamp of the recorder's own clock is taken as it is; one of another clock (a board that counts
-from its start, a simulated time, a computer set differently) is laid onto the time of the log by a
-straight line that outliers do not move. The line goes through the median, so the median latency of
-such a clock stays in it.
+log. A stamp of the recorder's own clock is taken as it is; one of another clock (a board that
+counts from its start, a simulated time, a computer set differently) is laid onto the time of the
+log by a straight line that outliers do not move. The line goes through the
+median, so the median latency of such a clock stays in it.
 """
 
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.ingest.pool_run_extract import NO_STAMP
+from pipeline.ingest.pool_run_stamps import NO_STAMP
 from pipeline.records.pool_run import ClockRead
 from pipeline.types import BoolArray, FloatArray, IntArray
 
@@ -27,6 +27,8 @@ _MOST_DRIFT = 0.02
 #: Parts of fewer messages between two jumps are outliers, not a clock set anew.
 _SMALLEST_SEGMENT = 5
 _NORMAL = 1.4826
+_MOST_JUMPS_TOLD = 3
+_MOST_FITTED = 10_000
 
 
 @dataclass(frozen=True)
@@ -112,7 +114,7 @@ def _stamped(
     segments, jumped = _segments(stamp_ns[rows], log_time_ns[rows])
     pace = _pace(stamp_ns[rows], log_time_ns[rows], segments)
     if abs(pace - 1.0) > _MOST_DRIFT:
-        what = f"in {pace:.4g} s of the log the stamps move on by 1 s"
+        what = f"the stamps move on by {1.0 / pace:.4g} s in a second of the log"
         for factor in (1e-9, 1e-6, 1e-3, 1e3, 1e6, 1e9):
             if abs(pace / factor - 1.0) < _MOST_DRIFT:
                 what = f"the stamps run {1.0 / factor:g} times as fast as the log: a wrong unit?"
@@ -120,7 +122,10 @@ def _stamped(
             log_time_ns, "the stamps do not keep pace with the log",
             (f"{what.rstrip('?.')}; the time of the log is used.",),
         )  # fmt: skip
-    fits = [_fit(stamp_ns[rows], log_time_ns[rows], begin, end) for begin, end in segments]
+    fits = [
+        _fit(stamp_ns[rows], log_time_ns[rows], ~jumped, slice(begin, end))
+        for begin, end in segments
+    ]
     # None of the clock's own: latency up to a second, plus what the sensor is known to take.
     own = all(
         -_MOST_LEAD_S <= fit.offset_ns / 1e9 <= _MOST_LATENCY_S + expected_delay_s for fit in fits
@@ -132,11 +137,10 @@ def _stamped(
         why = "stamps of the recorder's own clock"
     else:
         aligned = np.empty(rows.size, np.int64)
-        for k, (begin, end) in enumerate(segments):
+        for k, (begin, _) in enumerate(segments):
             upto = segments[k + 1][0] if k + 1 < len(segments) else rows.size
             start = 0 if k == 0 else begin
             aligned[start:upto] = fits[k].apply(stamp_ns[rows[start:upto]])
-            del end
         time_ns[rows] = aligned
         age = (log_time_ns[rows] - aligned) / 1e9
         why = "stamps of another clock, laid onto the time of the log"
@@ -148,7 +152,7 @@ def _stamped(
     _set(marks, "no_stamp", ~there)
     _set(marks, "clock_jump", _spread(jumped, rows, there.size))
     resets = np.zeros(rows.size, np.bool_)
-    warnings = []
+    warnings: list[str] = []
     for begin, _ in segments[1:]:
         resets[begin] = True
     _set(marks, "reset", _spread(resets, rows, there.size))
@@ -156,10 +160,13 @@ def _stamped(
         step = (int(stamp_ns[rows[begin]]) - int(stamp_ns[rows[begin - 1]])) / 1e9
         logged = (int(log_time_ns[rows[begin]]) - int(log_time_ns[rows[begin - 1]])) / 1e9
         at = (int(log_time_ns[rows[begin]]) - int(log_time_ns[0])) / 1e9
-        warnings.append(
-            f"the clock jumps by {step - logged:+.3f} s at {at:.3f} s; what follows is aligned by "
-            "itself."
-        )
+        if len(warnings) < _MOST_JUMPS_TOLD:
+            warnings.append(
+                f"the clock jumps by {step - logged:+.3f} s at {at:.3f} s; what follows is aligned "
+                "by itself."
+            )
+    if len(segments) > _MOST_JUMPS_TOLD + 1:
+        warnings.append(f"the clock jumps {len(segments) - 1} times in all.")
     _set(marks, "late", _spread(_late(age, latency, jitter), rows, there.size))
     clock = ClockRead(
         used="field" if used == "field" else "header",
@@ -270,28 +277,30 @@ def _segments(stamp_ns: IntArray, log_ns: IntArray) -> tuple[list[tuple[int, int
 
 
 def _pace(stamp_ns: IntArray, log_ns: IntArray, segments: list[tuple[int, int]]) -> float:
-    """Seconds of the log in one second of the stamps, over the longest part.
+    """Seconds of the log in one second of the stamps, over all parts together.
 
-    A clock in another unit looks as if it jumped at every message; then the whole is looked at.
+    A clock in another unit looks as if it jumped at every message; then all is one part.
     """
-    begin, end = max(segments, key=lambda part: part[1] - part[0])
-    if end - begin < 0.5 * stamp_ns.size:
-        begin, end = 0, stamp_ns.size
-    stamps = float(stamp_ns[end - 1] - stamp_ns[begin])
-    logged = float(log_ns[end - 1] - log_ns[begin])
-    if logged < 2e9:  # too short to tell drift from latency
-        return 1.0 if stamps == 0 or 0.1 < logged / stamps < 10.0 else logged / stamps
+    stamps = float(sum(stamp_ns[end - 1] - stamp_ns[begin] for begin, end in segments))
+    logged = float(sum(log_ns[end - 1] - log_ns[begin] for begin, end in segments))
     if stamps == 0:
         return float("inf")
-    return logged / stamps
+    pace = logged / stamps
+    if logged < 2e9 and 0.1 < pace < 10.0:
+        return 1.0  # too short to tell drift from latency
+    return pace
 
 
-def _fit(stamp_ns: IntArray, log_ns: IntArray, begin: int, end: int) -> Segment:
+def _fit(stamp_ns: IntArray, log_ns: IntArray, good: BoolArray, part: slice) -> Segment:
     """Fit log - stamp = offset + drift stamp, leaving out what lies far off, until that settles."""
-    difference = log_ns[begin:end] - stamp_ns[begin:end]
+    chosen = good[part] if good[part].any() else ~good[part]
+    # a few thousand messages settle the line as well as all of them
+    rows = np.flatnonzero(chosen)[:: max(1, int(chosen.sum()) // _MOST_FITTED)]
+    stamps = stamp_ns[part][rows]
+    difference = log_ns[part][rows] - stamps
     level = int(np.median(difference))
     y = (difference - level) / 1e9
-    x = (stamp_ns[begin:end] - stamp_ns[begin]) / 1e9
+    x = (stamps - stamps[0]) / 1e9
     slope, constant, scale = 0.0, 0.0, 0.0
     kept = np.ones(y.size, np.bool_)
     span = float(np.ptp(x))
@@ -311,4 +320,6 @@ def _fit(stamp_ns: IntArray, log_ns: IntArray, begin: int, end: int) -> Segment:
     # the line goes through the median, not through the mean of what was kept
     rest = y - constant - slope * x
     constant += float(np.median(rest))
-    return Segment(begin, end, int(stamp_ns[begin]), level + round(constant * 1e9), slope, scale)
+    return Segment(
+        part.start, part.stop, int(stamps[0]), level + round(constant * 1e9), slope, scale
+    )

@@ -18,7 +18,7 @@ Tree = dict[str, Any]
 
 @dataclass(frozen=True)
 class Codec:
-    """How messages of a channel are decoded; `definition` is there for CDR, which has a fast way."""
+    """How messages of a channel are decoded; `definition` is there for CDR, for its fast way."""
 
     decode: Callable[[bytes], Tree]
     definition: Definition | None = None

@@ -1,6 +1,6 @@
 """Readings in the units and axes of the records: SNAME body, NED earth, codes, depth."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,6 +47,14 @@ class Water:
 
 
 @dataclass(frozen=True)
+class Names:
+    """Lists of names that were met, and which of them each message uses (k,); -1 for none."""
+
+    lists: list[tuple[str, ...]]
+    used: IntArray
+
+
+@dataclass(frozen=True)
 class Converted:
     """Readings of a quantity of the records, with what was assumed on the way."""
 
@@ -62,8 +70,7 @@ def convert(
     raw: FloatArray,
     vehicle: Vehicle,
     water: Water,
-    names: Sequence[tuple[str, ...]] = (),
-    name_list: IntArray | None = None,
+    names: Names | None = None,
 ) -> Converted:
     """Convert readings; `raw` is changed in place where that saves memory.
 
@@ -77,8 +84,8 @@ def convert(
         For drives and the names of thrusters.
     water : Water
         For depth.
-    names, name_list :
-        Lists of names of the elements, and which of them each message has (k,).
+    names : Names, optional
+        Names of the elements where the messages have them.
 
     Returns
     -------
@@ -86,7 +93,7 @@ def convert(
         Readings (k, n).
     """
     if plan.quantity in PER_THRUSTER:
-        return _by_thruster(plan, raw, vehicle, names, name_list)
+        return _by_thruster(plan, raw, vehicle, names)
     unit = plan.unit or next(iter(UNITS[plan.quantity]))
     factor = UNITS[plan.quantity][unit]
     scale = factor * np.array(plan.sign, float)
@@ -197,17 +204,11 @@ def _depth(plan: Plan, raw: FloatArray, water: Water, unit: str) -> Converted:
     return Converted("depth", COLUMNS["depth"], raw, unit, tuple(notes))
 
 
-def _by_thruster(
-    plan: Plan,
-    raw: FloatArray,
-    vehicle: Vehicle,
-    names: Sequence[tuple[str, ...]],
-    name_list: IntArray | None,
-) -> Converted:
+def _by_thruster(plan: Plan, raw: FloatArray, vehicle: Vehicle, names: Names | None) -> Converted:
     notes: list[str] = []
     thrusters = plan.thrusters
-    if plan.names is not None and name_list is not None:
-        raw, thrusters, said = _sorted_by_name(raw, vehicle, names, name_list)
+    if plan.names is not None and names is not None:
+        raw, thrusters, said = _sorted_by_name(raw, vehicle, names)
         notes += said
     raw *= np.array(plan.sign, float)[: raw.shape[1]] if len(set(plan.sign)) > 1 else plan.sign[0]
     if plan.quantity == "shaft_speed":
@@ -232,7 +233,7 @@ def _by_thruster(
 
 
 def _guess_unit(raw: FloatArray, notes: list[str]) -> str:
-    """Unit of commands by their range."""
+    """Guess the unit of commands by their range."""
     values = raw[np.isfinite(raw) & (raw != 0.0)]
     if values.size and values.min() >= 800.0 and values.max() <= 2200.0:
         unit, why = "us", "all lie between 800 and 2200"
@@ -245,16 +246,13 @@ def _guess_unit(raw: FloatArray, notes: list[str]) -> str:
 
 
 def _sorted_by_name(
-    raw: FloatArray,
-    vehicle: Vehicle,
-    names: Sequence[tuple[str, ...]],
-    name_list: IntArray,
+    raw: FloatArray, vehicle: Vehicle, names: Names
 ) -> tuple[FloatArray, tuple[str, ...], list[str]]:
     """Bring the elements of each message into the order of the vehicle's thrusters."""
     notes: list[str] = []
     stated = tuple(thruster.name for thruster in vehicle.thrusters)
-    wanted = stated or (names[0] if names else ())
-    present = {name for texts in names for name in texts}
+    wanted = stated or (names.lists[0] if names.lists else ())
+    present = {name for texts in names.lists for name in texts}
     kept = tuple(name for name in wanted if name in present)
     strange = sorted(present - set(wanted))
     if strange:
@@ -262,14 +260,15 @@ def _sorted_by_name(
     missing = [name for name in wanted if name not in present]
     if missing:
         notes.append(f"there is no element named {', '.join(missing[:8])}")
-    if len(names) == 1 and names[0] == kept and raw.shape[1] == len(kept):
+    if names.lists == [kept] and raw.shape[1] == len(kept):
         return raw, kept, notes
     values = np.full((raw.shape[0], len(kept)), np.nan)
-    for number, texts in enumerate(names):
-        rows = name_list == number
+    for number, texts in enumerate(names.lists):
+        rows = names.used == number
         for column, name in enumerate(kept):
             if name in texts and texts.index(name) < raw.shape[1]:
                 values[rows, column] = raw[rows, texts.index(name)]
-    if len(names) > 1:
-        notes.append(f"the names of the elements change during the run ({len(names)} lists)")
+    if len(names.lists) > 1:
+        many = len(names.lists)
+        notes.append(f"the names of the elements change during the run ({many} lists)")
     return values, kept, notes

@@ -51,7 +51,8 @@ _RULES = (
     Rule(85, "velocity", "twist.linear", "a twist"),
     Rule(80, "velocity", "twist.twist.linear", "a twist, in the child frame"),
     Rule(50, "angular_velocity", "twist.twist.angular", "a twist", message_type="Odometry"),
-    Rule(90, "pressure", "fluid_pressure", "a pressure", but_not="air|baro"),
+    # mavros: /mavros/imu/static_pressure is the barometer inside of the autopilot
+    Rule(90, "pressure", "fluid_pressure", "a pressure", but_not="air|baro|static_pressure"),
     Rule(95, "depth", "depth", "its name"),
     Rule(92, "depth", "data", "the topic's name", "depth"),
     Rule(80, "pressure", "data", "the topic's name", "pressure", "air|baro"),
@@ -225,10 +226,11 @@ def _one_topic_each(
     if not plans:
         names = ", ".join(list(dict.fromkeys(topic.name for _, topic, _ in found))[:6])
         quantity = found[0][2].quantity
-        return [], [
+        said = (
             f"{names} may carry {quantity}, but the elements do not fit the {len(thrusters)} "
             "thrusters of the vehicle file; state it under pool: channels."
-        ]
+        )
+        return [], [said]
     pairs = ", ".join(f"{plan.thrusters[0]} {plan.topic}" for plan in plans)
     return plans, [f"{plans[0].quantity} is taken from a topic for each thruster: {pairs}."]
 

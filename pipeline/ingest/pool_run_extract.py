@@ -14,27 +14,13 @@ from pipeline.ingest.mcap_chunk import Block, Bytes, Messages, at_every_byte
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.mcap_gather import Layout, Layouts, Place
 from pipeline.ingest.mcap_types import BrokenMessageError, Path
-from pipeline.ingest.pool_run_codec import Codec, value_at
+from pipeline.ingest.pool_run_codec import Codec, Tree, value_at
+from pipeline.ingest.pool_run_stamps import NO_STAMP, Stamp, number_of_text, stamp_of, ticks_ns
 from pipeline.types import BoolArray, FloatArray, IntArray
 
-#: Stands for a message that has no time of its own.
-NO_STAMP = np.iinfo(np.int64).min
-_SECOND_NS = 1_000_000_000
 _MOST_NAME_LISTS = 1000
-#: A message of more bytes is not decoded one by one: no rig writes such a one for a vehicle's state.
+#: A message of more bytes is not decoded by itself: no rig writes a vehicle's state like that.
 _MAX_MESSAGE_BYTES = 16_000_000
-
-
-@dataclass(frozen=True)
-class Stamp:
-    """Where a message says its time: a field, or seconds and nanoseconds.
-
-    `unit_ns` is what one of the first field is worth.
-    """
-
-    first: Path
-    unit_ns: int = _SECOND_NS
-    nanoseconds: Path | None = None
 
 
 @dataclass(frozen=True)
@@ -151,31 +137,30 @@ class _Sink:
         self._stamp = np.empty(count if request.stamp else 0, np.int64)
         self._names = np.empty(count if request.names else 0, np.int64)
 
-    def room(self, count: int) -> slice:
-        """Make room for more messages and return where it is."""
+    def room(self, count: int) -> "_Rows":
+        """Make room for more messages and return it, to be filled."""
         begin, self._used = self._used, self._used + count
         if self._used > self._time.size:
-            size = max(self._used, self._time.size * 3 // 2)
-            self._time = np.resize(self._time, size)
-            self._values = np.resize(self._values, (size, self._values.shape[1]))
-            grown = np.zeros(size, np.bool_)
-            grown[:begin] = self._broken[:begin]
-            self._broken = grown
-            if self._request.stamp:
-                self._stamp = np.resize(self._stamp, size)
-            if self._request.names:
-                self._names = np.resize(self._names, size)
-        return slice(begin, self._used)
-
-    def views(self, where: slice) -> tuple[IntArray, FloatArray, BoolArray, IntArray, IntArray]:
-        """Return the parts of all arrays: times, values, broken, stamps, lists of names."""
-        return (
+            self._grow(max(self._used, self._time.size * 3 // 2))
+        where = slice(begin, self._used)
+        return _Rows(
             self._time[where],
             self._values[where],
             self._broken[where],
-            self._stamp[where],
-            self._names[where],
+            self._stamp[where] if self._request.stamp else None,
+            self._names[where] if self._request.names else None,
         )
+
+    def _grow(self, size: int) -> None:
+        self._time = np.resize(self._time, size)
+        self._values = np.resize(self._values, (size, self._values.shape[1]))
+        grown = np.zeros(size, np.bool_)
+        grown[: self._broken.size] = self._broken
+        self._broken = grown
+        if self._request.stamp:
+            self._stamp = np.resize(self._stamp, size)
+        if self._request.names:
+            self._names = np.resize(self._names, size)
 
     def name_list(self, names: tuple[str, ...]) -> int:
         """Return the number of a list of names, -1 beyond the most that are kept."""
@@ -198,6 +183,25 @@ class _Sink:
         )
 
 
+@dataclass(frozen=True)
+class _Rows:
+    """Part of the arrays, for the messages of one block."""
+
+    time_ns: IntArray
+    values: FloatArray
+    broken: BoolArray
+    stamp_ns: IntArray | None
+    names: IntArray | None
+
+    def mark_broken(self, row: int) -> None:
+        self.values[row] = np.nan
+        self.broken[row] = True
+        if self.stamp_ns is not None:
+            self.stamp_ns[row] = NO_STAMP
+        if self.names is not None:
+            self.names[row] = -1
+
+
 class _Reader:
     """Reads the messages of one channel."""
 
@@ -207,61 +211,52 @@ class _Reader:
         self._layouts = Layouts(codec.definition) if fast and codec.definition is not None else None
 
     def read(self, buffer: Bytes, messages: Messages, sink: _Sink) -> None:
-        where = sink.room(messages.start.size)
-        time, values, broken, stamp, names = sink.views(where)
-        time[:] = messages.log_time_ns
-        rows: IntArray = np.arange(messages.start.size)
-        if self._layouts is not None:
-            groups, faults = self._layouts.groups(buffer, messages.start, messages.size)
-            for group, layout in groups:
-                start = messages.start[group]
-                whole = group.size == rows.size
-                rows_of_group = slice(None) if whole else group
-                self._gather(buffer, start, layout, values, rows_of_group)
-                if self._request.stamp:
-                    stamp[rows_of_group] = self._gather_stamp(buffer, start, layout)
-                if self._request.names:
-                    names[rows_of_group] = self._gather_names(buffer, start, layout, sink)
-            rows = np.array(sorted(faults), np.int64)
-            for row in rows.tolist():
-                self._break(row, faults[row], values, broken, stamp, names, sink)
+        """Read the channel's messages of a block."""
+        rows = sink.room(messages.start.size)
+        rows.time_ns[:] = messages.log_time_ns
+        if self._layouts is None:
+            self._read_each(buffer, messages, rows, sink)
             return
-        for row, begin, size in zip(
-            rows.tolist(), messages.start.tolist(), messages.size.tolist(), strict=True
+        groups, faults = self._layouts.groups(buffer, messages.start, messages.size)
+        for group, layout in groups:
+            start = messages.start[group]
+            # of a block whose messages are all alike no index needs to be made
+            where = slice(None) if group.size == messages.start.size else group
+            self._gather(buffer, start, layout, rows.values, where)
+            if rows.stamp_ns is not None:
+                rows.stamp_ns[where] = self._gather_stamp(buffer, start, layout)
+            if rows.names is not None:
+                rows.names[where] = self._gather_names(buffer, start, layout, sink)
+        for row, why in sorted(faults.items()):
+            rows.mark_broken(row)
+            sink.why_broken = sink.why_broken or why
+
+    def _read_each(self, buffer: Bytes, messages: Messages, rows: "_Rows", sink: _Sink) -> None:
+        for row, (begin, size) in enumerate(
+            zip(messages.start.tolist(), messages.size.tolist(), strict=True)
         ):
-            try:
-                if size > _MAX_MESSAGE_BYTES:
-                    raise BrokenMessageError(f"it has {size} bytes")
-                tree = self._codec.decode(buffer[begin : begin + size].tobytes())
-            except BrokenMessageError as error:
-                self._break(row, str(error), values, broken, stamp, names, sink)
+            tree, why = self._decoded(buffer, begin, size)
+            if tree is None:
+                rows.mark_broken(row)
+                sink.why_broken = sink.why_broken or why
                 continue
             for column, path in enumerate(self._request.numbers):
-                values[row, column] = _number(value_at(tree, path))
-            if self._request.stamp:
-                stamp[row] = _stamp_of(tree, self._request.stamp)
-            if self._request.names:
+                rows.values[row, column] = _number(value_at(tree, path))
+            if rows.stamp_ns is not None and self._request.stamp is not None:
+                rows.stamp_ns[row] = stamp_of(tree, self._request.stamp)
+            if rows.names is not None and self._request.names is not None:
                 found = value_at(tree, self._request.names)
                 texts = found if isinstance(found, list) else []
-                names[row] = sink.name_list(tuple(str(text) for text in texts))
+                rows.names[row] = sink.name_list(tuple(str(text) for text in texts))
 
-    def _break(
-        self,
-        row: int,
-        why: str,
-        values: FloatArray,
-        broken: BoolArray,
-        stamp: IntArray,
-        names: IntArray,
-        sink: _Sink,
-    ) -> None:
-        values[row] = np.nan
-        broken[row] = True
-        if stamp.size:
-            stamp[row] = NO_STAMP
-        if names.size:
-            names[row] = -1
-        sink.why_broken = sink.why_broken or why
+    def _decoded(self, buffer: Bytes, begin: int, size: int) -> tuple[Tree | None, str]:
+        """Return a message, or None and why it cannot be decoded."""
+        if size > _MAX_MESSAGE_BYTES:
+            return None, f"it has {size} bytes"
+        try:
+            return self._codec.decode(buffer[begin : begin + size].tobytes()), ""
+        except BrokenMessageError as error:
+            return None, str(error)
 
     def _gather(
         self,
@@ -282,11 +277,11 @@ class _Reader:
             return np.full(start.size, NO_STAMP)
         numbers = _take(buffer, start, first)
         if stamp.nanoseconds is None:
-            return _ticks(numbers, stamp.unit_ns)
+            return ticks_ns(numbers, stamp.unit_ns)
         second = layout.place(stamp.nanoseconds)
         if second is None:
             return np.full(start.size, NO_STAMP)
-        return _ticks(numbers, stamp.unit_ns) + _ticks(_take(buffer, start, second), 1)
+        return ticks_ns(numbers, stamp.unit_ns) + ticks_ns(_take(buffer, start, second), 1)
 
     def _gather_names(
         self, buffer: Bytes, start: IntArray, layout: Layout, sink: _Sink
@@ -329,60 +324,6 @@ def _take(buffer: Bytes, start: IntArray, place: Place) -> npt.NDArray[np.generi
     return at_every_byte(buffer, place.kind)[start + place.offset]
 
 
-def _ticks(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
-    """Convert clock readings to nanoseconds; integers stay exact."""
-    if numbers.dtype.kind in "iu":
-        if numbers.dtype.itemsize == 8:
-            # beyond 292 years it is no time; the product would wrap round
-            most = np.iinfo(np.int64).max // unit_ns
-            no_time = numbers > numbers.dtype.type(most)  # type: ignore[operator]
-            if numbers.dtype.kind == "i":
-                no_time |= numbers < numbers.dtype.type(-most)  # type: ignore[operator]
-            ticks = np.where(no_time, 0, numbers).astype(np.int64) * unit_ns
-            return np.asarray(np.where(no_time, NO_STAMP, ticks))
-        return np.asarray(numbers.astype(np.int64) * unit_ns)
-    exact = numbers.astype(np.float64) * float(unit_ns)
-    with np.errstate(invalid="ignore"):
-        no_time = ~(np.abs(exact) < 9.0e18)
-        return np.where(no_time, NO_STAMP, np.rint(np.where(no_time, 0.0, exact)).astype(np.int64))
-
-
-def _stamp_of(tree: object, stamp: Stamp) -> int:
-    """Time of one decoded message; the same arithmetic as for many."""
-    first = value_at(tree, stamp.first)
-    if isinstance(first, str):
-        first = _from_text(first)
-    if not isinstance(first, int | float):
-        return int(NO_STAMP)
-    total = _one_tick(first, stamp.unit_ns)
-    if stamp.nanoseconds is None or total == NO_STAMP:
-        return total
-    second = value_at(tree, stamp.nanoseconds)
-    if not isinstance(second, int | float):
-        return int(NO_STAMP)
-    return total + _one_tick(second, 1)
-
-
-def _one_tick(number: float, unit_ns: int) -> int:
-    if isinstance(number, int):
-        most = np.iinfo(np.int64).max // unit_ns
-        return number * unit_ns if -most <= number <= most else int(NO_STAMP)
-    exact = float(number) * float(unit_ns)
-    return int(np.rint(exact)) if abs(exact) < 9.0e18 else int(NO_STAMP)
-
-
-def _from_text(text: str) -> float | int | None:
-    """Return a number that JSON writes as text (64-bit integers, times of ISO 8601 in seconds)."""
-    try:
-        return int(text)
-    except ValueError:
-        pass
-    try:
-        return float(text)
-    except ValueError:
-        return None
-
-
 def _number(value: object) -> float:
     if isinstance(value, bool | int | float):
         try:
@@ -390,6 +331,6 @@ def _number(value: object) -> float:
         except OverflowError:
             return float("nan")
     if isinstance(value, str):  # JSON has no NaN, and protobuf's JSON writes it as text
-        found = _from_text(value)
+        found = number_of_text(value)
         return float("nan") if found is None else float(found)
     return float("nan")

@@ -18,7 +18,14 @@ _FROZEN_S = 0.5
 #: Saturated: as many readings in a row at the very end of all that were met.
 _SATURATED_READINGS = 5
 _SPIKE_SIGMAS = 12.0
+_MOST_LOOKED_AT = 20_000
+#: Readings on either side of a spike that say how noisy the sensor is there.
+_SPIKE_NEIGHBOURS = 25
+#: A dropout is a step to zero and back, larger than so many usual steps.
+_DROPOUT_STEPS = 8.0
 _NORMAL = 1.4826
+#: What is larger comes of damaged bytes, in whatever unit.
+_LARGEST = 1e15
 
 
 @dataclass(frozen=True)
@@ -125,26 +132,30 @@ def value_marks(
         "not_a_number", "dropout", "frozen", "saturated", "spike", "outside_range".
     """
     marks: dict[str, BoolArray] = {}
-    finite = np.isfinite(values).all(axis=1)
+    finite = _are_readings(values)
     _set(marks, "not_a_number", ~finite)
+    if not finite.all():
+        values = np.where(finite[:, None], values, np.nan)
     _range_marks(marks, values, lowest, highest)
     if holds or values.shape[0] < 10 or not finite.any():
         return marks
-    repeats = _repeats(values)
+    repeats = _repeats(values) & finite
     spread = np.ptp(values[finite], axis=0)
     if not (spread > 0).any():
         return marks  # constant throughout: said of the channel, not of its readings
     if values.shape[1] >= 3:
         zero = (values == 0.0).all(axis=1)
-        if zero.mean() < 0.5:
-            _set(marks, "dropout", _runs(zero, 3))
+        if zero.any() and zero.mean() < 0.5:
+            _set(marks, "dropout", _dropouts(values, zero))
     if repeats.mean() < 0.3:
         least = max(_FROZEN_READINGS, round(_FROZEN_S / period_s) if period_s > 0 else 0)
         frozen = _runs(repeats, least - 1)
         frozen[:-1] |= frozen[1:] & repeats[1:]  # the reading that is repeated, too
-        _set(marks, "frozen", frozen & ~marks.get("dropout", np.zeros_like(frozen)))
         if lowest is None and highest is None:
-            _set(marks, "saturated", _at_the_end(values) & ~frozen)
+            _set(marks, "saturated", _at_the_end(values))
+        for other in ("dropout", "saturated"):
+            frozen &= ~marks.get(other, np.zeros_like(frozen))
+        _set(marks, "frozen", frozen)
     spikes = np.zeros(values.shape[0], np.bool_)
     columns = _without_sign_changes(values) if is_quaternion else values
     for column in columns.T:
@@ -158,13 +169,18 @@ def command_marks(
 ) -> dict[str, BoolArray]:
     """Mark commands (k, m) at and beyond the range (m,) of their drives."""
     marks: dict[str, BoolArray] = {}
-    _set(marks, "not_a_number", ~np.isfinite(values).all(axis=1))
+    _set(marks, "not_a_number", ~_are_readings(values))
     with np.errstate(invalid="ignore"):
         beyond = (values > highest + 0.5) | (values < lowest - 0.5)
         at_end = ((values >= highest - 0.5) | (values <= lowest + 0.5)) & ~beyond
     _set(marks, "outside_range", beyond.any(axis=1))
     _set(marks, "saturated", at_end.any(axis=1))
     return marks
+
+
+def _are_readings(values: FloatArray) -> BoolArray:
+    """Tell which rows hold nothing but numbers that a sensor can give."""
+    return np.asarray((np.abs(values) < _LARGEST).all(axis=1))
 
 
 def _range_marks(
@@ -183,18 +199,34 @@ def _range_marks(
     _set(marks, "saturated", at_end.any(axis=1))
 
 
-def _set(marks: dict[str, BoolArray], name: str, mark: BoolArray) -> None:
-    if mark.any():
-        marks[name] = mark
+def _set(marks: dict[str, BoolArray], name: str, mark: BoolArray | np.bool_) -> None:
+    if np.any(mark):
+        marks[name] = np.asarray(mark)
 
 
 def _repeats(values: FloatArray) -> BoolArray:
-    """Readings equal to the one before in all components; not a number equals itself."""
+    """Mark readings equal to the one before in all components; not a number equals itself."""
     same = np.zeros(values.shape[0], np.bool_)
     if values.shape[0] > 1:
         now, before = values[1:], values[:-1]
         same[1:] = ((now == before) | (np.isnan(now) & np.isnan(before))).all(axis=1)
     return same
+
+
+def _dropouts(values: FloatArray, zero: BoolArray) -> BoolArray:
+    """Keep runs of zeros that are jumped into or out of; a vehicle at rest has zeros, too."""
+    with np.errstate(invalid="ignore"):
+        steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
+    inside = steps[~(zero[1:] | zero[:-1]) & np.isfinite(steps)]
+    usual = float(np.quantile(inside, 0.95)) if inside.size else 0.0
+    runs = _runs(zero, 3)
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], runs, [False]]).astype(np.int8)))
+    for begin, end in edges.reshape(-1, 2).tolist():
+        into = steps[begin - 1] if begin > 0 else 0.0
+        out_of = steps[end - 1] if end < zero.size else 0.0
+        if not max(into, out_of) > _DROPOUT_STEPS * usual:
+            runs[begin:end] = False
+    return runs
 
 
 def _runs(mark: BoolArray, least: int) -> BoolArray:
@@ -208,14 +240,18 @@ def _runs(mark: BoolArray, least: int) -> BoolArray:
 
 
 def _at_the_end(values: FloatArray) -> BoolArray:
-    """Runs of readings that stand exactly at the largest or smallest value of the whole run."""
+    """Mark readings at the largest or smallest value of all, if they stay there for a while."""
     found = np.zeros(values.shape[0], np.bool_)
     for column in values.T:
-        finite = column[np.isfinite(column)]
-        if not finite.size or np.ptp(finite) == 0.0:
+        low, high = np.fmin.reduce(column), np.fmax.reduce(column)
+        if not low < high:
             continue
-        for end in (finite.min(), finite.max()):
-            found |= _runs(column == end, _SATURATED_READINGS)
+        for end in (low, high):
+            at_end = column == end
+            if np.count_nonzero(at_end) < _SATURATED_READINGS:
+                continue
+            if _runs(at_end, _SATURATED_READINGS).any():
+                found |= at_end
     return found
 
 
@@ -230,17 +266,26 @@ def _spikes(column: FloatArray) -> BoolArray:
     finite = np.isfinite(middle)
     if finite.sum() < 8:
         return found
-    step = np.abs(np.diff(column))
+    # the usual noise, from some thousand readings spread over the run
+    apart = max(1, middle.size // _MOST_LOOKED_AT)
+    step = np.abs(column[1:-1] - column[:-2])[::apart]
     moving = step[np.isfinite(step) & (step > 0)]
     if not moving.size:
         return found
-    sigma = _NORMAL * float(np.median(np.abs(middle[finite])))
+    sigma = _NORMAL * float(np.median(np.abs(middle[finite][::apart])))
     # where most readings repeat, the median says nothing: take what moves
     usual = max(sigma, 0.5 * float(np.median(moving)))
     with np.errstate(invalid="ignore"):
         far = np.abs(middle) > _SPIKE_SIGMAS * usual
         agree = np.abs(column[2:] - column[:-2]) < 0.25 * np.abs(middle)
-    found[1:-1] = far & agree & finite
+    rows = np.flatnonzero(far & agree & finite)
+    if rows.size:
+        # noise may differ from one part of a run to another
+        around = rows[:, None] + np.arange(-_SPIKE_NEIGHBOURS, _SPIKE_NEIGHBOURS + 1)
+        size = np.where(finite, np.abs(middle), 0.0)[np.clip(around, 0, middle.size - 1)]
+        local = _NORMAL * np.median(size, axis=1)
+        rows = rows[np.abs(middle[rows]) > _SPIKE_SIGMAS * local]
+    found[rows + 1] = True
     return found
 
 

@@ -6,7 +6,8 @@ from typing import Any, Literal
 
 from pipeline.ingest.mcap_types import Path, parse_path, path_text
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
-from pipeline.ingest.pool_run_extract import Request, Stamp
+from pipeline.ingest.pool_run_extract import Request
+from pipeline.ingest.pool_run_stamps import Stamp
 from pipeline.vehicle.pool_schema import (
     CLOCK_UNITS_NS,
     COMPONENTS,
@@ -148,7 +149,8 @@ def plan_channel(
     notes: list[str] = []
     fields, numbers = _numbers(stated, probe)
     numbers = _picked(stated, numbers, fields)
-    names, columns = _elements(stated, probe, fields, numbers, thrusters, notes)
+    texts = value_at(probe, ("name",))
+    names, columns = _elements(stated, texts, numbers, thrusters, notes)
     if stated.quantity in PER_THRUSTER and names is None:
         numbers = numbers[: len(columns)]
     count = COMPONENTS[stated.quantity]
@@ -222,8 +224,7 @@ def _picked(stated: PoolChannel, numbers: list[Path], fields: Sequence[str]) -> 
 
 def _elements(
     stated: PoolChannel,
-    probe: Mapping[str, Any],
-    fields: Sequence[str],
+    texts: Any,  # noqa: ANN401  whatever the message has under `name`
     numbers: Sequence[Path],
     thrusters: Sequence[str],
     notes: list[str],
@@ -234,11 +235,10 @@ def _elements(
     if stated.thrusters is not None:
         if len(stated.thrusters) != len(numbers):
             raise NotThereError(
-                f"thrusters names {len(stated.thrusters)} elements, {', '.join(fields)} gives "
+                f"thrusters names {len(stated.thrusters)} elements, the field has "
                 f"{len(numbers)} numbers"
             )
         return None, stated.thrusters
-    texts = value_at(probe, ("name",))
     if stated.index is None and isinstance(texts, list) and len(texts) == len(numbers):
         known = [text for text in texts if text in thrusters]
         if known or not thrusters:
@@ -251,8 +251,8 @@ def _elements(
         return None, tuple(f"{number + 1}" for number in range(len(numbers)))
     if len(numbers) < len(thrusters):
         raise NotThereError(
-            f"{', '.join(fields)} gives {len(numbers)} numbers for {len(thrusters)} thrusters; "
-            "name them with thrusters"
+            f"the field has {len(numbers)} numbers for {len(thrusters)} thrusters; name them with "
+            "thrusters"
         )
     if len(numbers) > len(thrusters):
         notes.append(f"the first {len(thrusters)} of {len(numbers)} elements are taken")

@@ -112,7 +112,7 @@ class Winch:
         return float((torque - np.copysign(held, torque)) / slope)
 
 
-def drum_step(
+def drum_step(  # noqa: PLR0917 - the compiled kernel passes by position
     speed: float,
     command: float,
     tension: float,

@@ -114,6 +114,8 @@ class DriveFit(Record):
     fastest_rps: Vector
     code_range: Interval
     clusters: int
+    clustered: bool = True
+    """False where the sweeps are not more than the terms: points then count as independent."""
     torque_scale_by_file: dict[str, float] = Field(default_factory=dict)
     """Torque of each drive (file) over that of the family: the spread between exemplars."""
     torque_scale_std: float = 0.0
@@ -189,10 +191,15 @@ class FirmwareBranch(Record):
 
 
 class FirmwareCharacteristic(Record):
-    """The monotone form of N(T, V) and its exact inverse T(N, V)."""
+    """The monotone form of N(T, V) and its exact inverse T(N, V).
+
+    Codes are held within `code_min` to `code_max`, the range of the drive: a branch that mirrors
+    the other sign may reach beyond it.
+    """
 
     thrust_dead_n: float
     code_max: int
+    code_min: int = Field(default_factory=lambda known: -int(known["code_max"]), le=0)
     positive: FirmwareBranch
     negative: FirmwareBranch
 

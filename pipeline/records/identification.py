@@ -25,7 +25,7 @@ class IdentifiedParameter(Record):
     prior_std: float
     posterior_over_prior: float
     inflation: float
-    """Factor on the standard deviation of the Fisher information, for residuals that go together."""
+    """Factor on the Fisher standard deviation, for residuals that go together."""
     identified: bool
     reason: str
 
@@ -102,7 +102,7 @@ class VehicleIdentification(Record):
 
 
 class SlopeEstimate(Record):
-    """Added mass from the slope of acceleration against thrust, by one estimator. [kg]"""
+    """Added mass from the slope of acceleration against thrust, by one estimator [kg]."""
 
     estimator: str
     slope_per_kg: float

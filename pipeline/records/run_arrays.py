@@ -15,7 +15,7 @@ from pipeline.types import BoolArray, FloatArray, IntArray
 #: Mark of a reading -> what it says.
 MARKS: Mapping[str, str] = {
     "broken": "the message could not be decoded",
-    "not_a_number": "a value is not a number",
+    "not_a_number": "a value is not a number, or beyond 1e15",
     "no_stamp": "the message has no time of its own",
     "clock_jump": "its clock jumped here",
     "out_of_order": "an earlier message has a later time",
@@ -116,7 +116,7 @@ class PoolRun:
 
     @property
     def duration_s(self) -> float:
-        """From the first to the last message of a mapped channel. [s]"""
+        """Seconds from the first to the last message of a mapped channel."""
         return (self.end_time_ns - self.start_time_ns) / 1e9
 
 

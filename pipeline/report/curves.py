@@ -8,10 +8,8 @@ import numpy as np
 
 from pipeline.physics.drive import TorqueSurface, surface_basis
 from pipeline.physics.propeller import polynomial
-from pipeline.physics.thrust_grid import ThrustGrid
 from pipeline.records.fits import (
     DriveFit,
-    FirmwareBranch,
     PolynomialFit,
     PropellerFit,
     StaticCharacteristic,
@@ -129,16 +127,6 @@ def table4_code(coefficients: ArrayLike, thrust_n: ArrayLike) -> FloatArray:
     """
     thrust = np.asarray(thrust_n, float)
     return np.asarray(np.sign(thrust) * polynomial(np.abs(thrust), coefficients))
-
-
-def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:
-    """Return the firmware branch as the grid that `pipeline.physics` evaluates."""
-    return ThrustGrid(
-        np.asarray(branch.speed_mps),
-        np.asarray(branch.thrust_max_n),
-        np.asarray(branch.fraction),
-        np.asarray(branch.code),
-    )
 
 
 def speed_index(speeds: tuple[float, ...], speed_mps: float) -> int | None:

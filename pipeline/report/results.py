@@ -18,6 +18,7 @@ from pipeline.records.measurements import (
     OpenWaterRecord,
 )
 from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.supply_voltage import is_at_supply
 
 
 @dataclass(frozen=True)
@@ -43,9 +44,6 @@ class VehicleResults:
     provenance: dict[str, str] = field(default_factory=dict)
     firmware_files: tuple[str, ...] = ()
 
-
-#: Readings within this share of the supply voltage of the tables are taken for it.
-VOLTAGE_TOLERANCE = 0.05
 
 #: Stage name in `VehicleResults` and what the page calls its result.
 STAGE_TITLES = {
@@ -92,12 +90,7 @@ def mooring_points_of_tables(results: VehicleResults) -> tuple[MooringPoint, ...
     return tuple(
         point
         for point in results.mooring.points
-        if not point.marks
-        and (
-            wanted is None
-            or point.voltage_v is None
-            or abs(point.voltage_v - wanted) <= VOLTAGE_TOLERANCE * wanted
-        )
+        if not point.marks and is_at_supply(point.voltage_v, wanted)
     )
 
 

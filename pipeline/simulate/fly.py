@@ -11,7 +11,7 @@ from pipeline.control.general_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Method, Trajectory, initial_state, run
+from pipeline.simulate.run import Method, Trajectory, initial_state, largest_step_s, run
 from pipeline.types import FloatArray
 
 #: Period of the autopilot and of the commands. [s]
@@ -140,7 +140,7 @@ def fly(
     *,
     vector: FloatArray | None = None,
     allocator: Allocator | None = None,
-    step_s: float = STEP_S,
+    step_s: float | None = None,
     method: Method = "rk4",
     change: Change | None = None,
 ) -> Trajectory:
@@ -156,8 +156,8 @@ def fly(
         The true parameter vector, e.g. with effects switched on.
     allocator : Allocator, optional
         `general_allocator` of the vehicle otherwise.
-    step_s : float
-        Integration step; divides the control period. [s]
+    step_s : float, optional
+        Integration step; divides the control period. `usual_step_s` otherwise. [s]
     method : {"rk4", "semi_implicit"}
         See `run`.
     change : Change, optional
@@ -171,6 +171,7 @@ def fly(
     """
     allocate = general_allocator(packed) if allocator is None else allocator
     autopilot = autopilot_for(packed)
+    step_s = usual_step_s(packed, vector, method) if step_s is None else step_s
     inner = max(round(CONTROL_PERIOD_S / step_s), 1)
     state = initial_state() if plan.start is None else plan.start
     pieces: list[Trajectory] = []
@@ -199,6 +200,14 @@ def fly(
         pieces.append(piece)
         state = piece.final_state
     return join(pieces)
+
+
+def usual_step_s(
+    packed: PackedVehicle, vector: FloatArray | None = None, method: Method = "rk4"
+) -> float:
+    """Integration step [s]: 0.02 s, or the next that the shafts allow and that divides 0.1 s."""
+    parts = np.ceil(CONTROL_PERIOD_S / largest_step_s(packed, vector, method) - 1e-9)
+    return float(CONTROL_PERIOD_S / max(parts, round(CONTROL_PERIOD_S / STEP_S)))
 
 
 def run_changing(

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pipeline.physics.winch import drum_step
 from pipeline.simulate.compiled import compiled, inlined
 
 Array = Any
@@ -25,22 +24,10 @@ CABLE_SIZE = CURRENT + 3
 #: Entries of the winch's vector, as `Winch.numbers` gives them; a radius of 0 is no winch.
 RADIUS, INERTIA, STALL, NO_LOAD, VISCOUS, FRICTION, BRAKE, SHORTEST, LONGEST = range(9)
 WINCH_SIZE = 9
-#: Lower end of a cable without a vehicle.
-FREE, HELD = 0, 1
-#: Numbers that a run carries along beside the nodes: segments in use, drum speed, length owed.
-COUNT, DRUM, OWED = range(3)
-#: What a run came to.
-DONE, NOT_FINITE, TOO_STIFF, NO_ROOM = range(4)
 #: Sub-steps in a step at most: more means a mistake in stiffness, length or step.
 MOST_SUBSTEPS = 20000
 #: Largest (frequency of the fastest motion) x (sub-step); RK4 is stable to 2.6.
 FASTEST_PHASE = 1.0
-#: The top segment's length, in nominal ones, at which a node comes or goes.
-LONGEST_TOP, SHORTEST_TOP = 1.5, 0.4
-#: Time in which rest length that was put off when a node went is given back. [s]
-GIVE_BACK_S = 1.0
-
-drum = inlined(drum_step)
 
 
 class Nodes(NamedTuple):
@@ -112,7 +99,9 @@ def relative_flow(c: Array, profile: Array, count: int, nodes: Nodes) -> None:
 
 
 @inlined
-def cable_forces(c: Array, profile: Array, count: int, growth: float, nodes: Nodes) -> None:
+def cable_forces(  # noqa: PLR0915 - vectors are written out, component by component
+    c: Array, profile: Array, count: int, growth: float, nodes: Nodes
+) -> None:
     """Fill forces, inertias and tensions of a stage.
 
     `growth` is the rate at which the top segment's rest length grows.
@@ -198,9 +187,10 @@ def cable_forces(c: Array, profile: Array, count: int, growth: float, nodes: Nod
         if i == 0 and growth != 0.0:
             # cable that comes to node 1 has the velocity of the segment's middle
             flux = 0.25 * c[MASS] * growth
-            force[1, 0] += flux * (growth * tx - ux)
-            force[1, 1] += flux * (growth * ty - uy)
-            force[1, 2] += flux * (growth * tz - uz)
+            coming = growth * length / length0
+            force[1, 0] += flux * (coming * tx - ux)
+            force[1, 1] += flux * (coming * ty - uy)
+            force[1, 2] += flux * (coming * tz - uz)
 
 
 @inlined
@@ -300,208 +290,3 @@ def substeps(
     if not need < MOST_SUBSTEPS:
         return 0
     return max(int(np.ceil(need)), 1)
-
-
-@inlined
-def renew_top(c: Array, count: int, nodes: Nodes, growth: float, owed: float) -> tuple[int, float]:
-    """Bring a node in at the top, or take one out; returns the count and the length owed.
-
-    A new node lies on the old segment, at its strain, with the velocity of the cable there. When
-    a node goes, the kink at it is cut off; so that the tension does not jump, the rest length is
-    that of the same strain, and what it lacks is owed and given back slowly.
-    """
-    place, speed, rest = nodes.place, nodes.speed, nodes.rest
-    nominal = c[SEGMENT]
-    if rest[0] > LONGEST_TOP * nominal and count + 1 < place.shape[0]:
-        share = (rest[0] - nominal) / rest[0]
-        stretch = 1.0 / rest[0]
-        for i in range(count + 1, 1, -1):
-            for j in range(3):
-                place[i, j] = place[i - 1, j]
-                speed[i, j] = speed[i - 1, j]
-        for i in range(count, 1, -1):
-            rest[i] = rest[i - 1]
-        for j in range(3):
-            chord = place[2, j] - place[0, j]
-            leaving = speed[0, j] + growth * chord * stretch
-            place[1, j] = place[0, j] + share * chord
-            speed[1, j] = (1.0 - share) * leaving + share * speed[2, j]
-        rest[1] = nominal
-        rest[0] -= nominal
-        return count + 1, owed
-    if rest[0] < SHORTEST_TOP * nominal and count > 2:
-        upper = 0.0
-        chord2 = 0.0
-        for j in range(3):
-            upper += (place[1, j] - place[0, j]) ** 2
-            chord2 += (place[2, j] - place[0, j]) ** 2
-        together = rest[0] + rest[1]
-        strain = upper**0.5 / rest[0]
-        length0 = together
-        if strain > 1.0:
-            length0 = min(chord2**0.5 / strain, together)
-        owed += together - length0
-        rest[0] = length0
-        for i in range(1, count):
-            for j in range(3):
-                place[i, j] = place[i + 1, j]
-                speed[i, j] = speed[i + 1, j]
-        for i in range(1, count - 1):
-            rest[i] = rest[i + 1]
-        return count - 1, owed
-    return count, owed
-
-
-@inlined
-def drum_speed_after(
-    winch: Array, command: float, speed: float, tension: float, paid_out: float, h: float
-) -> float:
-    """Return the drum's speed after a sub-step; it stops at the ends of the cable."""
-    if winch[RADIUS] == 0.0:
-        return 0.0
-    turned = drum(
-        speed,
-        command,
-        tension,
-        h,
-        winch[RADIUS],
-        winch[INERTIA],
-        winch[STALL],
-        winch[NO_LOAD],
-        winch[VISCOUS],
-        winch[FRICTION],
-        winch[BRAKE],
-    )
-    if turned < 0.0 and paid_out <= winch[SHORTEST]:
-        turned = 0.0
-    if turned > 0.0 and paid_out >= winch[LONGEST]:
-        turned = 0.0
-    return turned
-
-
-@inlined
-def paid_out_length(count: int, nodes: Nodes, owed: float) -> float:
-    """Unstretched length between the drum and the lower end."""
-    total = owed
-    for i in range(count):
-        total += nodes.rest[i]
-    return total
-
-
-@inlined
-def record(
-    k: int,
-    count: int,
-    nodes: Nodes,
-    places: Array,
-    tensions: Array,
-    ends: Array,
-) -> None:
-    """Write row k of what a run keeps of the cable; NaN where there are no nodes."""
-    for j in range(3):
-        ends[k, 0, j], ends[k, 1, j] = nodes.force[0, j], nodes.force[count, j]
-    for i in range(places.shape[1]):
-        for j in range(3):
-            places[k, i, j] = nodes.at[i, j] if i <= count else np.nan
-    for i in range(tensions.shape[1]):
-        tensions[k, i] = nodes.tension[i] if i < count else np.nan
-
-
-@inlined
-def all_finite(count: int, nodes: Nodes) -> bool:
-    """Whether the cable's state is made of numbers."""
-    total = 0.0
-    for i in range(count + 1):
-        for j in range(3):
-            total += abs(nodes.place[i, j]) + abs(nodes.speed[i, j])
-    return bool(np.isfinite(total))
-
-
-@compiled
-def swing(  # noqa: PLR0912 - one loop over steps, sub-steps and stages
-    c: Array,
-    winch: Array,
-    profile: Array,
-    lower: int,
-    top_velocity: Array,
-    lower_velocity: Array,
-    commands: Array,
-    fastest_water: float,
-    dt: float,
-    settle: bool,
-    place: Array,
-    speed: Array,
-    rest: Array,
-    carried: Array,
-    places: Array,
-    tensions: Array,
-    ends: Array,
-    logs: Array,
-) -> int:
-    """Integrate a cable alone, its lower end free or held; RK4 with sub-steps.
-
-    `top_velocity`, `lower_velocity` (m or 1, 3) and the winch's `commands` (m or 1,) are held for a
-    step each. Fills `places` (m + 1, room, 3), `tensions` (m + 1, room - 1), `ends` (m + 1, 2, 3),
-    the force on the bodies at the top and below, and `logs` (m + 1, 4): segments in use, paid-out
-    length, drum speed, sub-steps. With `settle` the nodes are stopped whenever their kinetic energy
-    has passed a peak, which brings the cable to rest (dynamic relaxation with kinetic damping,
-    Barnes 1999).
-    """
-    nodes = work_on(place, speed, rest)
-    steps = places.shape[0] - 1
-    count = int(carried[COUNT])
-    drum_speed, owed, energy = carried[DRUM], carried[OWED], 0.0
-    end_mass = 0.0 if lower == FREE else 1e30
-    for k in range(steps + 1):
-        now = min(k, steps - 1)
-        up, down = min(now, top_velocity.shape[0] - 1), min(now, lower_velocity.shape[0] - 1)
-        command = commands[min(now, commands.shape[0] - 1)]
-        for j in range(3):
-            speed[0, j] = top_velocity[up, j]
-            if lower == HELD:
-                speed[count, j] = lower_velocity[down, j]
-        if not all_finite(count, nodes):
-            return NOT_FINITE
-        n = substeps(c, winch, count, nodes, fastest_water, end_mass, dt)
-        if n == 0:
-            return TOO_STIFF
-        paid_out = paid_out_length(count, nodes, owed)
-        logs[k, 0], logs[k, 1], logs[k, 2], logs[k, 3] = count, paid_out, drum_speed, n
-        h = dt / n
-        for step in range(n):
-            payout = drum_speed * winch[RADIUS]
-            growth = payout + owed / GIVE_BACK_S
-            last = count if lower == FREE else count - 1
-            top = rest[0]
-            begin(count, nodes)
-            for stage in range(4):
-                elapsed = 0.5 * h if stage < 2 else h
-                cable_forces(c, profile, count, growth, nodes)
-                if step == 0 and stage == 0:
-                    record(k, count, nodes, places, tensions, ends)
-                    if k == steps:
-                        break
-                next_stage(count, last, 1.0 + (stage % 3 > 0), elapsed, nodes)
-                rest[0] = top + elapsed * growth
-            if k == steps:
-                break
-            finish(count, h, nodes)
-            paid_out += h * payout
-            owed -= h * owed / GIVE_BACK_S
-            drum_speed = drum_speed_after(winch, command, drum_speed, nodes.tension[0], paid_out, h)
-            if settle:
-                kinetic = 0.0
-                for i in range(count + 1):
-                    for j in range(3):
-                        kinetic += speed[i, j] ** 2
-                if kinetic < energy:
-                    kinetic = 0.0
-                    for i in range(count + 1):
-                        for j in range(3):
-                            speed[i, j] = 0.0
-                energy = kinetic
-            count, owed = renew_top(c, count, nodes, growth, owed)
-            if rest[0] > LONGEST_TOP * c[SEGMENT]:
-                return NO_ROOM
-    carried[COUNT], carried[DRUM], carried[OWED] = count, drum_speed, owed
-    return DONE

@@ -18,6 +18,9 @@ from pipeline.physics.parameters import offset
 from pipeline.simulate.compiled import compiled, inlined
 from pipeline.simulate.kernel import (
     STATE,
+    Fixed,
+    Work,
+    copied,
     fixed_parts,
     lagged,
     rates,
@@ -25,8 +28,8 @@ from pipeline.simulate.kernel import (
     work_space,
 )
 from pipeline.simulate.kernel_frames import normalise_quaternion, rotation_matrix
-from pipeline.simulate.kernel_hull import mass_matrix, wall_factor
-from pipeline.simulate.kernel_tether import (
+from pipeline.simulate.kernel_hull import mass_matrix, solve_symmetric, wall_factor
+from pipeline.simulate.kernel_swing import (
     COUNT,
     DONE,
     DRUM,
@@ -35,19 +38,21 @@ from pipeline.simulate.kernel_tether import (
     NO_ROOM,
     NOT_FINITE,
     OWED,
-    RADIUS,
-    SEGMENT,
     TOO_STIFF,
-    Nodes,
     all_finite,
-    begin,
-    cable_forces,
     drum_speed_after,
-    finish,
-    next_stage,
     paid_out_length,
     record,
     renew_top,
+)
+from pipeline.simulate.kernel_tether import (
+    RADIUS,
+    SEGMENT,
+    Nodes,
+    begin,
+    cable_forces,
+    finish,
+    next_stage,
     substeps,
     work_on,
 )
@@ -56,13 +61,15 @@ from pipeline.simulate.kernel_thrusters import effective_codes
 Array = Any
 
 POINT = offset("tether_point")
+WALL_STRENGTH = offset("wall_strength")
 
 
 class Joint(NamedTuple):
     """The vehicle at its attachment, body axes.
 
     `columns` (6, 3): rates of nu by a force there; `mobility` (3, 3): acceleration of the
-    attachment by a force there, A. The rest is work space of `pull_vehicle`.
+    attachment by a force there, A. `wrench` (6,) is the tether's. The rest is work space of
+    `pull_vehicle`.
     """
 
     columns: Array
@@ -72,6 +79,7 @@ class Joint(NamedTuple):
     heavy: Array
     system: Array
     right: Array
+    wrench: Array
 
 
 @compiled
@@ -85,6 +93,7 @@ def joint_space() -> Joint:
         heavy=np.zeros((3, 3)),
         system=np.zeros((3, 3)),
         right=np.zeros(3),
+        wrench=np.zeros(6),
     )
 
 
@@ -102,14 +111,21 @@ def attach(p: Array, state: Array, rotation: Array, count: int, place: Array, sp
 
 
 @inlined
-def set_mobility(p: Array, inverse: Array, joint: Joint) -> None:
-    """Set what a force at the attachment does, from the inverse mass matrix (6, 6)."""
+def set_mobility(p: Array, matrix: Array, work: Work, joint: Joint) -> None:
+    """Set what a force at the attachment does to a body of a mass matrix (6, 6)."""
     x, y, z = p[POINT], p[POINT + 1], p[POINT + 2]
-    columns, mobility = joint.columns, joint.mobility
-    for i in range(6):
-        columns[i, 0] = inverse[i, 0] + inverse[i, 4] * z - inverse[i, 5] * y
-        columns[i, 1] = inverse[i, 1] + inverse[i, 5] * x - inverse[i, 3] * z
-        columns[i, 2] = inverse[i, 2] + inverse[i, 3] * y - inverse[i, 4] * x
+    columns, mobility, force = joint.columns, joint.mobility, work.force
+    for j in range(3):
+        # the unit force along axis j, with its moment r x e_j
+        for i in range(6):
+            force[i] = 0.0
+        force[j] = 1.0
+        force[3] = y if j == 2 else (-z if j == 1 else 0.0)
+        force[4] = z if j == 0 else (-x if j == 2 else 0.0)
+        force[5] = x if j == 1 else (-y if j == 0 else 0.0)
+        solve_symmetric(matrix, force, work.factor, work.solution)
+        for i in range(6):
+            columns[i, j] = work.solution[i]
     for j in range(3):
         mobility[0, j] = columns[0, j] + columns[4, j] * z - columns[5, j] * y
         mobility[1, j] = columns[1, j] + columns[5, j] * x - columns[3, j] * z
@@ -118,9 +134,10 @@ def set_mobility(p: Array, inverse: Array, joint: Joint) -> None:
 
 @inlined
 def pull_vehicle(
-    p: Array, state: Array, count: int, nodes: Nodes, joint: Joint, rate: Array, wrench: Array
+    p: Array, state: Array, count: int, nodes: Nodes, joint: Joint, rate: Array
 ) -> None:
     """Add the tether to the vehicle's rates, and set its wrench (6,), body axes."""
+    wrench = joint.wrench
     rotation, a, heavy, b, right = (
         joint.rotation,
         joint.bare,
@@ -181,27 +198,22 @@ def pull_vehicle(
         )
 
 
-@compiled
-def simulate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-steps and stages
+@inlined
+def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-steps and stages
     p: Array,
-    initial: Array,
     commands: Array,
     external: Array,
     dt: float,
-    strips: Array,
-    thrust_tables: Array,
-    screws: Array,
-    torque_tables: Array,
-    steps: Array,
+    fixed: Fixed,
+    work: Work,
     c: Array,
     winch: Array,
     profile: Array,
     top_velocity: Array,
     winch_commands: Array,
     fastest_water: float,
-    place: Array,
-    speed: Array,
-    rest: Array,
+    nodes: Nodes,
+    joint: Joint,
     carried: Array,
     states: Array,
     accelerations: Array,
@@ -212,18 +224,10 @@ def simulate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-step
     ends: Array,
     logs: Array,
 ) -> int:
-    """Integrate vehicle, tether and winch over commands held for dt each.
-
-    Vehicle arrays as in `kernel.simulate`, tether arrays as in `kernel_tether.swing`; `wrenches`
-    (m + 1, 6) is the tether's on the vehicle, body axes. `place`, `speed`, `rest` and `carried` are
-    the tether's state, before and after.
-    """
-    fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
-    work = work_space(p, initial, dt)
-    joint, near = joint_space(), joint_space()
-    set_mobility(p, fixed.inverse, joint)
+    """Do the work of `simulate_tethered`, on arrays that it has made."""
+    set_mobility(p, fixed.matrix, work, joint)
     end_mass = 1.0 / (joint.mobility[0, 0] + joint.mobility[1, 1] + joint.mobility[2, 2])
-    nodes, wrench = work_on(place, speed, rest), np.zeros(6)
+    place, speed, rest, wrench = nodes.place, nodes.speed, nodes.rest, joint.wrench
     # x is the state of a stage, begun that of the sub-step
     x, begun, rate, total = work.state, work.start, work.rate, work.total
     total_steps = commands.shape[0]
@@ -266,17 +270,15 @@ def simulate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-step
                 rates(p, x, work.codes, external, row, fixed, work, rate, work.thrust)
                 attach(p, x, joint.rotation, count, nodes.at, nodes.moving)
                 cable_forces(c, profile, count, growth, nodes)
-                factor = wall_factor(p, x[0], x[1], x[2])
-                if factor != 1.0:
-                    mass_matrix(p, factor, work.heavier)
-                    set_mobility(p, np.linalg.inv(work.heavier), near)
-                    near.rotation[:] = joint.rotation
-                    pull_vehicle(p, x, count, nodes, near, rate, wrench)
-                else:
-                    pull_vehicle(p, x, count, nodes, joint, rate, wrench)
+                if p[WALL_STRENGTH] != 0.0:
+                    mass_matrix(p, wall_factor(p, x[0], x[1], x[2]), work.heavier)
+                    set_mobility(p, work.heavier, work, joint)
+                pull_vehicle(p, x, count, nodes, joint, rate)
                 if step == 0 and stage == 0:
-                    states[k], accelerations[k], thrusts[k] = x, rate[7:13], work.thrust
-                    wrenches[k] = wrench
+                    copied(x, states[k])
+                    copied(rate[7:13], accelerations[k])
+                    copied(work.thrust, thrusts[k])
+                    copied(wrench, wrenches[k])
                     record(k, count, nodes, places, tensions, ends)
                     if k == total_steps:
                         break
@@ -302,3 +304,70 @@ def simulate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-step
                 return NO_ROOM
     carried[COUNT], carried[DRUM], carried[OWED] = count, drum_speed, owed
     return DONE
+
+
+@compiled
+def simulate_tethered(
+    p: Array,
+    initial: Array,
+    commands: Array,
+    external: Array,
+    dt: float,
+    strips: Array,
+    thrust_tables: Array,
+    screws: Array,
+    torque_tables: Array,
+    steps: Array,
+    c: Array,
+    winch: Array,
+    profile: Array,
+    top_velocity: Array,
+    winch_commands: Array,
+    fastest_water: float,
+    place: Array,
+    speed: Array,
+    rest: Array,
+    carried: Array,
+    states: Array,
+    accelerations: Array,
+    thrusts: Array,
+    wrenches: Array,
+    places: Array,
+    tensions: Array,
+    ends: Array,
+    logs: Array,
+) -> int:
+    """Integrate vehicle, tether and winch over commands held for dt each.
+
+    Vehicle arrays as in `kernel.simulate`, tether arrays as in `kernel_tether.swing`; `wrenches`
+    (m + 1, 6) is the tether's on the vehicle, body axes. `place`, `speed`, `rest` and `carried` are
+    the tether's state, before and after.
+    """
+    fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
+    work = work_space(p, initial, dt)
+    joint, nodes = joint_space(), work_on(place, speed, rest)
+    return integrate_tethered(
+        p,
+        commands,
+        external,
+        dt,
+        fixed,
+        work,
+        c,
+        winch,
+        profile,
+        top_velocity,
+        winch_commands,
+        fastest_water,
+        nodes,
+        joint,
+        carried,
+        states,
+        accelerations,
+        thrusts,
+        wrenches,
+        places,
+        tensions,
+        ends,
+        logs,
+    )

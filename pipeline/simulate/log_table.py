@@ -98,11 +98,11 @@ def _between_readings(reading_s: FloatArray, time_s: FloatArray) -> BoolArray:
     after = np.searchsorted(reading_s, time_s - 1e-9)
     inside = (time_s >= reading_s[0] - 1e-9) & (after < reading_s.size)
     if reading_s.size < 2:
-        return inside
+        return np.asarray(inside)
     usual = float(np.median(np.diff(reading_s)))
     high = np.clip(after, 1, reading_s.size - 1)
     width = reading_s[high] - reading_s[high - 1]
-    return inside & (width <= LARGEST_GAP_PERIODS * usual)
+    return np.asarray(inside & (width <= LARGEST_GAP_PERIODS * usual))
 
 
 def _nearest(reading_s: FloatArray, time_s: FloatArray) -> BoolArray:

@@ -248,14 +248,15 @@ def _heave_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
 
 def _pitch_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     speed, roll = _speed(packed, 0.7), _level_roll(packed)
+    # in open water depth is left alone: the vehicle climbs and dives with its pitch
+    held = _depth(packed) if packed.context.walls else None
     sign = _leg_sign(packed, speed)
     levels = (0.0, 1.0, 0.0, -1.0, 0.5, 0.0)
 
     def reference(t: float) -> Reference:
         angle = np.radians(8.0) * amplitude * levels[min(int(t / duration_s * 6), 5)]
-        return Reference(speed * sign(t), heading_rad=0.0, pitch_rad=float(angle), roll_rad=roll)
+        return Reference(speed * sign(t), held, 0.0, float(angle), roll)
 
-    # depth is left alone: the vehicle climbs and dives with its pitch
     return Plan(duration_s, reference=reference, start=_start_of_leg(packed))
 
 

@@ -8,13 +8,15 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.physics.parameters import MOST_THRUSTERS
+from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.simulate.kernel import BODY, RK4, SEMI_IMPLICIT, STATE, simulate
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 
 Method = Literal["rk4", "semi_implicit"]
 _METHODS = {"rk4": RK4, "semi_implicit": SEMI_IMPLICIT}
+#: Step times rate of a shaft that is still computed well: half to two thirds of the stable one.
+_SHAFT_REACH = {"rk4": 2.0, "semi_implicit": 1.0}
 
 
 @dataclass(frozen=True)
@@ -64,6 +66,38 @@ def initial_state(
     state[3:7] = (w, x, y, z)
     state[7:13] = nu
     return state
+
+
+def largest_step_s(
+    packed: PackedVehicle, vector: FloatArray | None = None, method: Method = "rk4"
+) -> float:
+    r"""Largest step that the shafts allow whose torque balance is solved in time. [s].
+
+    A shaft settles with the rate (dM_propeller/dn - dM_drive/dn) / (2 pi J), which is taken at its
+    largest over the table of the drive. Beyond the limit of the integrator the shaft speed would
+    not become infinite but go round in circles, at a thrust that is far off.
+
+    Returns
+    -------
+    float
+        Infinite where no balance is solved in time.
+    """
+    p = packed.vector if vector is None else vector
+    count = len(packed.thruster_names)
+    fastest = 0.0
+    for inertia, kind in zip(
+        read(p, "rotor_inertia")[:count], read(p, "thruster_type")[:count].astype(int), strict=True
+    ):
+        if inertia <= 0.0:
+            continue
+        torque, screw = packed.torque_tables[kind], packed.screws[kind]
+        drive = -np.diff(torque, axis=1) / screw[7]
+        shaft = screw[7] * np.arange(1, torque.shape[1])
+        load = 2.0 * float(read(p, "density")) * screw[0] ** 5 * screw[4] * shaft
+        # where the drive gives nothing the load alone slows the shaft
+        rate = (drive + load)[torque[:, 1:] > 0.0]
+        fastest = max(fastest, float(rate.max(initial=0.0)) / (2.0 * np.pi * float(inertia)))
+    return _SHAFT_REACH[method] / fastest if fastest > 0.0 else float("inf")
 
 
 def run(
@@ -120,6 +154,14 @@ def run(
         raise CannotComputeError(
             f"the command of {packed.thruster_names[column]} at {row * dt_s + start_time_s:.3f} s "
             "is not a number"
+        )
+    if not (np.isfinite(dt_s) and dt_s > 0.0):
+        raise CannotComputeError(f"a step of {dt_s:g} s cannot be; a time above zero is expected")
+    limit = largest_step_s(packed, vector, method)
+    if dt_s > limit:
+        raise CannotComputeError(
+            f"a step of {dt_s:g} s is too large for the shafts of {packed.name}, whose torque "
+            f"balance is solved in time: at most {limit:.2g} s"
         )
     padded = np.zeros((len(codes), MOST_THRUSTERS))
     padded[:, :count] = codes

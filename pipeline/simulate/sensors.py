@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from pipeline.physics.parameters import read
+from pipeline.physics.parameters import MOST_THRUSTERS, read
+from pipeline.simulate.kernel_thrusters import thruster_directions
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.types import FloatArray
@@ -254,13 +255,15 @@ def _shaft_speed(
     in_time = read(true, "rotor_inertia")[:count] > 0
     nu = motion.nu(time_s)
     water = motion.attitude(time_s).inv().apply(read(true, "current"))
+    directions = np.zeros((MOST_THRUSTERS, 3))
+    thruster_directions(true, directions)
     rpm = np.zeros((time_s.size, count))
     for i in range(count):
         if in_time[i]:
             rpm[:, i] = 60.0 * actuator[:, i]
             continue
         place = read(true, "thruster_position")[i]
-        axis = read(true, "thruster_direction")[i]
+        axis = directions[i]
         along = (nu[:, :3] - water + np.cross(nu[:, 3:], place)) @ axis
         along = np.maximum(along * np.sign(actuator[:, i]), 0.0)
         rpm[:, i] = np.sign(actuator[:, i]) * packed.shaft_speed(

@@ -52,8 +52,15 @@ class LumpedTether:
 
     def __post_init__(self) -> None:
         """Refuse what cannot be."""
-        above = ("length_m", "diameter_m", "mass_kgpm", "axial_stiffness_n", "gravity_mps2")
-        other = ("normal_drag", "tangential_drag", "density_kgpm3", "added_mass", "axial_damping")
+        above = ("length_m", "diameter_m", "mass_kgpm", "axial_stiffness_n")
+        other = (
+            "normal_drag",
+            "tangential_drag",
+            "density_kgpm3",
+            "gravity_mps2",
+            "added_mass",
+            "axial_damping",
+        )
         wrong = [
             f"{name} {getattr(self, name):g}"
             for name in (*above, *other)
@@ -206,10 +213,10 @@ class TetherHistory:
     @property
     def top_tension_n(self) -> FloatArray:
         """Tension of the top segment, shape (m + 1,). [N]."""
-        return self.tension_n[:, 0]
+        return np.asarray(self.tension_n[:, 0], dtype=float)
 
     @property
     def lower_tension_n(self) -> FloatArray:
         """Tension of the lowest segment, shape (m + 1,). [N]."""
         rows = np.arange(len(self.time_s))
-        return self.tension_n[rows, self.segments.astype(int) - 1]
+        return np.asarray(self.tension_n[rows, self.segments.astype(int) - 1], dtype=float)

@@ -9,7 +9,7 @@ from pipeline.physics.catenary import uniform_load_cable
 from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_static import solve_tether
 from pipeline.physics.winch import Winch
-from pipeline.simulate import kernel_tether as kernel
+from pipeline.simulate import kernel_swing as kernel
 from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
 from pipeline.simulate.tether_arrays import (
     Record,

@@ -6,7 +6,8 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch
-from pipeline.simulate import kernel_tether as kernel
+from pipeline.simulate import kernel_swing as kernel
+from pipeline.simulate.kernel_tether import MOST_SUBSTEPS, WINCH_SIZE
 from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
 from pipeline.types import ArrayLike, FloatArray
 
@@ -81,7 +82,7 @@ def prepare(
             f"The winch's commands of shape {commands.shape} are not all numbers from -1 to 1.\n"
             f"Expected one, or one for each of {steps} steps."
         )
-    numbers, most = np.zeros(kernel.WINCH_SIZE), state.paid_out_m
+    numbers, most = np.zeros(WINCH_SIZE), state.paid_out_m
     if winch is not None:
         if winch.shortest_m < 2 * tether.segment_m:
             raise CannotComputeError(
@@ -192,7 +193,7 @@ def refuse(status: int, tether: LumpedTether, dt_s: float, *, name: str = "the t
         raise CannotComputeError(
             f"A step of {dt_s:g} s is too large for the tether: an axial wave crosses its segment "
             f"of {tether.segment_m:g} m in {crossing:.3g} s, and with the fastest drag a step "
-            f"would take more than {kernel.MOST_SUBSTEPS} sub-steps.\nUse a shorter step, fewer "
+            f"would take more than {MOST_SUBSTEPS} sub-steps.\nUse a shorter step, fewer "
             "segments, or check stiffness, diameter and speeds."
         )
     if status == kernel.NO_ROOM:

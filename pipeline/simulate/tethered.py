@@ -12,7 +12,7 @@ from pipeline.physics.winch import Winch
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.kernel_tethered import simulate_tethered
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Trajectory, initial_state
+from pipeline.simulate.run import Trajectory, initial_state, largest_step_s
 from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState, lumped_tether
 from pipeline.simulate.tether_alone import hang
 from pipeline.simulate.tether_arrays import (
@@ -94,6 +94,12 @@ def fly_tethered(
     codes = _codes(packed, commands, dt_s, start_time_s)
     steps, thrusters = codes.shape
     p = packed.vector if vector is None else np.asarray(vector, float)
+    limit = largest_step_s(packed, p)
+    if dt_s > limit:
+        raise CannotComputeError(
+            f"a step of {dt_s:g} s is too large for the shafts of {packed.name}, whose torque "
+            f"balance is solved in time: at most {limit:.2g} s"
+        )
     cable = tether
     if isinstance(cable, Tether):
         cable = lumped_tether(

@@ -22,6 +22,10 @@ from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 
 R = TypeVar("R", bound=Record)
+_NO_TETHER = (
+    "the tether of the nominal model is left out of this run; --effect "
+    "tether:drag_area_m2=...,pull_n=... stands for its drag and pull."
+)
 
 
 @dataclass(frozen=True)
@@ -68,9 +72,11 @@ def load_simulated(text: str, raw: Path, out: Path) -> SimulatedVehicle:
             "Turn its direction round, or give it its right role."
         )
     bench, notes = _bench(vehicle, name, file, out)
-    return SimulatedVehicle(
-        name, file, vehicle, pack_vehicle(vehicle, bench), (*vehicle_notes(vehicle), *notes)
-    )
+    packed = pack_vehicle(vehicle, bench)
+    notes += vehicle_notes(vehicle)
+    if packed.context.tether_in_nominal:
+        notes += (_NO_TETHER,)
+    return SimulatedVehicle(name, file, vehicle, packed, notes)
 
 
 def load_inverse(name: str, out: Path) -> InverseCharacteristic:

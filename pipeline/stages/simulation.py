@@ -23,12 +23,12 @@ from pipeline.simulate.context import model_of
 from pipeline.simulate.events import Action, PayloadEvent, PayloadSchedule
 from pipeline.simulate.fly import (
     CONTROL_PERIOD_S,
-    STEP_S,
     Allocator,
     Change,
     fly,
     general_allocator,
     run_changing,
+    usual_step_s,
 )
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.run import Trajectory, initial_state, run
@@ -59,7 +59,7 @@ class SimulationRequest:
     duration_s: float | None = None
     seed: int = 0
     allocator: Literal["general", "paper"] = "general"
-    step_s: float = STEP_S
+    step_s: float | None = None
     raw: Path = Path("raw")
     out: Path = Path()
 
@@ -120,14 +120,15 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
         lambda vector: apply_effects(vector, specs, one.packed.context),
     )
     change = schedule.change if schedule.events else None
+    step_s = usual_step_s(one.packed, true) if request.step_s is None else request.step_s
     warnings = list(one.notes)
     if request.log is not None:
         commands = read_command_log(request.log)
-        trajectory, note = replay(one, commands, true, request.step_s, schedule)
+        trajectory, note = replay(one, commands, true, step_s, schedule)
         warnings += note
         flown, start_ns = f"commands of {request.log.name}", commands.start_time_ns
     else:
-        trajectory = _flown(one, request, true, change)
+        trajectory = _flown(one, request, true, step_s, change)
         flown, start_ns = str(request.manoeuvre), DEFAULT_START_TIME_NS
     warnings += [f"{_said(event)} lies beyond the run." for event in schedule.due(math.inf)]
     sensors = one.vehicle.sensors
@@ -146,7 +147,7 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
         "events": "; ".join(_said(event) for event in schedule.events),
         "seed": str(request.seed),
         "allocator": request.allocator if request.log is None else "",
-        "step_s": repr(request.step_s),
+        "step_s": repr(step_s),
         "vehicle_file_sha256": one.file_digest,
         "code": code_digest(__name__, *module_names()),
         "rig2sea_version": __version__,
@@ -204,7 +205,7 @@ def _check(request: SimulationRequest) -> None:
             f"--duration {duration:g}: seconds from {CONTROL_PERIOD_S:g} to {LONGEST_S:g} are "
             "expected."
         )
-    step = request.step_s
+    step = CONTROL_PERIOD_S if request.step_s is None else request.step_s
     parts = CONTROL_PERIOD_S / step if math.isfinite(step) and step > 0.0 else 0.0
     if parts < 1.0 - 1e-9 or abs(parts - round(parts)) > 1e-6 * parts or parts > 1e4:
         raise UsageError(
@@ -248,7 +249,11 @@ def _said(event: PayloadEvent) -> str:
 
 
 def _flown(
-    one: SimulatedVehicle, request: SimulationRequest, true: FloatArray, change: Change | None
+    one: SimulatedVehicle,
+    request: SimulationRequest,
+    true: FloatArray,
+    step_s: float,
+    change: Change | None,
 ) -> Trajectory:
     manoeuvre = MANOEUVRES[str(request.manoeuvre)]
     duration = manoeuvre.duration_s if request.duration_s is None else request.duration_s
@@ -257,7 +262,7 @@ def _flown(
         manoeuvre.plan(one.packed, request.amplitude, duration),
         vector=true,
         allocator=_allocator(one, request),
-        step_s=request.step_s,
+        step_s=step_s,
         change=change,
     )
 

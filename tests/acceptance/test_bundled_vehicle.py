@@ -6,13 +6,15 @@ neither the results nor the vehicle file are compared with themselves.
 """
 
 import re
+import shutil
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 from shared_runs import digests
-from workflow_runs import Finished, firmware_code
+from workflow_runs import Finished, firmware_code, run_once
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -66,6 +68,16 @@ class Family:
     def thrust(self, code: FloatArray | float, speed_mps: float) -> FloatArray:
         row = self.row(speed_mps)
         return np.interp(code, np.concatenate([[0.0], self.code]), np.concatenate([[0.0], row]))
+
+
+@pytest.fixture(scope="session")
+def bundled(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Finished:
+    """The bundled vehicle, run."""
+
+    def fill(raw: Path) -> None:
+        shutil.copytree(repository / "raw/mmt300", raw / "mmt300")
+
+    return run_once(tmp_path_factory, "bundled", fill)
 
 
 @pytest.fixture(scope="module")

@@ -13,13 +13,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from firmware_cases import CASES
+from firmware_cases import CASES, codes_that_return, reference_code
 
 from pipeline.export import emulator, fixed_point, single_precision
 from pipeline.export.firmware import write_firmware
-from pipeline.export.self_test import reference, thrust_grid
+from pipeline.export.self_test import reference
 from pipeline.export.size_report import flash_sizes, instructions_per_call, report
-from pipeline.physics import thrust_grid as physics
 from pipeline.records.fits import FirmwareCharacteristic
 
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror")
@@ -278,12 +277,10 @@ def test_codes_are_at_most_one_from_the_reference(library: Library, variant: str
             else ((thrust_q / ONE).astype(np.float32), np.float32(speed_q / ONE))
         )
         got = library.call(f"code_{variant}", thrust, at, result=np.int16).astype(int)
-        wanted = physics.code_from_thrust(
+        wanted = reference_code(
+            characteristic,
             thrust_q / ONE if variant == "q" else thrust.astype(float),
             float(speed_q / ONE),
-            positive=thrust_grid(characteristic.positive),
-            negative=thrust_grid(characteristic.negative),
-            thrust_dead_n=characteristic.thrust_dead_n,
         )
         rounded = np.sign(wanted) * np.floor(np.abs(wanted) + 0.5)
         assert np.abs(got - rounded).max() <= 1
@@ -297,11 +294,7 @@ def test_codes_are_at_most_one_from_the_reference(library: Library, variant: str
 def test_codes_come_back(library: Library, variant: str) -> None:
     """Code to thrust to code: the same code wherever the thrust is more than the dead zone's."""
     characteristic = library.characteristic
-    last = min(
-        int(row[-1]) for b in (characteristic.positive, characteristic.negative) for row in b.code
-    )
-    codes = all_codes(characteristic)
-    codes = codes[np.abs(codes.astype(int)) <= last]
+    codes = codes_that_return(characteristic, 801).astype(np.int16)
     kinds = {"f32": (np.float32, 1.0), "q": (np.int32, ONE)}
     kind, one = kinds[variant]
     for speed in (SPEED_MPS * one).astype(kind):

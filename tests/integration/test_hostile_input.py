@@ -51,7 +51,7 @@ EXPECTED = {
         r', sheet "Code 71 \(2\)": code 71 is also on sheet "Code 71", with other values',
     ),
     "load_test/negative_torque.xlsx": (
-        "warning",
+        "error",
         r', sheet "Code 81", row 2, column B: the torque has the opposite sign',
     ),
     "load_test/all_nan.xlsx": (
@@ -243,7 +243,7 @@ def test_every_message_stands_in_the_report(ran: Ran) -> None:
 
 def test_one_code_gives_no_family(ran: Ran) -> None:
     (said,) = messages(ran.text, "raw/one_code/")
-    assert said[0] == "warning"
+    assert said[0] == "error"
     assert "there is one control code only (90)" in said[1]
     assert ran.bench.envelope("drive", "one_code")["record"] is None
     tables = ran.bench.envelope("tables", "one_code")

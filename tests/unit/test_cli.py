@@ -39,7 +39,7 @@ def call(*arguments: str) -> Result:
     return CliRunner().invoke(cli, arguments, prog_name="rig2sea")
 
 
-@pytest.mark.parametrize("command", ["run", "check", "export"])
+@pytest.mark.parametrize("command", ["run", "check", "export", "simulate", "effects"])
 def test_every_command_has_help_with_an_example(command: str) -> None:
     result = call(command, "--help")
     assert result.exit_code == 0

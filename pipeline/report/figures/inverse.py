@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pipeline.control.inverse import thrust_grid
 from pipeline.physics.propeller import polynomial
 from pipeline.physics.thrust_grid import code_from_thrust
 from pipeline.records.fits import InverseCharacteristic, PolynomialFit, StaticCharacteristic
@@ -18,7 +19,6 @@ from pipeline.report.curves import (
     speed_index,
     static_thrust,
     table4_code,
-    thrust_grid,
 )
 from pipeline.report.numbers import code, fixed, plural, speed
 from pipeline.report.results import VehicleResults

@@ -2,6 +2,7 @@
 
 from urllib.parse import quote
 
+from pipeline.control.inverse import firmware_grid
 from pipeline.records.fits import FitQuality, PolynomialFit
 from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, plural, signed
@@ -88,19 +89,19 @@ def firmware_section(results: VehicleResults) -> Section:
             else "no files were written beside this page; rig2sea export writes them.",
         )
         blocks.append(Paragraph(f"No firmware files: {reason}", tone="warning"))
-    if firmware is not None:
+    if results.inverse is not None and firmware is not None:
+        limits = firmware_grid(results.inverse).limits(0.0)
         blocks.append(
             Paragraph(
-                f"The tables cover codes to ±{firmware.code_max} and "
+                f"The tables cover codes {firmware.code_min} to {firmware.code_max} and "
                 + (
                     f"speeds to {fixed(firmware.positive.speed_mps[-1], 1)} m/s along the thrust"
                     if firmware.positive.speed_mps[-1] > 0
                     else "rest only, at any speed the same"
                 )
                 + f"; thrust up to "
-                f"{fixed(firmware.positive.thrust_max_n[0], 1)} N forward and "
-                f"{fixed(firmware.negative.thrust_max_n[0], 1)} N in reverse at rest. Inputs beyond"
-                " are clamped."
+                f"{fixed(limits.forward_n, 1)} N forward and {fixed(limits.reverse_n, 1)} N in "
+                "reverse at rest. Inputs beyond are clamped."
             )
         )
     return Section(

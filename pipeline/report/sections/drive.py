@@ -45,11 +45,7 @@ def drive_section(results: VehicleResults) -> Section:
     blocks: list[Block] = [
         Gallery((family_figure(fit, points, outliers), residual_figure(fit, points))),
         Paragraph(quality_line("M(n, N)", fit.quality, "codes")),
-        Paragraph(
-            f"The covariance is clustered by sweep ({fit.clusters} sweeps): the errors of one "
-            "sweep go together, and counting its points as independent would make the intervals "
-            "too narrow."
-        ),
+        _intervals(fit),
     ]
     blocks += _scales(fit)
     blocks.append(_spread_table(fit))
@@ -63,6 +59,22 @@ def drive_section(results: VehicleResults) -> Section:
         )
     blocks.append(Details("Coefficients of the surface", (_coefficients(fit),)))
     return Section(ANCHOR, TITLE, tuple(blocks))
+
+
+def _intervals(fit: DriveFit) -> Paragraph:
+    """Say what the intervals count as independent."""
+    if fit.clustered:
+        return Paragraph(
+            f"The covariance is clustered by sweep ({fit.clusters} sweeps): the errors of one "
+            "sweep go together, and counting its points as independent would make the intervals "
+            "too narrow."
+        )
+    return Paragraph(
+        f"The {fit.clusters} sweeps are not more than the {len(fit.coefficients)} terms of the "
+        "surface, so the covariance could not be clustered by sweep: it counts the points of a "
+        "sweep as independent, and all intervals that rest on it are too narrow.",
+        tone="warning",
+    )
 
 
 def _scales(fit: DriveFit) -> list[Block]:

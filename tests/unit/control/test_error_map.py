@@ -187,3 +187,25 @@ def test_holes_of_the_family_are_mentioned(
 def test_speeds_of_the_map() -> None:
     assert map_speeds((0.0, 0.5, 1.0, 1.5, 2.0)) == [round(0.1 * i, 9) for i in range(21)]
     assert map_speeds((0.0,)) == [0.0]
+
+
+@pytest.mark.parametrize("code_min", [-100, 0])
+def test_a_drive_with_fewer_negative_codes_is_scored_within_them(
+    mmt300: Vehicle,
+    paper_inverse: InverseCharacteristic,
+    paper_static: StaticCharacteristic,
+    code_min: int,
+) -> None:
+    """Demands that need more reverse thrust than its codes give are out of reach, not an error."""
+    firmware = paper_inverse.firmware
+    assert firmware is not None
+    inverse = paper_inverse.model_copy(
+        update={"firmware": firmware.model_copy(update={"code_min": code_min})}
+    )
+    drives = {
+        name: drive.model_copy(update={"code_min": code_min})
+        for name, drive in mmt300.drives.items()
+    }
+    vehicle = mmt300.model_copy(update={"drives": drives})
+    scores = allocation_map(vehicle, inverse, paper_static).compensated
+    assert max(score.worst for score in scores) <= 0.02

@@ -201,3 +201,39 @@ def test_rounding_is_odd_and_at_most_half_a_code(code: float) -> None:
     assert abs(one - code) <= 0.5
     assert one == -float(rounded(np.array(-code)))
     assert one == int(one)
+
+
+def test_codes_and_limits_end_where_the_drive_does(paper_inverse: InverseCharacteristic) -> None:
+    """A drive that takes -100 to 127: no inverse sends less, and none promises more thrust."""
+    firmware = paper_inverse.firmware
+    assert firmware is not None
+    weak = paper_inverse.model_copy(
+        update={"firmware": firmware.model_copy(update={"code_min": -100})}
+    )
+    grid = firmware_grid(weak)
+    cubic = speed_cubic(weak, thrust_dead_n=0.5, code_max=127, code_min=-100)
+    moored = mooring_cubic(weak, thrust_dead_n=0.5, code_max=127, code_min=-100)
+    assert moored is not None
+    for inverse in (grid, cubic, moored):
+        codes = inverse.code(np.linspace(-60, 60, 121), 0.0)
+        assert codes.min() == -100
+        assert codes.max() == pytest.approx(127, abs=0.5)
+    for inverse in (grid, cubic):
+        limits = inverse.limits(0.0)
+        assert limits.forward_n == pytest.approx(42.2, abs=0.3)
+        assert limits.reverse_n == pytest.approx(30.2, abs=0.5)
+        assert inverse.code(-limits.reverse_n, 0.0) == pytest.approx(-100, abs=0.3)
+
+
+def test_drive_without_negative_codes_promises_no_reverse_thrust(
+    paper_inverse: InverseCharacteristic,
+) -> None:
+    firmware = paper_inverse.firmware
+    assert firmware is not None
+    one_way = paper_inverse.model_copy(
+        update={"firmware": firmware.model_copy(update={"code_min": 0})}
+    )
+    cubic = speed_cubic(one_way, thrust_dead_n=0.5, code_max=127, code_min=0)
+    for inverse in (firmware_grid(one_way), cubic):
+        assert inverse.limits(0.0).reverse_n == 0.0
+        assert inverse.code(-20.0, 0.0) == 0.0

@@ -107,6 +107,7 @@ def test_all_are_candidates_where_everything_is_lacking_known_and_measured() -> 
         (replace(CONTEXT, strips=False), {"crossflow_coupling": "no hull sections"}),
         (replace(CONTEXT, crossflow_in_nominal=True), {"crossflow_coupling": "already"}),
         (replace(CONTEXT, walls=False), {"wall_effect": "no walls"}),
+        (replace(CONTEXT, lagged=False), {"thruster_lag": "solved in time"}),
         (
             replace(CONTEXT, measured=frozenset({"imu"})),
             dict.fromkeys(

@@ -3,42 +3,18 @@
 import firmware_cases
 import numpy as np
 import pytest
-from firmware_cases import CASES
+from firmware_cases import CASES, codes_that_return, reference_code, reference_thrust
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.export import fixed_point
-from pipeline.export.self_test import thrust_grid, tolerances
-from pipeline.physics import thrust_grid as physics
+from pipeline.export.self_test import tolerances
 from pipeline.records.fits import FirmwareCharacteristic
 
 ONE = fixed_point.Q16_ONE
 INT32 = st.integers(-(2**31), 2**31 - 1)
 INT16 = st.integers(-(2**15), 2**15 - 1)
 SPEEDS_Q16 = np.rint(np.arange(-2.5, 2.501, 0.05) * ONE).astype(np.int64)[:, None]
-
-
-def reference_code(
-    characteristic: FirmwareCharacteristic, thrust_n: np.ndarray, speed_mps: np.ndarray
-) -> np.ndarray:
-    return physics.code_from_thrust(
-        thrust_n,
-        speed_mps,
-        positive=thrust_grid(characteristic.positive),
-        negative=thrust_grid(characteristic.negative),
-        thrust_dead_n=characteristic.thrust_dead_n,
-    )
-
-
-def reference_thrust(
-    characteristic: FirmwareCharacteristic, code: np.ndarray, speed_mps: np.ndarray
-) -> np.ndarray:
-    return physics.thrust_from_code(
-        code.astype(float),
-        speed_mps,
-        positive=thrust_grid(characteristic.positive),
-        negative=thrust_grid(characteristic.negative),
-    )
 
 
 def test_known_values_at_knots() -> None:
@@ -70,10 +46,7 @@ def test_round_trip_outside_the_dead_zone(case: str) -> None:
     """Every code comes back, at every speed, unless its thrust is one that asks for nothing."""
     characteristic = CASES[case]()
     tables = fixed_point.fixed_tables(characteristic)
-    last = min(
-        row[-1] for b in (characteristic.positive, characteristic.negative) for row in b.code
-    )
-    codes = np.unique(np.linspace(-int(last), int(last), 801).astype(np.int64))
+    codes = codes_that_return(characteristic, 801)
     for speed in SPEEDS_Q16:
         thrust = fixed_point.thrust_from_code(tables, codes, speed)
         back = fixed_point.code_from_thrust(tables, thrust, speed)
@@ -92,7 +65,8 @@ def test_code_never_falls_with_thrust_and_stays_in_range(
     thrust = np.unique([t // divisor for t in thrusts for divisor in (1, 2**6, 2**9, 2**14)])
     codes = fixed_point.code_from_thrust(tables, thrust, speed)
     assert (np.diff(codes) >= 0).all()
-    assert np.abs(codes).max() <= characteristic.code_max
+    assert codes.max() <= characteristic.code_max
+    assert codes.min() >= characteristic.code_min
     assert (codes * thrust >= 0).all()
 
 
@@ -152,3 +126,30 @@ def test_against_the_motion_the_row_at_rest_holds() -> None:
     assert (astern[thrust > 0] == at_rest[thrust > 0]).all()
     assert (astern[thrust < 0] <= at_rest[thrust < 0]).all()
     assert (astern[thrust < 0] < at_rest[thrust < 0]).any()
+
+
+def test_codes_end_where_the_drive_does() -> None:
+    """Table 2 mirrored, a drive that takes -100 to 127: reverse thrust ends with T(-100)."""
+    tables = fixed_point.fixed_tables(CASES["weak_reverse"]())
+    at_end = fixed_point.thrust_from_code(tables, 100, 0)
+    for thrust in (at_end, at_end + ONE, 40 * ONE, 2**31 - 1):
+        assert fixed_point.code_from_thrust(tables, -thrust, 0) == -100
+    assert fixed_point.code_from_thrust(tables, 2**31 - 1, 0) == 127
+    for code in (-100, -101, -127, -(2**15)):
+        assert fixed_point.thrust_from_code(tables, code, 0) == -at_end
+    assert fixed_point.thrust_limit(tables, 0, sign=-1) == -at_end
+    assert at_end / ONE == pytest.approx(-4 + 0.254 * 100 + 8.82e-4 * 1e4, abs=0.01)
+
+
+def test_drive_without_negative_codes_gives_no_reverse_thrust() -> None:
+    tables = fixed_point.fixed_tables(CASES["forward_only"]())
+    assert fixed_point.code_from_thrust(tables, -40 * ONE, 0) == 0
+    assert fixed_point.thrust_from_code(tables, -127, 0) == 0
+    assert fixed_point.thrust_limit(tables, ONE, sign=-1) == 0
+
+
+def test_more_negative_codes_than_positive_ones() -> None:
+    tables = fixed_point.fixed_tables(CASES["strong_reverse"]())
+    assert fixed_point.code_from_thrust(tables, -40 * ONE, 0) == -180
+    assert fixed_point.code_from_thrust(tables, 40 * ONE, 0) == 100
+    assert fixed_point.thrust_limit(tables, 0, sign=-1) / ONE == pytest.approx(-33.2, abs=1e-4)

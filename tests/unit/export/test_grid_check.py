@@ -40,6 +40,8 @@ def row_changed(index: int, code: float) -> FirmwareCharacteristic:
     [
         (table2().model_copy(update={"code_max": 40000}), "largest code is 40000"),
         (table2().model_copy(update={"code_max": 0}), "largest code is 0"),
+        (table2().model_copy(update={"code_min": -40000}), "most negative code is -40000"),
+        (table2().model_copy(update={"code_min": 1}), "most negative code is 1"),
         (table2().model_copy(update={"thrust_dead_n": -0.1}), "dead zone is -0.1 N"),
         (changed(sign=-1), "positive branch has sign -1"),
         (changed(thrust_max_n=(1.0, 2.0)), "2 largest thrusts"),

@@ -3,13 +3,12 @@
 import firmware_cases
 import numpy as np
 import pytest
-from firmware_cases import CASES
+from firmware_cases import CASES, reference_code, reference_thrust
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.export import single_precision
-from pipeline.export.self_test import thrust_grid, tolerances
-from pipeline.physics import thrust_grid as physics
+from pipeline.export.self_test import tolerances
 from pipeline.records.fits import FirmwareCharacteristic
 
 THRUSTS = st.one_of(
@@ -21,11 +20,6 @@ SPEEDS = st.one_of(st.floats(width=32, allow_nan=False), st.floats(-4, 4, width=
 @pytest.mark.parametrize("case", CASES)
 def test_single_precision_is_the_reference_but_for_rounding(case: str) -> None:
     characteristic = CASES[case]()
-    grids = {
-        "positive": thrust_grid(characteristic.positive),
-        "negative": thrust_grid(characteristic.negative),
-    }
-    dead = characteristic.thrust_dead_n
     tables = single_precision.single_tables(characteristic)
     limits = tolerances(characteristic)
     largest = 1.1 * max(characteristic.positive.thrust_max_n)
@@ -33,13 +27,11 @@ def test_single_precision_is_the_reference_but_for_rounding(case: str) -> None:
     code = np.unique(np.linspace(-characteristic.code_max, characteristic.code_max, 801, dtype=int))
     for speed in np.linspace(-2.5, 2.5, 101).astype(np.float32):
         got = single_precision.code_from_thrust(tables, thrust, speed)
-        wanted = physics.code_from_thrust(
-            thrust.astype(float), float(speed), **grids, thrust_dead_n=dead
-        )
+        wanted = reference_code(characteristic, thrust.astype(float), float(speed))
         assert np.abs(got - wanted).max() <= 0.5 + limits.code_single
         thrust_n = single_precision.thrust_from_code(tables, code, speed)
         assert thrust_n.dtype == np.float32
-        wanted_n = physics.thrust_from_code(code.astype(float), float(speed), **grids)
+        wanted_n = reference_thrust(characteristic, code, float(speed))
         assert np.abs(thrust_n - wanted_n).max() <= limits.thrust_single_n
 
 
@@ -56,7 +48,8 @@ def test_code_never_falls_with_thrust_and_stays_in_range(
     thrust = np.unique(np.concatenate((chosen, above)))
     codes = single_precision.code_from_thrust(tables, thrust, speed)
     assert (np.diff(codes) >= 0).all()
-    assert np.abs(codes).max() <= characteristic.code_max
+    assert codes.max() <= characteristic.code_max
+    assert codes.min() >= characteristic.code_min
 
 
 @firmware_cases.unhurried
@@ -102,3 +95,14 @@ def test_the_ends_of_int16_give_the_limits() -> None:
     thrust = single_precision.thrust_from_code(tables, ends, 0.5)
     assert thrust[0] == single_precision.thrust_limit(tables, 0.5, sign=-1)
     assert thrust[1] == single_precision.thrust_limit(tables, 0.5, sign=1)
+
+
+@pytest.mark.parametrize("case", ["weak_reverse", "forward_only"])
+def test_codes_end_where_the_drive_does(case: str) -> None:
+    tables = single_precision.single_tables(CASES[case]())
+    end = tables.code_min
+    limit = single_precision.thrust_limit(tables, 0.0, sign=-1)
+    assert single_precision.code_from_thrust(tables, -1e9, 0.0) == end
+    assert single_precision.thrust_from_code(tables, -(2**15), 0.0) == limit
+    assert single_precision.thrust_from_code(tables, end, 0.0) == limit
+    assert (limit < 0) == (end < 0)

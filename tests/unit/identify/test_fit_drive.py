@@ -94,3 +94,28 @@ def test_missing_codes_say_what_to_do(load_test: LoadTestRecord, vehicle: Vehicl
         fit_drive(changed(load_test, code=90.0), vehicle)
     with pytest.raises(CannotComputeError, match="load_test/"):
         fit_drive(changed(load_test, marks=("duplicate",)), vehicle)
+
+
+def test_a_bench_without_torque_is_explained(load_test: LoadTestRecord, vehicle: Vehicle) -> None:
+    with pytest.raises(CannotComputeError, match="shows no torque at any point: the largest is 0"):
+        fit_drive(changed(load_test, torque_nm=0.0), vehicle)
+
+
+def test_sweeps_too_few_to_carry_the_covariance_are_said(
+    load_test: LoadTestRecord, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    assert drive.clustered
+    (check,) = [c for c in drive.checks if c.name == "sweeps enough for the intervals"]
+    assert check.passed
+    few = tuple(
+        point
+        for point in load_test.points
+        if point.code in {40, 80, 120}
+        and point.branch == "loading"
+        and point.source.file == "drive-0.xlsx"
+    )
+    fit = fit_drive(load_test.model_copy(update={"points": few}), vehicle)
+    assert (fit.clusters, fit.clustered) == (3, False)
+    (check,) = [c for c in fit.checks if c.name == "sweeps enough for the intervals"]
+    assert not check.passed
+    assert f"3 sweeps are not more than the {len(fit.coefficients)} terms" in check.text

@@ -8,7 +8,7 @@ import pytest
 from pipeline.errors import CannotComputeError
 from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.thrust_curve import curve_from_family, curve_from_measurements
-from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.fits import FirmwareCharacteristic, StaticCharacteristic
 from pipeline.records.measurements import MooringRecord
 from pipeline.vehicle.schema import Vehicle
 
@@ -61,6 +61,18 @@ def test_firmware_grid_is_monotone(static: StaticCharacteristic, vehicle: Vehicl
     assert (np.diff(firmware.positive.thrust_max_n) < 0).all()
     np.testing.assert_allclose(code[:, -1], 127)
     assert firmware.negative.code == firmware.positive.code
+    assert (firmware.code_min, firmware.code_max) == (-127, 127)
+
+
+def test_range_of_codes_is_the_drives(static: StaticCharacteristic, vehicle: Vehicle) -> None:
+    drives = {"motor": vehicle.drive.model_copy(update={"code_min": -100})}
+    firmware = inverse_characteristic(
+        static, None, vehicle.model_copy(update={"drives": drives})
+    ).firmware
+    assert firmware is not None
+    assert (firmware.code_min, firmware.code_max) == (-100, 127)
+    old = {k: v for k, v in firmware.model_dump().items() if k != "code_min"}
+    assert FirmwareCharacteristic.model_validate(old).code_min == -127
 
 
 def test_gap_between_mooring_and_calculation_is_found(
@@ -76,9 +88,35 @@ def test_gap_between_mooring_and_calculation_is_found(
     (gap,) = [check for check in apart.checks if check.name == name]
     assert not gap.passed
     assert "+1.00 N" in gap.text
+    assert "positive codes" in gap.text
+    assert "negative codes" in gap.text
     same = inverse_characteristic(static, mooring_from(lambda c: weaker(c) + 1.0, 0.0), vehicle)
     (none,) = [check for check in same.checks if check.name == name]
     assert none.passed
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_gap_of_either_sign_alone_is_found(
+    static: StaticCharacteristic, mooring_from: Maker, vehicle: Vehicle, sign: int
+) -> None:
+    """One sign pulls 1.85 N less than calculated at code 60, the other as calculated."""
+    rest = np.array(static.thrust_n[0])
+    sound = mooring_from(lambda c: float(np.interp(c, static.code, rest)), 0.0)
+    points = tuple(
+        p.model_copy(update={"thrust_n": p.thrust_n - sign * 1.85}) if p.code == sign * 60 else p
+        for p in sound.points
+    )
+    for record, codes in (
+        (sound.model_copy(update={"points": points}), "at code {} (+1.85 N"),
+        (
+            sound.model_copy(update={"points": tuple(p for p in points if sign * p.code >= 0)}),
+            "at code {} (+1.85 N",
+        ),
+    ):
+        checks = inverse_characteristic(static, record, vehicle).checks
+        (gap,) = [check for check in checks if check.name.startswith("mooring test agrees")]
+        assert not gap.passed
+        assert codes.format(sign * 60) in gap.text
 
 
 def test_mooring_alone_gives_tables_at_rest(mooring_from: Maker, vehicle: Vehicle) -> None:

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from pipeline.control.inverse import thrust_grid
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import fit_drive
-from pipeline.identify.firmware_grid import grid_from_mooring, thrust_grid
+from pipeline.identify.firmware_grid import grid_from_mooring
 from pipeline.identify.linear_fit import fit_linear
 from pipeline.identify.static import static_characteristic
 from pipeline.physics.thrust_grid import code_from_thrust

@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.drive import fit_drive
+from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.propagation import monte_carlo_std, thrust_jacobian
 from pipeline.identify.static import static_characteristic, thruster_model
 from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
+from pipeline.records.measurements import LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
 
 
@@ -115,3 +118,48 @@ def strong(drive: DriveFit) -> DriveFit:
         for c, power in zip(drive.coefficients, drive.exponents, strict=True)
     )
     return drive.model_copy(update={"coefficients": flat})
+
+
+def test_what_happens_at_untested_codes_is_said_as_it_is(
+    static: StaticCharacteristic,
+    propeller: PropellerFit,
+    load_test: LoadTestRecord,
+    vehicle: Vehicle,
+) -> None:
+    """Codes 1 to 19 lie on the line through 20 and 21, or at zero."""
+    (line,) = [text for text in static.explanations if "not on the bench" in text]
+    assert line.startswith("Codes below 20 were not on the bench")
+    assert "the line through the two nearest tested codes" in line
+    thrust = row(static, 0.0)
+    assert thrust[14] == pytest.approx(thrust[19] - 5 * (thrust[20] - thrust[19]))
+    middle = tuple(p for p in load_test.points if p.code is not None and p.code <= 110)
+    drive = fit_drive(load_test.model_copy(update={"points": middle}), vehicle)
+    both = static_characteristic(propeller, drive, vehicle)
+    assert any(text.startswith("Codes below 20 and above 110 were") for text in both.explanations)
+    thrust = row(both, 1.0)
+    assert thrust[126] == pytest.approx(thrust[109] + 17 * (thrust[109] - thrust[108]))
+
+
+@pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-15])
+def test_a_drive_with_almost_no_torque_gives_a_plain_reason(
+    load_test: LoadTestRecord, propeller: PropellerFit, vehicle: Vehicle, share: float
+) -> None:
+    weak = load_test.model_copy(
+        update={
+            "points": tuple(
+                p.model_copy(update={"torque_nm": share * p.torque_nm}) for p in load_test.points
+            )
+        }
+    )
+    drive = fit_drive(weak, vehicle)
+    with pytest.raises(CannotComputeError, match=r"within the dead thrust of 0\.5 N"):
+        inverse_characteristic(static_characteristic(propeller, drive, vehicle), None, vehicle)
+
+
+def test_a_surface_that_turns_no_propeller_is_explained(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    """Torque against the turning at every point: the balance is dead everywhere."""
+    braking = drive.model_copy(update={"coefficients": tuple(-c for c in drive.coefficients)})
+    with pytest.raises(CannotComputeError, match="at no code at rest"):
+        static_characteristic(propeller, braking, vehicle)

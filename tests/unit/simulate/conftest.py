@@ -1,13 +1,16 @@
 """A plain vehicle with every term of the model in it, built without a vehicle file."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
+from bundled_models import NAMES, bundled, mmt300_bench
 
 from pipeline.effects.effect import EffectContext
 from pipeline.physics.parameters import neutral_vector, write
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.vehicle.schema import Vehicle
 
 MASS, GRAVITY, DENSITY = 60.0, 9.81, 1000.0
 
@@ -78,3 +81,24 @@ def make_packed() -> Callable[..., PackedVehicle]:
         )
 
     return make
+
+
+@pytest.fixture(scope="session")
+def bench(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> BenchModel:
+    """What the bench of mmt300 gives."""
+    return mmt300_bench(repository, tmp_path_factory)
+
+
+@pytest.fixture(scope="session")
+def vehicles(repository: Path) -> dict[str, Vehicle]:
+    """The three bundled vehicles."""
+    return {name: bundled(repository, name) for name in NAMES}
+
+
+@pytest.fixture(scope="session")
+def packed_vehicles(vehicles: dict[str, Vehicle], bench: BenchModel) -> dict[str, PackedVehicle]:
+    """The three bundled vehicles as the kernel takes them."""
+    return {
+        name: pack_vehicle(vehicle, bench if name == "mmt300" else None)
+        for name, vehicle in vehicles.items()
+    }

@@ -1,0 +1,212 @@
+"""Read a pool-run log: every mapped channel as arrays, with what is wrong marked and told."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.bench_file import source_name
+from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.pool_run_channel import Found, channel_of, timings_of, water_of
+from pipeline.ingest.pool_run_convert import Names, convert
+from pipeline.ingest.pool_run_extract import extract
+from pipeline.ingest.pool_run_health import rhythm_of
+from pipeline.ingest.pool_run_plan import TopicFound
+from pipeline.ingest.pool_run_resample import resample
+from pipeline.ingest.pool_run_suspicions import suspicions
+from pipeline.ingest.pool_run_told import (
+    broken_messages,
+    each_once,
+    told_of,
+    told_of_commands,
+    told_of_coverage,
+)
+from pipeline.ingest.pool_run_topics import (
+    channel_name,
+    key_of,
+    nothing_mapped,
+    plans_of,
+    requests_of,
+    topics_of,
+)
+from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, TopicRead
+from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+__all__ = ["read_pool_run", "resample", "summarize"]
+
+
+def read_pool_run(
+    path: Path, vehicle: Vehicle, raw_root: Path, *, prefix: str = "", fast: bool = True
+) -> PoolRun:
+    """Read the mapped channels of a log.
+
+    Parameters
+    ----------
+    path : Path
+        The MCAP file.
+    vehicle : Vehicle
+        Its ``pool:`` section maps channels; standard messages have defaults.
+    raw_root : Path
+        For the names in messages.
+    prefix : str
+        Read only topics that begin with it, as if they did not: ``/sim`` reads the simulated side
+        of a log that has both.
+    fast : bool
+        Gather numbers of CDR messages at once. The slow way decodes each message and gives the
+        same arrays; it is there to check the fast one.
+
+    Returns
+    -------
+    PoolRun
+        What is wrong with a channel is in `problems` and `marks`; the other channels are read.
+
+    Raises
+    ------
+    InputError
+        If the file is no MCAP file, holds no messages, or none of its topics can be used.
+    """
+    shown_as = source_name(path, raw_root)
+    log = McapFile(path, shown_as)
+    place = Place(shown_as)
+    problems: list[Problem] = []
+    codecs, topics = topics_of(log, prefix)
+    if not any(topic.messages for topic in topics):
+        raise InputError.at(
+            place,
+            "the log holds no messages" + (f" under {prefix}." if prefix else "."),
+            expected="messages of thrusters and sensors.",
+            remedy="Check that the recorder ran.",
+        )
+    plans = plans_of(vehicle, topics, place, problems, prefix)
+    if not plans:
+        raise nothing_mapped(place, topics, problems)
+    requests, where = requests_of(plans)
+    data = extract(log, codecs, requests, fast=fast)
+    problems += broken_messages(place, data)
+    timings = timings_of(plans, data, vehicle, place, problems)
+    water = water_of(vehicle, log)
+    channels: dict[str, RunChannel] = {}
+    run_start_ns = min(int(part.log_time_ns[0]) for part in data.values() if part.log_time_ns.size)
+    by_name = {topic.name: topic for topic in topics}
+    told: set[tuple[str, str]] = set()
+    for plan in plans:
+        name = channel_name(plan)
+        taken = data[plan.topic]
+        begin, end = where[key_of(plan)]
+        names = None if taken.name_list is None else Names(taken.names, taken.name_list)
+        with np.errstate(over="ignore", invalid="ignore"):  # damaged bytes are any number
+            converted = convert(plan, taken.values[:, begin:end], vehicle, water, names)
+        if converted.values.shape[0] and converted.columns:
+            topic = by_name[plan.topic]
+            found = Found(plan, converted, taken, timings[plan.topic], topic)
+            channel = channel_of(found, vehicle)
+            channels[name] = channel
+            problems += told_of(name, channel, place, run_start_ns, told)
+    problems += log.problems
+    run = _run(vehicle, log, channels, topics)
+    problems += told_of_commands(run, vehicle, place)
+    problems += suspicions(run, vehicle)
+    problems += told_of_coverage(run, place)
+    return replace(run, problems=tuple(each_once(problems)))
+
+
+def summarize(run: PoolRun) -> PoolRunRecord:
+    """Summarise a run for ``processed/``: channels, clocks, counts of marks, problems.
+
+    Parameters
+    ----------
+    run : PoolRun
+        The run.
+
+    Returns
+    -------
+    PoolRunRecord
+        Without the arrays.
+    """
+    return PoolRunRecord(
+        vehicle=run.vehicle,
+        file=run.file,
+        start_time_ns=run.start_time_ns,
+        duration_s=run.duration_s,
+        complete=run.complete,
+        read_bytes=run.read_bytes,
+        size_bytes=run.size_bytes,
+        writer=run.writer,
+        channels=tuple(
+            _summary(name, channel, run.start_time_ns) for name, channel in run.channels.items()
+        ),
+        topics=run.topics,
+        metadata={name: dict(entries) for name, entries in run.metadata.items()},
+        problems=run.problems,
+    )
+
+
+def _summary(name: str, channel: RunChannel, start_ns: int) -> ChannelSummary:
+    time_ns = channel.time_ns
+    rhythm = rhythm_of(time_ns)
+    rate = 1.0 / channel.period_s if channel.period_s > 0 else None
+    return ChannelSummary(
+        name=name,
+        read=channel.read,
+        clock=channel.clock,
+        columns=channel.columns,
+        readings=int(time_ns.size),
+        rate_hz=rate,
+        is_regular=channel.is_regular,
+        delay_s=channel.delay_s,
+        first_s=(int(time_ns.min()) - start_ns) / 1e9,
+        last_s=(int(time_ns.max()) - start_ns) / 1e9,
+        longest_gap_s=rhythm.longest_gap_s,
+        marks={mark: int(rows.sum()) for mark, rows in channel.marks.items()},
+        lowest=tuple(_finite(column, np.min) for column in channel.values.T),
+        highest=tuple(_finite(column, np.max) for column in channel.values.T),
+    )
+
+
+def _finite(column: FloatArray, take: object) -> float | None:
+    finite = column[np.isfinite(column)]
+    if not finite.size:
+        return None
+    return float(finite.min() if take is np.min else finite.max())
+
+
+def _run(
+    vehicle: Vehicle,
+    log: McapFile,
+    channels: Mapping[str, RunChannel],
+    topics: Sequence[TopicFound],
+) -> PoolRun:
+    """Put the channels of a run together; its problems come later."""
+    times = [channel.log_time_ns for channel in channels.values() if channel.log_time_ns.size]
+    used: dict[str, list[str]] = {}
+    for name, channel in channels.items():
+        used.setdefault(channel.topic, []).append(name)
+    directory = log.directory
+    return PoolRun(
+        vehicle.name,
+        log.place.file,
+        channels,
+        tuple(
+            TopicRead(
+                topic=topic.name,
+                message_type=topic.message_type,
+                encoding=topic.encoding,
+                messages=topic.messages,
+                used_for=tuple(used.get(topic.name, ())),
+                why_not=topic.why_not,
+            )
+            for topic in sorted(topics, key=lambda topic: topic.name)
+        ),
+        (),
+        int(min((part.min() for part in times), default=0)),
+        int(max((part.max() for part in times), default=0)),
+        directory.complete,
+        log.read_bytes,
+        log.size,
+        directory.library,
+        dict(directory.metadata),
+    )

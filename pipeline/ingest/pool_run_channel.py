@@ -1,0 +1,191 @@
+"""From what was taken out of a topic to a channel: time, delay, units, marks."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.pool_run_clocks import Timing, choose_time, share_clocks
+from pipeline.ingest.pool_run_convert import Converted, Water
+from pipeline.ingest.pool_run_extract import TopicData
+from pipeline.ingest.pool_run_health import (
+    Rhythm,
+    command_marks,
+    rhythm_of,
+    time_marks,
+    value_marks,
+)
+from pipeline.ingest.pool_run_plan import Plan, TopicFound
+from pipeline.records.pool_run import ChannelRead
+from pipeline.records.run_arrays import RunChannel
+from pipeline.types import BoolArray
+from pipeline.vehicle.schema import Vehicle
+
+_LOG_METADATA = "rig2sea.log"
+
+
+def timings_of(
+    plans: Sequence[Plan],
+    data: Mapping[str, TopicData],
+    vehicle: Vehicle,
+    place: Place,
+    problems: list[Problem],
+) -> dict[str, Timing]:
+    """Choose the time of each topic."""
+    timings: dict[str, Timing] = {}
+    for plan in plans:
+        if plan.topic in timings:
+            continue
+        wanted = next(
+            (other.clock for other in plans if other.topic == plan.topic and other.clock), None
+        )
+        taken = data[plan.topic]
+        delay = _known_delay(plan, vehicle)
+        timings[plan.topic] = choose_time(taken.log_time_ns, taken.stamp_ns, wanted, delay)
+    timings = share_clocks(timings, {topic: data[topic].stamp_ns for topic in timings})
+    for topic, timing in timings.items():
+        problems += [Problem("warning", place, f"{topic}: {text}") for text in timing.warnings]
+        clock = timing.clock
+        if clock.used != "log" and clock.offset_s:
+            what = (
+                f"{topic}: {clock.why}: {clock.offset_s:+.3f} s, drift {clock.drift_ppm:+.1f} ppm, "
+                f"jitter of the log {1e3 * (clock.jitter_s or 0.0):.2f} ms."
+            )
+            problems.append(Problem("note", place, what))
+    return timings
+
+
+_SENSOR_OF = {
+    "angular_velocity": "imu",
+    "specific_force": "imu",
+    "attitude_quaternion": "imu",
+    "attitude_euler": "imu",
+    "velocity": "dvl",
+    "velocity_earth": "dvl",
+    "depth": "depth",
+    "pressure": "depth",
+    "position": "position",
+    "shaft_speed": "shaft_speed",
+    "voltage": "voltage",
+}
+
+
+def _known_delay(plan: Plan, vehicle: Vehicle) -> float:
+    """Return the age of a reading when it is logged, by the vehicle file, in seconds."""
+    sensor = getattr(vehicle.sensors, _SENSOR_OF.get(plan.quantity, ""), None)
+    return float(sensor.delay_s) if sensor is not None else 0.0
+
+
+def _delay(plan: Plan, timing: Timing, vehicle: Vehicle) -> tuple[float, str]:
+    """Return what is still to be taken off the chosen time, and why."""
+    if plan.delay_s is not None:
+        return plan.delay_s, f"delay {plan.delay_s:g} s as pool: channels states"
+    known = _known_delay(plan, vehicle)
+    if known and timing.clock.used == "log":
+        return known, f"delay {known:g} s of the sensor, counted from the time of the log"
+    if known and timing.clock.offset_s:
+        return known, f"delay {known:g} s of the sensor: its clock was laid onto the log"
+    if known:
+        return 0.0, f"the stamp is taken as the time of measurement (delay {known:g} s is in it)"
+    return 0.0, ""
+
+
+@dataclass(frozen=True)
+class Found:
+    """All that is known of one channel."""
+
+    plan: Plan
+    converted: Converted
+    taken: TopicData
+    timing: Timing
+    topic: TopicFound
+
+
+def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
+    """Make a channel: mark its readings, settle its delay."""
+    plan, converted, taken, timing = found.plan, found.converted, found.taken, found.timing
+    time_ns = timing.time_ns
+    rhythm = rhythm_of(time_ns)
+    holds = plan.quantity == "thruster_command"
+    marks: dict[str, BoolArray] = dict(timing.marks)
+    if taken.broken.any():
+        marks["broken"] = taken.broken
+    marks |= time_marks(time_ns, converted.values, rhythm)
+    marks |= _value_marks(plan, converted, rhythm, vehicle)
+    delay, said = _delay(plan, timing, vehicle)
+    notes = [*plan.notes, *converted.notes, *([said] if said else [])]
+    told = plan.unit is not None
+    read = ChannelRead(
+        quantity=plan.quantity,
+        topic=plan.topic,
+        message_type=found.topic.message_type,
+        encoding=found.topic.encoding,
+        fields=plan.fields,
+        unit=converted.unit,
+        unit_from=plan.unit_from if told else "values",
+        sign=plan.sign,
+        axes=_axes_text(plan),
+        mapped_by=plan.mapped_by,
+        notes=tuple(notes),
+    )
+    return RunChannel(
+        converted.quantity,
+        plan.topic,
+        converted.columns,
+        time_ns,
+        taken.log_time_ns,
+        converted.values,
+        marks,
+        timing.clock,
+        read,
+        delay,
+        holds,
+        rhythm.period_s,
+        rhythm.is_regular,
+    )
+
+
+def _axes_text(plan: Plan) -> str:
+    if plan.quantity in ("attitude_quaternion", "attitude_euler"):
+        return f"{plan.body_axes} to {plan.earth_axes}"
+    if plan.quantity in ("angular_velocity", "specific_force", "velocity"):
+        return plan.body_axes
+    if plan.quantity in ("position", "velocity_earth"):
+        return plan.earth_axes
+    return ""
+
+
+def _value_marks(
+    plan: Plan, converted: Converted, rhythm: Rhythm, vehicle: Vehicle
+) -> dict[str, BoolArray]:
+    if plan.quantity == "thruster_command":
+        drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
+        own = [drives.get(name.split(".", 1)[-1], vehicle.drive) for name in converted.columns]
+        return command_marks(
+            converted.values,
+            np.array([drive.code_min for drive in own], float),
+            np.array([drive.code_max for drive in own], float),
+        )
+    return value_marks(
+        converted.values,
+        rhythm.period_s,
+        holds=False,
+        is_quaternion=converted.quantity == "attitude",
+        lowest=plan.lowest,
+        highest=plan.highest,
+    )
+
+
+def water_of(vehicle: Vehicle, log: McapFile) -> Water:
+    """Water of the vehicle file, or that with which a simulated log was written."""
+    stated = log.directory.metadata.get(_LOG_METADATA, {})
+    try:
+        return Water(
+            float(stated["density_kgpm3"]),
+            float(stated["gravity_mps2"]),
+            float(stated["atmospheric_pressure_pa"]),
+        )
+    except (KeyError, ValueError):
+        return Water(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)

@@ -1,0 +1,290 @@
+"""What channels say of each other and of the vehicle file: suspicions, told and nothing else."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.pool_run_resample import resample
+from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
+from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+#: Quantity -> largest believable size; beyond, the unit is doubted. Units of the records.
+_LARGEST = {
+    "angular_velocity": 40.0,
+    "specific_force": 200.0,
+    "velocity": 20.0,
+    "velocity_earth": 20.0,
+    "depth": 12_000.0,
+    "position": 1e7,
+    "voltage": 2_000.0,
+    "current": 2_000.0,
+    "shaft_speed": 100_000.0,
+}
+#: Ratio between what was read and what would be plausible -> what it looks like.
+_FACTORS = (
+    (1000.0, "thousandths (milli)"),
+    (0.001, "thousands (kilo)"),
+    (100.0, "hundredths (centi)"),
+    (0.01, "hundreds (hecto)"),
+    (180.0 / np.pi, "degrees"),
+    (np.pi / 180.0, "radians taken for degrees"),
+    (1.0 / 9.80665, "multiples of g"),
+    (1000.0 / 9.80665, "thousandths of g"),
+)
+_TABLE_HZ = 20.0
+
+
+def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
+    """Compare channels with each other and with the vehicle file.
+
+    Parameters
+    ----------
+    run : PoolRun
+        The run; its own problems are not looked at.
+    vehicle : Vehicle
+        Thrusters, drives, sensors.
+
+    Returns
+    -------
+    list of Problem
+        Warnings about units off by a factor, shaft speeds that contradict commands, thrusters
+        that seem to be swapped or reversed. None of them changes anything.
+    """
+    place = Place(run.file)
+    found = [*_sizes(run, place), *_attitude_against_rate(run, place)]
+    found += _voltage(run, vehicle, place)
+    found += _shaft_against_command(run, place)
+    found += thrusters_against_rates(run, vehicle, place)
+    return found
+
+
+def _warn(place: Place, what: str, remedy: str) -> Problem:
+    return Problem("warning", place, what, "", remedy)
+
+
+_CHECK_UNIT = "State the unit under pool: channels in vehicle.yaml."
+
+
+def _sizes(run: PoolRun, place: Place) -> list[Problem]:
+    """Say where a quantity is larger than it can be, or gravity is not what it should be."""
+    found = []
+    for name, channel in run.channels.items():
+        size = _typical(channel)
+        if not np.isfinite(size):
+            continue
+        if channel.quantity == "specific_force" and size > 0:
+            likely = _factor(size / 9.81, tolerance=0.15)
+            if likely and not 5.0 < size < 20.0:
+                found.append(
+                    _warn(
+                        place,
+                        f"{name} ({channel.topic}) is {size:.4g} m/s2 on average where gravity "
+                        f"alone is 9.81: it looks like {likely}.",
+                        _CHECK_UNIT,
+                    )
+                )
+                continue
+            if size < 5.0:
+                found.append(
+                    _warn(
+                        place,
+                        f"{name} ({channel.topic}) is {size:.3g} m/s2 on average; a specific force "
+                        "holds gravity, 9.81. It was taken out, or the unit is another.",
+                        "Record what the accelerometer reads, or leave the channel out.",
+                    )
+                )
+                continue
+        most = _LARGEST.get(channel.quantity)
+        high = _large(channel)
+        if most is not None and high > most:
+            unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
+            found.append(
+                _warn(
+                    place,
+                    f"{name} ({channel.topic}) reaches {high:.4g} {unit}, more than is possible: "
+                    "its unit is probably off by a factor such as 1000.",
+                    _CHECK_UNIT,
+                )
+            )
+    return found
+
+
+def _typical(channel: RunChannel) -> float:
+    """Median length of the readings that count."""
+    kept = channel.values[channel.usable()]
+    if not kept.size:
+        return float("nan")
+    some = kept[:: max(1, len(kept) // 20_000)]
+    return float(np.nanmedian(np.linalg.norm(some, axis=1)))
+
+
+def _large(channel: RunChannel) -> float:
+    kept = channel.values[channel.usable()]
+    some = kept[:: max(1, len(kept) // 20_000)]
+    some = some[np.isfinite(some)]
+    return float(np.quantile(np.abs(some), 0.99)) if some.size else 0.0
+
+
+def _factor(ratio: float, tolerance: float = 0.1) -> str:
+    for factor, says in _FACTORS:
+        if abs(ratio / factor - 1.0) < tolerance:
+            return says
+    return ""
+
+
+def _attitude_against_rate(run: PoolRun, place: Place) -> list[Problem]:
+    """Compare rates with what the attitude says; they may have another unit, sign or axes."""
+    if not {"attitude", "angular_velocity"} <= set(run.channels):
+        return []
+    table = resample(run, _TABLE_HZ, channels=("attitude", "angular_velocity"))
+    rows = np.asarray(table.valid.all(axis=1))
+    if rows.sum() < 100:
+        return []
+    q = table.block(("qw", "qx", "qy", "qz"))
+    measured = table.block(("p_radps", "q_radps", "r_radps"))
+    middle = rows[:-2] & rows[1:-1] & rows[2:]
+    step = _relative(q[:-2], q[2:])
+    from_attitude = 2.0 * step[:, 1:] * np.where(step[:, :1] < 0, -1.0, 1.0) * _TABLE_HZ / 2.0
+    from_attitude, measured = from_attitude[middle], measured[1:-1][middle]
+    found = []
+    for axis, name in enumerate(("roll", "pitch", "yaw")):
+        a, m = from_attitude[:, axis], measured[:, axis]
+        if a.std() < 0.02 or m.std() < 1e-6:
+            continue
+        correlation = float(np.corrcoef(a, m)[0, 1])
+        if abs(correlation) < 0.7:
+            continue
+        ratio = float(m.std() / a.std())
+        likely = _factor(ratio, tolerance=0.3)
+        if likely and not 0.5 < ratio < 2.0:
+            what = f"is {ratio:.3g} times what the attitude says: it looks like {likely}."
+        elif correlation < 0:
+            what = (
+                f"has the opposite sign of what the attitude says (correlation {correlation:.2f})."
+            )
+        else:
+            continue
+        topic = run.channels["angular_velocity"].topic
+        remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
+        found.append(_warn(place, f"the {name} rate ({topic}) {what}", remedy))
+    return found
+
+
+def _relative(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Quaternions of the turn from the first to the second attitude, in body axes."""
+    a, b, c, d = first[:, 0], -first[:, 1], -first[:, 2], -first[:, 3]
+    w, x, y, z = second.T
+    return np.stack(
+        [
+            a * w - b * x - c * y - d * z,
+            a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x,
+            a * z + b * y - c * x + d * w,
+        ],
+        axis=1,
+    )
+
+
+def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+    channel = run.channels.get("voltage")
+    sensor = None if vehicle.sensors is None else vehicle.sensors.voltage
+    if channel is None or sensor is None:
+        return []
+    size = _typical(channel)
+    if not size > 0 or 0.5 < size / sensor.nominal_v < 1.5:
+        return []
+    likely = _factor(size / sensor.nominal_v, tolerance=0.4)
+    looks = f": it looks like {likely}" if likely else ""
+    return [
+        _warn(
+            place,
+            f"the supply ({channel.topic}) is {size:.4g} V where the vehicle file says "
+            f"{sensor.nominal_v:g} V{looks}.",
+            _CHECK_UNIT,
+        )
+    ]
+
+
+def _by_thruster(run: PoolRun, quantity: str) -> list[str]:
+    return [name for name, channel in run.channels.items() if channel.quantity == quantity]
+
+
+def _shaft_against_command(run: PoolRun, place: Place) -> list[Problem]:
+    """Say where a shaft turns against its command, or does what another's command says."""
+    commands, shafts = _by_thruster(run, "thruster_command"), _by_thruster(run, "shaft_speed")
+    if not commands or not shafts:
+        return []
+    table = resample(run, _TABLE_HZ, channels=(*commands, *shafts))
+    codes = {c.removeprefix("command."): c for c in table.columns if c.startswith("command.")}
+    rpm = {
+        c.removeprefix("shaft_speed_rpm."): c
+        for c in table.columns
+        if c.startswith("shaft_speed_rpm.")
+    }
+    both = [name for name in codes if name in rpm]
+    found = []
+    for name in both:
+        code, speed = table.column(codes[name]), table.column(rpm[name])
+        rows = np.isfinite(code) & np.isfinite(speed)
+        what = _contradiction(code[rows], speed[rows])
+        if not what:
+            continue
+        better = [
+            other
+            for other in both
+            if other != name
+            and not _contradiction(table.column(codes[other])[rows], speed[rows])
+            and table.column(codes[other])[rows].std() > 0
+        ]
+        hint = f" It follows the command of {' or '.join(better)}." if len(better) == 1 else ""
+        found.append(
+            _warn(
+                place,
+                f"the shaft speed of {name} contradicts its command: {what}.{hint}",
+                "Check the order of the elements and the signs of both channels in vehicle.yaml.",
+            )
+        )
+    return found
+
+
+def _contradiction(code: FloatArray, speed: FloatArray) -> str:
+    """Say how shaft speeds contradict commands; nothing where they agree or say little."""
+    largest = float(np.abs(code).max()) if code.size else 0.0
+    driven = np.abs(code) > 0.3 * largest
+    if code.size < 50 or driven.sum() < 20:
+        return ""
+    fast = float(np.quantile(np.abs(speed), 0.95))
+    if fast < 1.0:
+        return "it stands still while it is commanded"
+    turning = driven & (np.abs(speed) > 0.1 * fast)
+    if turning.sum() >= 20:
+        against = float((np.sign(speed[turning]) != np.sign(code[turning])).mean())
+        # a tachometer may not know the direction; noise about zero has both signs
+        forward = float((speed[turning] > 0).mean())
+        one_sided = forward < 0.01 or forward > 0.99
+        if one_sided and (code[driven] < 0).any() and against < 0.9:
+            against = 0.0
+        if against > 0.3:
+            return f"in {100 * against:.0f} % of the time it turns the other way"
+    still = float((np.abs(speed[driven]) < 0.05 * fast).mean())
+    if still > 0.3:
+        return f"in {100 * still:.0f} % of the time it stands still while it is commanded"
+    size, effort = np.abs(speed), np.abs(code)
+    if effort.std() > 0.05 * largest and size.std() > 0:
+        agreement = float(np.corrcoef(effort, size)[0, 1])
+        if agreement < 0.3:
+            return f"its size does not follow that of the command (correlation {agreement:.2f})"
+    return ""
+
+
+def worth_saying(counts: Mapping[str, int]) -> Sequence[str]:
+    """Return marks in the order in which they are told: the gravest first."""
+    order = (
+        *("broken", "not_a_number", "clock_jump", "reset", "out_of_order", "after_gap", "dropout"),
+        *("frozen", "outside_range", "saturated", "spike", "duplicate", "same_stamp", "late"),
+        "no_stamp",
+    )
+    return [name for name in order if counts.get(name)]

@@ -1,0 +1,145 @@
+"""What a person is told of a run: marks in words, missing commands, channels that end early."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.pool_run_extract import TopicData
+from pipeline.ingest.pool_run_suspicions import worth_saying
+from pipeline.records.run_arrays import MARKS, PoolRun, RunChannel
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+#: Marks that belong to the messages of a topic, not to one of its channels.
+_TIME_MARKS = ("clock_jump", "reset", "out_of_order", "after_gap", "late", "no_stamp")
+#: Marks that are notes as long as few readings have them.
+_PLAIN_MARKS = ("saturated", "same_stamp", "late", "frozen")
+
+
+def broken_messages(place: Place, data: Mapping[str, TopicData]) -> list[Problem]:
+    """Say which topics have messages that cannot be decoded."""
+    found = []
+    for topic, taken in data.items():
+        count = int(taken.broken.sum())
+        if count:
+            what = (
+                f"{topic}: {count} of {taken.broken.size} messages cannot be decoded: "
+                f"{taken.why_broken}."
+            )
+            found.append(Problem("warning", place, what, "", "They are marked and left out."))
+    return found
+
+
+def told_of(
+    name: str, channel: RunChannel, place: Place, run_start_ns: int, told: set[tuple[str, str]]
+) -> list[Problem]:
+    """Say what is marked in a channel, the gravest first; marks of times once a topic."""
+    found = []
+    counts = {mark: int(rows.sum()) for mark, rows in channel.marks.items()}
+    for mark in worth_saying(counts):
+        if mark == "broken" or (channel.topic, mark) in told:
+            continue
+        if mark in _TIME_MARKS:
+            told.add((channel.topic, mark))
+        first = int(np.argmax(channel.marks[mark]))
+        at = (int(channel.log_time_ns[first]) - run_start_ns) / 1e9
+        share = 100.0 * counts[mark] / channel.time_ns.size
+        what = (
+            f"{name} ({channel.topic}): {counts[mark]} of {channel.time_ns.size} readings "
+            f"({share:.2g} %) are marked {mark.replace('_', ' ')}: {MARKS[mark]}; the first at "
+            f"{at:.3f} s."
+        )
+        severity = "note" if mark in _PLAIN_MARKS and share < 5.0 else "warning"
+        found.append(Problem("note" if severity == "note" else "warning", place, what))
+    constant = [
+        column
+        for column, values in zip(channel.columns, channel.values.T, strict=True)
+        if values.size >= 10 and _is_constant(values)
+    ]
+    all_constant = len(constant) == len(channel.columns)
+    if all_constant and channel.quantity != "thruster_command":
+        what = f"{name} ({channel.topic}) never changes: the sensor is dead or not connected."
+        found.append(Problem("warning", place, what, "", "Check the sensor."))
+    elif constant and not channel.holds:
+        what = f"{name} ({channel.topic}): {', '.join(constant)} never changes."
+        found.append(Problem("warning", place, what))
+    return found
+
+
+def _is_constant(values: FloatArray) -> bool:
+    finite = values[np.isfinite(values)]
+    return bool(finite.size and finite.min() == finite.max())
+
+
+def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+    """Say where commands are missing, beyond the drives, or never given."""
+    commands = {
+        name: channel
+        for name, channel in run.channels.items()
+        if channel.quantity == "thruster_command"
+    }
+    if not commands:
+        have = ", ".join(topic.topic for topic in run.topics[:12])
+        return [
+            Problem(
+                "error",
+                place,
+                f"there are no thruster commands; the run cannot be simulated. The log has {have}.",
+                "a topic with the command of each thruster.",
+                "State it under pool: channels with quantity: thruster_command in vehicle.yaml.",
+            )
+        ]
+    found = []
+    drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
+    present = {c.removeprefix("command.") for part in commands.values() for c in part.columns}
+    missing = [name for name in drives if name not in present]
+    if missing:
+        what = f"there are no commands for {', '.join(missing)}."
+        found.append(Problem("warning", place, what, "", "Map them, or they count as zero."))
+    for channel in commands.values():
+        for column, values in zip(channel.columns, channel.values.T, strict=True):
+            name = column.removeprefix("command.")
+            drive = drives.get(name, vehicle.drive)
+            finite = values[np.isfinite(values)]
+            if not finite.size:
+                found.append(Problem("warning", place, f"{name}: no command is a number."))
+                continue
+            beyond = (finite > drive.code_max + 0.5) | (finite < drive.code_min - 0.5)
+            if beyond.any():
+                what = (
+                    f"{name} ({channel.topic}): {int(beyond.sum())} commands lie outside of "
+                    f"{drive.code_min} to {drive.code_max}: {finite.min():g} to {finite.max():g}."
+                )
+                remedy = "Check unit and pwm_range of the channel, or the drive's range."
+                found.append(Problem("warning", place, what, "", remedy))
+    if all(_is_constant(values) for part in commands.values() for values in part.values.T):
+        what = "no command ever changes: nothing can be identified from this run."
+        found.append(Problem("warning", place, what))
+    return found
+
+
+def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:
+    """Say where a channel covers less than the run."""
+    found = []
+    for name, channel in run.channels.items():
+        if not channel.time_ns.size or run.duration_s < 1.0:
+            continue
+        late = (int(channel.log_time_ns.min()) - run.start_time_ns) / 1e9
+        early = (run.end_time_ns - int(channel.log_time_ns.max())) / 1e9
+        least = max(1.0, 0.05 * run.duration_s, 5.0 * np.nan_to_num(channel.period_s))
+        if channel.holds and not channel.is_regular:
+            early = 0.0
+        if late > least or early > least:
+            what = (
+                f"{name} ({channel.topic}) covers {late:.1f} s to {run.duration_s - early:.1f} s "
+                f"of the run of {run.duration_s:.1f} s."
+            )
+            found.append(Problem("warning", place, what))
+    return found
+
+
+def each_once(problems: Sequence[Problem]) -> list[Problem]:
+    """Errors first, then warnings, then notes; nothing twice."""
+    order = {"error": 0, "warning": 1, "note": 2}
+    return sorted(dict.fromkeys(problems), key=lambda problem: order[problem.severity])

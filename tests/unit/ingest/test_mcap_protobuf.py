@@ -1,0 +1,126 @@
+"""Protobuf without its library: messages and descriptors put together by hand."""
+
+import struct
+
+import pytest
+
+from pipeline.ingest.mcap_protobuf import decode_protobuf, parse_descriptor_set
+from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
+
+
+def varint(value: int) -> bytes:
+    value &= (1 << 64) - 1
+    found = b""
+    while value >= 0x80:
+        found += bytes([value & 0x7F | 0x80])
+        value >>= 7
+    return found + bytes([value])
+
+
+def number(field: int, value: int) -> bytes:
+    return varint(field << 3) + varint(value)
+
+
+def block(field: int, content: bytes | str) -> bytes:
+    data = content.encode() if isinstance(content, str) else content
+    return varint(field << 3 | 2) + varint(len(data)) + data
+
+
+def double(field: int, value: float) -> bytes:
+    return varint(field << 3 | 1) + struct.pack("<d", value)
+
+
+def field_of(  # noqa: PLR0917  the numbers of descriptor.proto in their order
+    name: str, tag: int, kind: int, label: int = 1, message: str = "", extra: bytes = b""
+) -> bytes:
+    """A FieldDescriptorProto; types and labels are numbered as in descriptor.proto."""
+    content = block(1, name) + number(3, tag) + number(4, label) + number(5, kind)
+    return block(2, content + (block(6, message) if message else b"") + extra)
+
+
+def descriptor_set() -> bytes:
+    time = block(4, block(1, "Time") + field_of("sec", 1, 3) + field_of("nsec", 2, 5))
+    inner = block(3, block(1, "Inner") + field_of("x", 1, 1))
+    reading = block(
+        4,
+        block(1, "Reading")
+        + field_of("stamp", 1, 11, message=".rig.Time")
+        + field_of("depth", 2, 1)
+        + field_of("temperature", 3, 2)
+        + field_of("codes", 4, 17, label=3)  # sint32, packed or not
+        + field_of("inner", 5, 11, label=3, message=".rig.Reading.Inner")
+        + field_of("name", 6, 9)
+        + field_of("on", 7, 8)
+        + field_of("count", 8, 4)
+        + field_of("offset", 9, 5)
+        + field_of("volts", 10, 1, label=3)
+        + field_of("maybe", 11, 1, extra=number(17, 1))  # optional
+        + inner,
+    )
+    file = block(1, "rig.proto") + block(2, "rig") + time + reading + block(12, "proto3")
+    return block(1, file)
+
+
+@pytest.fixture(name="message")
+def message_fixture() -> bytes:
+    return (
+        block(1, number(1, 5) + number(2, 7))
+        + double(2, 1.25)
+        + varint(3 << 3 | 5)
+        + struct.pack("<f", 0.5)
+        + block(4, varint(1) + varint(4))  # zigzag: -1, 2
+        + number(4, 3)  # -2, unpacked
+        + block(5, double(1, 3.0))
+        + block(5, b"")
+        + block(6, "ab")
+        + number(7, 1)
+        + number(8, 2**64 - 1)
+        + number(9, -3)
+        + block(10, struct.pack("<3d", 1.0, 2.0, 3.0))
+        + number(99, 5)  # unknown
+    )
+
+
+def test_every_kind_of_field(message: bytes) -> None:
+    definition = parse_descriptor_set("rig.Reading", descriptor_set())
+    assert decode_protobuf(definition, message) == {
+        "stamp": {"sec": 5, "nsec": 7},
+        "depth": 1.25,
+        "temperature": 0.5,
+        "codes": [-1, 2, -2],
+        "inner": [{"x": 3.0}, {"x": 0.0}],
+        "name": "ab",
+        "on": 1,
+        "count": 2**64 - 1,
+        "offset": -3,
+        "volts": [1.0, 2.0, 3.0],
+    }
+
+
+def test_what_was_not_sent_is_zero_or_absent() -> None:
+    definition = parse_descriptor_set("rig.Reading", descriptor_set())
+    empty = decode_protobuf(definition, b"")
+    assert empty["depth"] == 0.0
+    assert empty["codes"] == []
+    assert "stamp" not in empty
+    assert "maybe" not in empty
+
+
+def test_a_message_cut_off_anywhere_is_refused_or_shorter(message: bytes) -> None:
+    definition = parse_descriptor_set("rig.Reading", descriptor_set())
+    for end in range(len(message)):
+        try:
+            decode_protobuf(definition, message[:end])
+        except BrokenMessageError:
+            continue
+
+
+@pytest.mark.parametrize("data", [b"\xff", b"\x0a\xff\x01", b"\x0a\x03\x22\x01\xff", b"nonsense"])
+def test_what_is_no_descriptor_set_is_refused(data: bytes) -> None:
+    with pytest.raises(DefinitionError):
+        parse_descriptor_set("rig.Reading", data)
+
+
+def test_a_message_that_is_not_defined_is_named() -> None:
+    with pytest.raises(DefinitionError, match=r"rig\.Other"):
+        parse_descriptor_set("rig.Other", descriptor_set())

@@ -1,0 +1,171 @@
+"""Channels against each other: faults are suspected where they are, and nowhere else."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pool_logs import (
+    NAMES,
+    Topic,
+    imu_topic,
+    joints_topic,
+    ros_topic,
+    rov,
+    ticks,
+    vector,
+    write_log,
+)
+from scipy.spatial.transform import Rotation
+
+from pipeline.ingest.pool_run import read_pool_run
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+RPM = np.pi / 30.0
+
+
+def excited(seed: int = 0, seconds: float = 60.0) -> tuple[FloatArray, FloatArray]:
+    """Commands (k, 4) at 100 Hz and the rates (k, 3) of the vehicle of `rov` that they make."""
+    generator = np.random.default_rng(seed)
+    count = int(seconds * 100)
+    held = generator.uniform(-80, 80, (int(seconds / 1.5) + 1, 4))
+    codes = np.repeat(held, 150, axis=0)[:count]
+    vehicle = rov()
+    arms = np.array([np.cross(one.position_m, one.direction) for one in vehicle.thrusters])
+    thrust = 20.0 * codes / 100.0 * np.abs(codes / 100.0)
+    rate = np.zeros((count, 3))
+    for k in range(1, count):
+        turning = (thrust[k - 1] @ arms) / [1.0, 2.0, 2.0] - 1.5 * rate[k - 1]
+        rate[k] = rate[k - 1] + 0.01 * turning
+    return codes, rate + 0.003 * generator.standard_normal(rate.shape)
+
+
+def warnings_of(path: Path, topics: list[Topic], vehicle: Vehicle | None = None) -> str:
+    run = read_pool_run(write_log(path / "run.mcap", topics), vehicle or rov(), path)
+    return "\n".join(problem.what for problem in run.problems if problem.severity != "note")
+
+
+def topics_of(codes: FloatArray, rate: FloatArray) -> list[Topic]:
+    times = ticks(len(codes), 100.0)
+    return [
+        imu_topic(times, rate),
+        joints_topic("/thrusters/command", times, [NAMES] * len(codes), codes),
+    ]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_run_as_stated_is_not_suspected(tmp_path: Path, seed: int) -> None:
+    assert warnings_of(tmp_path, topics_of(*excited(seed))) == ""
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_two_thrusters_that_are_swapped_are_named(tmp_path: Path, seed: int) -> None:
+    codes, rate = excited(seed)
+    text = warnings_of(tmp_path, topics_of(codes[:, [1, 0, 2, 3]], rate))
+    assert "port and starboard are swapped against the vehicle file" in text
+    text = warnings_of(tmp_path, topics_of(codes[:, [0, 2, 1, 3]], rate))
+    assert "starboard and bow are swapped" in text
+
+
+def test_a_thruster_that_is_reversed_is_named(tmp_path: Path) -> None:
+    codes, rate = excited()
+    text = warnings_of(tmp_path, topics_of(codes * [1, 1, -1, 1], rate))
+    assert "bow is reversed against the vehicle file" in text
+
+
+def test_rates_that_have_nothing_to_do_with_the_commands_say_nothing(tmp_path: Path) -> None:
+    codes, _ = excited(0)
+    _, rate = excited(1)
+    assert warnings_of(tmp_path, topics_of(codes, rate)) == ""
+
+
+def shaft_topic(codes: FloatArray) -> Topic:
+    noise = np.random.default_rng(5).standard_normal(codes.shape)
+    rpm = 15.0 * codes + 3.0 * noise
+    times = ticks(len(codes), 100.0)
+    return joints_topic("/thrusters/state", times, [NAMES] * len(codes), RPM * rpm, "velocity")
+
+
+def test_shaft_speeds_that_agree_are_not_suspected(tmp_path: Path) -> None:
+    codes, rate = excited()
+    topics = topics_of(codes, rate)
+    assert warnings_of(tmp_path, [*topics, shaft_topic(codes)]) == ""
+    assert warnings_of(tmp_path, [*topics, shaft_topic(np.abs(codes))]) == ""  # sizes only
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        ([1, 0, 2, 3], "It follows the command of starboard"),
+        ([0, 1, 2, 2], "the shaft speed of side contradicts its command"),
+    ],
+)
+def test_shaft_speeds_of_another_thruster(tmp_path: Path, change: list[int], says: str) -> None:
+    codes, rate = excited()
+    assert says in warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(codes[:, change])])
+
+
+def test_a_shaft_that_stands_still_or_turns_the_other_way(tmp_path: Path) -> None:
+    codes, rate = excited()
+    text = warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(codes * [1, 0, -1, 1])])
+    assert "the shaft speed of bow contradicts its command" in text
+    assert "the other way" in text
+    assert "the shaft speed of starboard contradicts its command" in text
+    assert "port" not in text
+    assert "side" not in text
+
+
+def attitude_topic(rate: FloatArray) -> Topic:
+    turns = [Rotation.identity()]
+    for row in rate[:-1]:
+        turns.append(turns[-1] * Rotation.from_rotvec(0.01 * row))
+    times = ticks(len(rate), 100.0)
+    contents = [
+        {
+            "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": "ned"},
+            "pose": {"position": vector((0, 0, 0)), "orientation": vector(turn.as_quat())},
+        }
+        for turn in turns
+    ]
+    text = "std_msgs/Header header\ngeometry_msgs/Pose pose\n" + "".join(
+        f"{'=' * 80}\nMSG: {name}\n{body}\n"
+        for name, body in (
+            ("std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id"),
+            ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec"),
+            ("geometry_msgs/Pose", "Point position\nQuaternion orientation"),
+            ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z"),
+            ("geometry_msgs/Quaternion", "float64 x\nfloat64 y\nfloat64 z\nfloat64 w"),
+        )
+    )
+    return ros_topic("/pose", "geometry_msgs/msg/PoseStamped", times, contents, text)
+
+
+@pytest.mark.parametrize(
+    ("factor", "says"),
+    [
+        ([1.0, 1.0, 1.0], ""),
+        ([57.3, 57.3, 57.3], "it looks like degrees"),
+        ([1000.0, 1000.0, 1000.0], "thousandths"),
+        ([1.0, -1.0, 1.0], "the pitch rate (/imu/data) has the opposite sign"),
+    ],
+)
+def test_rates_against_the_attitude(tmp_path: Path, factor: list[float], says: str) -> None:
+    _, rate = excited(seconds=30.0)
+    topics = [imu_topic(ticks(len(rate), 100.0), rate * factor), attitude_topic(rate)]
+    text = warnings_of(tmp_path, topics)
+    if says:
+        assert says in text
+    else:
+        assert "rate" not in text
+
+
+def test_a_supply_in_millivolts(tmp_path: Path) -> None:
+    vehicle = rov()
+    data = vehicle.model_dump(mode="json")
+    data["sensors"] = {"voltage": {"rate_hz": 10.0, "nominal_v": 48.0}}
+    vehicle = Vehicle.model_validate(data)
+    volts = 47_000.0 + 20.0 * np.random.default_rng(0).standard_normal(300)
+    times = ticks(300, 10.0)
+    contents = [{"data": float(value)} for value in volts]
+    topic = ros_topic("/battery/volts", "std_msgs/msg/Float64", times, contents, "float64 data")
+    assert "looks like thousandths" in warnings_of(tmp_path, [topic], vehicle)
