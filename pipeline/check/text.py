@@ -3,7 +3,8 @@
 from dataclasses import asdict
 from typing import Any
 
-from pipeline.check.files import FileFinding, Findings, VehicleFinding
+from pipeline.check.findings import FileFinding, Findings, VehicleFinding
+from pipeline.check.run_text import notes_text, run_text
 from pipeline.errors import Problem
 from pipeline.provenance import canonical_json
 from pipeline.records.measurements import ColumnRead
@@ -15,6 +16,8 @@ def as_text(findings: Findings) -> str:
     """Return the report for a person: every file, then every problem, then the count."""
     blocks = [_vehicle(vehicle) for vehicle in findings.vehicles]
     blocks += [_file(file) for file in findings.files]
+    blocks += [run_text(run) for run in findings.runs]
+    blocks += [notes_text(notes) for notes in findings.notes]
     problems = sorted(
         findings.all_problems, key=lambda p: ("error", "warning", "note").index(p.severity)
     )
@@ -46,6 +49,18 @@ def to_json(findings: Findings) -> str:
             }
             for f in findings.files
         ],
+        "runs": [
+            {
+                "file": run.file,
+                "kind_from": run.kind_from,
+                "run": run.record and run.record.model_dump(mode="json", exclude={"problems"}),
+            }
+            for run in findings.runs
+        ],
+        "notes": [
+            {"file": one.file, "notes": one.notes and one.notes.model_dump(mode="json")}
+            for one in findings.notes
+        ],
         "problems": [_problem(problem) for problem in findings.all_problems],
     }
     return canonical_json(body)
@@ -68,10 +83,10 @@ def _vehicle(vehicle: VehicleFinding) -> str:
 def _file(file: FileFinding) -> str:
     kind = file.kind.replace("_", " ")
     told = "" if file.kind_from == "folder" else " (told by its content)"
-    lines = [file.file, f"  {kind}{told}: {file.points} points"]
+    lines = [file.file, f"  {kind}{told}: {_plural(file.points, 'point')}"]
     for sheet in file.sheets:
         name = f'sheet "{sheet.sheet}"' if sheet.sheet is not None else "table"
-        lines.append(f"  {name}, {sheet.rows} rows: {sheet.summary}")
+        lines.append(f"  {name}, {_plural(sheet.rows, 'row')}: {sheet.summary}")
         lines += [
             f"    column {c.column} {c.header!r}: {c.quantity.replace('_', ' ')} in {_unit(c)}"
             for c in sheet.columns
@@ -81,9 +96,13 @@ def _file(file: FileFinding) -> str:
         rest = f" and {len(shown) - _MAX_CODES} more" if len(shown) > _MAX_CODES else ""
         lines.append(f"  codes (points): {', '.join(shown[:_MAX_CODES])}{rest}")
     lines += [
-        f"  {q.name}: {q.least:.6g} to {q.most:.6g} in {q.count} points" for q in file.quantities
+        f"  {q.name}: {q.least + 0.0:.6g} to {q.most + 0.0:.6g} in {_plural(q.count, 'point')}"
+        for q in file.quantities
     ]
-    lines += [f"  left out of fits: {mark} ({count} points)" for mark, count in file.marks.items()]
+    lines += [
+        f"  left out of fits: {mark} ({_plural(count, 'point')})"
+        for mark, count in file.marks.items()
+    ]
     return "\n".join(lines)
 
 
@@ -97,6 +116,7 @@ def _unit(column: ColumnRead) -> str:
 def _count(findings: Findings) -> str:
     severities = [problem.severity for problem in findings.all_problems]
     files = len(findings.files) + len(findings.vehicles)
+    files += len(findings.runs) + len(findings.notes)
     counts = [_plural(severities.count(name), name) for name in ("error", "warning", "note")]
     return f"{_plural(files, 'file')}: {', '.join(counts)}."
 

@@ -73,7 +73,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
     codes = np.unique(bench.code)
     if codes.size < 3:
         raise CannotComputeError(
-            f"the load test holds {codes.size} control code(s) "
+            f"the load test holds {codes.size} control code{'s' if codes.size > 1 else ''} "
             f"({', '.join(f'{code:g}' for code in codes)}); a family M(n, N) that interpolates "
             "between codes needs at least 3, six or more are better"
         )

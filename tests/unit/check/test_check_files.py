@@ -109,3 +109,16 @@ def test_a_path_named_twice_is_read_once(boat: Path) -> None:
 def test_empty_folder_holds_nothing(boat: Path) -> None:
     (text,) = texts(check(boat / "load_test"), "error")
     assert text.startswith(f"{boat}/load_test: holds nothing to check.")
+
+
+def test_one_of_anything_is_said_in_the_singular(boat: Path) -> None:
+    (boat / "load_test/code_40.csv").write_text("rpm;torque, N m\n900;0.1\n#800;0.2\n")
+    (boat / "mooring").mkdir()
+    (boat / "mooring/pull.csv").write_text("code;thrust, N\n0;-0\n-40;-6\n")
+    text = as_text(check(boat))
+    assert "left out of fits: commented out (1 point)" in text
+    assert "torque_nm: 0.1 to 0.1 in 1 point\n" in text
+    assert "left out of fits: zero reading (1 point)" in text
+    assert "1 points" not in text
+    assert "-0 to" not in text
+    assert "to -0 " not in text

@@ -271,6 +271,29 @@ def test_mooring_alone_shows_what_there_is_and_why_the_rest_is_missing(
     assert page.count('<span class="absent">not computed</span>') >= 6
 
 
+def test_intervals_that_could_not_count_whole_sweeps_are_warned_of(results: VehicleResults) -> None:
+    assert results.drive is not None
+    sound = text_of(vehicle_page(results))
+    assert "The covariance is clustered by sweep" in sound
+    few = results.drive.model_copy(update={"clustered": False, "clusters": 3})
+    page = text_of(vehicle_page(dataclasses.replace(results, drive=few)))
+    assert "The covariance is clustered by sweep" not in page
+    assert "The 3 sweeps are not more than the" in page
+    assert "could not be clustered by sweep" in page
+
+
+def test_range_of_codes_is_the_drives(results: VehicleResults) -> None:
+    inverse = results.inverse
+    assert inverse is not None
+    assert inverse.firmware is not None
+    weak = inverse.firmware.model_copy(update={"code_min": -100})
+    weak_results = dataclasses.replace(
+        results, inverse=inverse.model_copy(update={"firmware": weak})
+    )
+    assert "The tables cover codes -127 to 127" in text_of(vehicle_page(results))
+    assert "The tables cover codes -100 to 127" in text_of(vehicle_page(weak_results))
+
+
 def test_load_test_alone_shows_the_drive(results: VehicleResults) -> None:
     page = vehicle_page(
         VehicleResults(
