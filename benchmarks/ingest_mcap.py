@@ -6,12 +6,11 @@ Both read the same numbers of the same topics of a log with an IMU at 200 Hz, wi
 side of the run in it, too. The peer decodes the messages of the wanted topics only. "gather"
 is the way
 from the file to arrays of numbers and stamps; "whole" is `read_pool_run`, which chooses topics,
-aligns clocks, converts, looks for faults and compares channels with each other. The second log is
-twice as long.
+aligns clocks, converts, looks for faults and compares channels with each other. Medians of five
+rounds in which all take turns, in seconds of the processor.
 """
 
 import argparse
-import math
 import tempfile
 import time
 from collections.abc import Callable
@@ -26,7 +25,8 @@ from pipeline.export.mcap_log import write_run_log
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.pool_run_codec import codec_of
-from pipeline.ingest.pool_run_extract import Request, Stamp, TopicData, extract
+from pipeline.ingest.pool_run_extract import Request, TopicData, extract
+from pipeline.ingest.pool_run_stamps import Stamp
 from pipeline.simulate.sensors import Channel
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
@@ -143,14 +143,15 @@ def vehicle() -> Vehicle:
     )
 
 
-def best(work: Callable[[], Any], repeats: int) -> float:
-    """Return the shortest of some runs, in seconds."""
-    shortest = math.inf
-    for _ in range(repeats):
-        begin = time.perf_counter()
-        work()
-        shortest = min(shortest, time.perf_counter() - begin)
-    return shortest
+def rounds(works: dict[str, Callable[[], Any]], count: int) -> dict[str, FloatArray]:
+    """Time works by turns (count,) each, in seconds of the processor: others may use the rest."""
+    taken: dict[str, list[float]] = {name: [] for name in works}
+    for _ in range(count):
+        for name, work in works.items():
+            begin = time.process_time()
+            work()
+            taken[name].append(time.process_time() - begin)
+    return {name: np.array(times) for name, times in taken.items()}
 
 
 def main() -> None:
@@ -170,17 +171,20 @@ def main() -> None:
         megabytes = path.stat().st_size / 1e6
         print(f"{minutes:g} min, {messages} messages of {len(WANTED)} topics, {megabytes:.1f} MB")
         print("arrays of numbers and stamps: identical")
-        slow = best(lambda: peer(path), 1)
-        fast = best(lambda: gather(path), 3)
-        whole = best(lambda: read_pool_run(path, vehicle(), path.parent), 3)
-        print(f"mcap-ros2-support {slow:8.3f} s      1 x")
-        print(f"gather            {fast:8.3f} s  {slow / fast:5.1f} x")
-        print(f"whole             {whole:8.3f} s  {slow / whole:5.1f} x")
-        twice = best(lambda: gather(longer), 3)
-        twice_whole = best(lambda: read_pool_run(longer, vehicle(), path.parent), 3)
-        print(
-            f"a log twice as long: gather {twice / fast:.2f} x, whole {twice_whole / whole:.2f} x"
-        )
+        works: dict[str, Callable[[], Any]] = {
+            "mcap-ros2-support": lambda: peer(path),
+            "gather": lambda: gather(path),
+            "gather, a log twice as long": lambda: gather(longer),
+            "whole": lambda: read_pool_run(path, vehicle(), path.parent),
+            "whole, a log twice as long": lambda: read_pool_run(longer, vehicle(), path.parent),
+        }
+        taken = rounds(works, 5)
+        slow = taken["mcap-ros2-support"]
+        for name, times in taken.items():
+            print(f"{name:28}{np.median(times):8.3f} s  {np.median(slow / times):6.1f} x")
+        for name in ("gather", "whole"):
+            ratio = np.median(taken[f"{name}, a log twice as long"] / taken[name])
+            print(f"{name}: twice the log takes {ratio:.2f} times as long")
 
 
 if __name__ == "__main__":

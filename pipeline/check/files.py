@@ -2,10 +2,12 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 
+from pipeline.check.findings import FileFinding, Findings, Quantity, VehicleFinding
+from pipeline.check.pool_runs import POOL, is_log, is_notes, read_notes_alone, read_run, strays
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
@@ -15,8 +17,8 @@ from pipeline.records.measurements import (
     LoadTestRecord,
     MooringRecord,
     OpenWaterRecord,
-    SheetRead,
 )
+from pipeline.vehicle.frames import frame_shown
 from pipeline.vehicle.load import load_vehicle, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 
@@ -26,6 +28,7 @@ READERS: dict[str, Callable[[Sequence[Path], Vehicle, Path], RawRecord]] = {
     "mooring": read_mooring_tables,
     "open_water": read_open_water,
 }
+_KINDS = (*RAW_KINDS, *(() if POOL in RAW_KINDS else (POOL,)))
 #: What a file is read by when no vehicle file is near; every number of it is shown as assumed.
 _STAND_IN = {
     "name": "unknown",
@@ -42,66 +45,6 @@ _STAND_IN_NOTE = Problem(
     "are assumed for this check alone.",
     remedy="Give the right one with --vehicle FILE.",
 )
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """The range of one quantity over the points that a fit would use."""
-
-    name: str
-    count: int
-    least: float
-    most: float
-
-
-@dataclass(frozen=True)
-class FileFinding:
-    """One raw file as it was understood."""
-
-    file: str
-    kind: str
-    kind_from: str
-    sheets: tuple[SheetRead, ...]
-    points: int
-    marks: dict[str, int]
-    codes: dict[str, int]
-    quantities: tuple[Quantity, ...]
-    problems: tuple[Problem, ...]
-
-
-@dataclass(frozen=True)
-class VehicleFinding:
-    """One vehicle file as it was understood."""
-
-    file: str
-    name: str
-    notes: tuple[str, ...] = ()
-    problems: tuple[Problem, ...] = ()
-
-
-@dataclass
-class Findings:
-    """All that a check found, in the order in which it was asked."""
-
-    vehicles: list[VehicleFinding] = field(default_factory=list)
-    files: list[FileFinding] = field(default_factory=list)
-    problems: list[Problem] = field(default_factory=list)
-    """What belongs to no single file, such as the codes that a folder lacks."""
-
-    @cached_property
-    def all_problems(self) -> tuple[Problem, ...]:
-        """Every problem once, in the order found."""
-        found = list(self.problems)
-        for vehicle in self.vehicles:
-            found += vehicle.problems
-        for file in self.files:
-            found += file.problems
-        return tuple(dict.fromkeys(found))
-
-    @property
-    def failed(self) -> bool:
-        """Whether anything was refused."""
-        return any(problem.severity == "error" for problem in self.all_problems)
 
 
 def check_paths(
@@ -162,11 +105,12 @@ class _Reader:
         self._tell = tell
         self._vehicles: dict[Path | None, Vehicle | None] = {}
         self._files: dict[Path, _RawFile] = {}
+        self._runs: dict[Path, tuple[Path, Vehicle]] = {}
 
     def read(self, path: Path) -> None:
         """Read a vehicle file; set a raw file, or everything in a folder, aside."""
-        before = len(self._files) + len(self._findings.vehicles)
-        seen = path.absolute() in self._files
+        before = self._count()
+        seen = path.absolute() in {*self._files, *self._runs}
         if path.name == VEHICLE_FILE:
             seen = path in self._vehicles
             self._vehicle(path)
@@ -174,28 +118,45 @@ class _Reader:
             self._file(path)
         elif (path / VEHICLE_FILE).exists():
             seen = path / VEHICLE_FILE in self._vehicles
-            self._vehicle(path / VEHICLE_FILE)
-            folder = VehicleFolder(path.name, str(path))
-            for kind in RAW_KINDS:
-                shown = f"{folder.folder}/{kind}"
-                self._findings.problems += folder.misnamed_problems(kind, shown)
-                for file in folder.raw_files(kind):
-                    self._file(Path(file))
+            self._vehicle_folder(path)
         else:
-            for inner in sorted(path.iterdir()):
-                known = inner.name in RAW_KINDS or (inner / VEHICLE_FILE).exists()
-                if (inner.is_dir() and known) or (inner.is_file() and is_raw(inner.name)):
-                    seen = True  # what is in it says itself when it holds nothing
-                    self.read(inner)
-        if not seen and before == len(self._files) + len(self._findings.vehicles):
+            seen = self._folder(path) or seen
+        if not seen and before == self._count():
             self._findings.problems.append(
                 Problem(
                     "error",
                     Place(str(path)),
                     "holds nothing to check.",
-                    f"raw files, a folder of them ({', '.join(RAW_KINDS)}), or {VEHICLE_FILE}.",
+                    f"raw files, a folder of them ({', '.join(_KINDS)}), or {VEHICLE_FILE}.",
                 )
             )
+
+    def _vehicle_folder(self, path: Path) -> None:
+        """Set everything of a vehicle aside."""
+        self._vehicle(path / VEHICLE_FILE)
+        folder = VehicleFolder(path.name, str(path))
+        for kind in _KINDS:
+            shown = f"{folder.folder}/{kind}"
+            self._findings.problems += folder.misnamed_problems(kind, shown)
+            for file in folder.raw_files(kind):
+                self._file(Path(file))
+        self._findings.problems += strays(path / POOL)
+
+    def _folder(self, path: Path) -> bool:
+        """Set everything in a folder aside; tell whether there was something to look into."""
+        if path.name == POOL:
+            self._findings.problems += strays(path)
+        found = False
+        for inner in sorted(path.iterdir()):
+            known = inner.name in _KINDS or (inner / VEHICLE_FILE).exists()
+            if (inner.is_dir() and known) or (inner.is_file() and is_raw(inner.name)):
+                found = True  # what is in it says itself when it holds nothing
+                self.read(inner)
+        return found
+
+    def _count(self) -> int:
+        found = self._findings
+        return len(self._files) + len(self._runs) + len(found.vehicles) + len(found.notes)
 
     def read_files(self) -> None:
         """Read the raw files that were set aside."""
@@ -206,6 +167,10 @@ class _Reader:
             if self._is_whole(group[0].path.parent):
                 self._findings.problems += of_folder
         self._findings.files += [found[file.path] for file in self._files.values()]
+        for path, vehicle in self._runs.values():
+            self._tell(str(path))
+            by = "folder" if path.absolute().parent.name == POOL else "suffix"
+            self._findings.runs.append(read_run(path, vehicle, by))
 
     def _groups(self) -> list[list["_RawFile"]]:
         """Return the files by folder, kind and vehicle; a kind told by content is told first."""
@@ -231,7 +196,8 @@ class _Reader:
         except InputError as error:
             finding = VehicleFinding(str(path), path.absolute().parent.name, (), (error.problem,))
         else:
-            finding = VehicleFinding(str(path), vehicle.name, vehicle_notes(vehicle))
+            notes = (*frame_shown(vehicle), *vehicle_notes(vehicle))
+            finding = VehicleFinding(str(path), vehicle.name, notes)
         self._findings.vehicles.append(finding)
         self._vehicles[path] = vehicle
         return vehicle
@@ -249,10 +215,16 @@ class _Reader:
         return self._vehicles[None]
 
     def _file(self, path: Path) -> None:
-        if path.absolute() in self._files:
+        if path.absolute() in self._files or path.absolute() in self._runs:
+            return
+        if is_notes(path):
+            self._findings.notes.append(read_notes_alone(path))
             return
         # a vehicle file that cannot be used has had its message; the raw file is read all the same
         vehicle = self._vehicle_for(path) or self._stand_in
+        if is_log(path):
+            self._runs[path.absolute()] = (path, vehicle)
+            return
         folder = path.absolute().parent.name
         kind, kind_from = (folder, "folder") if folder in READERS else ("", "content")
         self._files[path.absolute()] = _RawFile(path, kind, kind_from, vehicle)

@@ -8,6 +8,8 @@ from pipeline.ingest.unit_text import is_same_unit
 
 _BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+")
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
+#: No reading is larger, nanoseconds since 1970 included; powers and products stay finite.
+MOST = 1e30
 #: Written where there is no value.
 _MISSING = frozenset(
     {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "none", "null", "нет", "н/д"}
@@ -49,7 +51,7 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
     Raises
     ------
     NotANumberError
-        Text, an error value such as #DIV/0!, a truth value or infinity.
+        Text, an error value such as #DIV/0!, a truth value, infinity or a number above `MOST`.
 
     Examples
     --------
@@ -92,6 +94,8 @@ def _finite(value: float, text: str) -> float | None:
         return None
     if math.isinf(value):
         raise NotANumberError(f'"{shorten(text)}" is not a finite number')
+    if abs(value) > MOST:
+        raise NotANumberError(f'"{shorten(text)}" is larger than any reading can be')
     return value
 
 

@@ -25,7 +25,9 @@ from pipeline.ingest.mcap_records import (
     MAGIC,
     MAX_CHUNK_BYTES,
     MAX_METADATA_BYTES,
+    MAX_RATIO,
     MAX_SCHEMA_BYTES,
+    MAX_UNPACKED_BYTES,
     MESSAGE,
     MESSAGE_INDEX,
     METADATA,
@@ -76,6 +78,7 @@ class McapFile:
         """How far the last pass got."""
         self._end = 0
         self._at = 0
+        self._unpacked = 0
         self._cut_at: int | None = None
         self._faults: set[str] = set()
         with self._open() as stream:
@@ -118,6 +121,8 @@ class McapFile:
     def _read_summary(self, stream: BinaryIO) -> None:
         """Take topics and counts from the summary; leave `indexed` False where that fails."""
         self._end = self.size
+        if self.size < _FOOTER_BYTES:
+            return
         stream.seek(-_FOOTER_BYTES, io.SEEK_END)
         tail = stream.read(_FOOTER_BYTES)
         if not tail.endswith(MAGIC) or tail[0] != FOOTER:
@@ -153,6 +158,7 @@ class McapFile:
     def _blocks(self, stream: BinaryIO, wanted: frozenset[int] | None) -> Iterator[Block]:
         """Walk the top level of the file; `wanted` None takes everything."""
         self._at = len(MAGIC)
+        self._unpacked = 0
         loose = bytearray()
         for opcode, begin, length in self._records(stream):
             if loose and (opcode != MESSAGE or len(loose) >= _LOOSE_BYTES):
@@ -233,10 +239,9 @@ class McapFile:
             else:
                 self._fault(f"{where} is broken ({error}); its messages were left out.")
             return None
-        if head.length + head.size > length or head.size > MAX_CHUNK_BYTES:
-            self._fault(
-                f"{where} holds {head.size} packed bytes in {length}; its messages were left out."
-            )
+        refusal = self._refusal(head, length)
+        if refusal:
+            self._fault(f"{where} {refusal}; its messages were left out.")
             return None
         if is_cut:
             return self._cut_chunk(stream, begin, head)
@@ -259,6 +264,21 @@ class McapFile:
             )
             return None
         return self.directory.take_in(self._found_in(data, index, where))
+
+    def _refusal(self, head: ChunkHead, length: int) -> str:
+        """Say why a chunk is not even read, and count what a pass unpacks."""
+        if head.length + head.size > length or head.size > MAX_CHUNK_BYTES:
+            return f"holds {head.size} packed bytes in {length}"
+        size = head.uncompressed_size
+        if not head.compression or size > MAX_CHUNK_BYTES:
+            return ""  # one that states too much is refused where it is unpacked
+        if self._unpacked + size > MAX_UNPACKED_BYTES + MAX_RATIO * self.size:
+            return (
+                f"takes the log to more than {MAX_RATIO} times its size, unpacked: this looks like "
+                "a bomb"
+            )
+        self._unpacked += size
+        return ""
 
     def _found_in(self, data: bytes, index: Mapping[int, IntArray], where: str) -> Block:
         """Find the messages of a chunk by its index, or without where that does not agree."""

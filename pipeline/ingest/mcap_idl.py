@@ -37,6 +37,8 @@ _WORDS = {
 _REFUSED = {"union", "map", "wstring", "wchar", "bitset", "bitmask", "fixed", "any", "valuetype"}
 _REFUSED_NOTES = {"optional", "mutable", "appendable"}
 _MAX_TOKENS = 200_000
+_LENGTH = re.compile(r"[0-9]{1,9}")
+_MAX_LENGTH = 10_000_000
 
 
 def parse_idl(name: str, text: str) -> Definition:
@@ -143,7 +145,7 @@ class _Reader:
         value = []
         while self._peek() != ";":
             value.append(self._next())
-        if len(value) == 1 and value[0].isdigit():
+        if len(value) == 1 and _LENGTH.fullmatch(value[0]):
             self._constants["::".join((*scope, name))] = int(value[0])
 
     def _type(self, scope: tuple[str, ...]) -> tuple[str, int | None]:
@@ -152,12 +154,7 @@ class _Reader:
         if word in _REFUSED:
             raise DefinitionError(f"{word} is not supported")
         if word == "sequence":
-            self._expect("<")
-            kind, length = self._type(scope)
-            if length is not None:
-                raise DefinitionError("a sequence of sequences is not supported")
-            self._pass_to(">")
-            return kind, -1
+            return self._sequence(scope)
         if word == "string":
             if self._peek() == "<":
                 self._pass_to(">")
@@ -175,6 +172,16 @@ class _Reader:
             self._next()
             name += "::" + self._next()
         return self._named(name, scope)
+
+    def _sequence(self, scope: tuple[str, ...]) -> tuple[str, int]:
+        self._expect("<")
+        if self._peek() == "sequence":
+            raise DefinitionError("a sequence of sequences is not supported")
+        kind, length = self._type(scope)
+        if length is not None:
+            raise DefinitionError("a sequence of arrays is not supported")
+        self._pass_to(">")
+        return kind, -1
 
     def _pass_to(self, word: str) -> None:
         while self._next() != word:
@@ -197,6 +204,8 @@ class _Reader:
                 self._next()
                 size = self._number(self._next(), scope)
                 length = size if length is None else length * size
+                if length > _MAX_LENGTH:
+                    raise DefinitionError(f'"{name}" is too long an array')
                 self._expect("]")
             found.append((name, length))
             if self._peek() != ",":
@@ -208,7 +217,7 @@ class _Reader:
             full = "::".join((*scope[:depth], word))
             if full in self._constants:
                 return self._constants[full]
-        if not word.isdigit() or int(word) > 10_000_000:
+        if not _LENGTH.fullmatch(word) or int(word) > _MAX_LENGTH:
             raise DefinitionError(f'"{word}" is not the length of an array')
         return int(word)
 

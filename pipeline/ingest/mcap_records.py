@@ -27,6 +27,9 @@ MAX_SCHEMA_BYTES = 1_000_000
 MAX_TEXT_BYTES = 10_000
 MAX_METADATA_BYTES = 1_000_000
 MAX_CHUNK_BYTES = 256 * 1024 * 1024
+#: All chunks may unpack to `MAX_UNPACKED_BYTES` and `MAX_RATIO` times the size of the file.
+MAX_RATIO = 200
+MAX_UNPACKED_BYTES = 64 * 1024 * 1024
 
 
 class BrokenRecordError(ValueError):

@@ -15,7 +15,7 @@ from pipeline.ingest.mcap_types import (
 _SEPARATOR = re.compile(r"^=+\s*$")
 _NAME = re.compile(r"^(MSG|SRV|ACTION):\s*(?P<name>\S+)\s*$")
 _TYPE = re.compile(
-    r"^(?P<base>[A-Za-z][A-Za-z0-9_/]*)(<=[0-9]+)?(?P<array>\[(?P<bound><=)?(?P<length>[0-9]*)\])?$"
+    r"^(?P<base>[A-Za-z][A-Za-z0-9_/]*)(<=[0-9]+)?(?P<array>\[(?P<bound><=)?(?P<length>[0-9]{0,9})\])?$"
 )
 _TIME = (Field("sec", "int32"), Field("nanosec", "uint32"))
 #: Understood although files leave them out.

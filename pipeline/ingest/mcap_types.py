@@ -26,6 +26,8 @@ PRIMITIVES: Mapping[str, str] = {
     "float64": "f8",
 }
 STRING = "string"
+_MOST = 10_000
+"""Elements that a path may name."""
 _PART = re.compile(r"^(?P<name>[^\[\]]+)(\[(?P<first>[0-9]+)(:(?P<end>[0-9]+))?\])?$")
 
 
@@ -111,7 +113,9 @@ def parse_path(text: str) -> list[Path]:
         if match["first"] is not None:
             first = int(match["first"])
             end = first + 1 if match["end"] is None else int(match["end"])
-            steps = [(match["name"], number) for number in range(first, min(end, first + 10_000))]
+            steps = [(match["name"], number) for number in range(first, min(end, first + _MOST))]
+        if len(paths) * len(steps) > _MOST:
+            raise ValueError(f'"{text}" names more than {_MOST} elements')
         paths = [path + step for path in paths for step in steps]
     return paths
 

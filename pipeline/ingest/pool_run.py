@@ -33,8 +33,13 @@ from pipeline.ingest.pool_run_topics import (
 )
 from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.records.run_notes import RunNotes
 from pipeline.types import FloatArray
+from pipeline.vehicle.run_notes import notes_file, read_run_notes
 from pipeline.vehicle.schema import Vehicle
+
+#: Log times further than this from the median one are damage. [ns]
+_LONGEST_RUN_NS = 7 * 86_400 * 1e9
 
 __all__ = ["read_pool_run", "resample", "summarize"]
 
@@ -75,9 +80,14 @@ def read_pool_run(
     problems: list[Problem] = []
     codecs, topics = topics_of(log, prefix)
     if not any(topic.messages for topic in topics):
+        what = "the log holds no messages"
+        if not log.directory.complete:
+            what = f"the log was cut off after {log.size} bytes and holds no messages"
+        elif log.problems:
+            what += f" that can be read: {log.problems[0].what.rstrip('.')}"
         raise InputError.at(
             place,
-            "the log holds no messages" + (f" under {prefix}." if prefix else "."),
+            what + (f" under {prefix}." if prefix else "."),
             expected="messages of thrusters and sensors.",
             remedy="Check that the recorder ran.",
         )
@@ -107,11 +117,23 @@ def read_pool_run(
             channels[name] = channel
             problems += told_of(name, channel, place, run_start_ns, told)
     problems += log.problems
-    run = _run(vehicle, log, channels, topics)
+    run = replace(_run(vehicle, log, channels, topics), notes=_notes_of(path, raw_root, problems))
     problems += told_of_commands(run, vehicle, place)
     problems += suspicions(run, vehicle)
     problems += told_of_coverage(run, place)
     return replace(run, problems=tuple(each_once(problems)))
+
+
+def _notes_of(path: Path, raw_root: Path, problems: list[Problem]) -> RunNotes | None:
+    """Read the notes beside a log; what is wrong with them does not stop the run."""
+    file = notes_file(path)
+    if file is None:
+        return None
+    try:
+        return read_run_notes(file, source_name(file, raw_root))
+    except InputError as error:
+        problems.append(error.problem)
+        return None
 
 
 def summarize(run: PoolRun) -> PoolRunRecord:
@@ -141,12 +163,14 @@ def summarize(run: PoolRun) -> PoolRunRecord:
         ),
         topics=run.topics,
         metadata={name: dict(entries) for name, entries in run.metadata.items()},
+        notes=run.notes,
         problems=run.problems,
     )
 
 
 def _summary(name: str, channel: RunChannel, start_ns: int) -> ChannelSummary:
-    time_ns = channel.time_ns
+    timely = channel.timely()
+    time_ns = channel.time_ns[timely if timely.any() else slice(None)]
     rhythm = rhythm_of(time_ns)
     rate = 1.0 / channel.period_s if channel.period_s > 0 else None
     return ChannelSummary(
@@ -154,7 +178,7 @@ def _summary(name: str, channel: RunChannel, start_ns: int) -> ChannelSummary:
         read=channel.read,
         clock=channel.clock,
         columns=channel.columns,
-        readings=int(time_ns.size),
+        readings=int(channel.time_ns.size),
         rate_hz=rate,
         is_regular=channel.is_regular,
         delay_s=channel.delay_s,
@@ -174,6 +198,18 @@ def _finite(column: FloatArray, take: object) -> float | None:
     return float(finite.min() if take is np.min else finite.max())
 
 
+def _extent(channels: Mapping[str, RunChannel]) -> tuple[int, int]:
+    """Return the first and the last log time [ns], without those that damage made wild."""
+    times = [channel.log_time_ns for channel in channels.values() if channel.log_time_ns.size]
+    if not times:
+        return 0, 0
+    every = np.concatenate(times)
+    middle = int(np.sort(every)[every.size // 2])
+    # as floats: the difference of two wild times may not fit into 64 bits
+    near = every[np.abs(every.astype(float) - float(middle)) <= _LONGEST_RUN_NS]
+    return int(near.min()), int(near.max())
+
+
 def _run(
     vehicle: Vehicle,
     log: McapFile,
@@ -181,7 +217,7 @@ def _run(
     topics: Sequence[TopicFound],
 ) -> PoolRun:
     """Put the channels of a run together; its problems come later."""
-    times = [channel.log_time_ns for channel in channels.values() if channel.log_time_ns.size]
+    start_ns, end_ns = _extent(channels)
     used: dict[str, list[str]] = {}
     for name, channel in channels.items():
         used.setdefault(channel.topic, []).append(name)
@@ -202,11 +238,12 @@ def _run(
             for topic in sorted(topics, key=lambda topic: topic.name)
         ),
         (),
-        int(min((part.min() for part in times), default=0)),
-        int(max((part.max() for part in times), default=0)),
+        start_ns,
+        end_ns,
         directory.complete,
         log.read_bytes,
         log.size,
         directory.library,
         dict(directory.metadata),
+        tuple(thruster.name for thruster in vehicle.thrusters),
     )

@@ -19,8 +19,8 @@ from pipeline.ingest.pool_run_health import (
 )
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
 from pipeline.records.pool_run import ChannelRead
-from pipeline.records.run_arrays import RunChannel
-from pipeline.types import BoolArray
+from pipeline.records.run_arrays import WITHOUT_TIME, RunChannel
+from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 
 _LOG_METADATA = "rig2sea.log"
@@ -107,15 +107,25 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
     """Make a channel: mark its readings, settle its delay."""
     plan, converted, taken, timing = found.plan, found.converted, found.taken, found.timing
     time_ns = timing.time_ns
-    rhythm = rhythm_of(time_ns)
+    # a wild stamp says nothing of the others
+    timely = np.ones(time_ns.size, np.bool_)
+    for name in WITHOUT_TIME:
+        if name in timing.marks:
+            timely &= ~timing.marks[name]
+    rows: BoolArray | slice = slice(None) if timely.all() else timely  # a slice copies nothing
+    rhythm = rhythm_of(time_ns[rows])
     holds = plan.quantity == "thruster_command"
     marks: dict[str, BoolArray] = dict(timing.marks)
     if taken.broken.any():
         marks["broken"] = taken.broken
-    marks |= time_marks(time_ns, converted.values, rhythm)
+    for name, mark in time_marks(time_ns[rows], converted.values[rows], rhythm).items():
+        marks[name] = np.zeros(time_ns.size, np.bool_)
+        marks[name][rows] = mark
     marks |= _value_marks(plan, converted, rhythm, vehicle)
     delay, said = _delay(plan, timing, vehicle)
     notes = [*plan.notes, *converted.notes, *([said] if said else [])]
+    if plan.quantity == "velocity":
+        notes += _out_of_the_mount(converted.values, found.topic, vehicle)
     told = plan.unit is not None
     read = ChannelRead(
         quantity=plan.quantity,
@@ -147,6 +157,26 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
     )
 
 
+#: Frames in which a velocity is in body axes already.
+_BODY_FRAMES = ("base_link", "body")
+
+
+def _out_of_the_mount(values: FloatArray, topic: TopicFound, vehicle: Vehicle) -> list[str]:
+    """Turn velocities (k, 3) from the axes of the DVL into those of the body, in place."""
+    sensor = None if vehicle.sensors is None else vehicle.sensors.dvl
+    if sensor is None or not any(sensor.rotation_deg):
+        return []
+    in_body = topic.message_type.endswith("/Odometry")
+    if in_body or any(name in topic.frame.lower() for name in _BODY_FRAMES):
+        return ["in body axes by its message: rotation_deg of the DVL is not applied"]
+    from scipy.spatial.transform import Rotation
+
+    mount = Rotation.from_euler("ZYX", np.radians(sensor.rotation_deg)[::-1])
+    values[:] = values @ mount.as_matrix().T
+    angles = ", ".join(f"{angle:g}" for angle in sensor.rotation_deg)
+    return [f"turned into body axes by sensors: dvl: rotation_deg ({angles})"]
+
+
 def _axes_text(plan: Plan) -> str:
     if plan.quantity in ("attitude_quaternion", "attitude_euler"):
         return f"{plan.body_axes} to {plan.earth_axes}"
@@ -173,6 +203,7 @@ def _value_marks(
         rhythm.period_s,
         holds=False,
         is_quaternion=converted.quantity == "attitude",
+        jumps=converted.quantity == "shaft_speed",
         lowest=plan.lowest,
         highest=plan.highest,
     )

@@ -195,11 +195,11 @@ def _first_that_fits(
                 said.append(f"{topic.name} was not taken for {rule.quantity}: {error}.")
     if plan is None:
         return [], said
-    what = (
-        f"{plan.quantity} is taken from {plan.topic} ({', '.join(plan.fields)}): {found[0][2].says}"
-    )
-    what += f". Also fitting: {', '.join(others[:6])}." if others else "."
-    return [plan], [what]
+    if not others:
+        return [plan], []  # the channel itself says where it is from
+    fields = ", ".join(plan.fields)
+    what = f"{plan.quantity} is taken from {plan.topic} ({fields}, {plan.mapped_by})."
+    return [plan], [f"{what} Also fitting: {', '.join(others[:6])}."]
 
 
 def _one_topic_each(

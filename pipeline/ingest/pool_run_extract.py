@@ -123,12 +123,17 @@ def _in_order(
     ]
 
 
+#: Room is made beforehand for so many messages at most: their number is what the file states.
+_MOST_EXPECTED = 5_000_000
+
+
 class _Sink:
     """Arrays that grow; their size is usually known beforehand."""
 
     def __init__(self, request: Request, count: int) -> None:
         self._request = request
         self._used = 0
+        count = min(count, _MOST_EXPECTED)
         self.names: list[tuple[str, ...]] = []
         self.why_broken = ""
         self._time = np.empty(count, np.int64)

@@ -17,6 +17,8 @@ _FROZEN_READINGS = 10
 _FROZEN_S = 0.5
 #: Saturated: as many readings in a row at the very end of all that were met.
 _SATURATED_READINGS = 5
+#: A sensor that repeats more of its readings is read faster than it measures.
+_MOST_REPEATS = 0.3
 _SPIKE_SIGMAS = 12.0
 _MOST_LOOKED_AT = 20_000
 #: Readings on either side of a spike that say how noisy the sensor is there.
@@ -108,6 +110,7 @@ def value_marks(
     *,
     holds: bool = False,
     is_quaternion: bool = False,
+    jumps: bool = False,
     lowest: float | None = None,
     highest: float | None = None,
 ) -> dict[str, BoolArray]:
@@ -122,7 +125,10 @@ def value_marks(
     holds : bool
         Commands: they may jump and stand still.
     is_quaternion : bool
-        q and -q are one attitude: a change of all signs is no spike.
+        q and -q are one attitude: a change of all signs is no spike. Its components have ends of
+        their own: level is w = 1.
+    jumps : bool
+        Shaft speeds follow commands that jump to and fro: no spikes are looked for.
     lowest, highest : float, optional
         Range of the sensor, in the unit of the readings.
 
@@ -139,23 +145,22 @@ def value_marks(
     _range_marks(marks, values, lowest, highest)
     if holds or values.shape[0] < 10 or not finite.any():
         return marks
-    repeats = _repeats(values) & finite
-    spread = np.ptp(values[finite], axis=0)
-    if not (spread > 0).any():
+    if all(np.fmin.reduce(column) == np.fmax.reduce(column) for column in values.T):
         return marks  # constant throughout: said of the channel, not of its readings
     if values.shape[1] >= 3:
-        zero = (values == 0.0).all(axis=1)
-        if zero.any() and zero.mean() < 0.5:
-            _set(marks, "dropout", _dropouts(values, zero))
-    if repeats.mean() < 0.3:
+        _set(marks, "dropout", _dropouts(values))
+    repeats = _repeats(values) & finite
+    if repeats.mean() < _MOST_REPEATS:
+        if lowest is None and highest is None and not is_quaternion:
+            _set(marks, "saturated", _at_the_end(values))
         least = max(_FROZEN_READINGS, round(_FROZEN_S / period_s) if period_s > 0 else 0)
         frozen = _runs(repeats, least - 1)
         frozen[:-1] |= frozen[1:] & repeats[1:]  # the reading that is repeated, too
-        if lowest is None and highest is None:
-            _set(marks, "saturated", _at_the_end(values))
         for other in ("dropout", "saturated"):
             frozen &= ~marks.get(other, np.zeros_like(frozen))
         _set(marks, "frozen", frozen)
+    if jumps:
+        return marks
     spikes = np.zeros(values.shape[0], np.bool_)
     columns = _without_sign_changes(values) if is_quaternion else values
     for column in columns.T:
@@ -180,7 +185,11 @@ def command_marks(
 
 def _are_readings(values: FloatArray) -> BoolArray:
     """Tell which rows hold nothing but numbers that a sensor can give."""
-    return np.asarray((np.abs(values) < _LARGEST).all(axis=1))
+    # column by column: NumPy is slow along short axes
+    good = np.ones(values.shape[0], np.bool_)
+    for column in values.T:
+        good &= np.abs(column) < _LARGEST
+    return good
 
 
 def _range_marks(
@@ -208,13 +217,22 @@ def _repeats(values: FloatArray) -> BoolArray:
     """Mark readings equal to the one before in all components; not a number equals itself."""
     same = np.zeros(values.shape[0], np.bool_)
     if values.shape[0] > 1:
-        now, before = values[1:], values[:-1]
-        same[1:] = ((now == before) | (np.isnan(now) & np.isnan(before))).all(axis=1)
+        same[1:] = True
+        for column in values.T:
+            now, before = column[1:], column[:-1]
+            equal = now == before
+            equal |= (now != now) & (before != before)  # noqa: PLR0124  not a number
+            same[1:] &= equal
     return same
 
 
-def _dropouts(values: FloatArray, zero: BoolArray) -> BoolArray:
-    """Keep runs of zeros that are jumped into or out of; a vehicle at rest has zeros, too."""
+def _dropouts(values: FloatArray) -> BoolArray:
+    """Mark runs of zeros that are jumped into or out of; a vehicle at rest has zeros, too."""
+    zero = values[:, 0] == 0.0
+    for column in values.T[1:]:
+        zero &= column == 0.0
+    if not zero.any() or zero.mean() > 0.5:
+        return np.zeros_like(zero)
     with np.errstate(invalid="ignore"):
         steps = np.linalg.norm(np.diff(values, axis=0), axis=1)
     inside = steps[~(zero[1:] | zero[:-1]) & np.isfinite(steps)]

@@ -1,22 +1,28 @@
 """Channels of a run on one time base."""
 
 from collections.abc import Sequence
+from pathlib import PurePath
 
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.ingest.pool_run_health import GAP_PERIODS
-from pipeline.records.run_arrays import PoolRun, RunChannel, RunTable
+from pipeline.ingest.pool_run_interpolate import kept_readings, place_on
+from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.records.run_table import QUANTITIES, RunTable
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 _MOST_ROWS = 50_000_000
+#: Quantities with a column a thruster, and how their columns begin in the channels.
+_OF_THRUSTERS = {"command": "command.", "shaft_speed": "shaft_speed_rpm."}
+#: Quantity of a channel -> quantity of the table, where they are called otherwise.
+_CALLED = {"thruster_command": "command"}
 
 
 def resample(
     run: PoolRun,
     rate_hz: float,
     *,
-    channels: Sequence[str] | None = None,
+    quantities: Sequence[str] | None = None,
     begin_ns: int | None = None,
     end_ns: int | None = None,
 ) -> RunTable:
@@ -26,7 +32,10 @@ def resample(
     the two readings around (quaternions on the shorter arc, normalised); a command holds until the
     next. No value is made up in a gap, before the first or after the last reading: it is not a
     number and `valid` is False. Readings with the marks of `LEFT_OUT_OF_TABLES` take no part and
-    are counted.
+    are counted. Commands and shaft speeds of all thrusters are put together in the order of the
+    vehicle file: a thruster without a command has 0, one without shaft speed is not a number, and
+    `notes` say so. Where only the velocity over the earth was measured, the attitude turns it into
+    body axes.
 
     Parameters
     ----------
@@ -34,28 +43,111 @@ def resample(
         The run.
     rate_hz : float
         Rate of the table. Below the rate of a sensor, its noise above half of it folds back. [Hz]
-    channels : sequence of str, optional
-        Names of channels; default all.
+    quantities : sequence of str, optional
+        Names of `QUANTITIES`; default all that the run has.
     begin_ns, end_ns : int, optional
         Times on the clock of the log; default the whole run. [ns]
 
     Returns
     -------
     RunTable
-        Times count from `begin_ns`.
+        Times count from `begin_ns`; its name is that of the file.
 
     Raises
     ------
     CannotComputeError
-        For a rate or times that make no table, or a channel that the run does not have.
+        For a rate or times that make no table, or a quantity that the run does not have.
     """
-    names = list(run.channels) if channels is None else list(channels)
-    missing = [name for name in names if name not in run.channels]
+    by_quantity: dict[str, list[RunChannel]] = {}
+    for channel in run.channels.values():
+        called = _CALLED.get(channel.quantity, channel.quantity)
+        by_quantity.setdefault(called, []).append(channel)
+    time_s, begin_ns = _time_base(run, rate_hz, begin_ns, end_ns)
+    values: dict[str, FloatArray] = {}
+    valid: dict[str, BoolArray] = {}
+    reading: dict[str, BoolArray] = {}
+    notes: list[str] = []
+    wanted = _wanted(run, by_quantity, quantities)
+    for quantity in wanted:
+        if quantity == "velocity" and quantity not in by_quantity:
+            parts = [_placed(by_quantity[name][0], begin_ns, time_s) for name in _TURNED]
+            there = parts[0][1] & parts[1][1]
+            values[quantity] = into_body(parts[0][0], parts[1][0])
+            valid[quantity], reading[quantity] = there, parts[0][2] & there
+            notes.append("velocity: measured over the earth and turned by the attitude")
+            continue
+        channels = by_quantity[quantity]
+        if quantity in _OF_THRUSTERS:
+            names = _thruster_names(run, by_quantity)
+            placed, said = _of_thrusters(quantity, channels, names, begin_ns, time_s)
+            notes += said
+        else:
+            placed = _placed(channels[0], begin_ns, time_s)
+        values[quantity], valid[quantity], reading[quantity] = placed
+    return RunTable(
+        PurePath(run.file).stem,
+        time_s,
+        values,
+        valid,
+        tuple(notes),
+        reading,
+        _thruster_names(run, by_quantity),
+        begin_ns,
+        _left_out(run, wanted),
+    )
+
+
+#: What the velocity in body axes is made of where the sensor gives it over the earth.
+_TURNED = ("velocity_earth", "attitude")
+
+
+def commanded_thrusters(run: PoolRun) -> tuple[str, ...]:
+    """Names of the thrusters that the run has commands for, in the order of the vehicle file."""
+    return _named(run, "thruster_command", "command.")
+
+
+def measured_shafts(run: PoolRun) -> tuple[str, ...]:
+    """Names of the thrusters that the run has shaft speeds of, in the order of the vehicle file."""
+    return _named(run, "shaft_speed", "shaft_speed_rpm.")
+
+
+def _named(run: PoolRun, quantity: str, prefix: str) -> tuple[str, ...]:
+    found = {
+        column.removeprefix(prefix): None
+        for channel in run.channels.values()
+        if channel.quantity == quantity
+        for column in channel.columns
+    }
+    stated = [name for name in run.thrusters if name in found]
+    return (*stated, *(name for name in found if name not in stated))
+
+
+def _thruster_names(run: PoolRun, by_quantity: dict[str, list[RunChannel]]) -> tuple[str, ...]:
+    """All thrusters of the vehicle, or those of the log where the vehicle file states none."""
+    if run.thrusters or not set(_OF_THRUSTERS) & set(by_quantity):
+        return run.thrusters
+    return tuple(dict.fromkeys((*commanded_thrusters(run), *measured_shafts(run))))
+
+
+def _wanted(
+    run: PoolRun, by_quantity: dict[str, list[RunChannel]], quantities: Sequence[str] | None
+) -> list[str]:
+    has = [name for name in QUANTITIES if name in by_quantity]
+    if "velocity" not in has and set(_TURNED) <= set(by_quantity):
+        has.append("velocity")
+    if quantities is None:
+        return has
+    missing = [name for name in quantities if name not in has]
     if missing:
         raise CannotComputeError(
-            f"{run.file}: there is no channel {', '.join(missing)}; the run has "
-            f"{', '.join(run.channels)}"
+            f"{run.file}: there is no {', '.join(missing)}; the run has {', '.join(has)}"
         )
+    return list(quantities)
+
+
+def _time_base(
+    run: PoolRun, rate_hz: float, begin_ns: int | None, end_ns: int | None
+) -> tuple[FloatArray, int]:
     begin = run.start_time_ns if begin_ns is None else begin_ns
     end = run.end_time_ns if end_ns is None else end_ns
     if not 0 < rate_hz <= 1e5 or end < begin:
@@ -65,107 +157,75 @@ def resample(
     count = int((end - begin) / 1e9 * rate_hz + 1e-6) + 1
     if count > _MOST_ROWS:
         raise CannotComputeError(f"{run.file}: a table of {count} rows is too long")
-    time_s = np.arange(count) / rate_hz
-    columns: list[str] = []
-    values: list[FloatArray] = []
-    valid: list[BoolArray] = []
-    left_out: dict[str, dict[str, int]] = {}
-    for name in names:
-        channel = run.channels[name]
-        new, there = _one_channel(channel, begin, time_s)
-        columns += channel.columns
-        values.append(new)
-        valid.append(np.repeat(there[:, None], new.shape[1], axis=1) & np.isfinite(new))
+    return np.arange(count) / rate_hz, begin
+
+
+def _placed(
+    channel: RunChannel, begin_ns: int, time_s: FloatArray
+) -> tuple[FloatArray, BoolArray, BoolArray]:
+    """Values (m, k) of a channel, where there are any (m,), and the samples of readings (m,)."""
+    values, there = place_on(channel, begin_ns, time_s)
+    there = there & np.isfinite(values).all(axis=1)
+    return values, there, _nearest(kept_readings(channel, begin_ns)[0], time_s) & there
+
+
+def _nearest(source_s: FloatArray, time_s: FloatArray) -> BoolArray:
+    """Mark the sample nearest to each reading."""
+    period = time_s[1] - time_s[0] if time_s.size > 1 else 1.0
+    index: IntArray = np.rint(source_s / period).astype(np.int64)
+    marked = np.zeros(time_s.size, np.bool_)
+    marked[index[(index >= 0) & (index < time_s.size)]] = True
+    return marked
+
+
+def _of_thrusters(
+    quantity: str,
+    channels: Sequence[RunChannel],
+    names: Sequence[str],
+    begin_ns: int,
+    time_s: FloatArray,
+) -> tuple[tuple[FloatArray, BoolArray, BoolArray], list[str]]:
+    """Put the channels of a quantity together, a column for each name."""
+    empty = 0.0 if quantity == "command" else np.nan
+    values = np.full((time_s.size, len(names)), empty)
+    valid = np.ones(time_s.size, np.bool_)
+    reading = np.zeros(time_s.size, np.bool_)
+    missing = dict.fromkeys(names)
+    for channel in channels:
+        new, there, nearest = _placed(channel, begin_ns, time_s)
+        valid &= there
+        reading |= nearest
+        for column, name in zip(new.T, channel.columns, strict=True):
+            thruster = name.removeprefix(_OF_THRUSTERS[quantity])
+            if thruster in missing:
+                values[:, names.index(thruster)] = column
+                del missing[thruster]
+    said = []
+    if missing:
+        meant = "0 is taken" if quantity == "command" else "not measured"
+        said.append(f"{quantity}: none in the log for {', '.join(missing)}; {meant}")
+    return (values, valid, reading & valid), said
+
+
+def into_body(velocity_ned: FloatArray, quaternion: FloatArray) -> FloatArray:
+    """Turn vectors (m, 3) from NED into body axes; quaternion w, x, y, z (m, 4) body to NED."""
+    w, vector = quaternion[:, :1], -quaternion[:, 1:]
+    turned = 2.0 * np.cross(vector, velocity_ned)
+    return np.asarray(velocity_ned + w * turned + np.cross(vector, turned))
+
+
+def _left_out(run: PoolRun, wanted: Sequence[str]) -> dict[str, dict[str, int]]:
+    """Count the readings that take no part, by channel and mark."""
+    found: dict[str, dict[str, int]] = {}
+    for name, channel in run.channels.items():
+        called = _CALLED.get(channel.quantity, channel.quantity)
+        if called not in wanted and not (called == "velocity_earth" and "velocity" in wanted):
+            continue
         kept = channel.usable()
         if not kept.all():
-            left_out[name] = {
+            found[name] = {
                 mark: int((rows & ~kept).sum())
                 for mark, rows in channel.marks.items()
                 if (rows & ~kept).any()
             }
-    none = np.empty((count, 0))
-    return RunTable(
-        begin,
-        rate_hz,
-        time_s,
-        tuple(columns),
-        np.concatenate([none, *values], axis=1),
-        np.concatenate([none.astype(np.bool_), *valid], axis=1),
-        left_out,
-    )
-
-
-def _one_channel(
-    channel: RunChannel, begin_ns: int, time_s: FloatArray
-) -> tuple[FloatArray, BoolArray]:
-    """Values (n, m) of a channel at the times of a table, and where there are any (n,)."""
-    source_s, readings = _in_order(channel, begin_ns)
-    values = np.full((time_s.size, readings.shape[1]), np.nan)
-    there = np.zeros(time_s.size, np.bool_)
-    if not source_s.size:
-        return values, there
-    # a stamp that agrees with a row of the table to a nanosecond belongs to it
-    after: IntArray = np.searchsorted(source_s, time_s + 1e-9, side="right")
-    before = after - 1
-    longest = _longest_hold(channel)
-    if channel.holds:
-        there = (before >= 0) & (time_s - source_s[np.maximum(before, 0)] <= longest)
-        values[there] = readings[before[there]]
-        return values, there
-    exact = (before >= 0) & (np.abs(time_s - source_s[np.maximum(before, 0)]) <= 1e-9)
-    between = (before >= 0) & (after < source_s.size)
-    left = np.clip(before, 0, source_s.size - 1)
-    right = np.clip(after, 0, source_s.size - 1)
-    width = source_s[right] - source_s[left]
-    there = exact | (between & (width <= longest))
-    share = np.where(
-        exact | (width <= 0), 0.0, (time_s - source_s[left]) / np.where(width > 0, width, 1.0)
-    )
-    rows = np.flatnonzero(there)
-    first, second = readings[left[rows]], readings[right[rows]]
-    if channel.quantity == "attitude":
-        # q and -q are the same attitude: the shorter way
-        second = second * np.where((first * second).sum(axis=1) < 0.0, -1.0, 1.0)[:, None]
-    mixed = first + share[rows, None] * (second - first)
-    mixed[share[rows] == 0.0] = first[share[rows] == 0.0]
-    if channel.quantity == "attitude":
-        length = np.linalg.norm(mixed, axis=1, keepdims=True)
-        mixed = np.where(length > 0, mixed / np.where(length > 0, length, 1.0), np.nan)
-    values[rows] = mixed
-    return values, there
-
-
-def _in_order(channel: RunChannel, begin_ns: int) -> tuple[FloatArray, FloatArray]:
-    """Return times [s] and values of the readings that count, sorted, one a time."""
-    kept = channel.usable()
-    time_ns = channel.time_ns[kept] - begin_ns
-    order = np.argsort(time_ns, kind="stable")
-    time_ns, readings = time_ns[order], channel.values[kept][order]
-    if time_ns.size:
-        # of several readings of one time the last holds
-        last = np.concatenate([np.diff(time_ns) > 0, [True]])
-        time_ns, readings = time_ns[last], readings[last]
-    return time_ns / 1e9 - channel.delay_s, readings
-
-
-def _longest_hold(channel: RunChannel) -> float:
-    """Say how far apart two readings may be for a value between them, in seconds.
-
-    Commands that are sent on change hold for any time.
-    """
-    if not channel.is_regular or not np.isfinite(channel.period_s):
-        return float("inf") if channel.holds else max(1.0, 5.0 * channel.period_s)
-    if channel.holds:
-        return max(1.0, 10.0 * channel.period_s)
-    marked = channel.marks.get("after_gap")
-    if marked is None:
-        # no gap was found; what left-out readings tear open is one
-        return max(GAP_PERIODS * channel.period_s, _longest_step(channel))
-    steps = np.diff(channel.time_ns) / 1e9
-    usual = steps[~marked[1:] & (steps > 0)]
-    return float(max(GAP_PERIODS * channel.period_s, usual.max() if usual.size else 0.0))
-
-
-def _longest_step(channel: RunChannel) -> float:
-    steps = np.diff(channel.time_ns) / 1e9
-    return float(steps.max()) if steps.size else 0.0
+    return found

@@ -38,8 +38,8 @@ def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
             ticks = np.where(no_time, 0, numbers).astype(np.int64) * unit_ns
             return np.asarray(np.where(no_time, NO_STAMP, ticks))
         return np.asarray(numbers.astype(np.int64) * unit_ns)
-    exact = numbers.astype(np.float64) * float(unit_ns)
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", over="ignore"):
+        exact = numbers.astype(np.float64) * float(unit_ns)
         no_time = ~(np.abs(exact) < 9.0e18)
         return np.where(no_time, NO_STAMP, np.rint(np.where(no_time, 0.0, exact)).astype(np.int64))
 

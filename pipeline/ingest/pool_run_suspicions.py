@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_resample import resample
+from pipeline.errors import CannotComputeError, Place, Problem
+from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.types import FloatArray
@@ -54,10 +54,19 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
         that seem to be swapped or reversed. None of them changes anything.
     """
     place = Place(run.file)
-    found = [*_sizes(run, place), *_attitude_against_rate(run, place)]
-    found += _voltage(run, vehicle, place)
-    found += _shaft_against_command(run, place)
-    found += thrusters_against_rates(run, vehicle, place)
+    found = [*_sizes(run, place), *_voltage(run, vehicle, place)]
+    try:  # what follows lays the readings on a common time base
+        found += _attitude_against_rate(run, place)
+        found += _shaft_against_command(run, place)
+        found += thrusters_against_rates(run, vehicle, place)
+    except CannotComputeError as error:
+        found.append(
+            _warn(
+                place,
+                f"channels were not compared with each other: {error}.",
+                "Check the clock of the recorder; cut a log of many days into runs.",
+            )
+        )
     return found
 
 
@@ -139,12 +148,11 @@ def _attitude_against_rate(run: PoolRun, place: Place) -> list[Problem]:
     """Compare rates with what the attitude says; they may have another unit, sign or axes."""
     if not {"attitude", "angular_velocity"} <= set(run.channels):
         return []
-    table = resample(run, _TABLE_HZ, channels=("attitude", "angular_velocity"))
-    rows = np.asarray(table.valid.all(axis=1))
+    table = resample(run, _TABLE_HZ, quantities=("attitude", "angular_velocity"))
+    rows = table.valid["attitude"] & table.valid["angular_velocity"]
     if rows.sum() < 100:
         return []
-    q = table.block(("qw", "qx", "qy", "qz"))
-    measured = table.block(("p_radps", "q_radps", "r_radps"))
+    q, measured = table.values["attitude"], table.values["angular_velocity"]
     middle = rows[:-2] & rows[1:-1] & rows[2:]
     step = _relative(q[:-2], q[2:])
     from_attitude = 2.0 * step[:, 1:] * np.where(step[:, :1] < 0, -1.0, 1.0) * _TABLE_HZ / 2.0
@@ -208,36 +216,32 @@ def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
     ]
 
 
-def _by_thruster(run: PoolRun, quantity: str) -> list[str]:
-    return [name for name, channel in run.channels.items() if channel.quantity == quantity]
-
-
 def _shaft_against_command(run: PoolRun, place: Place) -> list[Problem]:
     """Say where a shaft turns against its command, or does what another's command says."""
-    commands, shafts = _by_thruster(run, "thruster_command"), _by_thruster(run, "shaft_speed")
-    if not commands or not shafts:
+    shafts = measured_shafts(run)
+    names = [name for name in commanded_thrusters(run) if name in shafts]
+    if not names:
         return []
-    table = resample(run, _TABLE_HZ, channels=(*commands, *shafts))
-    codes = {c.removeprefix("command."): c for c in table.columns if c.startswith("command.")}
-    rpm = {
-        c.removeprefix("shaft_speed_rpm."): c
-        for c in table.columns
-        if c.startswith("shaft_speed_rpm.")
-    }
-    both = [name for name in codes if name in rpm]
+    table = resample(run, _TABLE_HZ, quantities=("command", "shaft_speed"))
+    columns = [table.thrusters.index(name) for name in names if name in table.thrusters]
+    code = table.values["command"][:, columns]
+    speed = table.values["shaft_speed"][:, columns]
+    # a thruster that never leaves its dead zone turns as it likes
+    effort = np.nanmax(np.abs(code), axis=0, initial=0.0)
+    both = [i for i in range(len(columns)) if effort[i] > 0.25 * effort.max()]
     found = []
-    for name in both:
-        code, speed = table.column(codes[name]), table.column(rpm[name])
-        rows = np.isfinite(code) & np.isfinite(speed)
-        what = _contradiction(code[rows], speed[rows])
+    for i in both:
+        name = table.thrusters[columns[i]]
+        rows = np.isfinite(code).all(axis=1) & np.isfinite(speed[:, i])
+        what = _contradiction(code[rows, i], speed[rows, i])
         if not what:
             continue
         better = [
-            other
-            for other in both
-            if other != name
-            and not _contradiction(table.column(codes[other])[rows], speed[rows])
-            and table.column(codes[other])[rows].std() > 0
+            table.thrusters[columns[j]]
+            for j in both
+            if j != i
+            and not _contradiction(code[rows, j], speed[rows, i])
+            and code[rows, j].std() > 0
         ]
         hint = f" It follows the command of {' or '.join(better)}." if len(better) == 1 else ""
         found.append(

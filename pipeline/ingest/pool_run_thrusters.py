@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_resample import resample
+from pipeline.ingest.pool_run_resample import commanded_thrusters, resample
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -105,17 +105,15 @@ def _rearranged(arms: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]
 
 
 def _moments_of(run: PoolRun) -> _Moments | None:
-    commands = [
-        name for name, channel in run.channels.items() if channel.quantity == "thruster_command"
-    ]
-    if not commands or "angular_velocity" not in run.channels:
+    names = commanded_thrusters(run)
+    if not names or "angular_velocity" not in run.channels:
         return None
     known = ("attitude",) if "attitude" in run.channels else ()
-    table = resample(run, _TABLE_HZ, channels=(*commands, "angular_velocity", *known))
-    columns = [name for name in table.columns if name.startswith("command.")]
-    codes = table.block(tuple(columns))
-    rate = table.block(("p_radps", "q_radps", "r_radps"))
-    rows = np.asarray(np.isfinite(table.values).all(axis=1))
+    table = resample(run, _TABLE_HZ, quantities=("command", "angular_velocity", *known))
+    names = tuple(name for name in table.thrusters if name in names)
+    codes = table.values["command"][:, [table.thrusters.index(name) for name in names]]
+    rate = table.values["angular_velocity"]
+    rows = np.all([table.valid[name] for name in table.values], axis=0)
     if rows.sum() < 200:
         return None
     largest = np.abs(codes[rows]).max()
@@ -129,7 +127,7 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     p, q, r = smooth.T
     others = [smooth[:, :, None], np.stack([[q * r, p * r, p * q]] * 3).transpose(2, 0, 1)]
     if known:
-        gravity = _smoothed(_down_in_body(table.block(("qw", "qx", "qy", "qz"))), rows)
+        gravity = _smoothed(_down_in_body(table.values["attitude"]), rows)
         others.append(np.repeat(gravity[:, None, :], 3, axis=1))
     mixed = np.concatenate(others, axis=2)
     inner = (
@@ -139,7 +137,6 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     )
     if inner.sum() < 200:
         return None
-    names = tuple(name.removeprefix("command.") for name in columns)
     return _Moments(acceleration[inner], effort[inner], mixed[inner], names)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_suspicions import worth_saying
+from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import MARKS, PoolRun, RunChannel
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -40,6 +41,8 @@ def told_of(
     for mark in worth_saying(counts):
         if mark == "broken" or (channel.topic, mark) in told:
             continue
+        if mark == "outside_range" and channel.quantity == "thruster_command":
+            continue  # said of each thruster with its range
         if mark in _TIME_MARKS:
             told.add((channel.topic, mark))
         first = int(np.argmax(channel.marks[mark]))
@@ -61,7 +64,7 @@ def told_of(
     if all_constant and channel.quantity != "thruster_command":
         what = f"{name} ({channel.topic}) never changes: the sensor is dead or not connected."
         found.append(Problem("warning", place, what, "", "Check the sensor."))
-    elif constant and not channel.holds:
+    elif constant and not channel.holds and channel.quantity != "attitude":
         what = f"{name} ({channel.topic}): {', '.join(constant)} never changes."
         found.append(Problem("warning", place, what))
     return found
@@ -80,7 +83,7 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
         if channel.quantity == "thruster_command"
     }
     if not commands:
-        have = ", ".join(topic.topic for topic in run.topics[:12])
+        have = ", ".join(_topic(topic) for topic in run.topics[:12])
         return [
             Problem(
                 "error",
@@ -98,6 +101,7 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
         what = f"there are no commands for {', '.join(missing)}."
         found.append(Problem("warning", place, what, "", "Map them, or they count as zero."))
     for channel in commands.values():
+        beyond: dict[tuple[int, int], list[str]] = {}
         for column, values in zip(channel.columns, channel.values.T, strict=True):
             name = column.removeprefix("command.")
             drive = drives.get(name, vehicle.drive)
@@ -105,18 +109,25 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
             if not finite.size:
                 found.append(Problem("warning", place, f"{name}: no command is a number."))
                 continue
-            beyond = (finite > drive.code_max + 0.5) | (finite < drive.code_min - 0.5)
-            if beyond.any():
-                what = (
-                    f"{name} ({channel.topic}): {int(beyond.sum())} commands lie outside of "
-                    f"{drive.code_min} to {drive.code_max}: {finite.min():g} to {finite.max():g}."
-                )
-                remedy = "Check unit and pwm_range of the channel, or the drive's range."
-                found.append(Problem("warning", place, what, "", remedy))
+            count = int(((finite > drive.code_max + 0.5) | (finite < drive.code_min - 0.5)).sum())
+            if count:
+                said = f"{name} {count} ({finite.min():g} to {finite.max():g})"
+                beyond.setdefault((drive.code_min, drive.code_max), []).append(said)
+        for (least, most), thrusters in beyond.items():
+            what = (
+                f"commands ({channel.topic}) lie outside of the drive's range, {least} to {most}: "
+                f"{', '.join(thrusters)}."
+            )
+            remedy = "Check unit and pwm_range of the channel, or the drive's range."
+            found.append(Problem("warning", place, what, "", remedy))
     if all(_is_constant(values) for part in commands.values() for values in part.values.T):
-        what = "no command ever changes: nothing can be identified from this run."
+        what = "no command ever changes: of the thrusters nothing can be learned from this run."
         found.append(Problem("warning", place, what))
     return found
+
+
+def _topic(topic: TopicRead) -> str:
+    return f"{topic.topic} ({topic.why_not})" if topic.why_not else topic.topic
 
 
 def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:

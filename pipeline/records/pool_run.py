@@ -6,6 +6,7 @@ from pydantic import Field
 
 from pipeline.errors import Problem
 from pipeline.records.base import Record
+from pipeline.records.run_notes import RunNotes
 
 
 class ClockRead(Record):
@@ -90,4 +91,5 @@ class PoolRunRecord(Record):
     channels: tuple[ChannelSummary, ...]
     topics: tuple[TopicRead, ...]
     metadata: dict[str, dict[str, str]] = Field(default_factory=dict)
+    notes: RunNotes | None = None
     problems: tuple[Problem, ...]

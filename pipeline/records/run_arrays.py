@@ -10,6 +10,7 @@ import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.records.pool_run import ChannelRead, ClockRead, TopicRead
+from pipeline.records.run_notes import RunNotes
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Mark of a reading -> what it says.
@@ -30,6 +31,8 @@ MARKS: Mapping[str, str] = {
     "spike": "far from the readings before and after it, which agree",
     "outside_range": "beyond the range of the drive or the sensor",
 }
+#: Readings with these marks say nothing of the order and the rhythm of the others.
+WITHOUT_TIME = ("no_stamp", "clock_jump")
 #: Readings with these marks take no part in a table on a common time base.
 LEFT_OUT_OF_TABLES = (
     "broken",
@@ -84,6 +87,14 @@ class RunChannel:
     period_s: float = float("nan")
     is_regular: bool = True
 
+    def timely(self) -> BoolArray:
+        """Tell which readings have a time to go by (k,)."""
+        kept = np.ones(self.time_ns.size, np.bool_)
+        for name in WITHOUT_TIME:
+            if name in self.marks:
+                kept &= ~self.marks[name]
+        return kept
+
     def usable(self) -> BoolArray:
         """Tell which readings go into a table (k,)."""
         kept = np.ones(self.time_ns.size, np.bool_)
@@ -99,6 +110,7 @@ class PoolRun:
 
     `channels` by name: the quantity, or quantity and thruster where each thruster has a topic.
     `start_time_ns`, `end_time_ns` are log times of the first and last message of any of them.
+    `thrusters` are those of the vehicle file in its order, `notes` what a person wrote of the run.
     """
 
     vehicle: str
@@ -113,51 +125,10 @@ class PoolRun:
     size_bytes: int
     writer: str = ""
     metadata: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    thrusters: tuple[str, ...] = ()
+    notes: RunNotes | None = None
 
     @property
     def duration_s(self) -> float:
         """Seconds from the first to the last message of a mapped channel."""
         return (self.end_time_ns - self.start_time_ns) / 1e9
-
-
-@dataclass(frozen=True)
-class RunTable:
-    """Channels on one time base.
-
-    Attributes
-    ----------
-    time_s : ndarray, shape (n,)
-        From `start_time_ns`, evenly spaced. [s]
-    columns : tuple of str
-        As in the channels.
-    values : ndarray, shape (n, m)
-        Not a number where `valid` is False.
-    valid : ndarray, shape (n, m)
-        False in gaps, before the first and after the last reading.
-    left_out : mapping
-        Channel -> mark -> readings that took no part because of it.
-    """
-
-    start_time_ns: int
-    rate_hz: float
-    time_s: FloatArray
-    columns: tuple[str, ...]
-    values: FloatArray
-    valid: BoolArray
-    left_out: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
-
-    def column(self, name: str) -> FloatArray:
-        """Return one column (n,).
-
-        Raises
-        ------
-        KeyError
-            If the table does not have it.
-        """
-        if name not in self.columns:
-            raise KeyError(name)
-        return self.values[:, self.columns.index(name)]
-
-    def block(self, names: tuple[str, ...]) -> FloatArray:
-        """Return several columns (n, len(names)); raises `KeyError`."""
-        return np.column_stack([self.column(name) for name in names])

@@ -249,6 +249,10 @@ def test_idl_gives_the_same_as_ros2msg() -> None:
         ("struct B { B x; };", "contains itself"),
         ("struct A { long x; };", "not defined"),
         ("struct B { long x[y]; };", "length of an array"),
+        ("struct B { long x[²]; };", "length of an array"),
+        (f"struct B {{ long x[{'9' * 5000}]; }};", "length of an array"),
+        ("struct B { long x[10000][10000]; };", "too long an array"),
+        ("struct B { " + "sequence<" * 5000 + "long x; };", "sequence of sequences"),
     ],
 )
 def test_idl_that_cannot_be_read_says_why(text: str, says: str) -> None:

@@ -134,7 +134,7 @@ def test_messages_of_a_chunk_that_was_cut_off_are_rescued(
     assert f"of which {len(rows)} messages were rescued" in log.problems[0].what
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.data())
 def test_damaged_anywhere_it_never_breaks_the_reader(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

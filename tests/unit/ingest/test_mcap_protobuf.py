@@ -3,6 +3,8 @@
 import struct
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from pipeline.ingest.mcap_protobuf import decode_protobuf, parse_descriptor_set
 from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
@@ -124,3 +126,21 @@ def test_what_is_no_descriptor_set_is_refused(data: bytes) -> None:
 def test_a_message_that_is_not_defined_is_named() -> None:
     with pytest.raises(DefinitionError, match=r"rig\.Other"):
         parse_descriptor_set("rig.Other", descriptor_set())
+
+
+@given(data=st.binary(max_size=80), at=st.integers(0, 200), change=st.integers(1, 255))
+def test_whatever_the_bytes_are_there_is_a_message_or_a_reason(
+    data: bytes, at: int, change: int
+) -> None:
+    whole = descriptor_set()
+    spoiled = bytearray(whole)
+    spoiled[at % len(whole)] ^= change
+    for descriptor in (data, bytes(spoiled)):
+        try:
+            definition = parse_descriptor_set("rig.Reading", descriptor)
+        except DefinitionError:
+            definition = parse_descriptor_set("rig.Reading", whole)
+        try:
+            assert isinstance(decode_protobuf(definition, data), dict)
+        except BrokenMessageError:
+            continue

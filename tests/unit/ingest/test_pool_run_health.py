@@ -153,3 +153,18 @@ def test_short_channels(count: int) -> None:
     rhythm = rhythm_of(time_ns)
     assert time_marks(time_ns, values, rhythm) == {}
     assert value_marks(values, rhythm.period_s) == {}
+
+
+def test_a_level_attitude_is_not_saturated() -> None:
+    """Level is w = 1, the very end of its range, however many readings say so."""
+    tilt = 3e-3 * np.random.default_rng(0).standard_normal((400, 3))
+    q = np.rint(np.hstack([np.sqrt(1.0 - (tilt**2).sum(axis=1))[:, None], tilt]) * 2**14) / 2**14
+    assert value_marks(q, 0.04, is_quaternion=True) == {}
+    assert "saturated" in value_marks(q, 0.04)
+
+
+def test_a_shaft_that_jumps_with_its_command_has_no_spike() -> None:
+    speed = 500.0 + np.random.default_rng(0).standard_normal((400, 1))
+    speed[200] = 1200.0
+    assert value_marks(speed, 0.2)["spike"].sum() == 1
+    assert value_marks(speed, 0.2, jumps=True) == {}

@@ -169,3 +169,12 @@ def test_a_supply_in_millivolts(tmp_path: Path) -> None:
     contents = [{"data": float(value)} for value in volts]
     topic = ros_topic("/battery/volts", "std_msgs/msg/Float64", times, contents, "float64 data")
     assert "looks like thousandths" in warnings_of(tmp_path, [topic], vehicle)
+
+
+def test_the_noise_of_a_shaft_that_is_hardly_commanded_says_nothing(tmp_path: Path) -> None:
+    codes, rate = excited()
+    codes[:, 3] = 0.01 * codes[:, 3]
+    noisy = codes.copy()
+    noisy[:, 3] = np.random.default_rng(3).standard_normal(len(codes))
+    text = warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(noisy)])
+    assert "shaft speed of side" not in text

@@ -1,0 +1,94 @@
+"""What a check found: vehicles, raw files, pool runs, and every problem."""
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+from pipeline.errors import Problem
+from pipeline.records.measurements import SheetRead
+from pipeline.records.pool_run import PoolRunRecord
+from pipeline.records.run_notes import RunNotes
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The range of one quantity over the points that a fit would use."""
+
+    name: str
+    count: int
+    least: float
+    most: float
+
+
+@dataclass(frozen=True)
+class FileFinding:
+    """One raw file as it was understood."""
+
+    file: str
+    kind: str
+    kind_from: str
+    sheets: tuple[SheetRead, ...]
+    points: int
+    marks: dict[str, int]
+    codes: dict[str, int]
+    quantities: tuple[Quantity, ...]
+    problems: tuple[Problem, ...]
+
+
+@dataclass(frozen=True)
+class VehicleFinding:
+    """One vehicle file as it was understood."""
+
+    file: str
+    name: str
+    notes: tuple[str, ...] = ()
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass(frozen=True)
+class RunFinding:
+    """One pool run as it was understood; without `record` it could not be read."""
+
+    file: str
+    kind_from: str
+    record: PoolRunRecord | None = None
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass(frozen=True)
+class NotesFinding:
+    """Notes that were asked for without their run."""
+
+    file: str
+    notes: RunNotes | None = None
+    problems: tuple[Problem, ...] = ()
+
+
+@dataclass
+class Findings:
+    """All that a check found, in the order in which it was asked."""
+
+    vehicles: list[VehicleFinding] = field(default_factory=list)
+    files: list[FileFinding] = field(default_factory=list)
+    runs: list[RunFinding] = field(default_factory=list)
+    notes: list[NotesFinding] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+    """What belongs to no single file, such as the codes that a folder lacks."""
+
+    @cached_property
+    def all_problems(self) -> tuple[Problem, ...]:
+        """Every problem once, in the order found."""
+        found = list(self.problems)
+        for vehicle in self.vehicles:
+            found += vehicle.problems
+        for file in self.files:
+            found += file.problems
+        for run in self.runs:
+            found += run.problems
+        for notes in self.notes:
+            found += notes.problems
+        return tuple(dict.fromkeys(found))
+
+    @property
+    def failed(self) -> bool:
+        """Whether anything was refused."""
+        return any(problem.severity == "error" for problem in self.all_problems)

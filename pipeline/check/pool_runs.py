@@ -1,0 +1,83 @@
+"""Pool runs and their notes, as a check shows them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from pipeline.check.findings import NotesFinding, RunFinding
+from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.pool_run import read_pool_run, summarize
+from pipeline.plan import VEHICLE_FILE
+from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
+from pipeline.vehicle.schema import Vehicle
+
+POOL = "pool"
+_LOG_SUFFIX = ".mcap"
+
+
+def is_log(path: Path) -> bool:
+    """Tell a pool run from other raw files: by its folder, or its suffix."""
+    return path.absolute().parent.name == POOL or path.suffix.lower() == _LOG_SUFFIX
+
+
+def is_notes(path: Path) -> bool:
+    """Tell the notes of a run: they stand in the folder of the runs, or beside a log."""
+    if path.suffix.lower() not in NOTES_SUFFIXES or path.name == VEHICLE_FILE:
+        return False
+    return path.absolute().parent.name == POOL or path.with_suffix(_LOG_SUFFIX).is_file()
+
+
+def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> RunFinding:
+    """Read a log as the workflow would.
+
+    Parameters
+    ----------
+    path : Path
+        The log; messages name it as given.
+    vehicle : Vehicle
+        What its channels are mapped by.
+    kind_from : str
+        What told that it is a pool run: "folder" or "suffix".
+
+    Returns
+    -------
+    RunFinding
+        With the one reason why it cannot be read, or its record and what is wrong with it.
+    """
+    try:
+        record = summarize(read_pool_run(path, vehicle, path.parent))
+    except InputError as error:
+        return RunFinding(str(path), kind_from, None, (_shown_at(path.parent, error.problem),))
+    problems = tuple(_shown_at(path.parent, problem) for problem in record.problems)
+    return RunFinding(str(path), kind_from, record, problems)
+
+
+def read_notes_alone(path: Path) -> NotesFinding:
+    """Read notes that were asked for by name."""
+    try:
+        return NotesFinding(str(path), read_run_notes(path, str(path)))
+    except InputError as error:
+        return NotesFinding(str(path), None, (error.problem,))
+
+
+def strays(folder: Path) -> list[Problem]:
+    """Warn of notes in a folder of runs that belong to no log."""
+    if not folder.is_dir():
+        return []
+    return [
+        Problem(
+            "warning",
+            Place(str(path)),
+            f"there is no run {path.with_suffix(_LOG_SUFFIX).name} that these notes belong to.",
+            remedy="Give the notes the name of their log.",
+        )
+        for path in sorted(folder.iterdir())
+        if is_notes(path) and not path.with_suffix(_LOG_SUFFIX).is_file()
+    ]
+
+
+def _shown_at(folder: Path, problem: Problem) -> Problem:
+    """Show the file as the user named it; records name it from the raw folder on."""
+    if not problem.place.file:
+        return problem
+    shown = str(folder / Path(problem.place.file).name)
+    return replace(problem, place=replace(problem.place, file=shown))
