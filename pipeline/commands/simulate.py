@@ -35,6 +35,12 @@ if TYPE_CHECKING:
 )
 @click.option("--attach", multiple=True, metavar="MODULE@S", help="Attach one that lies still.")
 @click.option(
+    "--winch",
+    multiple=True,
+    metavar="SPEED@S",
+    help="Drive the tether's winch from S seconds on, m/s, positive pays out, 0 brakes.",
+)
+@click.option(
     "--to",
     "to",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -50,10 +56,11 @@ if TYPE_CHECKING:
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option(
     "--allocator",
-    type=click.Choice(["general", "paper"]),
+    type=click.Choice(["general", "paper", "paper-mooring"]),
     default="general",
     show_default=True,
-    help="How a wanted wrench becomes codes: any arrangement, or eq. (6) of Kostenko 2023.",
+    help="How a wanted wrench becomes codes: any arrangement, or eq. (6) of Kostenko 2023, with "
+    "N(T, V) or with the mooring inverse N(T).",
 )
 @click.option(
     "--step",
@@ -84,11 +91,12 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
     effects: tuple[str, ...],
     release: tuple[str, ...],
     attach: tuple[str, ...],
+    winch: tuple[str, ...],
     to: Path | None,
     amplitude: float,
     duration: float | None,
     seed: int,
-    allocator: Literal["general", "paper"],
+    allocator: Literal["general", "paper", "paper-mooring"],
     step: float | None,
     show_list: bool,
     as_json: bool,
@@ -101,13 +109,14 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
     (rov8, cargo_carrier). Effects (see rig2sea effects) change the vehicle that is simulated, not
     what its autopilot and allocator believe. The log is MCAP with standard ROS 2 messages; what no
     sensor saw, the true motion above all, is in it under /sim. The same command gives the same
-    file.
+    file. A LOG is copied to the output as it was recorded, the simulation beside it under /sim.
 
     \b
     Examples:
       rig2sea simulate mmt300 --manoeuvre zig_zag --to zig_zag.mcap
       rig2sea simulate rov8 --manoeuvre hover --effect current:north_mps=0.2 --to hover.mcap
       rig2sea simulate cargo_carrier --manoeuvre hover --release module_1@20 --to drop.mcap
+      rig2sea simulate cargo_carrier --manoeuvre straight --winch 0.3@10 --to paid-out.mcap
       rig2sea simulate mmt300 --run trial.mcap --to trial-simulated.mcap
       rig2sea simulate --list
     """
@@ -133,6 +142,7 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
             effects=effects,
             attach=attach,
             release=release,
+            winch=winch,
             amplitude=amplitude,
             duration_s=duration,
             seed=seed,
@@ -160,10 +170,33 @@ def _text(result: "SimulationResult") -> str:
         f"  surge {surge} m/s, depth {depth} m, tilt at most {run.tilt_deg:.1f} deg",
         f"  largest code {run.largest_code:g}, at its limit {run.at_limit_share:.0%} of the time",
         *(f"  {event}" for event in result.events),
+        *_tether(result),
+        *_latches(result),
         f"  readings: {sensors}",
         str(result.path),
     ]
     return "\n".join(lines)
+
+
+def _tether(result: "SimulationResult") -> list[str]:
+    tether = result.tether
+    if tether is None:
+        return []
+    ends = (tether.tension_at_vehicle_n, tether.tension_at_top_n)
+    vehicle, top = (f"{low:.1f} to {high:.1f} N" for low, high in ends)
+    out = "{:.1f} to {:.1f} m".format(*tether.paid_out_m)
+    return [f"  tether: tension at the vehicle {vehicle}, at its top {top}, paid out {out}"]
+
+
+def _latches(result: "SimulationResult") -> list[str]:
+    lines = []
+    for latch in result.latches:
+        closing = f", {latch.closing_n:.0f} N on closing" if latch.closing_n else ""
+        lines.append(
+            f"  latch of {latch.module}: at most {latch.largest_n:.0f} N{closing}, "
+            f"{latch.largest_share:.0%} of its strength"
+        )
+    return lines
 
 
 def _manoeuvres(as_json: bool) -> str:

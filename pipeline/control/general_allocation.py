@@ -37,6 +37,13 @@ class GeneralAllocator:
 
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
         """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether it saturates."""
+        codes, _, cut = self.decide(demand, nu_relative)
+        return codes, cut
+
+    def decide(
+        self, demand: FloatArray, nu_relative: FloatArray
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut."""
         thrust = np.linalg.pinv(self.configuration(), rcond=1e-6) @ demand
         share = np.max(np.maximum(thrust / self.largest_n, thrust / self.smallest_n), initial=1.0)
         inflow = np.einsum(
@@ -44,4 +51,5 @@ class GeneralAllocator:
             self.direction,
             nu_relative[:3] + np.cross(nu_relative[3:], self.position_m),
         )
-        return self.code_from_thrust(thrust / share, inflow), bool(share > 1.0)
+        wanted = thrust / share
+        return self.code_from_thrust(wanted, inflow), wanted, bool(share > 1.0)

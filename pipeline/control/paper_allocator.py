@@ -6,9 +6,10 @@ import numpy as np
 
 from pipeline.control.allocate import allocate
 from pipeline.control.allocation import Demand, demanded_channels, within_reach
-from pipeline.control.inverse import Inverse
+from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic
+from pipeline.records.fits import InverseCharacteristic
 from pipeline.types import FloatArray
-from pipeline.vehicle.schema import Allocator
+from pipeline.vehicle.schema import Allocator, Vehicle
 
 
 @dataclass(frozen=True)
@@ -28,9 +29,17 @@ class PaperAllocator:
     allocator: Allocator
     inverse: Inverse
     thruster_names: tuple[str, ...]
+    round_codes: bool = True
 
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
         """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether a limit cut it."""
+        codes, _, cut = self.decide(demand, nu_relative)
+        return codes, cut
+
+    def decide(
+        self, demand: FloatArray, nu_relative: FloatArray
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut."""
         allocator, speed = self.allocator, float(nu_relative[0])
         heave, pitch, up = 0.0, float(demand[4]), 0.0
         if allocator.bow is not None and allocator.bow_arm_m is not None:
@@ -39,14 +48,49 @@ class PaperAllocator:
             stern_up = -float(demand[2]) - up
             heave, pitch = -up, -stern_up * allocator.stern_arm_m
         wanted = Demand(float(demand[0]), pitch, float(demand[5]), heave)
-        given = allocate(wanted, speed, allocator=allocator, inverse=self.inverse, round_codes=True)
+        given = allocate(
+            wanted, speed, allocator=allocator, inverse=self.inverse, round_codes=self.round_codes
+        )
         reached = within_reach(
             demanded_channels(wanted, allocator), self.inverse.limits(speed), allocator
         )
         rest = self.inverse.limits(0.0)
         cut = not bool(reached) or not -rest.reverse_n <= up <= rest.forward_n
         roles = (allocator.upper, allocator.lower, allocator.left, allocator.right)
-        by_name = dict(zip(roles, given.stern_code.tolist(), strict=True))
+        code = dict(zip(roles, given.stern_code.tolist(), strict=True))
+        thrust = dict(zip(roles, given.stern_thrust_n.tolist(), strict=True))
         if allocator.bow is not None:
-            by_name[allocator.bow] = float(given.bow_code)
-        return np.array([by_name.get(name, 0.0) for name in self.thruster_names]), cut
+            code[allocator.bow] = float(given.bow_code)
+            thrust[allocator.bow] = float(given.bow_thrust_n)
+        names = self.thruster_names
+        return (
+            np.array([code.get(name, 0.0) for name in names]),
+            np.array([thrust.get(name, 0.0) for name in names]),
+            cut,
+        )
+
+
+def rest_inverse(record: InverseCharacteristic, vehicle: Vehicle) -> Inverse:
+    """Return the inverse without speed compensation: eq. (7) from the mooring test.
+
+    Without mooring data it is the row at rest of the firmware grid, used at every speed.
+
+    Parameters
+    ----------
+    record : InverseCharacteristic
+        What the bench gave.
+    vehicle : Vehicle
+        Of the same bench: dead thrust, range of codes.
+
+    Raises
+    ------
+    CannotComputeError
+        If there is neither.
+    """
+    cubic = mooring_cubic(
+        record,
+        thrust_dead_n=vehicle.tables.thrust_dead_n,
+        code_max=vehicle.drive.code_max,
+        code_min=vehicle.drive.code_min,
+    )
+    return firmware_grid(record, at_rest=True) if cubic is None else cubic

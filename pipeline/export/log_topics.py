@@ -146,7 +146,7 @@ def topics_of_truth(
     }
     effort: dict[str, Filling] = {"name": thruster_names, "effort": truth.thrust_n}
     return [
-        _checked(
+        checked(
             Topic(
                 odometry,
                 "nav_msgs/msg/Odometry",
@@ -157,7 +157,7 @@ def topics_of_truth(
                 motion,
             )
         ),
-        _checked(
+        checked(
             Topic(
                 thrust,
                 "sensor_msgs/msg/JointState",
@@ -278,11 +278,17 @@ _MAKERS: dict[str, Callable[["Channel", Water, str], Topic]] = {
 def _topic(
     channel: "Channel", name: str, message_type: str, meaning: str, values: dict[str, Filling]
 ) -> Topic:
-    return _checked(Topic(name, message_type, meaning, channel.valid_s, channel.logged_s, values))
+    return checked(Topic(name, message_type, meaning, channel.valid_s, channel.logged_s, values))
 
 
-def _checked(topic: Topic) -> Topic:
-    """Refuse what would become a broken log: unequal lengths, numbers that are none."""
+def checked(topic: Topic) -> Topic:
+    """Return a topic that can be written.
+
+    Raises
+    ------
+    CannotComputeError
+        For what would become a broken log: unequal lengths, numbers that are none.
+    """
     count = topic.valid_s.size
     if topic.logged_s.shape != (count,):
         raise CannotComputeError(

@@ -4,7 +4,7 @@ The same run gives the same bytes: every time in the file comes from the run, no
 """
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
@@ -23,6 +23,8 @@ from pipeline.export.log_topics import (
 from pipeline.export.ros2_messages import schema_text
 
 if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does not need it
+    from mcap.writer import Writer
+
     from pipeline.simulate.run import Trajectory
     from pipeline.simulate.sensors import Log
 
@@ -45,6 +47,7 @@ def write_run_log(
     gravity_mps2: float,
     truth: "Trajectory | None" = None,
     simulated: "Log | None" = None,
+    more: Sequence[Topic] = (),
     metadata: Mapping[str, str] | None = None,
     start_time_ns: int = DEFAULT_START_TIME_NS,
 ) -> None:
@@ -65,6 +68,8 @@ def write_run_log(
     simulated : dict of Channel, optional
         The same channels from a simulation, written under ``/sim`` beside those of `log`, so that
         a log viewer shows both on one axis.
+    more : sequence of Topic
+        Further topics, with their prefix.
     metadata : mapping, optional
         What else a reader should know of the run: manoeuvre, effects, seed, versions, digests.
     start_time_ns : int
@@ -87,6 +92,7 @@ def write_run_log(
                 "run have no names"
             )
         topics += topics_of_truth(truth, log["command"].columns, SIMULATED_PREFIX)
+    topics += more
     records = {
         "rig2sea.log": {
             "layout": LAYOUT_VERSION,
@@ -98,12 +104,36 @@ def write_run_log(
         },
         "rig2sea.run": dict(sorted((metadata or {}).items())),
     }
+
+    def write(stream: IO[bytes]) -> None:
+        _write(stream, topics, records, start_time_ns)
+
+    write_whole(path, write, f"the log of {vehicle_name}")
+
+
+def write_whole(path: Path, write: Callable[[IO[bytes]], None], what: str) -> None:
+    """Write a file that is there complete or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        The file; its folder is made if it does not exist.
+    write : callable
+        Writes the content to an open file.
+    what : str
+        What the file is, for the message.
+
+    Raises
+    ------
+    CannotComputeError
+        When it cannot be written.
+    """
     temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:
             with temporary.open("wb") as stream:
-                _write(stream, topics, records, start_time_ns)
+                write(stream)
                 stream.flush()
                 os.fsync(stream.fileno())
             temporary.replace(path)
@@ -111,7 +141,7 @@ def write_run_log(
             temporary.unlink(missing_ok=True)
     except OSError as error:
         raise CannotComputeError(
-            f"{path}: the log of {vehicle_name} cannot be written: {error.strerror or error}.\n"
+            f"{path}: {what} cannot be written: {error.strerror or error}.\n"
             "Make the folder writable, free some space, or name another file."
         ) from error
 
@@ -129,6 +159,14 @@ def _write(
     writer.start(profile="ros2", library="rig2sea")
     for name, entries in records.items():
         writer.add_metadata(name, entries)
+    channels = register_topics(writer, topics)
+    for source, row, time_ns, message in messages_in_order(topics, start_time_ns):
+        writer.add_message(channels[source], time_ns, message, time_ns, row)
+    writer.finish()  # type: ignore[no-untyped-call]
+
+
+def register_topics(writer: "Writer", topics: Sequence[Topic]) -> list[int]:
+    """Describe topics in a file that is being written; returns their numbers there."""
     schemas: dict[str, int] = {}
     channels = []
     for topic in topics:
@@ -137,12 +175,12 @@ def _write(
             schemas[kind] = writer.register_schema(kind, "ros2msg", schema_text(kind).encode())
         description = {"meaning": topic.meaning, "offered_qos_profiles": ""}
         channels.append(writer.register_channel(topic.name, "cdr", schemas[kind], description))
-    for source, row, time_ns, message in _in_order(topics, start_time_ns):
-        writer.add_message(channels[source], time_ns, message, time_ns, row)
-    writer.finish()  # type: ignore[no-untyped-call]
+    return channels
 
 
-def _in_order(topics: list[Topic], start_time_ns: int) -> Iterator[tuple[int, int, int, bytes]]:
+def messages_in_order(
+    topics: Sequence[Topic], start_time_ns: int
+) -> Iterator[tuple[int, int, int, bytes]]:
     """Messages of all topics as they were logged: index of topic, number in it, time, bytes."""
     logged = [nanoseconds_of_run(topic.logged_s, start_time_ns, topic.name) for topic in topics]
     none = np.empty(0, np.int64)

@@ -22,6 +22,8 @@ _DEFINITIONS = {
     "geometry_msgs/TwistWithCovariance": "Twist twist\nfloat64[36] covariance",
     "geometry_msgs/TwistStamped": "std_msgs/Header header\nTwist twist",
     "geometry_msgs/PointStamped": "std_msgs/Header header\nPoint point",
+    "geometry_msgs/Wrench": "Vector3 force\nVector3 torque",
+    "geometry_msgs/WrenchStamped": "std_msgs/Header header\nWrench wrench",
     "nav_msgs/Odometry": (
         "std_msgs/Header header\n"
         "string child_frame_id\n"

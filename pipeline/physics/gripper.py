@@ -119,11 +119,17 @@ class Latch:
         >>> latch.load_share(np.array([0.0, 50.0, 0.0, 0.0, 0.0, 5.0]))
         1.25
         """
-        force = np.asarray(wrench[:3], float)
-        moment = np.asarray(wrench[3:], float) - np.cross(self.position_m, force)
-        return float(
-            max(np.linalg.norm(force) / self.strength_n, np.linalg.norm(moment) / self.strength_nm)
+        return float(self.load_shares(np.asarray(wrench, float)[None])[0])
+
+    def load_shares(self, wrench: FloatArray) -> FloatArray:
+        """Return load over strength for each of several wrenches (k, 6); shape (k,)."""
+        force = np.asarray(wrench[:, :3], float)
+        moment = np.asarray(wrench[:, 3:], float) - np.cross(self.position_m, force)
+        shares: FloatArray = np.maximum(
+            np.linalg.norm(force, axis=1) / self.strength_n,
+            np.linalg.norm(moment, axis=1) / self.strength_nm,
         )
+        return shares
 
 
 def latch_reaction(
@@ -141,17 +147,17 @@ def latch_reaction(
     ----------
     payload : HeldPayload
         What is held.
-    nu_relative, nu_dot_relative : ndarray, shape (6,)
+    nu_relative, nu_dot_relative : ndarray, shape (6,) or (k, 6)
         Velocity relative to the water and its rate, body axes, at the body origin.
         [m/s, rad/s; m/s^2, rad/s^2]
-    down_body : ndarray, shape (3,)
+    down_body : ndarray, shape (3,) or (k, 3)
         Unit vector down, in body axes: the last row of R. [-]
     gravity_mps2, density_kgpm3 : float
         [m/s^2], [kg/m^3]
 
     Returns
     -------
-    ndarray, shape (6,)
+    ndarray, shape (6,) or (k, 6)
         Force and moment about the body origin, body axes. [N, N m]
 
     Examples
@@ -165,17 +171,19 @@ def latch_reaction(
     """
     matrix = payload.mass_matrix()
     nu = np.asarray(nu_relative, float)
-    momentum = matrix @ nu
+    momentum = nu @ matrix  # symmetric
+    velocity, rate = nu[..., :3], nu[..., 3:]
     turned = np.concatenate(
         [
-            np.cross(nu[3:], momentum[:3]),
-            np.cross(nu[3:], momentum[3:]) + np.cross(nu[:3], momentum[:3]),
-        ]
+            np.cross(rate, momentum[..., :3]),
+            np.cross(rate, momentum[..., 3:]) + np.cross(velocity, momentum[..., :3]),
+        ],
+        axis=-1,
     )
     net = gravity_mps2 * (payload.mass_kg - density_kgpm3 * payload.volume_m3)
     weight = net * np.asarray(down_body, float)
-    wrench = np.concatenate([weight, np.cross(payload.position_m, weight)])
-    wrench -= matrix @ np.asarray(nu_dot_relative, float) + turned
+    wrench = np.concatenate([weight, np.cross(payload.position_m, weight)], axis=-1)
+    wrench -= np.asarray(nu_dot_relative, float) @ matrix + turned
     return wrench + 0.0  # no negative zeros
 
 

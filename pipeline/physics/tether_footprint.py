@@ -22,7 +22,7 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.physics.tether_cable import Cable
+from pipeline.physics.tether_cable import Cable, TetherSolution
 from pipeline.physics.tether_static import FlowField, solve_tether
 from pipeline.types import FloatArray
 
@@ -154,18 +154,29 @@ def footprint_forces(
     """
     on_vehicle, on_garage = [], []
     for angle in angles_deg:
-        vehicle = ned_from_paper(footprint.position_m(angle))
-        solution = solve_tether(
-            footprint.cable,
-            start_m=vehicle,
-            end_m=np.zeros(3),
-            flow=_flow(footprint, variant, vehicle),
-            density_kgpm3=footprint.density_kgpm3,
-        )
+        solution = footprint_cable(footprint, variant, angle)
         on_vehicle.append(paper_from_ned(solution.force_on_start_n))
         on_garage.append(paper_from_ned(solution.force_on_end_n))
     return FootprintForces(
         np.asarray(angles_deg, dtype=float), np.array(on_vehicle), np.array(on_garage)
+    )
+
+
+def footprint_cable(footprint: Footprint, variant: Variant, angle_deg: float) -> TetherSolution:
+    """Return the cable's shape and tension, NED, from the vehicle at an angle to the garage.
+
+    Raises
+    ------
+    CannotComputeError
+        From `solve_tether`, e.g. a cable that does not reach.
+    """
+    vehicle = ned_from_paper(footprint.position_m(angle_deg))
+    return solve_tether(
+        footprint.cable,
+        start_m=vehicle,
+        end_m=np.zeros(3),
+        flow=_flow(footprint, variant, vehicle),
+        density_kgpm3=footprint.density_kgpm3,
     )
 
 

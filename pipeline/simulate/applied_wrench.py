@@ -13,7 +13,13 @@ from pipeline.types import FloatArray
 _IMMOVABLE_KG = 1e12
 
 
-def actuator_states(packed: PackedVehicle, command: FloatArray, period_s: float) -> FloatArray:
+def actuator_states(
+    packed: PackedVehicle,
+    command: FloatArray,
+    period_s: float,
+    *,
+    vector: FloatArray | None = None,
+) -> FloatArray:
     """Effective codes, or shaft speeds, of the thrusters that a run of commands leads to.
 
     The kernel itself is run, with a body too heavy to move. That is exact where a thruster follows
@@ -27,19 +33,21 @@ def actuator_states(packed: PackedVehicle, command: FloatArray, period_s: float)
         Codes, each held for a period.
     period_s : float
         [s]
+    vector : ndarray, optional
+        Parameter vector in place of the nominal one.
 
     Returns
     -------
     ndarray, shape (m + 1, n)
         At the start of each period, and at the end.
     """
-    vector = packed.vector.copy()
-    write(vector, "mass", _IMMOVABLE_KG)
-    write(vector, "inertia", _IMMOVABLE_KG * np.eye(3))
-    write(vector, "centre_of_mass", 0.0)
-    write(vector, "centre_of_buoyancy", 0.0)
-    write(vector, "current", 0.0)
-    return run(packed, command, dt_s=period_s, vector=vector).actuator
+    fixed = (packed.vector if vector is None else vector).copy()
+    write(fixed, "mass", _IMMOVABLE_KG)
+    write(fixed, "inertia", _IMMOVABLE_KG * np.eye(3))
+    write(fixed, "centre_of_mass", 0.0)
+    write(fixed, "centre_of_buoyancy", 0.0)
+    write(fixed, "current", 0.0)
+    return run(packed, command, dt_s=period_s, vector=fixed).actuator
 
 
 def thruster_wrench(

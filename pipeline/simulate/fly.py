@@ -10,6 +10,7 @@ from pipeline.control.autopilot import Autopilot, Design, Motion, Reference
 from pipeline.control.general_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
 from pipeline.simulate.kernel_hull import mass_matrix
+from pipeline.simulate.mover import Mover
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Method, Trajectory, initial_state, largest_step_s, run
 from pipeline.types import FloatArray
@@ -143,6 +144,7 @@ def fly(
     step_s: float | None = None,
     method: Method = "rk4",
     change: Change | None = None,
+    mover: Mover = run,
 ) -> Trajectory:
     """Fly a plan and return the whole run.
 
@@ -163,6 +165,8 @@ def fly(
     change : Change, optional
         Asked at the start of every control period; its vector takes the place of `vector`. The
         autopilot is not told.
+    mover : Mover
+        What moves the vehicle from command to command: `run`, or the vehicle on its tether.
 
     Raises
     ------
@@ -188,7 +192,7 @@ def fly(
         if plan.wrench is not None:
             demand = demand + plan.wrench(now)
         codes, saturated = allocate.codes(demand, state[7:13])
-        piece = run(
+        piece = mover(
             packed,
             np.tile(codes, (inner, 1)),
             dt_s=CONTROL_PERIOD_S / inner,
@@ -219,6 +223,7 @@ def run_changing(
     dt_s: float,
     start: FloatArray | None = None,
     method: Method = "rk4",
+    mover: Mover = run,
 ) -> Trajectory:
     """Run commands open loop while something happens to the vehicle.
 
@@ -226,6 +231,8 @@ def run_changing(
     ----------
     packed, commands, dt_s, start, method
         As `run` takes them.
+    mover : Mover
+        As `fly` takes it.
     change : Change
         Asked at the start and at the times `at_s`.
     at_s : sequence of float
@@ -245,7 +252,7 @@ def run_changing(
         if begin == end:
             continue
         pieces.append(
-            run(
+            mover(
                 packed,
                 commands[begin:end],
                 dt_s=dt_s,

@@ -1,6 +1,7 @@
 """From the vehicle file to what the kernel takes: the parameter vector and the tables."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -62,6 +63,29 @@ class PackedVehicle:
     def thruster_names(self) -> tuple[str, ...]:
         """Names in the order of the commands' columns."""
         return self.context.thruster_names
+
+    def fastest_shaft_rate(self, kind: int, density_kgpm3: float) -> float:
+        """Largest (dM_propeller/dn - dM_drive/dn) / (2 pi) over a drive's table. [kg m^2/s].
+
+        Over the inertia it is the rate at which a shaft settles.
+        """
+        known = self._shaft_rates.get((kind, density_kgpm3))
+        if known is not None:
+            return known
+        torque, screw = self.torque_tables[kind], self.screws[kind]
+        drive = -np.diff(torque, axis=1) / screw[7]
+        shaft = screw[7] * np.arange(1, torque.shape[1])
+        load = 2.0 * density_kgpm3 * screw[0] ** 5 * screw[4] * shaft
+        # where the drive gives nothing the load alone slows the shaft
+        slope = (drive + load)[torque[:, 1:] > 0.0]
+        rate = float(slope.max(initial=0.0)) / (2.0 * np.pi)
+        self._shaft_rates[kind, density_kgpm3] = rate
+        return rate
+
+    @cached_property
+    def _shaft_rates(self) -> dict[tuple[int, float], float]:
+        """Rates that were looked up; a control loop asks at every period."""
+        return {}
 
     def shaft_speed(self, kind: int, code: FloatArray, along_mps: FloatArray) -> FloatArray:
         """Steady shaft speed (k,) of a type at positive codes (k,) and speeds (k,) [rpm]."""

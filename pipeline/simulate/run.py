@@ -90,13 +90,8 @@ def largest_step_s(
     ):
         if inertia <= 0.0:
             continue
-        torque, screw = packed.torque_tables[kind], packed.screws[kind]
-        drive = -np.diff(torque, axis=1) / screw[7]
-        shaft = screw[7] * np.arange(1, torque.shape[1])
-        load = 2.0 * float(read(p, "density")) * screw[0] ** 5 * screw[4] * shaft
-        # where the drive gives nothing the load alone slows the shaft
-        rate = (drive + load)[torque[:, 1:] > 0.0]
-        fastest = max(fastest, float(rate.max(initial=0.0)) / (2.0 * np.pi * float(inertia)))
+        rate = packed.fastest_shaft_rate(int(kind), float(read(p, "density")))
+        fastest = max(fastest, rate / float(inertia))
     return _SHAFT_REACH[method] / fastest if fastest > 0.0 else float("inf")
 
 

@@ -176,8 +176,8 @@ def refuse_short(length_m: float, top: FloatArray, lower: FloatArray) -> None:
     if length_m < distance:
         raise CannotComputeError(
             f"The tether is {length_m:g} m long, and from its upper end to the vehicle's "
-            f"attachment it is {distance:.3f} m: it does not reach.\nPay out more cable, or start "
-            "nearer."
+            f"attachment it is {distance:.3f} m: it does not reach.\nPay out more "
+            "cable (length_m of the tether in the vehicle file), or start nearer."
         )
 
 

@@ -26,6 +26,9 @@ from pipeline.simulate.tether_arrays import (
 from pipeline.types import ArrayLike, FloatArray
 from pipeline.vehicle.model_schema import Tether
 
+#: The lower end of a tether and the vehicle's attachment nearer than this are one place. [m]
+_SAME_PLACE_M = 1e-6
+
 
 def fly_tethered(
     packed: PackedVehicle,
@@ -115,7 +118,8 @@ def fly_tethered(
     current = np.array(read(p, "current"), float)
     if tether_start is None:
         tether_start = _at_rest(cable, p, begin, current, top_velocity_mps)
-    else:
+    elif np.linalg.norm(tether_start.position_ned_m[-1] - _attachment(p, begin)) > _SAME_PLACE_M:
+        # a taut cable is longer than what was paid out: only one that starts elsewhere must reach
         refuse_short(tether_start.paid_out_m, tether_start.position_ned_m[0], _attachment(p, begin))
     prepared = prepare(
         cable,

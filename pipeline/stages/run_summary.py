@@ -1,13 +1,16 @@
 """A simulated run in a few numbers, and what should make one doubt it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pipeline.physics.parameters import read
+from pipeline.simulate.latch_loads import LatchLoad
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.simulate.sensors import Log
+from pipeline.simulate.tethered_mover import TetherLog
 from pipeline.types import FloatArray
 
 Range = tuple[float, float]
@@ -25,6 +28,49 @@ class RunSummary:
     at_limit_share: float
     channels: dict[str, int]
     doubts: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class TetherSummary:
+    """A tether's run: tension at both ends, cable paid out. [N], [m]."""
+
+    tension_at_vehicle_n: Range
+    tension_at_top_n: Range
+    paid_out_m: Range
+
+
+def summarise_tether(tether: TetherLog) -> TetherSummary:
+    """Sum up what a tether did."""
+    return TetherSummary(
+        tension_at_vehicle_n=_range(tether.lower_tension_n),
+        tension_at_top_n=_range(tether.top_tension_n),
+        paid_out_m=_range(tether.paid_out_m),
+    )
+
+
+@dataclass(frozen=True)
+class LatchSummary:
+    """Largest force on a latch, as it closes too [N], and largest share of its strength."""
+
+    module: str
+    largest_n: float
+    closing_n: float
+    largest_share: float
+
+
+def summarise_latch(load: LatchLoad) -> LatchSummary:
+    """Sum up what a latch carried."""
+    return LatchSummary(load.module, load.largest_n, load.closing_n, load.largest_share)
+
+
+def latch_doubts(loads: Sequence[LatchLoad]) -> list[str]:
+    """Say which latches would have failed."""
+    return [
+        f"the latch of {load.module} carried {load.largest_share:.2f} of its strength; it would "
+        "have let go, which is not simulated."
+        for load in loads
+        if load.largest_share > 1.0
+    ]
 
 
 def summarise(

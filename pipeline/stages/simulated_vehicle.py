@@ -22,10 +22,7 @@ from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 
 R = TypeVar("R", bound=Record)
-_NO_TETHER = (
-    "the tether of the nominal model is left out of this run; --effect "
-    "tether:drag_area_m2=...,pull_n=... stands for its drag and pull."
-)
+_NO_TETHER = "the tether of the nominal model is left out."
 
 
 @dataclass(frozen=True)
@@ -37,6 +34,11 @@ class SimulatedVehicle:
     vehicle: Vehicle
     packed: PackedVehicle
     notes: tuple[str, ...]
+
+    @property
+    def without_tether(self) -> tuple[str, ...]:
+        """What to tell where the vehicle is simulated by `run`, without its nominal tether."""
+        return (_NO_TETHER,) if self.packed.context.tether_in_nominal else ()
 
     @property
     def file_digest(self) -> str:
@@ -74,8 +76,6 @@ def load_simulated(text: str, raw: Path, out: Path) -> SimulatedVehicle:
     bench, notes = _bench(vehicle, name, file, out)
     packed = pack_vehicle(vehicle, bench)
     notes += vehicle_notes(vehicle)
-    if packed.context.tether_in_nominal:
-        notes += (_NO_TETHER,)
     return SimulatedVehicle(name, file, vehicle, packed, notes)
 
 

@@ -1,67 +1,54 @@
 """Simulate a manoeuvre or the commands of a log, and write what the sensors would have logged."""
 
-import difflib
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, Literal
-
-import numpy as np
+from typing import Any
 
 from pipeline import __version__
-from pipeline.control.inverse import firmware_grid
-from pipeline.control.paper_allocator import PaperAllocator
 from pipeline.effects.discovery import module_names
 from pipeline.effects.library import apply_effects, parse_effect
-from pipeline.errors import CannotComputeError
-from pipeline.export.mcap_log import DEFAULT_START_TIME_NS, write_run_log
-from pipeline.ingest.command_log import CommandLog, read_command_log
-from pipeline.plan import UsageError
+from pipeline.effects.specification import EffectSpec
+from pipeline.export.attachment_topics import topic_of_latch, topics_of_tether
+from pipeline.export.log_topics import Topic
+from pipeline.export.mcap_log import DEFAULT_START_TIME_NS, SIMULATED_PREFIX, write_run_log
+from pipeline.export.overlay import write_overlay
+from pipeline.ingest.recorded_log import RecordedFile
+from pipeline.ingest.run_commands import read_run_commands
 from pipeline.provenance import code_digest, file_digest
 from pipeline.simulate.context import model_of
-from pipeline.simulate.events import Action, PayloadEvent, PayloadSchedule
-from pipeline.simulate.fly import (
-    CONTROL_PERIOD_S,
-    Allocator,
-    Change,
-    fly,
-    general_allocator,
-    run_changing,
-    usual_step_s,
-)
+from pipeline.simulate.events import PayloadEvent, PayloadSchedule
+from pipeline.simulate.fly import fly, usual_step_s
+from pipeline.simulate.latch_loads import LatchLoad, latch_loads
 from pipeline.simulate.manoeuvres import MANOEUVRES
-from pipeline.simulate.run import Trajectory, initial_state, run
+from pipeline.simulate.mover import Mover
+from pipeline.simulate.run import Trajectory, run
 from pipeline.simulate.sensors import Log, measure
-from pipeline.stages.run_summary import RunSummary, summarise
-from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_inverse, load_simulated
+from pipeline.simulate.tethered_mover import TetheredMover, nominal_mover
+from pipeline.stages.chosen_allocator import allocator_of
+from pipeline.stages.replay import replay
+from pipeline.stages.run_summary import (
+    LatchSummary,
+    RunSummary,
+    TetherSummary,
+    latch_doubts,
+    summarise,
+    summarise_latch,
+    summarise_tether,
+)
+from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.stages.simulation_request import (
+    SimulationRequest,
+    check_request,
+    parse_events,
+    parse_winch,
+)
 from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.sensor_schema import Sensors
 
-LONGEST_S = 3600.0
-
-
-@dataclass(frozen=True)
-class SimulationRequest:
-    """What the user asked for: a manoeuvre or a log, and everything that shapes the run.
-
-    `attach`, `release` hold events of payload modules, ``MODULE@SECONDS``.
-    """
-
-    vehicle: str
-    to: Path
-    manoeuvre: str | None = None
-    log: Path | None = None
-    effects: tuple[str, ...] = ()
-    attach: tuple[str, ...] = ()
-    release: tuple[str, ...] = ()
-    amplitude: float = 1.0
-    duration_s: float | None = None
-    seed: int = 0
-    allocator: Literal["general", "paper"] = "general"
-    step_s: float | None = None
-    raw: Path = Path("raw")
-    out: Path = Path()
+__all__ = ["SimulationRequest", "SimulationResult", "replay", "simulate_to_file"]
 
 
 @dataclass(frozen=True)
@@ -75,6 +62,8 @@ class SimulationResult:
     events: tuple[str, ...]
     seed: int
     summary: RunSummary
+    tether: TetherSummary | None
+    latches: tuple[LatchSummary, ...]
     warnings: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -89,15 +78,47 @@ class SimulationResult:
             "events": list(self.events),
             "seed": self.seed,
             **asdict(self.summary),
+            "tether": None if self.tether is None else asdict(self.tether),
+            "latches": [asdict(latch) for latch in self.latches],
             "warnings": list(self.warnings),
         }
+
+
+@dataclass(frozen=True)
+class _Case:
+    """A run that is about to be simulated."""
+
+    request: SimulationRequest
+    one: SimulatedVehicle
+    model: Model
+    specs: tuple[EffectSpec, ...]
+    true: FloatArray
+    schedule: PayloadSchedule
+    tethered: TetheredMover | None
+    step_s: float
+
+    @property
+    def mover(self) -> Mover:
+        """What moves the vehicle."""
+        return run if self.tethered is None else self.tethered
+
+
+@dataclass(frozen=True)
+class _Flight:
+    """A run before it is measured and written."""
+
+    trajectory: Trajectory
+    flown: str
+    start_ns: int
+    notes: tuple[str, ...] = ()
 
 
 def simulate_to_file(request: SimulationRequest) -> SimulationResult:
     """Simulate and write the log.
 
-    The effects change the true vehicle; autopilot and allocator believe the vehicle file. The same
-    request with the same vehicle file gives the same bytes.
+    The effects change the true vehicle; autopilot and allocator believe the vehicle file. A tether
+    of the nominal model moves with the vehicle. The same request with the same vehicle file gives
+    the same bytes.
 
     Raises
     ------
@@ -106,242 +127,163 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
     InputError, CannotComputeError
         For files, effects and vehicles that cannot be used, and an output that cannot be written.
     """
-    _check(request)
-    if request.manoeuvre is not None and request.manoeuvre not in MANOEUVRES:
-        raise UsageError(_unknown_manoeuvre(request.manoeuvre))
-    one = load_simulated(request.vehicle, request.raw, request.out)
-    names = one.packed.thruster_names
-    specs = tuple(parse_effect(text, names) for text in request.effects)
-    true = apply_effects(one.packed.vector, specs, one.packed.context)
-    schedule = PayloadSchedule(
-        one.packed,
-        model_of(one.vehicle),
-        parse_events(request),
-        lambda vector: apply_effects(vector, specs, one.packed.context),
-    )
-    change = schedule.change if schedule.events else None
-    step_s = usual_step_s(one.packed, true) if request.step_s is None else request.step_s
-    warnings = list(one.notes)
-    if request.log is not None:
-        commands = read_command_log(request.log)
-        trajectory, note = replay(one, commands, true, step_s, schedule)
-        warnings += note
-        flown, start_ns = f"commands of {request.log.name}", commands.start_time_ns
-    else:
-        trajectory = _flown(one, request, true, step_s, change)
-        flown, start_ns = str(request.manoeuvre), DEFAULT_START_TIME_NS
+    check_request(request)
+    case = _case(request)
+    one, schedule, tethered = case.one, case.schedule, case.tethered
+    flight = _flown(case) if request.log is None else _replayed(case, request.log)
+    trajectory = flight.trajectory
+    warnings = [*one.notes, *flight.notes]
     warnings += [f"{_said(event)} lies beyond the run." for event in schedule.due(math.inf)]
+    warnings += [
+        f"the winch's order at {order.time_s:g} s lies beyond the run."
+        for order in ([] if tethered is None else tethered.orders)
+        if order.time_s >= trajectory.time_s[-1]
+    ]
     sensors = one.vehicle.sensors
     if sensors is None:
         warnings.append(
             f"{one.name} has no sensors: section; the log holds the commands and the true motion."
         )
         sensors = Sensors()
-    log = measure(trajectory, one.packed, sensors, vector=true, seed=request.seed)
-    summary = summarise(trajectory, log, one.packed, true)
-    metadata = {
-        "flown": flown,
-        "amplitude": repr(request.amplitude),
-        "duration_s": repr(float(trajectory.time_s[-1] - trajectory.time_s[0])),
-        "effects": "; ".join(sorted(str(spec) for spec in specs)),
-        "events": "; ".join(_said(event) for event in schedule.events),
-        "seed": str(request.seed),
-        "allocator": request.allocator if request.log is None else "",
-        "step_s": repr(step_s),
-        "vehicle_file_sha256": one.file_digest,
-        "code": code_digest(__name__, *module_names()),
-        "rig2sea_version": __version__,
-    }
-    _write(request, one, log, trajectory=trajectory, metadata=metadata, start_ns=start_ns)
+    log = measure(trajectory, one.packed, sensors, vector=case.true, seed=request.seed)
+    summary = summarise(trajectory, log, one.packed, case.true)
+    loads = latch_loads(trajectory, one.packed, case.model, schedule.outcomes, vector=case.true)
+    _write(case, flight, log, loads)
     return SimulationResult(
         path=request.to,
         vehicle=one.name,
-        flown=flown,
-        effects=tuple(sorted(str(spec) for spec in specs)),
-        events=tuple(_said(outcome.event) for outcome in schedule.outcomes),
+        flown=flight.flown,
+        effects=tuple(sorted(str(spec) for spec in case.specs)),
+        events=(*(_said(one.event) for one in schedule.outcomes), *_orders(tethered)),
         seed=request.seed,
         summary=summary,
-        warnings=(*warnings, *summary.doubts),
+        tether=None if tethered is None else summarise_tether(tethered.log()),
+        latches=tuple(summarise_latch(load) for load in loads if load.time_s.size),
+        warnings=(*warnings, *latch_doubts(loads), *summary.doubts),
     )
 
 
-def _write(
-    request: SimulationRequest,
-    one: SimulatedVehicle,
-    log: Log,
-    *,
-    trajectory: Trajectory,
-    metadata: dict[str, str],
-    start_ns: int,
-) -> None:
-    """Write the log; of a replay all but the commands goes under /sim, beside what was measured."""
-    simulated = None
-    if request.log is not None:
-        simulated = {name: channel for name, channel in log.items() if name != "command"}
-        log = {"command": log["command"]}
-    write_run_log(
+def _case(request: SimulationRequest) -> _Case:
+    """Read the vehicle, and check effects, events and orders against it."""
+    orders, events = parse_winch(request), parse_events(request)
+    one = load_simulated(request.vehicle, request.raw, request.out)
+    packed, model = one.packed, model_of(one.vehicle)
+    specs = tuple(parse_effect(text, packed.thruster_names) for text in request.effects)
+    true = apply_effects(packed.vector, specs, packed.context)
+    return _Case(
+        request=request,
+        one=one,
+        model=model,
+        specs=specs,
+        true=true,
+        schedule=PayloadSchedule(
+            packed, model, events, lambda vector: apply_effects(vector, specs, packed.context)
+        ),
+        tethered=nominal_mover(model, orders),
+        step_s=usual_step_s(packed, true) if request.step_s is None else request.step_s,
+    )
+
+
+def _flown(case: _Case) -> _Flight:
+    """Fly the manoeuvre."""
+    request, packed = case.request, case.one.packed
+    manoeuvre = MANOEUVRES[str(request.manoeuvre)]
+    duration = manoeuvre.duration_s if request.duration_s is None else request.duration_s
+    trajectory = fly(
+        packed,
+        manoeuvre.plan(packed, request.amplitude, duration),
+        vector=case.true,
+        allocator=allocator_of(case.one, request.allocator, request.out),
+        step_s=case.step_s,
+        change=case.schedule.change if case.schedule.events else None,
+        mover=case.mover,
+    )
+    return _Flight(trajectory, manoeuvre.name, DEFAULT_START_TIME_NS)
+
+
+def _replayed(case: _Case, path: Path) -> _Flight:
+    """Simulate the commands of the log."""
+    commands = read_run_commands(path, case.one.vehicle, case.request.raw)
+    trajectory, notes = replay(
+        case.one, commands, case.true, case.step_s, case.schedule, mover=case.mover
+    )
+    said = (*commands.notes, *notes)
+    return _Flight(trajectory, f"commands of {path.name}", commands.start_time_ns, said)
+
+
+def _metadata(case: _Case, flight: _Flight) -> dict[str, str]:
+    """Return what made the run."""
+    request, time_s = case.request, flight.trajectory.time_s
+    return {
+        "flown": flight.flown,
+        "amplitude": repr(request.amplitude),
+        "duration_s": repr(float(time_s[-1] - time_s[0])),
+        "effects": "; ".join(sorted(str(spec) for spec in case.specs)),
+        "events": "; ".join(_said(event) for event in case.schedule.events),
+        "winch": "; ".join(_orders(case.tethered)),
+        "seed": str(request.seed),
+        "allocator": request.allocator if request.log is None else "",
+        "step_s": repr(case.step_s),
+        "vehicle_file_sha256": case.one.file_digest,
+        "code": code_digest(__name__, *module_names()),
+        "rig2sea_version": __version__,
+    }
+
+
+def _write(case: _Case, flight: _Flight, log: Log, loads: Sequence[LatchLoad]) -> None:
+    """Write the log; of a replay everything under /sim, beside what was measured."""
+    request, one = case.request, case.one
+    density, gravity = one.vehicle.water.density_kgpm3, one.vehicle.water.gravity_mps2
+    more = _attached_topics(case.tethered, loads)
+    metadata = _metadata(case, flight)
+    if request.log is None:
+        write_run_log(
+            request.to,
+            log,
+            vehicle_name=one.name,
+            density_kgpm3=density,
+            gravity_mps2=gravity,
+            truth=flight.trajectory,
+            more=more,
+            metadata=metadata,
+            start_time_ns=flight.start_ns,
+        )
+        return
+    write_overlay(
         request.to,
+        RecordedFile(request.log, str(request.log)),
         log,
         vehicle_name=one.name,
-        density_kgpm3=one.vehicle.water.density_kgpm3,
-        gravity_mps2=one.vehicle.water.gravity_mps2,
-        truth=trajectory,
-        simulated=simulated,
+        density_kgpm3=density,
+        gravity_mps2=gravity,
+        start_time_ns=flight.start_ns,
+        truth=flight.trajectory,
+        more=more,
         metadata=metadata,
-        start_time_ns=start_ns,
     )
 
 
-def _check(request: SimulationRequest) -> None:
-    """Refuse numbers that mean nothing."""
-    if not (math.isfinite(request.amplitude) and 0.0 < request.amplitude <= 10.0):
-        raise UsageError(
-            f"--amplitude {request.amplitude:g}: a number above 0, at most 10, is expected; 1 is "
-            "the usual size."
+def _attached_topics(tethered: TetheredMover | None, loads: Sequence[LatchLoad]) -> list[Topic]:
+    topics = [
+        topic_of_latch(load.module, load.time_s, load.wrench, SIMULATED_PREFIX)
+        for load in loads
+        if load.time_s.size
+    ]
+    if tethered is not None:
+        topics += topics_of_tether(
+            tethered.log(), SIMULATED_PREFIX, winch=tethered.winch is not None
         )
-    duration = request.duration_s
-    if duration is not None and not CONTROL_PERIOD_S <= duration <= LONGEST_S:
-        raise UsageError(
-            f"--duration {duration:g}: seconds from {CONTROL_PERIOD_S:g} to {LONGEST_S:g} are "
-            "expected."
-        )
-    step = CONTROL_PERIOD_S if request.step_s is None else request.step_s
-    parts = CONTROL_PERIOD_S / step if math.isfinite(step) and step > 0.0 else 0.0
-    if parts < 1.0 - 1e-9 or abs(parts - round(parts)) > 1e-6 * parts or parts > 1e4:
-        raise UsageError(
-            f"--step {step:g}: a whole number of steps must fill the {CONTROL_PERIOD_S:g} s "
-            "between two commands, e.g. 0.01, 0.02, 0.05, 0.1."
-        )
-    if request.seed < 0:
-        raise UsageError(f"--seed {request.seed}: a whole number from 0 is expected.")
-
-
-def _unknown_manoeuvre(name: str) -> str:
-    near = difflib.get_close_matches(name.replace("-", "_"), MANOEUVRES, n=1, cutoff=0.5)
-    hint = f' Did you mean "{near[0]}"?' if near else ""
-    return f'there is no manoeuvre "{name}".{hint} There are {", ".join(MANOEUVRES)}.'
-
-
-def parse_events(request: SimulationRequest) -> list[PayloadEvent]:
-    """Read the events of payload modules, ``MODULE@SECONDS``.
-
-    Raises
-    ------
-    UsageError
-        For a text of another form.
-    """
-    events = []
-    wanted: list[tuple[Action, str]] = [("attach", text) for text in request.attach]
-    wanted += [("release", text) for text in request.release]
-    for action, text in wanted:
-        module, _, time = text.rpartition("@")
-        try:
-            events.append(PayloadEvent(float(time), action, module.strip()))
-        except ValueError:
-            raise UsageError(
-                f'--{action} "{text}": MODULE@SECONDS is expected, e.g. module_1@30.'
-            ) from None
-    return events
+    return topics
 
 
 def _said(event: PayloadEvent) -> str:
     return f"{event.action} {event.module} at {event.time_s:g} s"
 
 
-def _flown(
-    one: SimulatedVehicle,
-    request: SimulationRequest,
-    true: FloatArray,
-    step_s: float,
-    change: Change | None,
-) -> Trajectory:
-    manoeuvre = MANOEUVRES[str(request.manoeuvre)]
-    duration = manoeuvre.duration_s if request.duration_s is None else request.duration_s
-    return fly(
-        one.packed,
-        manoeuvre.plan(one.packed, request.amplitude, duration),
-        vector=true,
-        allocator=_allocator(one, request),
-        step_s=step_s,
-        change=change,
-    )
-
-
-def _allocator(one: SimulatedVehicle, request: SimulationRequest) -> Allocator:
-    if request.allocator == "general":
-        return general_allocator(one.packed)
-    geometry = one.vehicle.allocator
-    if geometry is None:
-        raise CannotComputeError(
-            f"{one.name} has no allocator: section, which --allocator paper takes its geometry "
-            "from.\nLeave the option out: the general allocator flies any arrangement."
-        )
-    inverse = firmware_grid(load_inverse(one.name, request.out))
-    return PaperAllocator(geometry, inverse, one.packed.thruster_names)
-
-
-def replay(
-    one: SimulatedVehicle,
-    log: CommandLog,
-    true: FloatArray,
-    step_s: float,
-    schedule: PayloadSchedule | None = None,
-) -> tuple[Trajectory, list[str]]:
-    """Simulate the commands of a log, each held until the next.
-
-    Parameters
-    ----------
-    one : SimulatedVehicle
-        The vehicle.
-    log : CommandLog
-        What was commanded; thrusters are matched by name.
-    true : ndarray
-        Parameter vector that is simulated.
-    step_s : float
-        Integration step. [s]
-    schedule : PayloadSchedule, optional
-        Modules that come and go.
-
-    Returns
-    -------
-    tuple
-        The run, and sentences on what had to be assumed.
-
-    Raises
-    ------
-    CannotComputeError
-        When the log lacks a thruster of the vehicle, or the run is too long.
-    """
-    missing = [name for name in one.packed.thruster_names if name not in log.names]
-    if missing:
-        raise CannotComputeError(
-            f"the log has no commands for {', '.join(missing)} of {one.name}; it has "
-            f"{', '.join(log.names)}"
-        )
-    if log.time_s[-1] > LONGEST_S:
-        raise CannotComputeError(
-            f"the log is {log.time_s[-1]:.0f} s long; at most {LONGEST_S:.0f} s are simulated at "
-            "a time"
-        )
-    notes = _ignored(log.names, one.packed.thruster_names)
-    if log.start is None:
-        notes.append("the log does not say how the vehicle started: taken at rest at the origin.")
-        state = initial_state()
-    else:
-        state = initial_state()
-        state[:3], state[3:7] = log.start.position_ned_m, log.start.quaternion
-        state[7:13] = log.start.nu
-    steps = max(round(float(log.time_s[-1]) / step_s), 1)
-    at = np.searchsorted(log.time_s, step_s * np.arange(steps) + 1e-6, side="right") - 1
-    columns = [log.names.index(name) for name in one.packed.thruster_names]
-    codes = log.codes[np.clip(at, 0, None)][:, columns]
-    if schedule is None or not schedule.events:
-        return run(one.packed, codes, dt_s=step_s, vector=true, start=state), notes
-    times = [event.time_s for event in schedule.events]
-    changed = run_changing(one.packed, codes, schedule.change, times, dt_s=step_s, start=state)
-    return changed, notes
-
-
-def _ignored(names: Sequence[str], known: Sequence[str]) -> list[str]:
-    more = [name for name in names if name not in known]
-    return [f"the log also commands {', '.join(more)}: left out."] if more else []
+def _orders(tethered: TetheredMover | None) -> list[str]:
+    """Say what the winch was told."""
+    return [
+        f"winch {'braked' if order.speed_mps == 0 else f'at {order.speed_mps:g} m/s'} from "
+        f"{order.time_s:g} s on"
+        for order in ([] if tethered is None else tethered.orders)
+    ]

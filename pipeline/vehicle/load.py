@@ -6,9 +6,9 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.vehicle.expectation import (
@@ -21,11 +21,14 @@ from pipeline.vehicle.expectation import (
     schema_at,
     without_tags,
 )
+from pipeline.vehicle.frames import in_sname
 from pipeline.vehicle.notes import vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.yaml_text import MAX_BYTES, Node, parse
 
-__all__ = ["VEHICLE_FILE", "load_vehicle", "vehicle_notes"]
+__all__ = ["VEHICLE_FILE", "load_checked", "load_vehicle", "validated", "vehicle_notes"]
+
+Model = TypeVar("Model", bound=BaseModel)
 
 VEHICLE_FILE = "vehicle.yaml"
 _MAX_FAULTS_SHOWN = 20
@@ -45,7 +48,7 @@ def load_vehicle(path: Path) -> Vehicle:
     Returns
     -------
     Vehicle
-        The checked, frozen description.
+        The checked, frozen description; positions in SNAME axes, whatever frame the file states.
 
     Raises
     ------
@@ -56,13 +59,40 @@ def load_vehicle(path: Path) -> Vehicle:
     path = Path(path)
     if path.is_dir():
         path = path / VEHICLE_FILE
+    expected = f"a folder with {VEHICLE_FILE} in it."
+    remedy = "Check the path; rig2sea new VEHICLE makes a folder with a commented file."
+    return in_sname(load_checked(path, Vehicle, expected=expected, remedy=remedy))
+
+
+def load_checked(path: Path, model: type[Model], *, expected: str, remedy: str) -> Model:
+    """Read a YAML file of any schema, as strictly and with the same messages as a vehicle file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    model : type
+        The frozen pydantic model that it must fit.
+    expected, remedy : str
+        For the message when there is no such file.
+
+    Raises
+    ------
+    InputError
+        As `load_vehicle`.
+    """
     shown_as = str(path)
-    root = parse(_read(path, shown_as), shown_as)
+    return validated(model, parse(_read(path, shown_as, expected, remedy), shown_as), shown_as)
+
+
+def validated(model: type[Model], root: Node, shown_as: str) -> Model:
+    """Check a tree against a model; raises one `InputError` that names every fault."""
+    plain = root.plain()
     try:
         # Strict, and by way of JSON: "1000" or true is not taken for a number, a list is a tuple.
-        return Vehicle.model_validate_json(json.dumps(root.plain()), strict=True)
+        return model.model_validate_json(json.dumps(plain), strict=True, context=_context(plain))
     except ValidationError as error:
-        schema = Vehicle.model_json_schema()
+        schema = model.model_json_schema()
         faults = [
             _fault(dict(one), root, schema)
             for one in error.errors(include_url=False, include_input=False)
@@ -70,15 +100,20 @@ def load_vehicle(path: Path) -> Vehicle:
         raise _one_error(sorted(faults, key=lambda fault: fault.row), shown_as) from None
 
 
-def _read(path: Path, shown_as: str) -> bytes:
+def _context(plain: object) -> dict[str, object]:
+    """Return what checks of a section need to know of the rest of the file."""
+    return {"frame": plain.get("frame")} if isinstance(plain, dict) else {}
+
+
+def _read(path: Path, shown_as: str, expected: str, remedy: str) -> bytes:
     """Return at most one byte more than is allowed of a regular file."""
     place = Place(shown_as)
     if not path.exists():
         raise InputError.at(
             place,
             "there is no such file.",
-            expected=f"a folder with {VEHICLE_FILE} in it.",
-            remedy="Check the path; rig2sea new VEHICLE makes a folder with a commented file.",
+            expected=expected,
+            remedy=remedy,
         )
     if not path.is_file():
         raise InputError.at(place, "this is not a file.", expected="a text file.")

@@ -1,36 +1,62 @@
 """The ``model:`` section of the vehicle file: what the simulation believes about the vehicle.
 
-Axes SNAME, origin where the thrusters' positions are counted from. Damping and added-mass entries
-are positive numbers; the forces they make carry the minus sign.
+Axes SNAME unless the file names another frame, origin where the thrusters' positions are counted
+from. Damping and added-mass entries are positive numbers; the forces they make carry the minus
+sign.
 """
 
 import math
 from typing import Annotated, Literal, Self
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
-    ValidationInfo,
     field_validator,
     model_validator,
 )
 
+from pipeline.vehicle.attachment_schema import (
+    LatchSection,
+    ModelSection,
+    NotNegative,
+    Payload,
+    Positive,
+    Tether,
+    Vector3,
+    WinchSection,
+)
 from pipeline.vehicle.model_checks import added_mass_fault, inertia_fault
 
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-Vector3 = tuple[float, float, float]
+__all__ = [
+    "AddedMass",
+    "Crossflow",
+    "Damping",
+    "FromBollard",
+    "FromTables",
+    "HullSection",
+    "LatchSection",
+    "Lift",
+    "Matrix6",
+    "Model",
+    "ModelSection",
+    "NotNegative",
+    "NotNegative6",
+    "Payload",
+    "Pool",
+    "Positive",
+    "RigidBody",
+    "Terms",
+    "Tether",
+    "ThrusterModel",
+    "Uncertainty",
+    "Vector3",
+    "Vector6",
+    "Wall",
+    "WinchSection",
+]
+
 Vector6 = tuple[float, float, float, float, float, float]
-NotNegative3 = tuple[NotNegative, NotNegative, NotNegative]
 NotNegative6 = tuple[NotNegative, NotNegative, NotNegative, NotNegative, NotNegative, NotNegative]
 Matrix6 = tuple[Vector6, Vector6, Vector6, Vector6, Vector6, Vector6]
-
-
-class ModelSection(BaseModel):
-    """A part of the model: frozen, unknown keys refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Terms(ModelSection):
@@ -130,27 +156,6 @@ class Lift(ModelSection):
     source: str = ""
 
 
-class Payload(ModelSection):
-    """A module that can be attached and released in flight."""
-
-    name: str
-    mass_kg: Positive
-    volume_m3: Positive
-    position_m: Vector3
-    inertia_kgm2: NotNegative3 = (0.0, 0.0, 0.0)
-    """About its own centre of mass; zero for a point."""
-    attached: bool = True
-    source: str = ""
-
-    @field_validator("inertia_kgm2")
-    @classmethod
-    def _a_body_can_have_it(cls, inertia_kgm2: Vector3) -> Vector3:
-        fault = inertia_fault((*inertia_kgm2, 0.0, 0.0, 0.0)) if any(inertia_kgm2) else None
-        if fault:
-            raise ValueError(fault)
-        return inertia_kgm2
-
-
 class FromTables(ModelSection):
     """The static family that the bench data of this vehicle gave."""
 
@@ -184,36 +189,6 @@ class ThrusterModel(ModelSection):
     balance_in_time: bool = False
     """Solve the torque balance in time (needs the rotor inertia and bench fits), not the lag."""
     source: str = ""
-
-
-class Tether(ModelSection):
-    """A cable from a fixed upper end (or a ship) to the vehicle, which starts at the NED origin."""
-
-    attachment_m: Vector3
-    anchor_ned_m: Vector3 = (0.0, 0.0, 0.0)
-    length_m: Positive
-    diameter_m: Positive
-    mass_kgpm: Positive
-    """Mass in air per metre."""
-    normal_drag: Positive = 1.2
-    tangential_drag: NotNegative = 0.01
-    axial_stiffness_n: Positive = 1e5
-    segments: Annotated[int, Field(ge=2, le=200)] = 20
-    in_nominal: bool = False
-    source: str = ""
-
-    @field_validator("length_m")
-    @classmethod
-    def _reaches_the_vehicle(cls, length_m: float, info: ValidationInfo) -> float:
-        attachment_m, anchor_m = (info.data.get(key) for key in ("attachment_m", "anchor_ned_m"))
-        if attachment_m is not None and anchor_m is not None:
-            distance_m = math.dist(attachment_m, anchor_m)
-            if length_m < distance_m:
-                raise ValueError(
-                    f"{length_m:g} m is too short: from the anchor to the attachment it is "
-                    f"{distance_m:.3f} m with the vehicle at the NED origin, where runs start"
-                )
-        return length_m
 
 
 class Wall(ModelSection):

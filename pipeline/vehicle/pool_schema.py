@@ -4,6 +4,7 @@ Everything here is optional: standard messages have defaults. A channel that is 
 default for its quantity.
 """
 
+import math
 import re
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -106,6 +107,8 @@ COMPONENTS: Mapping[str, int | None] = MappingProxyType(
     }
 )
 _PART = r"[A-Za-z_][A-Za-z0-9_]*(\[[0-9]{1,6}(:[0-9]{1,6})?\])?"
+_RANGE = re.compile(r"\[([0-9]+):([0-9]+)\]")
+_MOST_ELEMENTS = 10_000
 _FIELD = re.compile(rf"^{_PART}(\.{_PART}){{0,19}}$")
 FieldPath = Annotated[str, Field(min_length=1, max_length=400)]
 Sign = Literal[1, -1]
@@ -167,6 +170,18 @@ class PoolChannel(BaseModel):
                     f'"{path}" is not the path of a field; names parted by dots are expected, '
                     "elements as data[0] or data[1:4]"
                 )
+            counts = [int(last) - int(first) for first, last in _RANGE.findall(path)]
+            if min(counts, default=1) < 1:
+                raise ValueError(f'"{path}" names no element: a range such as data[1:4] must rise')
+            if math.prod(counts) > _MOST_ELEMENTS:
+                raise ValueError(f'"{path}" names more than {_MOST_ELEMENTS} elements')
+        return value
+
+    @field_validator("clock_field")
+    @classmethod
+    def _a_time_is_one_number(cls, value: str | None) -> str | None:
+        if value is not None and _RANGE.search(value):
+            raise ValueError(f'"{value}" names several elements; a time is one number')
         return value
 
     @model_validator(mode="after")

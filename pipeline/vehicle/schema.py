@@ -1,4 +1,4 @@
-"""``vehicle.yaml`` as frozen models. Axes are SNAME (x forward, y starboard, z down), units SI."""
+"""``vehicle.yaml`` as frozen models. Units SI, axes SNAME unless the file names another frame."""
 
 from typing import Annotated, Literal, Self
 
@@ -13,6 +13,8 @@ Positive = Annotated[float, Field(gt=0)]
 Fraction = Annotated[float, Field(gt=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,47}$")]
 Vector3 = tuple[float, float, float]
+Frame = Literal["sname", "paper", "ros"]
+"""Body axes of the file's positions; `pipeline.vehicle.frames` has them."""
 
 
 def _fault_at(text: str, *path: str | int) -> PydanticCustomError:
@@ -263,6 +265,8 @@ class Vehicle(Section):
     title: str
     data_note: str = ""
     """Shown at the top of the report: where the raw files are from."""
+    frame: Frame = "sname"
+    """How the file states positions; a vehicle that `load_vehicle` returns has them in SNAME."""
     water: Water
     propellers: dict[Name, Propeller]
     drives: dict[Name, Drive]

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from pipeline.control.allocation import ThrustLimits
-from pipeline.control.paper_allocator import PaperAllocator
+from pipeline.control.paper_allocator import PaperAllocator, rest_inverse
 from pipeline.control.wrench import stern_matrix
+from pipeline.records.fits import InverseCharacteristic
 from pipeline.types import ArrayLike, FloatArray
-from pipeline.vehicle.schema import Allocator
+from pipeline.vehicle.schema import Allocator, Vehicle
 
 NAMES = ("bow", "right", "left", "spare", "lower", "upper")
 
@@ -92,3 +93,15 @@ def test_without_a_bow_thruster_heave_is_left_out() -> None:
     codes, _ = one.codes(np.array([0, 0, 20.0, 0, 4.0, 0]), np.zeros(6))
     assert wrench_of(codes, allocator)[4] == pytest.approx(4.0)
     assert codes[NAMES.index("bow")] == 0.0
+
+
+def test_the_inverse_at_rest_is_table_3_or_the_grids_row_at_rest(
+    paper_inverse: InverseCharacteristic, mmt300: Vehicle
+) -> None:
+    """20 N: 12.7 + 86.72 - 28 + 5.832 of eq. (7), whatever the speed."""
+    moored = rest_inverse(paper_inverse, mmt300)
+    np.testing.assert_allclose(moored.code([20.0, 20.0], [0.0, 2.0]), 77.252, atol=1e-9)
+    none = paper_inverse.model_copy(update={"table3_negative": None, "table3_positive": None})
+    grid = rest_inverse(none, mmt300)
+    rest, under_way = grid.code([20.0, 20.0], [0.0, 2.0])
+    assert rest == under_way == pytest.approx(77.0, abs=5.0)

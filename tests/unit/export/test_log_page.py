@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from mcap.reader import make_reader
 
-from pipeline.export import log_topics
+from pipeline.export import attachment_topics, log_topics
 from pipeline.export.cdr import serialise
 from pipeline.export.mcap_log import LAYOUT_VERSION, write_run_log
 from pipeline.export.ros2_messages import fields, schema_text
@@ -84,12 +84,13 @@ def test_the_definitions_shown_are_those_written(repository: Path) -> None:
             shown.append((full, size, field))
         assert shown == ours
     assert example == schema_text("sensor_msgs/msg/FluidPressure")
-    assert len(entries) == 16
+    assert len(entries) == 18
 
 
 def test_the_page_knows_every_topic_and_frame(repository: Path) -> None:
     text = page(repository)
-    source = Path(log_topics.__file__).read_text(encoding="utf-8")
+    sources = [log_topics.__file__, attachment_topics.__file__]
+    source = "".join(Path(one).read_text(encoding="utf-8") for one in sources)
     for topic in set(re.findall(r'\{prefix\}(/[a-z/]+)"', source)):
         assert f"`{topic}`" in text or f"`/sim{topic}`" in text
     for frame in set(re.findall(r'"([a-z_]+_frd|ned)"', source)):

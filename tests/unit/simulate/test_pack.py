@@ -1,5 +1,8 @@
 """From the vehicle file to the kernel's inputs, against hand-worked numbers."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -145,3 +148,16 @@ def test_balance_in_time_needs_inertia_and_fits(
     packed = pack_vehicle(changed(), bench)
     assert read(packed.vector, "rotor_inertia")[:6].tolist() == [1.4e-4] * 5 + [0.0]
     assert not packed.context.lagged
+
+
+def test_the_rate_of_a_shaft_by_hand(make_packed: Callable[..., PackedVehicle]) -> None:
+    """The torque falls by 2 N m over 5 rev/s; the propeller takes 2 rho D^5 K_M n more a rev/s."""
+    packed = replace(
+        make_packed(),
+        torque_tables=np.array([[[0.0, 0.0, 0.0], [10.0, 8.0, 6.0]]]),
+        screws=np.array([[0.2, 0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 5.0]]),
+    )
+    for density in (1000.0, 2000.0, 1000.0):
+        load = 2.0 * density * 0.2**5 * 0.05 * 10.0
+        expected = (2.0 / 5.0 + load) / (2.0 * np.pi)
+        assert packed.fastest_shaft_rate(0, density) == pytest.approx(expected, rel=1e-12)

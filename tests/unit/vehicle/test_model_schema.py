@@ -70,6 +70,8 @@ FULL = """matrix:
       - [0, 0, 0, 0, 2, 0]
       - [0, 4, 0, 0, 0, 3]"""
 
+DRUM = "drum_radius_m: 0.2, inertia_kgm2: 3, stall_torque_nm: 100, no_load_radps: 4"
+
 
 def read(folder: Path, text: str) -> Vehicle:
     (folder / "vehicle.yaml").write_text(text)
@@ -208,6 +210,31 @@ def test_a_full_added_mass_matrix_and_the_tables_are_read(tmp_path: Path) -> Non
             "length_m: 60",
             "length_m: 49.9",
             "row 38: model.tether.length_m: 49.9 m is too short: from the anchor to the attachment",
+        ),
+        (
+            "    mass_kgpm: 0.1",
+            f"    mass_kgpm: 0.1\n    winch: {{{DRUM}, shortest_m: 5}}",
+            "model.tether.winch: shortest_m 5 is less than two of the 20 segments of 3 m",
+        ),
+        (
+            "    mass_kgpm: 0.1",
+            f"    mass_kgpm: 0.1\n    winch: {{{DRUM}, shortest_m: 7, longest_m: 50}}",
+            "model.tether.winch: length_m 60 is paid out at the start, outside of shortest_m 7",
+        ),
+        (
+            "    mass_kgpm: 0.1",
+            f"    mass_kgpm: 0.1\n    winch: {{{DRUM}, shortest_m: 70, longest_m: 50}}",
+            "model.tether.winch.longest_m: 50 m is not above shortest_m, 70 m.",
+        ),
+        (
+            "position_m: [0, 0, 1]}",
+            "position_m: [0, 0, 1], latch: {strength_n: 10}}",
+            'key "strength_nm" is missing in model.payloads[1].latch.',
+        ),
+        (
+            "{name: box,",
+            "{name: a box,",
+            'model.payloads[1].name is "a box".',
         ),
         (
             "normal_ned: [-1, 0, 0]",

@@ -1,0 +1,107 @@
+"""Topics of what is attached to a simulated vehicle: its tether with the winch, its latches."""
+
+from typing import TYPE_CHECKING
+
+from pipeline.export.log_topics import BODY_FRAME, Topic, checked
+from pipeline.types import FloatArray
+
+if TYPE_CHECKING:  # the simulator brings the compiler along; writing a log does not need it
+    from pipeline.simulate.tethered_mover import TetherLog
+
+
+def topics_of_tether(tether: "TetherLog", prefix: str, *, winch: bool) -> list[Topic]:
+    """Topics of a tether, at every step of the run.
+
+    Parameters
+    ----------
+    tether : TetherLog
+        What it did.
+    prefix : str
+        Put before each name: ``/sim``.
+    winch : bool
+        Whether it has one; then its drum gets a topic.
+
+    Raises
+    ------
+    CannotComputeError
+        For a value that is not a finite number.
+    """
+    time_s = tether.time_s
+    tension = Topic(
+        f"{prefix}/tether/tension",
+        "sensor_msgs/msg/JointState",
+        "effort: tension of the cable at its upper end and at the vehicle [N]",
+        time_s,
+        time_s,
+        {
+            "name": ("top", "vehicle"),
+            "effort": _columns(tether.top_tension_n, tether.lower_tension_n),
+        },
+    )
+    found = [
+        tension,
+        _wrench(
+            f"{prefix}/tether/wrench",
+            "wrench: of the tether on the vehicle, about the body origin, body axes [N, N m]",
+            time_s,
+            tether.wrench_on_vehicle,
+        ),
+    ]
+    if winch:
+        found.append(
+            Topic(
+                f"{prefix}/winch",
+                "sensor_msgs/msg/JointState",
+                "position: cable paid out [m]; velocity: of the cable, positive pays out [m/s]; "
+                "effort: tension at the drum [N]",
+                time_s,
+                time_s,
+                {
+                    "name": ("winch",),
+                    "position": tether.paid_out_m[:, None],
+                    "velocity": tether.payout_mps[:, None],
+                    "effort": tether.top_tension_n[:, None],
+                },
+            )
+        )
+    return [checked(topic) for topic in found]
+
+
+def topic_of_latch(module: str, time_s: FloatArray, wrench: FloatArray, prefix: str) -> Topic:
+    """Topic of the wrench (k, 6) with which a held module loads its latch.
+
+    Raises
+    ------
+    CannotComputeError
+        For a value that is not a finite number.
+    """
+    return checked(
+        _wrench(
+            f"{prefix}/latch/{module}",
+            "wrench: of the held module on the vehicle, an inner load of the latch, about the body "
+            "origin, body axes [N, N m]",
+            time_s,
+            wrench,
+        )
+    )
+
+
+def _wrench(name: str, meaning: str, time_s: FloatArray, wrench: FloatArray) -> Topic:
+    return Topic(
+        name,
+        "geometry_msgs/msg/WrenchStamped",
+        meaning,
+        time_s,
+        time_s,
+        {
+            "header.frame_id": BODY_FRAME,
+            "wrench.force": wrench[:, :3],
+            "wrench.torque": wrench[:, 3:],
+        },
+    )
+
+
+def _columns(*columns: FloatArray) -> FloatArray:
+    import numpy as np
+
+    return np.stack(columns, axis=1)

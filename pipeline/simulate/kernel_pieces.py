@@ -1,0 +1,52 @@
+"""Many short simulations in one call: stretches of runs, each from a start of its own."""
+
+from typing import Any
+
+from pipeline.simulate.compiled import compiled
+from pipeline.simulate.kernel import simulate
+
+Array = Any
+
+
+@compiled
+def simulate_pieces(
+    p: Array,
+    starts: Array,
+    commands: Array,
+    external: Array,
+    bounds: Array,
+    steps_s: Array,
+    method: int,
+    strips: Array,
+    thrust_tables: Array,
+    screws: Array,
+    torque_tables: Array,
+    steps: Array,
+    states: Array,
+    accelerations: Array,
+    thrusts: Array,
+) -> None:
+    """Simulate stretch k over commands and external forces [bounds[k], bounds[k + 1]).
+
+    `starts` (k, STATE), `commands` (m, 12), `external` (m, 6), `steps_s` (k,). Of `states`
+    (m + k, STATE) and the others a stretch fills one row more than it has steps, so its first row
+    is bounds[k] + k.
+    """
+    for k in range(starts.shape[0]):
+        first, end = bounds[k], bounds[k + 1]
+        simulate(
+            p,
+            starts[k],
+            commands[first:end],
+            external[first:end],
+            steps_s[k],
+            method,
+            strips,
+            thrust_tables,
+            screws,
+            torque_tables,
+            steps,
+            states[first + k : end + k + 1],
+            accelerations[first + k : end + k + 1],
+            thrusts[first + k : end + k + 1],
+        )

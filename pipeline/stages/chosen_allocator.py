@@ -1,0 +1,43 @@
+"""The allocator that a simulation was asked for."""
+
+from pathlib import Path
+from typing import Literal
+
+from pipeline.control.inverse import firmware_grid
+from pipeline.control.paper_allocator import PaperAllocator, rest_inverse
+from pipeline.errors import CannotComputeError
+from pipeline.simulate.fly import Allocator, general_allocator
+from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_inverse
+
+AllocatorName = Literal["general", "paper", "paper-mooring"]
+
+
+def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> Allocator:
+    """Return an allocator that believes the vehicle file and its bench.
+
+    Parameters
+    ----------
+    one : SimulatedVehicle
+        The vehicle.
+    name : {"general", "paper", "paper-mooring"}
+        For any arrangement; eq. (6) of Kostenko 2023 with N(T, V); the same with the mooring
+        inverse N(T).
+    out : Path
+        Folder that holds ``processed/``.
+
+    Raises
+    ------
+    CannotComputeError
+        For eq. (6) without the geometry, or without an inverse from the bench.
+    """
+    if name == "general":
+        return general_allocator(one.packed)
+    geometry = one.vehicle.allocator
+    if geometry is None:
+        raise CannotComputeError(
+            f"{one.name} has no allocator: section, which --allocator {name} takes its geometry "
+            "from.\nLeave the option out: the general allocator flies any arrangement."
+        )
+    record = load_inverse(one.name, out)
+    inverse = firmware_grid(record) if name == "paper" else rest_inverse(record, one.vehicle)
+    return PaperAllocator(geometry, inverse, one.packed.thruster_names)

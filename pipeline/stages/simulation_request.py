@@ -1,0 +1,120 @@
+"""What a simulation was asked for, and whether it can be done."""
+
+import difflib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.plan import UsageError
+from pipeline.simulate.events import Action, PayloadEvent
+from pipeline.simulate.fly import CONTROL_PERIOD_S
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.tethered_mover import WinchOrder
+from pipeline.stages.chosen_allocator import AllocatorName
+from pipeline.stages.replay import LONGEST_S
+
+
+@dataclass(frozen=True)
+class SimulationRequest:
+    """What the user asked for: a manoeuvre or a log, and everything that shapes the run.
+
+    `attach`, `release` hold events of payload modules, ``MODULE@SECONDS``; `winch` orders of the
+    tether's winch, ``SPEED@SECONDS``.
+    """
+
+    vehicle: str
+    to: Path
+    manoeuvre: str | None = None
+    log: Path | None = None
+    effects: tuple[str, ...] = ()
+    attach: tuple[str, ...] = ()
+    release: tuple[str, ...] = ()
+    winch: tuple[str, ...] = ()
+    amplitude: float = 1.0
+    duration_s: float | None = None
+    seed: int = 0
+    allocator: AllocatorName = "general"
+    step_s: float | None = None
+    raw: Path = Path("raw")
+    out: Path = Path()
+
+
+def check_request(request: SimulationRequest) -> None:
+    """Refuse numbers that mean nothing, and a manoeuvre that does not exist.
+
+    Raises
+    ------
+    UsageError
+        Naming the option.
+    """
+    if not (math.isfinite(request.amplitude) and 0.0 < request.amplitude <= 10.0):
+        raise UsageError(
+            f"--amplitude {request.amplitude:g}: a number above 0, at most 10, is expected; 1 is "
+            "the usual size."
+        )
+    duration = request.duration_s
+    if duration is not None and not CONTROL_PERIOD_S <= duration <= LONGEST_S:
+        raise UsageError(
+            f"--duration {duration:g}: seconds from {CONTROL_PERIOD_S:g} to {LONGEST_S:g} are "
+            "expected."
+        )
+    step = CONTROL_PERIOD_S if request.step_s is None else request.step_s
+    parts = CONTROL_PERIOD_S / step if math.isfinite(step) and step > 0.0 else 0.0
+    if parts < 1.0 - 1e-9 or abs(parts - round(parts)) > 1e-6 * parts or parts > 1e4:
+        raise UsageError(
+            f"--step {step:g}: a whole number of steps must fill the {CONTROL_PERIOD_S:g} s "
+            "between two commands, e.g. 0.01, 0.02, 0.05, 0.1."
+        )
+    if request.seed < 0:
+        raise UsageError(f"--seed {request.seed}: a whole number from 0 is expected.")
+    if request.manoeuvre is not None and request.manoeuvre not in MANOEUVRES:
+        raise UsageError(_unknown_manoeuvre(request.manoeuvre))
+
+
+def _unknown_manoeuvre(name: str) -> str:
+    near = difflib.get_close_matches(name.replace("-", "_"), MANOEUVRES, n=1, cutoff=0.5)
+    hint = f' Did you mean "{near[0]}"?' if near else ""
+    return f'there is no manoeuvre "{name}".{hint} There are {", ".join(MANOEUVRES)}.'
+
+
+def parse_events(request: SimulationRequest) -> list[PayloadEvent]:
+    """Read the events of payload modules, ``MODULE@SECONDS``.
+
+    Raises
+    ------
+    UsageError
+        For a text of another form.
+    """
+    events = []
+    wanted: list[tuple[Action, str]] = [("attach", text) for text in request.attach]
+    wanted += [("release", text) for text in request.release]
+    for action, text in wanted:
+        module, _, time = text.rpartition("@")
+        try:
+            events.append(PayloadEvent(float(time), action, module.strip()))
+        except ValueError:
+            raise UsageError(
+                f'--{action} "{text}": MODULE@SECONDS is expected, e.g. module_1@30.'
+            ) from None
+    return events
+
+
+def parse_winch(request: SimulationRequest) -> list[WinchOrder]:
+    """Read the orders of the winch, ``SPEED@SECONDS``.
+
+    Raises
+    ------
+    UsageError
+        For a text of another form.
+    """
+    orders = []
+    for text in request.winch:
+        speed, _, time = text.rpartition("@")
+        try:
+            orders.append(WinchOrder(float(time), float(speed)))
+        except ValueError:
+            raise UsageError(
+                f'--winch "{text}": SPEED@SECONDS is expected, metres a second, positive pays '
+                "out, e.g. 0.2@30."
+            ) from None
+    return orders

@@ -1,0 +1,124 @@
+"""Change numbers in a vehicle file's text, and nothing else: comments, order and layout stay.
+
+The places of the values are found with a YAML parser and only their characters are replaced, so
+that a comparison of both files shows the changed numbers and the note on top.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pipeline.errors import CannotComputeError
+
+Value = float | int | str | Sequence[float]
+#: Digits of a number that is written.
+_DIGITS = 7
+
+
+def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note: str) -> str:
+    """Text of a vehicle file with some values changed.
+
+    Parameters
+    ----------
+    original_text : str
+        The file as it is.
+    changes : mapping of str to value
+        Path of a key, parted by dots, an element of a list by its place from 0 -> new value:
+        ``{"model.damping.linear.0": 2.4}``. A list is written element by element. A key that the
+        file leaves out is put into its section, which must be there.
+    note : str
+        Written on top as a comment.
+
+    Returns
+    -------
+    str
+        The new text.
+
+    Raises
+    ------
+    CannotComputeError
+        When a path leads nowhere, or to a section where a value is meant.
+
+    Examples
+    --------
+    >>> print(updated_vehicle_text("a: {b: 1.0} # stays", {"a.b": 2.5}, "changed"))
+    # changed
+    a: {b: 2.5} # stays
+    """
+    # imported here: the command line answers --help without it
+    from ruamel.yaml import YAML
+
+    root = YAML(typ="rt", pure=True).compose(original_text)
+    edits: list[tuple[int, int, str]] = []
+    for path, value in changes.items():
+        edits += _edits(root, path, value)
+    text = original_text
+    for begin, end, new in sorted(edits, reverse=True):
+        text = text[:begin] + new + text[end:]
+    head = "".join(f"# {line}".rstrip() + "\n" for line in note.splitlines())
+    return head + text
+
+
+def _edits(root: Any, path: str, value: Value) -> list[tuple[int, int, str]]:  # noqa: ANN401
+    """Begin, end and new text of every place that one change touches."""
+    node, parts = root, path.split(".")
+    for depth, part in enumerate(parts):
+        child = _child(node, part)
+        if child is None:
+            if depth == len(parts) - 1 and hasattr(node, "flow_style") and _is_mapping(node):
+                return [_inserted(node, part, value)]
+            raise CannotComputeError(
+                f"the vehicle file has no {'.'.join(parts[: depth + 1])}, so {path} cannot be "
+                "written back"
+            )
+        node = child
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        items = node.value if isinstance(node.value, list) else []
+        if len(items) != len(value) or any(isinstance(i, tuple) for i in items):
+            raise CannotComputeError(
+                f"{path} of the vehicle file is no list of {len(value)} numbers"
+            )
+        pairs = zip(items, value, strict=True)
+        return [(*_span(item), _written(one)) for item, one in pairs]
+    if isinstance(node.value, list):
+        raise CannotComputeError(f"{path} of the vehicle file is a section, not a value")
+    return [(*_span(node), _written(value))]
+
+
+def _is_mapping(node: Any) -> bool:  # noqa: ANN401 - nodes of the parser have no types
+    return bool(node.id == "mapping")
+
+
+def _child(node: Any, part: str) -> Any:  # noqa: ANN401
+    if node is None or not isinstance(node.value, list):
+        return None
+    if _is_mapping(node):
+        return next((value for key, value in node.value if key.value == part), None)
+    if part.isdigit() and int(part) < len(node.value):
+        return node.value[int(part)]
+    return None
+
+
+def _span(node: Any) -> tuple[int, int]:  # noqa: ANN401
+    return node.start_mark.index, node.end_mark.index
+
+
+def _inserted(node: Any, key: str, value: Value) -> tuple[int, int, str]:  # noqa: ANN401
+    """Put a key before the first of its section."""
+    begin = node.start_mark.index
+    if node.flow_style:
+        more = ", " if node.value else ""
+        return begin + 1, begin + 1, f"{key}: {_written(value)}{more}"
+    first = node.value[0][0].start_mark
+    return first.index, first.index, f"{key}: {_written(value)}\n" + " " * first.column
+
+
+def _written(value: Value) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(_written(one) for one in value) + "]"
+    if isinstance(value, int):
+        return str(value)
+    text = f"{value:.{_DIGITS}g}"
+    # 1e-05 is text to some readers of YAML; a point makes it a number for all of them
+    return text if "." in text or "e" not in text else text.replace("e", ".0e", 1)
