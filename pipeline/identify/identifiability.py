@@ -1,0 +1,160 @@
+"""What the runs cannot identify, and which manoeuvre would.
+
+The information that a manoeuvre would bring is computed, not measured: it is flown in simulation
+with the identified vehicle, its windows give the same matrix that the fit has, and the two add up.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import channel_noise
+from pipeline.identify.output_error import Reduced, Solution, reduce_windows
+from pipeline.identify.parameter_intervals import NOT_IDENTIFIED
+from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.vehicle_parameters import FreeParameter
+from pipeline.identify.window_derivatives import Problem, derivatives
+from pipeline.identify.window_outputs import stack_windows
+from pipeline.identify.windows import cut
+from pipeline.records.identification import IdentifiedParameter, ManoeuvreGain
+from pipeline.simulate.fly import fly
+from pipeline.simulate.log_table import table_of_log
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.sensors import measure
+from pipeline.types import FloatArray
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: A suggested run is computed for this long at most. [s]
+LONGEST_TRIAL_S = 60.0
+#: Below this share of the present standard deviation a manoeuvre counts as a help.
+HELPS = 0.8
+
+
+def manoeuvre_information(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    parameters: tuple[FreeParameter, ...],
+    *,
+    vector: FloatArray,
+    steps: FloatArray,
+    manoeuvre: str,
+    duration_s: float,
+    threads: int = 2,
+) -> FloatArray:
+    """Information on the parameters (p, p) that one run of a manoeuvre would bring.
+
+    Counted in prior standard deviations, the priors left out; offsets of the run and first states
+    of its windows are projected out.
+
+    Raises
+    ------
+    CannotComputeError
+        If the manoeuvre cannot be flown or measured.
+    """
+    plan = MANOEUVRES[manoeuvre].plan(packed, 1.0, duration_s)
+    trajectory = fly(packed, plan, vector=vector)
+    table = table_of_log(measure(trajectory, packed, sensors, vector=vector), sensors)
+    channels = channel_noise(sensors, [table])
+    stack = stack_windows(packed, cut(packed, [table], channels), channels)
+    problem = Problem(stack, parameters, packed.vector, run_nuisance(stack, 1), threads)
+    point = replace(problem.origin(), steps=steps)
+    found = derivatives(problem, point)
+    if not np.isfinite(found.parameters).all():
+        raise CannotComputeError(f"{manoeuvre} cannot be simulated with the identified vehicle")
+    reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))
+    return _without_shared(reduced, len(parameters))
+
+
+def _without_shared(reduced: Reduced, count: int) -> FloatArray:
+    """Eliminate what the windows of a run share from the information on the parameters."""
+    shared = reduced.information[count:, count:] + reduced.prior[count:, count:]
+    cross = reduced.information[:count, count:]
+    alone = reduced.information[:count, :count]
+    return np.asarray(alone - cross @ np.linalg.solve(shared, cross.T))
+
+
+def best_manoeuvres(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    solution: Solution,
+    found: Sequence[IdentifiedParameter],
+    threads: int = 2,
+) -> tuple[ManoeuvreGain, ...]:
+    """For each parameter that was not identified the manoeuvre that would tell most about it.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle as its file states it; autopilot and allocator believe this one.
+    sensors : Sensors
+        What would measure.
+    solution : Solution
+        The fit.
+    found : sequence of IdentifiedParameter
+        Its verdicts.
+    threads : int
+        Simulations at a time.
+    """
+    missing = [i for i, parameter in enumerate(found) if not parameter.identified]
+    if not missing:
+        return ()
+    parameters = solution.problem.parameters
+    count = len(parameters)
+    present = _without_shared(solution.reduced, count) + np.eye(count)
+    now = np.sqrt(np.diag(np.linalg.inv(present)))
+    best: dict[int, ManoeuvreGain] = {}
+    for name, manoeuvre in MANOEUVRES.items():
+        duration = min(manoeuvre.duration_s, LONGEST_TRIAL_S)
+        try:
+            more = manoeuvre_information(
+                packed,
+                sensors,
+                parameters,
+                vector=solution.vector,
+                steps=solution.point.steps,
+                manoeuvre=name,
+                duration_s=duration,
+                threads=threads,
+            )
+        except CannotComputeError:
+            continue
+        then = np.sqrt(np.diag(np.linalg.inv(present + more)))
+        for i in missing:
+            if then[i] < HELPS * now[i] and (
+                i not in best or then[i] < best[i].posterior_over_prior
+            ):
+                best[i] = ManoeuvreGain(
+                    parameter=parameters[i].name,
+                    manoeuvre=name,
+                    duration_s=duration,
+                    posterior_over_prior=float(then[i]),
+                )
+    return tuple(best[i] for i in missing if i in best)
+
+
+def cannot_identify(
+    found: Sequence[IdentifiedParameter], gains: Sequence[ManoeuvreGain] | None
+) -> tuple[str, ...]:
+    """One sentence for each parameter that the runs do not identify; `gains` None: not sought."""
+    if gains is None:
+        return tuple(f"{one.name}: {one.reason}." for one in found if not one.identified)
+    by_name = {gain.parameter: gain for gain in gains}
+    sentences = []
+    for parameter in found:
+        if parameter.identified:
+            continue
+        gain = by_name.get(parameter.name)
+        if gain is None:
+            advice = "no manoeuvre of the library would"
+        else:
+            would = 100 * gain.posterior_over_prior
+            verdict = "would" if gain.posterior_over_prior <= NOT_IDENTIFIED else "would help"
+            advice = (
+                f"{gain.duration_s:g} s of {gain.manoeuvre} {verdict} "
+                f"({would:.0f} % of the prior's standard deviation left)"
+            )
+        sentences.append(f"{parameter.name}: {parameter.reason}; {advice}.")
+    return tuple(sentences)

@@ -1,0 +1,268 @@
+r"""Windowed output error: Gauss-Newton on the compiled kernel, starts of windows projected out.
+
+With whitened residuals r_w of window w, its first state n_w, the parameters x and what the windows
+of a run share, s (offsets and wander of sensors, of prior precision P), all counted in prior
+standard deviations, the fit minimises
+
+.. math::
+
+    \sum_w \rho(r_w(x, s, n_w)) + \sum_w |n_w|^2 + |x|^2 + s^T P s
+
+rho is Huber's. The first states enter their own window alone: each window's are eliminated from the
+normal equations (variable projection; Golub and Pereyra 2003), so the system that is solved has the
+size of (x, s), and only what a window shares enters its part of it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.window_derivatives import (
+    Derivatives,
+    Point,
+    Problem,
+    derivatives,
+    residuals,
+)
+from pipeline.identify.window_outputs import Stack
+from pipeline.types import FloatArray, IntArray
+
+#: Beyond this many standard deviations a residual counts linearly (Huber).
+HUBER = 3.0
+#: A channel whose residuals scatter by more than this times their noise is far from its fit.
+FAR = 1.5
+_MOST_ITERATIONS, _MOST_HALVINGS = 30, 8
+#: Stop when a step is to lower the cost, a sum of squares of unit variance, by less than this.
+SMALLEST_GAIN = 0.02
+#: Longest step of a parameter, in prior standard deviations.
+LONGEST_STEP = 3.0
+
+
+@dataclass(frozen=True)
+class Piece:
+    """What one window adds to the normal equations: at `index`, after its start is eliminated."""
+
+    index: IntArray
+    information: FloatArray
+    score: FloatArray
+
+
+@dataclass(frozen=True)
+class Reduced:
+    """Normal equations of (x, s) after the starts are taken out.
+
+    `information` (p + s, p + s) without the priors, `prior` (p + s, p + s) their precision,
+    `gradient` (p + s,); `thrust` (p + s,) is the cross product with the column of a common factor
+    on all thrusts; `pieces` are what each window adds.
+    """
+
+    information: FloatArray
+    prior: FloatArray
+    gradient: FloatArray
+    thrust: FloatArray
+    pieces: tuple[Piece, ...]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The fit: the point, the normal equations there, and how it went."""
+
+    problem: Problem
+    point: Point
+    reduced: Reduced
+    residual: FloatArray
+    cost: float
+    iterations: int
+    converged: bool
+    in_time: bool = True
+    """False where the fit was told to stop before it had settled."""
+
+    @property
+    def vector(self) -> FloatArray:
+        """Parameter vector at the solution."""
+        return self.problem.vector(self.point.steps)
+
+
+def softness_of(stack: Stack, residual: FloatArray) -> FloatArray:
+    """Factor on the noise of each residual while its channel is still far off, (rows,).
+
+    The channel's present scatter (median absolute residual over 0.6745) where that exceeds `FAR`,
+    1 otherwise. Far from the solution the model's error is no sensor noise: taken for it, it would
+    outweigh the priors by orders of magnitude and drive the parameters to where nothing makes
+    sense. As the fit closes in, the factors fall to 1 and with them the cost to its own form.
+    """
+    soft = np.ones(residual.size)
+    for number in range(len(stack.rows)):
+        own = stack.owner == number
+        scatter = float(np.median(np.abs(residual[own]))) / 0.6745
+        if scatter > FAR:
+            soft[own] = scatter
+    return soft
+
+
+def reduce_windows(
+    problem: Problem, found: Derivatives, point: Point, weights: FloatArray
+) -> tuple[Reduced, list[tuple[FloatArray, FloatArray]]]:
+    """Eliminate every window's start from the normal equations.
+
+    Returns
+    -------
+    Reduced
+        The equations.
+    list of (ndarray, ndarray)
+        Per window how its start moves with a step d of (x, s): first - second @ d[index].
+    """
+    count = found.parameters.shape[1]
+    size = count + problem.shared.size
+    root = np.sqrt(weights)[:, None]
+    design = (
+        np.column_stack(
+            [
+                found.starts,
+                found.parameters,
+                problem.shared.columns,
+                found.thrust,
+                found.residual,
+            ]
+        )
+        * root
+    )
+    information, gradient, thrust = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    pieces, back = [], []
+    for number, (begin, end) in enumerate(pairwise(problem.stack.bounds)):
+        own = design[begin:end]
+        # einsum, not matmul: BLAS would start threads of its own for these small products
+        gram = np.einsum("ki,kj->ij", own, own)
+        index = np.concatenate([np.arange(count), count + problem.shared.index[number]])
+        alone = gram[:12, :12] + np.eye(12)
+        beside = gram[:12, 12:].copy()
+        beside[:, -1] -= point.starts[number]
+        solved = np.linalg.solve(alone, beside)
+        left = gram[12:, 12:] - gram[12:, :12] @ solved
+        piece = Piece(index, left[:-2, :-2], left[:-2, -1])
+        information[np.ix_(index, index)] += piece.information
+        gradient[index] += piece.score
+        thrust[index] += left[:-2, -2]
+        pieces.append(piece)
+        back.append((solved[:, -1], solved[:, :-2]))
+    prior = np.eye(size)
+    prior[count:, count:] = problem.shared.precision
+    return Reduced(information, prior, gradient, thrust, tuple(pieces)), back
+
+
+def total_cost(problem: Problem, residual: FloatArray, soft: FloatArray, point: Point) -> float:
+    """Huber's cost with the priors; infinite where a simulation failed."""
+    if not np.isfinite(residual).all():
+        return float("inf")
+    size = np.abs(residual) / soft
+    robust = np.where(size <= HUBER, size**2, HUBER * (2 * size - HUBER))
+    priors = point.steps @ point.steps + np.sum(point.starts**2)
+    return float(np.sum(robust) + priors + problem.shared.cost(point.shared))
+
+
+def always() -> bool:
+    """Let a fit take its time."""
+    return True
+
+
+def solve(
+    problem: Problem,
+    begin: Point | None = None,
+    *,
+    smallest_gain: float = SMALLEST_GAIN,
+    go_on: Callable[[], bool] = always,
+) -> Solution:
+    """Minimise the cost by Gauss-Newton with step halving.
+
+    Parameters
+    ----------
+    problem : Problem
+        Windows and parameters.
+    begin : Point, optional
+        Where to start; the nominal vehicle and the measured first states otherwise.
+    smallest_gain : float
+        Stop when a step promises less than this off the cost.
+    go_on : callable
+        Asked after every step; the fit ends where it stands when the answer is no.
+
+    Raises
+    ------
+    CannotComputeError
+        If the vehicle cannot be simulated over the windows from where it starts.
+    """
+    point = problem.origin() if begin is None else begin
+    if not np.isfinite(residuals(problem, point)).all():
+        raise CannotComputeError(
+            f"the model of {problem.stack.packed.name} cannot be simulated from what was measured "
+            "at the start of the windows; check units and signs of the channels"
+        )
+    iteration, gain, in_time = 0, np.inf, True
+    while iteration < _MOST_ITERATIONS:
+        iteration += 1
+        found = derivatives(problem, point)
+        soft = softness_of(problem.stack, found.residual)
+        weights = HUBER / np.maximum(np.abs(found.residual) / soft, HUBER) / soft**2
+        reduced, back = reduce_windows(problem, found, point, weights)
+        step, gain = _shared_step(reduced, point)
+        before = total_cost(problem, found.residual, soft, point)
+        point, cost = _search(problem, point, before, soft, step, _moves(reduced, step, back))
+        # a step that promises little was the last one; so was one that led nowhere
+        if cost >= before or (before - cost < smallest_gain and gain < 2 * smallest_gain):
+            break
+        if not go_on():
+            in_time = False
+            break
+    # settled is what promises less than one unit of a cost of so many
+    converged = gain < max(1.0, smallest_gain if in_time else 0.0)
+    return Solution(problem, point, reduced, found.residual, cost, iteration, converged, in_time)
+
+
+def _shared_step(reduced: Reduced, point: Point) -> tuple[FloatArray, float]:
+    """Gauss-Newton step of (x, s) with their priors, and what it promises off the cost."""
+    now = np.concatenate([point.steps, point.shared])
+    pull = reduced.gradient - reduced.prior @ now
+    step = np.linalg.solve(reduced.information + reduced.prior, pull)
+    count = point.steps.size
+    longest = float(np.abs(step[:count]).max(initial=0.0))
+    # far from the solution the linear model is not to be believed for long ways
+    step *= min(1.0, LONGEST_STEP / max(longest, 1e-12))
+    return step, float(step @ pull)
+
+
+def _moves(
+    reduced: Reduced, step: FloatArray, back: Sequence[tuple[FloatArray, FloatArray]]
+) -> FloatArray:
+    """How the starts (windows, 12) move with a step of (x, s)."""
+    return np.array(
+        [
+            first - second @ step[piece.index]
+            for piece, (first, second) in zip(reduced.pieces, back, strict=True)
+        ]
+    )
+
+
+def _search(  # noqa: PLR0917 - the state of one iteration
+    problem: Problem,
+    point: Point,
+    cost: float,
+    soft: FloatArray,
+    step: FloatArray,
+    moves: FloatArray,
+) -> tuple[Point, float]:
+    """Halve the step until the cost falls; the old point where it never does."""
+    count = len(problem.parameters)
+    share = 1.0
+    for _ in range(_MOST_HALVINGS):
+        trial = Point(
+            point.steps + share * step[:count],
+            point.shared + share * step[count:],
+            point.starts + share * moves,
+        )
+        trial_cost = total_cost(problem, residuals(problem, trial), soft, trial)
+        if trial_cost < cost:
+            return trial, trial_cost
+        share /= 2
+    return point, cost

@@ -1,0 +1,259 @@
+r"""Added mass from the slope of acceleration against thrust, after Potapov and Galyaev.
+
+On a straight stretch without rotation, with whatever else acts constant (their eq. 4),
+
+.. math:: \dot u = \tau / M + \mathrm{const}, \qquad A = 1 / \mathrm{slope} - m
+
+with acceleration and thrust filtered alike (`straight_line_samples`). Beside it the regression with
+the terms that the equation omits, over all samples, turns included.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.segments import Straightness
+from pipeline.identify.slope_regression import (
+    Slope,
+    deming_bootstrap,
+    least_squares,
+    plain_slope,
+    reliability,
+)
+from pipeline.identify.smoothing import (
+    Method,
+)
+from pipeline.identify.straight_line_samples import filtered_samples
+from pipeline.identify.straight_line_terms import UNITS, usable_terms
+from pipeline.physics.parameters import read
+from pipeline.records.identification import (
+    RegressionTerm,
+    Segment,
+    SlopeEstimate,
+    StraightLineIdentification,
+)
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray, IntArray
+from pipeline.vehicle.sensor_schema import Sensors
+
+AXES = ("surge", "sway", "heave")
+BANDWIDTH_HZ = 0.4
+#: Share of the thrust that is taken as scatter from reading to reading.
+THRUST_SCATTER = 0.02
+#: A shift of the total mass by the omitted terms that is worth a warning.
+NOTABLE_SHIFT = 0.1
+_NORMAL_95 = 1.959964
+
+
+def straight_line(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    runs: Sequence[RunTable],
+    *,
+    axis: str = "surge",
+    method: Method = "local_polynomial",
+    bandwidth_hz: float = BANDWIDTH_HZ,
+    limits: Straightness | None = None,
+    thrust_scatter: float = THRUST_SCATTER,
+) -> StraightLineIdentification:
+    """Estimate an added mass by the slope, without and with the terms that the slope omits.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle: dry mass, thrusters.
+    sensors : Sensors
+        Place and noise of the DVL.
+    runs : sequence of RunTable
+        With velocity and angular velocity.
+    axis : {"surge", "sway", "heave"}
+        Along which.
+    method : {"local_polynomial", "moving_average"}
+        Smoother of the velocity.
+    bandwidth_hz : float
+        Its -3 dB. [Hz]
+    limits : Straightness, optional
+        What counts as straight.
+    thrust_scatter : float
+        Standard deviation of the thrust's error from reading to reading, as a share of its rms.
+
+    Raises
+    ------
+    CannotComputeError
+        Without velocity, or where no stretch is straight, or the thrust does not vary in them.
+    """
+    along = AXES.index(axis)
+    found, segments, stretch_count = [], [], 0
+    for run in runs:
+        samples, stretches = filtered_samples(
+            packed,
+            sensors,
+            run,
+            along=along,
+            method=method,
+            bandwidth_hz=bandwidth_hz,
+            limits=limits,
+        )
+        numbered = np.where(samples.stretch >= 0, samples.stretch + stretch_count, -1)
+        stretch_count += len(stretches)
+        found.append((samples, numbered))
+        segments += [
+            Segment(
+                run=run.name,
+                from_s=float(run.time_s[one.begin]),
+                to_s=float(run.time_s[one.end - 1]),
+                largest_turn_rate_radps=one.largest_turn_rate_radps,
+                largest_drift=one.largest_drift,
+            )
+            for one in stretches
+        ]
+    stretch = np.concatenate([number for _, number in found])
+    acceleration = np.concatenate([s.acceleration for s, _ in found])
+    thrust = np.concatenate([s.thrust for s, _ in found])
+    inside = stretch >= 0
+    if inside.sum() < 10:
+        raise CannotComputeError(
+            f"{', '.join(run.name for run in runs)}: no stretch along {axis} is straight for long "
+            "enough (see the thresholds in docs/methods/identification.md); fly surge_steps, or "
+            "use the whole-vehicle fit"
+        )
+    smoother = found[0][0].smoother
+    lags = smoother.derivative.size
+    noise = found[0][0].noise
+    scatter = thrust_scatter * float(np.sqrt(np.mean(thrust[inside] ** 2)))
+    mass = float(read(packed.vector, "mass"))
+    plain, share = _plain(
+        thrust[inside], acceleration[inside], stretch[inside], lags, (scatter, noise), mass
+    )
+    run_number = np.concatenate([np.full(s.thrust.size, k) for k, (s, _) in enumerate(found)])
+    valid = np.concatenate([s.valid for s, _ in found])
+    terms = {
+        name: np.concatenate([s.terms[name] for s, _ in found])[valid]
+        for name in found[0][0].terms
+        if all(name in s.terms for s, _ in found)
+    }
+    full, coefficients = _with_terms(
+        thrust[valid], acceleration[valid], terms, run_number[valid], lags, (mass, noise)
+    )
+    return StraightLineIdentification(
+        vehicle=packed.name,
+        axis=axis,
+        segments=tuple(segments),
+        seconds=float(sum(one.to_s - one.from_s for one in segments)),
+        smoother=f"{smoother.method.replace('_', ' ')} over {smoother.length_s:.2f} s",
+        bandwidth_hz=smoother.derivative_bandwidth_hz,
+        acceleration_noise_mps2=noise,
+        thrust_noise_n=scatter,
+        reliability=share,
+        dry_mass_kg=mass,
+        plain=plain,
+        with_terms=full,
+        terms=coefficients,
+        warnings=_warnings(plain, full),
+    )
+
+
+def _plain(  # noqa: PLR0917 - one caller
+    thrust: FloatArray,
+    acceleration: FloatArray,
+    stretch: IntArray,
+    lags: int,
+    noise: tuple[float, float],
+    mass: float,
+) -> tuple[tuple[SlopeEstimate, ...], float]:
+    slope = plain_slope(thrust, acceleration, stretch, lags)
+    share = reliability(thrust, noise[0])
+    freed = Slope(slope.value / share, slope.std / share)
+    both = deming_bootstrap(thrust, acceleration, stretch, 2 * lags, noise)
+    return (
+        estimate("least squares", slope, mass, "Newey-West within stretches"),
+        estimate("least squares over reliability", freed, mass, f"reliability {share:.4f}"),
+        estimate("orthogonal distance", both, mass, "block bootstrap"),
+    ), share
+
+
+def estimate(name: str, slope: Slope, mass: float, note: str) -> SlopeEstimate:
+    """Turn a slope into a mass; the ends of the slope's interval become those of the mass.
+
+    A slope whose interval holds zero bounds no mass: acceleration need not follow the thrust.
+    """
+    if slope.value == 0.0:
+        raise CannotComputeError("acceleration does not follow the thrust at all: the slope is 0")
+    total = 1.0 / slope.value
+    low, high = slope.value - _NORMAL_95 * slope.std, slope.value + _NORMAL_95 * slope.std
+    return SlopeEstimate(
+        estimator=name,
+        slope_per_kg=slope.value,
+        total_mass_kg=total,
+        added_mass_kg=total - mass,
+        ci95_kg=(1.0 / high - mass, 1.0 / low - mass) if low * high > 0.0 else None,
+        note=note,
+    )
+
+
+def _with_terms(  # noqa: PLR0917 - one caller
+    thrust: FloatArray,
+    acceleration: FloatArray,
+    terms: dict[str, FloatArray],
+    run: IntArray,
+    lags: int,
+    mass_and_noise: tuple[float, float],
+) -> tuple[SlopeEstimate | None, tuple[RegressionTerm, ...]]:
+    """Regress on the thrust, a constant and every term that the runs excite, turns included."""
+    mass, noise = mass_and_noise
+    used = usable_terms(thrust, terms, noise)
+    design = np.column_stack([thrust, np.ones_like(thrust), *(terms[name] for name in used)])
+    try:
+        found = least_squares(design, acceleration, run, lags)
+    except CannotComputeError:
+        return None, ()
+    half = _NORMAL_95 * found.std
+    named = tuple(
+        RegressionTerm(
+            name=name,
+            unit=UNITS.get(name, "1"),
+            coefficient=float(found.coefficients[2 + k]),
+            ci95=(
+                float(found.coefficients[2 + k] - half[2 + k]),
+                float(found.coefficients[2 + k] + half[2 + k]),
+            ),
+        )
+        for k, name in enumerate(used)
+    )
+    slope = Slope(float(found.coefficients[0]), float(found.std[0]))
+    note = f"with {', '.join(used)}; all samples, turns included" if used else "no term is excited"
+    return estimate("least squares with the omitted terms", slope, mass, note), named
+
+
+def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> tuple[str, ...]:
+    found = []
+    first = plain[0]
+    between = first.ci95_kg
+    if between is None:
+        found.append(
+            "the slope's interval holds zero, so it bounds no mass: acceleration does not follow "
+            "the thrust in these stretches (in a steady run drag takes all of it)"
+        )
+    elif (between[1] - between[0]) / 2 > 0.3 * abs(first.total_mass_kg):
+        found.append("the slope itself is known to no better than 30 %: the thrust hardly varies")
+    if full is not None and (
+        abs(full.total_mass_kg - first.total_mass_kg) > NOTABLE_SHIFT * abs(full.total_mass_kg)
+        or _apart(full.ci95_kg, between)
+    ):
+        found.append(
+            f"the omitted terms move the added mass from {first.added_mass_kg:.2f} to "
+            f"{full.added_mass_kg:.2f} kg: the plain method's assumptions do not hold on these "
+            "runs"
+        )
+    if first.added_mass_kg < 0:
+        found.append("a negative added mass: thrust, mass or the sign of a channel is wrong")
+    return tuple(found)
+
+
+def _apart(one: tuple[float, float] | None, other: tuple[float, float] | None) -> bool:
+    """Whether two intervals have nothing in common."""
+    if one is None or other is None:
+        return False
+    return one[0] > other[1] or one[1] < other[0]

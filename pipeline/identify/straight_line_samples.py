@@ -1,0 +1,140 @@
+"""Readings of a run, filtered for the regression of acceleration on thrust.
+
+Acceleration is the smoothed derivative of the velocity's readings. The same filter is applied to
+the integral of the thrust (and of every further term) at the times of the readings: differences of
+speed and of the impulse then belong to the same intervals, and no delay or smoothing of one side
+alone bends the slope.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.segments import Straightness, Stretch, straight_stretches
+from pipeline.identify.smoothing import (
+    Method,
+    Smoother,
+    smooth,
+    smoother_of_bandwidth,
+    white_noise_std,
+)
+from pipeline.identify.straight_line_terms import omitted_terms
+from pipeline.identify.windows import readings_of
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.vehicle.sensor_schema import Sensors
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Filtered readings of one run: acceleration [m/s^2], thrust along the axis [N], terms.
+
+    All (k,) at the readings' times; `stretch` is the number of the straight stretch, -1 outside.
+    """
+
+    acceleration: FloatArray
+    thrust: FloatArray
+    terms: dict[str, FloatArray]
+    stretch: IntArray
+    valid: BoolArray
+    noise: float
+    smoother: Smoother
+
+
+def filtered_samples(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    run: RunTable,
+    *,
+    along: int,
+    method: Method,
+    bandwidth_hz: float,
+    limits: Straightness | None,
+) -> tuple[Samples, list[Stretch]]:
+    """Filter one run's readings and find its straight stretches.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle, for its thrust.
+    sensors : Sensors
+        Place, rate and noise of the DVL.
+    run : RunTable
+        With velocity and angular velocity.
+    along : int
+        0 surge, 1 sway, 2 heave.
+    method, bandwidth_hz, limits
+        As `straight_line`.
+
+    Raises
+    ------
+    CannotComputeError
+        Without velocity or angular velocity, or where its readings are too far apart.
+    """
+    for quantity in ("velocity", "angular_velocity"):
+        if quantity not in run.values or not run.valid[quantity].any():
+            raise CannotComputeError(
+                f"{run.name}: no {quantity.replace('_', ' ')} was measured, and the slope of "
+                "acceleration against thrust needs it; the whole-vehicle fit does without"
+            )
+    rate = sensors.dvl.rate_hz if sensors.dvl is not None else 10.0
+    place = np.array(sensors.dvl.position_m if sensors.dvl is not None else (0.0, 0.0, 0.0))
+    index = readings_of(run, "velocity", rate, fastest_hz=np.inf)
+    omega = np.nan_to_num(run.values["angular_velocity"])
+    origin = run.values["velocity"] - np.cross(omega, place)
+    slot, period = _slots(run.time_s[index])
+    readings = np.full((slot[-1] + 1, 3), np.nan)
+    readings[slot] = origin[index]
+    # the table's period need not divide the sensor's: speed and impulse are both taken at the very
+    # samples that hold the readings
+    time_s = run.time_s[index[0]] + period * np.arange(len(readings))
+    time_s[slot] = run.time_s[index]
+    smoother = smoother_of_bandwidth(method, bandwidth_hz, period)
+    single = sensors.dvl.noise_mps if sensors.dvl is not None else 0.0
+    smoothed = smooth(readings, smoother, single or white_noise_std(readings[:, along]))
+    velocity = np.stack(
+        [np.interp(run.time_s, run.time_s[index], column) for column in origin[index].T], axis=1
+    )
+    command = np.nan_to_num(run.values["command"])
+    step = float(np.median(np.diff(run.time_s)))
+    actuator = actuator_states(packed, command, step)[:-1]
+    wrench, _ = thruster_wrench(packed, actuator, np.column_stack([velocity, omega]))
+
+    def filtered(signal: FloatArray) -> FloatArray:
+        impulse = np.concatenate([[0.0], np.cumsum(step * (signal[1:] + signal[:-1]) / 2)])
+        at_readings = np.interp(time_s, run.time_s, impulse)
+        return smooth(at_readings, smoother, 0.0).derivative
+
+    known = np.where(run.valid["velocity"][:, None], velocity, np.nan)
+    stretches = straight_stretches(run, known, along, limits)
+    half = smoother.length_s / 2
+    number = np.full(len(readings), -1)
+    for k, one in enumerate(stretches):
+        low, high = run.time_s[one.begin] + half, run.time_s[one.end - 1] - half
+        number[(time_s >= low) & (time_s <= high) & smoothed.valid] = k
+    terms = omitted_terms(packed, run, velocity, wrench[:, along], along)
+    return (
+        Samples(
+            smoothed.derivative[:, along],
+            filtered(wrench[:, along]),
+            {name: filtered(signal) for name, signal in terms.items()},
+            number,
+            smoothed.valid,
+            smoothed.derivative_noise,
+            smoother,
+        ),
+        stretches,
+    )
+
+
+def _slots(time_s: FloatArray) -> tuple[IntArray, float]:
+    """Count the readings in periods of the sensor, missing ones too, and find the period."""
+    if time_s.size < 3:
+        raise CannotComputeError(f"{time_s.size} readings of the velocity are too few")
+    usual = float(np.median(np.diff(time_s)))
+    slot = np.concatenate([[0], np.cumsum(np.maximum(np.round(np.diff(time_s) / usual), 1))])
+    period = float(np.polyfit(slot, time_s, 1)[0])
+    return slot.astype(int), period

@@ -1,0 +1,217 @@
+"""What the sensors would have read of a simulated motion, and how far the readings are from it."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.identify.channel_noise import channel_noise, was_measured
+from pipeline.identify.trial_windows import Flown, TrialFlights
+from pipeline.records.run_components import COMPONENTS, components, difference
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import ChannelError
+from pipeline.simulate.log_table import table_of_log
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.sensors import Log, measure
+from pipeline.types import BoolArray, FloatArray
+from pipeline.vehicle.sensor_schema import (
+    Depth,
+    Dvl,
+    Imu,
+    Position,
+    Sensor,
+    Sensors,
+    ShaftSpeed,
+    Voltage,
+)
+
+_IMU = ("angular_velocity", "specific_force", "attitude")
+
+
+def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
+    """Return sensors that read every quantity that a run has.
+
+    One that the vehicle file leaves out sits at the origin and has the rate of the run.
+
+    Parameters
+    ----------
+    sensors : Sensors
+        Of the vehicle file.
+    table : RunTable
+        The measured run.
+    ideal : bool
+        Without delay and at the rate of the table, to be compared with it; otherwise with the
+        sensors' own. Always without noise: a prediction has none.
+    """
+
+    def has(*quantities: str) -> bool:
+        return any(was_measured(table, quantity) for quantity in quantities)
+
+    def rate(quantity: str) -> float:
+        marks = table.reading.get(quantity)
+        length = float(table.time_s[-1]) if table.time_s.size else 0.0
+        count = int(marks.sum()) if marks is not None else 0
+        return min(max(count / length, 0.1), 2000.0) if count and length > 0 else 10.0
+
+    def quiet(sensor: Sensor) -> dict[str, object]:
+        noise = [
+            name
+            for name in type(sensor).model_fields
+            if "noise" in name or "bias" in name or name == "attitude_wander_rad"
+        ]
+        better: dict[str, object] = {"rate_hz": 1.0 / period, "delay_s": 0.0} if ideal else {}
+        return {**dict.fromkeys(noise, 0.0), **better}
+
+    period = float(np.median(np.diff(table.time_s)))
+    default: dict[str, tuple[bool, Sensor]] = {
+        "imu": (has(*_IMU), Imu(rate_hz=max(rate(name) for name in _IMU))),
+        "dvl": (has("velocity"), Dvl(rate_hz=rate("velocity"))),
+        "depth": (has("depth"), Depth(rate_hz=rate("depth"))),
+        "position": (has("position"), Position(rate_hz=rate("position"))),
+        "shaft_speed": (has("shaft_speed"), ShaftSpeed(rate_hz=rate("shaft_speed"))),
+        "voltage": (False, Voltage(rate_hz=rate("voltage"), nominal_v=1.0)),
+    }
+    update: dict[str, object] = {}
+    for name, (wanted, sensor) in default.items():
+        own = getattr(sensors, name)
+        taken = own if own is not None else (sensor if wanted else None)
+        update[name] = None if taken is None else taken.model_copy(update=quiet(taken))
+    command = 1.0 / period if ideal else sensors.command_rate_hz
+    return sensors.model_copy(update={**update, "command_rate_hz": command})
+
+
+def predicted_table(
+    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: Flown
+) -> RunTable:
+    """Return what ideal sensors at their places would read of a flight, row by row of the table."""
+    ideal = sensors_for(sensors, table, ideal=True)
+    period = float(np.median(np.diff(table.time_s)))
+    found = table_of_log(
+        measure(flown.trajectory, packed, ideal), ideal, name=table.name, period_s=period
+    )
+    rows, first = table.time_s.size, flown.first_row
+    values, valid = {}, {}
+    for quantity, own in found.values.items():
+        count = min(len(own), rows - first)
+        placed = np.full((rows, own.shape[1]), np.nan)
+        placed[first : first + count] = own[:count]
+        there = np.zeros(rows, bool)
+        there[first : first + count] = found.valid[quantity][:count] & flown.valid[:count]
+        placed[~there] = np.nan
+        values[quantity], valid[quantity] = placed, there
+    return replace(found, time_s=table.time_s, values=values, valid=valid, reading={})
+
+
+def sensor_log(packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: Flown) -> Log:
+    """Return the readings of a flight at the sensors' own rates and delays, for a log file."""
+    own = sensors_for(sensors, table, ideal=False)
+    log = measure(flown.trajectory, packed, own)
+    grid = flown.trajectory.time_s
+    kept: Log = {}
+    for name, channel in log.items():
+        row = np.clip(np.searchsorted(grid, channel.valid_s - 1e-9), 0, grid.size - 1)
+        there = flown.valid[row]
+        kept[name] = replace(
+            channel,
+            valid_s=channel.valid_s[there],
+            logged_s=channel.logged_s[there],
+            values=channel.values[there],
+        )
+    return kept
+
+
+def compared(
+    sensors: Sensors,
+    table: RunTable,
+    windowed: RunTable,
+    free: RunTable | None,
+    flights: TrialFlights,
+) -> tuple[ChannelError, ...]:
+    """Errors of every channel that was measured and simulated.
+
+    Parameters
+    ----------
+    sensors : Sensors
+        Of the vehicle file: the noise to compare with.
+    table, windowed, free : RunTable
+        Measured, predicted over windows, flown freely; one time base.
+    flights : TrialFlights
+        Where the windows lie.
+    """
+    noise = _noise(sensors, table)
+    found = []
+    for quantity, names in COMPONENTS.items():
+        if not was_measured(table, quantity) or quantity not in windowed.values:
+            continue
+        labels = names or tuple((name, "rpm") for name in table.thrusters)
+        measured = components(table, quantity)
+        if measured.shape[1] != len(labels):
+            continue
+        rows = table.valid[quantity] & np.isfinite(measured).all(axis=1)
+        if quantity in table.reading:
+            rows &= table.reading[quantity]
+        short = difference(quantity, measured, components(windowed, quantity))
+        long = None if free is None else difference(quantity, measured, components(free, quantity))
+        held = _held(table, quantity, measured, flights)
+        for column, (name, unit) in enumerate(labels):
+            own = rows & np.isfinite(short[:, column])
+            if not own.any():
+                continue
+            error = short[own, column]
+            worst = int(np.argmax(np.abs(error)))
+            found.append(
+                ChannelError(
+                    channel=name,
+                    quantity=quantity,
+                    unit=unit,
+                    readings=int(own.sum()),
+                    sensor_noise=noise.get(quantity),
+                    rmse_windows=_rms(error),
+                    mean_windows=float(error.mean()),
+                    worst_windows=float(error[worst]),
+                    worst_at_s=float(table.time_s[own][worst]),
+                    rmse_free=None if long is None else _rms_or_none(long[rows, column]),
+                    rmse_last_value=_rms_or_none(held[own, column]),
+                )
+            )
+    return tuple(found)
+
+
+def _held(
+    table: RunTable, quantity: str, measured: FloatArray, flights: TrialFlights
+) -> FloatArray:
+    """Errors of holding the last reading before each window."""
+    period = float(np.median(np.diff(table.time_s)))
+    lead, begins = round(flights.lead_s / period), np.array(flights.first_rows)
+    rows: BoolArray = table.valid[quantity] & np.isfinite(measured).all(axis=1)
+    if quantity in table.reading:
+        rows &= table.reading[quantity]
+    latest = np.maximum.accumulate(np.where(rows, np.arange(rows.size), -1))
+    number = np.maximum(np.searchsorted(begins, np.arange(rows.size), side="right") - 1, 0)
+    at = latest[begins[number]]
+    # a reading from before the lead is no start for this window
+    fresh = (at >= 0) & (at >= begins[number] - lead)
+    held = np.where(fresh[:, None], measured[np.maximum(at, 0)], np.nan)
+    return difference(quantity, measured, held)
+
+
+def _noise(sensors: Sensors, table: RunTable) -> dict[str, float]:
+    """Return the standard deviation of one reading where the vehicle file states the noise."""
+    found = {
+        one.quantity: float(np.sqrt(one.white**2 + one.wander**2 + one.bias**2))
+        for one in channel_noise(sensors, [table])
+        if one.stated
+    }
+    if sensors.shaft_speed is not None and sensors.shaft_speed.noise_rpm > 0:
+        found["shaft_speed"] = sensors.shaft_speed.noise_rpm
+    if sensors.voltage is not None and sensors.voltage.noise_v > 0:
+        found["voltage"] = sensors.voltage.noise_v
+    return found
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _rms_or_none(values: FloatArray) -> float | None:
+    finite = values[np.isfinite(values)]
+    return _rms(finite) if finite.size else None

@@ -1,0 +1,228 @@
+"""The fit itself: short windows first, then windows of the wanted length.
+
+Over short windows the motion is nearly linear in the parameters, so that the fit finds its way from
+a poor start even where the vehicle is unstable.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import ChannelNoise, channel_noise
+from pipeline.identify.output_error import SMALLEST_GAIN, Solution, always, solve
+from pipeline.identify.parameter_intervals import Posterior, posterior_of
+from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.vehicle_parameters import FreeParameter, PriorWidths, free_parameters
+from pipeline.identify.window_derivatives import Problem, residuals
+from pipeline.identify.window_outputs import (
+    Stack,
+    simulate_windows,
+    stack_windows,
+)
+from pipeline.identify.windows import Window, cut
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray, IntArray
+from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: One window in so many is kept from the fit to judge it, where no hold-out run is given.
+HOLDOUT_EVERY = 6
+#: Windows of the first stage are so much shorter, but not below `SHORTEST_WINDOW_S`.
+SHORTER, SHORTEST_WINDOW_S = 4.0, 2.0
+#: Residuals beyond this times the stated noise widen it; the fit is then repeated.
+NOISE_TOLERANCE = 1.15
+SETTLED = 1.05
+_MOST_REPEATS = 3
+#: Until the noise has settled, a step that promises less than this times the readings is the last.
+ROUGH_GAIN = 0.001
+#: Correlation of residuals from which they count as going together, and the most that is believed.
+TOGETHER, MOST_TOGETHER = 0.3, 0.9
+#: A velocity above this at the end of a window is not handed to the next. [m/s, rad/s]
+FASTEST_CHAIN = 3.0
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A finished fit with what it was made from."""
+
+    solution: Solution
+    posterior: Posterior
+    parameters: tuple[FreeParameter, ...]
+    channels: tuple[ChannelNoise, ...]
+    held_out: tuple[Window, ...]
+    window_s: float
+
+
+def fit_vehicle(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    runs: Sequence[RunTable],
+    *,
+    uncertainty: Uncertainty,
+    widths: PriorWidths | None = None,
+    only: Sequence[str] | None = None,
+    hold_out: bool = True,
+    window_s: float | None = None,
+    threads: int = 2,
+    go_on: Callable[[], bool] = always,
+) -> Fit:
+    """Fit alone, without judging it; parameters as `identify_vehicle`."""
+    channels = channel_noise(sensors, runs)
+    parameters = free_parameters(packed, uncertainty, widths, only)
+    if not parameters:
+        raise CannotComputeError(
+            f"no parameter is left to identify: {', '.join(only or ())} name none of the vehicle's"
+        )
+    windows = cut(packed, runs, channels, window_s)
+    length = max(window.duration_s for window in windows)
+    held = [
+        window
+        for number, window in enumerate(windows)
+        if hold_out and len(windows) >= HOLDOUT_EVERY and number % HOLDOUT_EVERY == 3
+    ]
+    short = max(length / SHORTER, SHORTEST_WINDOW_S)
+    first = [
+        window
+        for window in cut(packed, runs, channels, short)
+        if not any(_overlap(window, other) for other in held)
+    ]
+    stack = stack_windows(packed, chained_windows(packed, packed.vector, first), channels)
+    problem = Problem(stack, parameters, packed.vector, run_nuisance(stack, len(runs)), threads)
+    rough = ROUGH_GAIN * stack.order.size
+    solution = _settled(problem, channels, {}, smallest_gain=rough, go_on=go_on)
+    # once more with what is known now: thrusters' states, speeds that were not measured
+    vector = solution.vector
+    windows = chained_windows(packed, vector, cut(packed, runs, channels, window_s, vector=vector))
+    held_at = {(w.run, w.begin_s) for w in held}
+    kept = [w for w in windows if (w.run, w.begin_s) not in held_at]
+    stack = stack_windows(packed, kept, channels)
+    problem = replace(problem, stack=stack, shared=run_nuisance(stack, len(runs)))
+    scale = solution.problem.stack.scale
+    solution = _settled(problem, channels, scale, solution.point.steps, go_on=go_on)
+    return Fit(
+        solution,
+        posterior_of(solution, uncertainty.thrust),
+        parameters,
+        channels,
+        tuple(w for w in windows if (w.run, w.begin_s) in held_at),
+        length,
+    )
+
+
+def _settled(
+    problem: Problem,
+    channels: Sequence[ChannelNoise],
+    scale: dict[str, float],
+    steps: FloatArray | None = None,
+    *,
+    smallest_gain: float = SMALLEST_GAIN,
+    go_on: Callable[[], bool] = always,
+) -> Solution:
+    """Solve, widen the noise to what the residuals show, and solve again until it agrees.
+
+    Roughly until the noise has settled, and to the end with the noise that was found. Each goes on
+    from where the one before ended: windows and unknowns are the same.
+    """
+    windows, packed = problem.stack.windows, problem.stack.packed
+    rough = max(smallest_gain, ROUGH_GAIN * problem.stack.order.size)
+    solution: Solution | None = None
+    for _ in range(_MOST_REPEATS):
+        stack = stack_windows(packed, windows, channels, scale=scale)
+        shared = run_nuisance(stack, problem.shared.run_count)
+        now = replace(problem, stack=stack, shared=shared)
+        if solution is not None:
+            begin = solution.point
+        else:
+            begin = now.origin() if steps is None else replace(now.origin(), steps=steps)
+        if not np.isfinite(residuals(now, begin)).all():
+            # what short windows found runs away over long ones
+            begin = now.origin()
+        solution = solve(now, begin, smallest_gain=rough, go_on=go_on)
+        found = _widened(solution)
+        if _alike(found, scale) or not solution.in_time:
+            break
+        scale = found
+    assert solution is not None  # noqa: S101 - the loop has run
+    if rough > smallest_gain and solution.in_time:
+        return solve(solution.problem, solution.point, smallest_gain=smallest_gain, go_on=go_on)
+    return solution
+
+
+def _overlap(one: Window, other: Window) -> bool:
+    return (
+        one.run == other.run
+        and one.begin_s < other.begin_s + other.duration_s - 1e-9
+        and other.begin_s < one.begin_s + one.duration_s - 1e-9
+    )
+
+
+def chained_windows(
+    packed: PackedVehicle, vector: FloatArray, windows: list[Window]
+) -> list[Window]:
+    """Let windows whose first velocity was not measured begin with where the one before ended."""
+    if all(window.known.all() for window in windows):
+        return windows
+    chained: list[Window] = []
+    for window in windows:
+        before = chained[-1] if chained else None
+        follows = (
+            before is not None
+            and before.run == window.run
+            and abs(before.begin_s + before.duration_s - window.begin_s) < 0.5 * window.step_s
+        )
+        start = window.start.copy()
+        if before is not None and follows and not window.known.all():
+            stack = Stack(
+                packed, (before,), (), np.zeros(0, int), np.zeros(1, int), np.zeros(0, int)
+            )
+            states, _ = simulate_windows(stack, vector, before.start[None])
+            # a poor model runs away; what it then says of the speed is worth nothing
+            if np.isfinite(states[-1]).all() and np.abs(states[-1, 7:13]).max() < FASTEST_CHAIN:
+                start[7:13] = np.where(window.known, start[7:13], states[-1, 7:13])
+        chained.append(replace(window, start=start))
+    return chained
+
+
+def _widened(solution: Solution) -> dict[str, float]:
+    """Factors on the stated noise that the residuals ask for; none where they bear it out.
+
+    Scatter beyond the stated noise, and for residuals that go together the root of the number of
+    readings that tell as much as one independent one, (1 + r) / (1 - r) at a correlation r from
+    one reading to the next: a model that is wrong is wrong for many readings on end, and each of
+    them taken for a new witness would overrule every prior.
+    """
+    stack = solution.problem.stack
+    wider = {}
+    for number, rows in enumerate(stack.rows):
+        own = solution.residual[stack.owner == number]
+        # robust: a few outliers are not the sensor's noise
+        scatter = float(np.median(np.abs(own))) / 0.6745
+        factor = scatter * stack.scale.get(rows.channel.quantity, 1.0)
+        together = _together(own / max(scatter, 1e-12), rows.window)
+        if together > TOGETHER:
+            believed = min(together, MOST_TOGETHER)
+            factor *= np.sqrt((1.0 + believed) / (1.0 - believed))
+        if factor > NOISE_TOLERANCE:
+            wider[rows.channel.quantity] = factor
+    return wider
+
+
+def _together(residual: FloatArray, window: IntArray) -> float:
+    """Correlation of a channel's residuals, of unit scatter, from one reading to the next."""
+    by_reading = np.clip(residual.reshape(window.size, -1), -3.0, 3.0)
+    same = window[1:] == window[:-1]
+    if not same.any():
+        return 0.0
+    product = np.mean(by_reading[1:][same] * by_reading[:-1][same])
+    return float(product / max(np.mean(by_reading**2), 1e-12))
+
+
+def _alike(one: dict[str, float], other: dict[str, float]) -> bool:
+    """Whether no channel's factor has changed by more than `SETTLED`."""
+    return all(
+        abs(np.log(one.get(name, 1.0) / other.get(name, 1.0))) < np.log(SETTLED)
+        for name in {**one, **other}
+    )

@@ -1,0 +1,273 @@
+"""What the whole-vehicle fit may change: the free parameters, their priors, and how they are set.
+
+Each is a number with a unit, counted from what the vehicle file says in steps of its prior standard
+deviation, so that one step means the same for all of them.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.physics.parameters import read
+from pipeline.simulate.kernel_hull import mass_matrix
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Uncertainty
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+#: Speed at which an unstated linear damping is measured against a stated quadratic one.
+_SLOW = 0.1
+#: An added mass never falls below this share of the stated one, nor of the body's own inertia.
+_SMALLEST_SHARE = 0.02
+
+
+@dataclass(frozen=True)
+class PriorWidths:
+    """How far a parameter may be off before any run was made (standard deviations).
+
+    `added_mass`, `damping`, `metacentric_height` are shares of the stated value: a shape formula
+    for a real hull is easily a third off (Potapov and Galyaev compute 12.0 kg and measure 18.9 kg).
+    So is `lag`, of the thrusters' time constant, which is seldom measured: a lag that is taken too
+    short passes for added mass. `buoyancy` is a share of the weight, `trim_m` the level distance
+    between the centres. What the vehicle file's `uncertainty` states wins where it is wider.
+    """
+
+    added_mass: float = 0.3
+    damping: float = 0.3
+    metacentric_height: float = 0.3
+    lag: float = 0.3
+    buoyancy: float = 0.005
+    trim_m: float = 0.003
+
+
+@dataclass(frozen=True)
+class FreeParameter:
+    """One parameter of the fit: nominal value and prior standard deviation in `unit`."""
+
+    name: str
+    unit: str
+    meaning: str
+    nominal: float
+    prior_std: float
+    write: Callable[[FloatArray, float], None]
+
+
+def free_parameters(
+    packed: PackedVehicle,
+    uncertainty: Uncertainty,
+    widths: PriorWidths | None = None,
+    only: Sequence[str] | None = None,
+) -> tuple[FreeParameter, ...]:
+    """List the parameters of a vehicle that runs can tell about.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle as its file states it.
+    uncertainty : Uncertainty
+        Of the vehicle file.
+    widths : PriorWidths, optional
+        Prior standard deviations where the file states smaller ones.
+    only : sequence of str, optional
+        Names to keep; all otherwise.
+
+    Returns
+    -------
+    tuple of FreeParameter
+        ``added_mass_<axis>``, ``linear_damping_<axis>``, ``quadratic_damping_<axis>``,
+        ``residual_buoyancy``, ``metacentric_height``, ``trim_x``, ``trim_y``, ``thruster_lag``.
+    """
+    wide = PriorWidths() if widths is None else widths
+    found = [
+        *_added_masses(packed, max(wide.added_mass, uncertainty.added_mass)),
+        *_dampings(packed, max(wide.damping, uncertainty.damping)),
+        *_hydrostatics(packed.vector, wide, uncertainty),
+        *_lags(packed, wide.lag),
+    ]
+    return tuple(p for p in found if only is None or p.name in only)
+
+
+def vector_with(
+    nominal: FloatArray, parameters: Sequence[FreeParameter], values: FloatArray
+) -> FloatArray:
+    """Copy of a parameter vector with the free parameters (p,) set, in their units."""
+    vector = nominal.copy()
+    for parameter, value in zip(parameters, values, strict=True):
+        parameter.write(vector, float(value))
+    return vector
+
+
+def values_from_steps(parameters: Sequence[FreeParameter], steps: FloatArray) -> FloatArray:
+    """Values (p,) in their units from steps (p,) of one prior standard deviation each."""
+    return np.array(
+        [p.nominal + p.prior_std * step for p, step in zip(parameters, steps, strict=True)]
+    )
+
+
+def _inertias(packed: PackedVehicle) -> FloatArray:
+    matrix = np.empty((6, 6))
+    mass_matrix(packed.vector, 0.0, matrix)
+    return np.diag(matrix)
+
+
+def _unit(axis: int, linear: str, angular: str) -> str:
+    return linear if axis < 3 else angular
+
+
+def _added_masses(packed: PackedVehicle, share: float) -> list[FreeParameter]:
+    """Diagonal entries; couplings follow, A_ij -> A_ij sqrt(f_i f_j), so A stays positive."""
+    stated = np.diag(read(packed.vector, "added_mass")).copy()
+    own = _inertias(packed)
+
+    def writer(axis: int) -> Callable[[FloatArray, float], None]:
+        def write_value(vector: FloatArray, value: float) -> None:
+            matrix = read(vector, "added_mass")
+            smallest = _SMALLEST_SHARE * (stated[axis] if stated[axis] > 0 else own[axis])
+            wanted = max(value, smallest)
+            if matrix[axis, axis] > 0.0:
+                root = np.sqrt(wanted / matrix[axis, axis])
+                matrix[axis, :] *= root
+                matrix[:, axis] *= root
+            matrix[axis, axis] = wanted
+
+        return write_value
+
+    return [
+        FreeParameter(
+            f"added_mass_{name}",
+            _unit(axis, "kg", "kg m^2"),
+            f"added {'mass' if axis < 3 else 'inertia'} in {name}, A_{axis + 1}{axis + 1}",
+            float(stated[axis]),
+            share * float(stated[axis] if stated[axis] > 0 else own[axis]),
+            writer(axis),
+        )
+        for axis, name in enumerate(AXES)
+    ]
+
+
+def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
+    linear = np.diag(read(packed.vector, "linear_damping"))
+    quadratic = read(packed.vector, "quadratic_damping")
+    own = _inertias(packed)
+
+    def linear_writer(axis: int) -> Callable[[FloatArray, float], None]:
+        def write_value(vector: FloatArray, value: float) -> None:
+            read(vector, "linear_damping")[axis, axis] = value
+
+        return write_value
+
+    def quadratic_writer(axis: int) -> Callable[[FloatArray, float], None]:
+        def write_value(vector: FloatArray, value: float) -> None:
+            read(vector, "quadratic_damping")[axis] = value
+
+        return write_value
+
+    found = []
+    for axis, name in enumerate(AXES):
+        # where the file says nothing: what the other term, or a decay within 20 s, would be
+        size = linear[axis] or quadratic[axis] * _SLOW or own[axis] / 20.0
+        found.append(
+            FreeParameter(
+                f"linear_damping_{name}",
+                _unit(axis, "N s/m", "N m s"),
+                f"linear damping in {name}",
+                float(linear[axis]),
+                share * float(size),
+                linear_writer(axis),
+            )
+        )
+    for axis, name in enumerate(AXES):
+        size = quadratic[axis] or linear[axis] or own[axis]
+        found.append(
+            FreeParameter(
+                f"quadratic_damping_{name}",
+                _unit(axis, "N s^2/m^2", "N m s^2"),
+                f"quadratic damping in {name}",
+                float(quadratic[axis]),
+                share * float(size),
+                quadratic_writer(axis),
+            )
+        )
+    return found
+
+
+def _hydrostatics(
+    nominal: FloatArray, wide: PriorWidths, uncertainty: Uncertainty
+) -> list[FreeParameter]:
+    """Residual buoyancy, and the centre of buoyancy against the centre of mass.
+
+    The centre of buoyancy is what is moved: that changes the righting moment and nothing else.
+    """
+    weight = float(read(nominal, "weight"))
+    mass_centre = read(nominal, "centre_of_mass").copy()
+    offset = mass_centre - read(nominal, "centre_of_buoyancy")
+
+    def buoyancy(vector: FloatArray, value: float) -> None:
+        read(vector, "buoyancy")[...] = weight + value
+
+    def centre(axis: int) -> Callable[[FloatArray, float], None]:
+        def write_value(vector: FloatArray, value: float) -> None:
+            read(vector, "centre_of_buoyancy")[axis] = mass_centre[axis] - value
+
+        return write_value
+
+    return [
+        FreeParameter(
+            "residual_buoyancy",
+            "N",
+            "buoyancy less weight",
+            float(read(nominal, "buoyancy")) - weight,
+            max(wide.buoyancy * weight, uncertainty.buoyancy_n),
+            buoyancy,
+        ),
+        FreeParameter(
+            "metacentric_height",
+            "m",
+            "centre of mass below the centre of buoyancy",
+            float(offset[2]),
+            max(wide.metacentric_height * abs(float(offset[2])), uncertainty.centre_of_mass_m),
+            centre(2),
+        ),
+        FreeParameter(
+            "trim_x",
+            "m",
+            "centre of mass ahead of the centre of buoyancy",
+            float(offset[0]),
+            max(wide.trim_m, uncertainty.centre_of_mass_m),
+            centre(0),
+        ),
+        FreeParameter(
+            "trim_y",
+            "m",
+            "centre of mass to starboard of the centre of buoyancy",
+            float(offset[1]),
+            max(wide.trim_m, uncertainty.centre_of_mass_m),
+            centre(1),
+        ),
+    ]
+
+
+def _lags(packed: PackedVehicle, share: float) -> list[FreeParameter]:
+    """One time constant for all thrusters that follow their code by a lag."""
+    count = len(packed.thruster_names)
+    stated = read(packed.vector, "lag")[:count].copy()
+    lagged = (stated > 0) & (read(packed.vector, "rotor_inertia")[:count] == 0)
+    if not lagged.any():
+        return []
+    mean = float(stated[lagged].mean())
+
+    def write_value(vector: FloatArray, value: float) -> None:
+        lags = read(vector, "lag")[:count]
+        lags[lagged] = stated[lagged] * max(value / mean, _SMALLEST_SHARE)
+
+    return [
+        FreeParameter(
+            "thruster_lag",
+            "s",
+            "time constant of the thrusters, mean over them",
+            mean,
+            share * mean,
+            write_value,
+        )
+    ]

@@ -1,0 +1,200 @@
+"""The whole-vehicle fit: added mass, damping, buoyancy and righting moment from runs.
+
+Windowed output error on the compiled kernel: `vehicle_fit` fits, `parameter_intervals` says how
+well each parameter is known, `window_prediction` judges the fit, `identifiability` says what to fly
+next.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from pipeline.identify.black_box import fit_black_box
+from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
+from pipeline.identify.output_error import Solution, always
+from pipeline.identify.parameter_intervals import (
+    close_pairs,
+    identified_parameters,
+)
+from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_vehicle
+from pipeline.identify.vehicle_parameters import PriorWidths
+from pipeline.identify.window_prediction import prediction_quality
+from pipeline.identify.windows import cut
+from pipeline.physics.parameters import read
+from pipeline.records.identification import ChannelNoiseFound, VehicleIdentification
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: Residuals beyond so many times the stated noise are more than a sensor that was misjudged.
+MODEL_ERROR = 2.0
+
+
+def identify_vehicle(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    runs: Sequence[RunTable],
+    *,
+    uncertainty: Uncertainty | None = None,
+    widths: PriorWidths | None = None,
+    only: Sequence[str] | None = None,
+    holdout: Sequence[RunTable] = (),
+    window_s: float | None = None,
+    suggest: bool = True,
+    threads: int = 2,
+    go_on: Callable[[], bool] = always,
+) -> VehicleIdentification:
+    """Identify a vehicle's model from runs.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle as its file states it: nominal model and priors' centre.
+    sensors : Sensors
+        Noise, mounting and rates of the vehicle file.
+    runs : sequence of RunTable
+        Runs to identify from; channels that are missing are done without.
+    uncertainty : Uncertainty, optional
+        Of the vehicle file; widens the priors and says how far the thrust is trusted.
+    widths : PriorWidths, optional
+        Prior standard deviations.
+    only : sequence of str, optional
+        Names of the parameters to free; all otherwise.
+    holdout : sequence of RunTable
+        Runs to judge the fit by. Without them every sixth window of `runs` is kept for that.
+    window_s : float, optional
+        Length of the windows; 8 s, or 20 s without velocity and position. [s]
+    suggest : bool
+        Whether to compute which manoeuvre would identify what these runs do not.
+    threads : int
+        Simulations at a time.
+    go_on : callable
+        Asked after every step of the fit; it ends where it stands when the answer is no, and the
+        notes say so.
+
+    Returns
+    -------
+    VehicleIdentification
+
+    Raises
+    ------
+    CannotComputeError
+        If there is nothing to identify from, or the model cannot be simulated over the windows.
+    """
+    doubts = Uncertainty() if uncertainty is None else uncertainty
+    fit = fit_vehicle(
+        packed,
+        sensors,
+        runs,
+        uncertainty=doubts,
+        widths=widths,
+        only=only,
+        hold_out=not holdout,
+        window_s=window_s,
+        threads=threads,
+        go_on=go_on,
+    )
+    solution = fit.solution
+    windows, judged_by = list(fit.held_out), runs
+    offsets: FloatArray | None = solution.problem.shared.offsets(solution.point.shared)
+    if holdout:
+        windows, judged_by, offsets = (
+            cut(packed, holdout, fit.channels, fit.window_s),
+            holdout,
+            None,
+        )
+        windows = chained_windows(packed, solution.vector, windows)
+    code_max = np.abs(packed.code_limits).max(axis=1)
+    quality = prediction_quality(
+        packed,
+        solution.vector,
+        windows,
+        judged_by,
+        fit.channels,
+        fit_black_box(runs, solution.problem.stack.windows, code_max),
+        offsets=offsets,
+        threads=threads,
+    )
+    found = identified_parameters(fit.parameters, solution.point.steps, fit.posterior)
+    gains = best_manoeuvres(packed, sensors, fit.solution, found, threads) if suggest else None
+    return VehicleIdentification(
+        vehicle=packed.name,
+        runs=tuple(run.name for run in runs),
+        holdout=tuple(run.name for run in holdout),
+        windows=len(solution.problem.stack.windows),
+        holdout_windows=len(windows),
+        window_s=fit.window_s,
+        readings=int(solution.residual.size),
+        iterations=solution.iterations,
+        converged=solution.converged,
+        thrust_uncertainty=doubts.thrust,
+        parameters=found,
+        correlations=close_pairs(fit.parameters, fit.posterior),
+        cannot_identify=cannot_identify(found, gains),
+        next_manoeuvres=gains or (),
+        noise=_noise_found(solution),
+        quality=quality,
+        notes=_notes(packed, runs, fit),
+    )
+
+
+def _noise_found(solution: Solution) -> tuple[ChannelNoiseFound, ...]:
+    stack = solution.problem.stack
+    return tuple(
+        ChannelNoiseFound(
+            channel=rows.channel.quantity,
+            unit=rows.channel.unit,
+            stated_noise=rows.channel.white,
+            scale=stack.scale.get(rows.channel.quantity, 1.0),
+            residual_over_noise=float(
+                np.sqrt(np.mean(solution.residual[stack.owner == number] ** 2))
+            ),
+        )
+        for number, rows in enumerate(stack.rows)
+    )
+
+
+def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[str, ...]:
+    notes = [
+        "Thrust is taken as the bench gives it; ci95_with_thrust says what its uncertainty adds.",
+        (
+            "Added mass and dry mass act as one sum: the dry mass of the vehicle file is taken as "
+            f"exact ({float(read(packed.vector, 'mass')):g} kg)."
+        ),
+    ]
+    measured = {c.quantity for c in fit.channels}
+    if "velocity" not in measured and "position" not in measured:
+        notes.append(
+            "No velocity and no position was measured: speed shows only in acceleration, attitude "
+            "and depth, and each window begins at the speed that the model had at its end before."
+        )
+    assumed = [c.quantity for c in fit.channels if not c.stated]
+    if assumed:
+        notes.append(
+            "The vehicle file states no noise for " + ", ".join(assumed) + ": taken from the "
+            "residuals."
+        )
+    poor = [
+        rows.channel.quantity
+        for rows in fit.solution.problem.stack.rows
+        if fit.solution.problem.stack.scale.get(rows.channel.quantity, 1.0) > MODEL_ERROR
+    ]
+    if poor:
+        notes.append(
+            f"Residuals of {', '.join(poor)} are more than {MODEL_ERROR:g} times the stated noise: "
+            "the model lacks something (or the sensor is worse than stated). The intervals hold "
+            "for a model that is right; diagnose the runs before using these values."
+        )
+    if not fit.solution.in_time:
+        notes.append(
+            "The fit was stopped before it had settled: its time was up. Take fewer or shorter "
+            "runs, or give it all the time that it needs with `rig2sea identify`."
+        )
+    if not fit.solution.converged:
+        notes.append("The fit did not settle: do not use these values.")
+    short = [run.name for run in runs if run.time_s.size and run.time_s[-1] < fit.window_s]
+    if short:
+        notes.append(f"Shorter than one window and used in part: {', '.join(short)}.")
+    return tuple(notes)

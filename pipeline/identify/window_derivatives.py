@@ -1,0 +1,148 @@
+"""What the whole-vehicle fit solves: residuals of all windows, and their derivatives."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.identify.run_nuisance import RunNuisance
+from pipeline.identify.vehicle_parameters import FreeParameter, values_from_steps, vector_with
+from pipeline.identify.window_outputs import (
+    Stack,
+    innovations,
+    observed_positions,
+    whitened,
+)
+from pipeline.physics.parameters import read
+from pipeline.types import FloatArray
+
+#: Prior standard deviations of a window's first state about what was measured there: position
+#: [m], attitude [rad], linear and angular velocity [m/s, rad/s]. Wide: the readings decide.
+START_POSITION, START_ATTITUDE, START_VELOCITY, START_RATE = 5.0, 0.2, 0.5, 0.2
+#: The same where the velocity was not measured and the model's own is taken.
+BLIND_VELOCITY = 0.2
+#: Steps of the forward differences, in prior standard deviations.
+_PARAMETER_STEP, _START_STEP = 1e-3, 1e-4
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is fitted: windows, free parameters, and what the windows of a run share."""
+
+    stack: Stack
+    parameters: tuple[FreeParameter, ...]
+    nominal: FloatArray
+    shared: RunNuisance
+    threads: int = 2
+
+    @property
+    def start_scales(self) -> FloatArray:
+        """Prior standard deviations of the first states (windows, 12)."""
+        seen = observed_positions(self.stack)
+        scales = np.zeros((len(self.stack.windows), 12))
+        scales[:, :3] = START_POSITION * seen
+        scales[:, 3:6] = START_ATTITUDE
+        known = np.array([window.known for window in self.stack.windows])
+        scales[:, 6:9] = np.where(known[:, :3], START_VELOCITY, BLIND_VELOCITY)
+        scales[:, 9:12] = START_RATE
+        return scales
+
+    def vector(self, steps: FloatArray) -> FloatArray:
+        """Parameter vector for parameters (p,) in prior standard deviations."""
+        return vector_with(self.nominal, self.parameters, values_from_steps(self.parameters, steps))
+
+    def starts(self, moved: FloatArray) -> FloatArray:
+        """First states (windows, STATE) for starts (windows, 12) in prior deviations."""
+        return moved_starts(self.stack.starts, moved * self.start_scales)
+
+    def origin(self) -> "Point":
+        """Nominal parameters, no offsets or wander, first states as measured."""
+        return Point(
+            np.zeros(len(self.parameters)),
+            np.zeros(self.shared.size),
+            np.zeros((len(self.stack.windows), 12)),
+        )
+
+
+@dataclass(frozen=True)
+class Point:
+    """Where the fit stands: parameters (p,), shared unknowns (s,), starts (windows, 12)."""
+
+    steps: FloatArray
+    shared: FloatArray
+    starts: FloatArray
+
+
+@dataclass(frozen=True)
+class Derivatives:
+    """Whitened residuals (rows,) and derivatives of the predictions at a point.
+
+    `parameters` (rows, p), `starts` (rows, 12) by the window's own start, `thrust` (rows,) by a
+    factor on all thrusts. Those by the shared unknowns are constant and lie with the problem.
+    """
+
+    residual: FloatArray
+    parameters: FloatArray
+    starts: FloatArray
+    thrust: FloatArray
+
+
+def moved_starts(starts: FloatArray, by: FloatArray) -> FloatArray:
+    """Move first states (w, STATE) by position, body rotation and velocity (w, 12)."""
+    moved = starts.copy()
+    moved[:, 0:3] += by[:, 0:3]
+    moved[:, 7:13] += by[:, 6:12]
+    angle = np.linalg.norm(by[:, 3:6], axis=1)
+    half = np.sinc(angle / (2 * np.pi)) / 2
+    turn = np.column_stack([np.cos(angle / 2), half[:, None] * by[:, 3:6]])
+    q = starts[:, 3:7]
+    moved[:, 3] = q[:, 0] * turn[:, 0] - np.sum(q[:, 1:] * turn[:, 1:], axis=1)
+    moved[:, 4:7] = (
+        q[:, :1] * turn[:, 1:] + turn[:, :1] * q[:, 1:] + np.cross(q[:, 1:], turn[:, 1:])
+    )
+    return moved
+
+
+def residuals(problem: Problem, point: Point, vector: FloatArray | None = None) -> FloatArray:
+    """Whitened residuals of all windows, one vector (rows,)."""
+    raw = innovations(
+        problem.stack,
+        problem.vector(point.steps) if vector is None else vector,
+        problem.starts(point.starts),
+    )
+    return whitened(problem.stack, raw) - problem.shared.whitened(point.shared)
+
+
+def derivatives(problem: Problem, point: Point) -> Derivatives:
+    """Forward differences, one simulation of all windows a column, over threads."""
+    base = residuals(problem, point)
+    count = len(problem.parameters)
+    used = np.flatnonzero(problem.start_scales.any(axis=0))
+
+    def column(index: int) -> FloatArray:
+        if index < count:
+            steps = point.steps.copy()
+            steps[index] += _PARAMETER_STEP
+            moved = residuals(problem, Point(steps, point.shared, point.starts))
+            return np.asarray((base - moved) / _PARAMETER_STEP)
+        if index == count:
+            vector = problem.vector(point.steps)
+            read(vector, "thrust_gain")[:] *= 1.0 + _PARAMETER_STEP
+            return np.asarray((base - residuals(problem, point, vector)) / _PARAMETER_STEP)
+        starts = point.starts.copy()
+        starts[:, used[index - count - 1]] += _START_STEP
+        moved = residuals(problem, Point(point.steps, point.shared, starts))
+        return np.asarray((base - moved) / _START_STEP)
+
+    with ThreadPoolExecutor(problem.threads) as pool:
+        columns = list(pool.map(column, range(count + 1 + used.size)))
+    # a window that runs away as soon as it is touched says nothing about where to go
+    columns = [np.where(np.isfinite(one), one, 0.0) for one in columns]
+    by_start = np.zeros((base.size, 12))
+    by_start[:, used] = np.stack(columns[count + 1 :], axis=1)
+    return Derivatives(
+        base,
+        np.stack(columns[:count], axis=1) if count else np.zeros((base.size, 0)),
+        by_start,
+        columns[count],
+    )

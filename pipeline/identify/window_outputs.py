@@ -1,0 +1,261 @@
+"""What the model says the sensors would read in each window, and how far off the readings are.
+
+All windows are simulated apart, each from its own start; their samples lie one after another in
+one array, so that every channel is computed once for all windows.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.windows import Window
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.run import run
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+DOWN = np.array([0.0, 0.0, 1.0])
+#: Quantities whose constant offset is estimated, one a run: columns among a run's offsets.
+OFFSETS = {"angular_velocity": slice(0, 3), "specific_force": slice(3, 6), "depth": slice(6, 7)}
+OFFSET_COUNT = 7
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The readings of one channel over all windows.
+
+    `sample` (k,) index into the stacked samples, `window` (k,), `measured` (k, c), `blocks` one
+    (rows, whitener) a set of windows with the same sampling: rows (n, j) of n windows, and the
+    number or matrix (j, j) that makes their noise white with unit variance.
+    """
+
+    channel: ChannelNoise
+    sample: IntArray
+    window: IntArray
+    measured: FloatArray
+    blocks: tuple[tuple[IntArray, FloatArray | float], ...]
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Windows ready to be simulated together; `scale` widens a channel's noise by its quantity."""
+
+    packed: PackedVehicle
+    windows: tuple[Window, ...]
+    rows: tuple[Rows, ...]
+    order: IntArray
+    bounds: IntArray
+    owner: IntArray
+    """(all residuals,): index of the channel in `rows`, in the order of the residuals."""
+    scale: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def starts(self) -> FloatArray:
+        """Guessed first states (windows, STATE)."""
+        return np.stack([window.start for window in self.windows])
+
+
+def stack_windows(
+    packed: PackedVehicle,
+    windows: Sequence[Window],
+    channels: Sequence[ChannelNoise],
+    *,
+    scale: dict[str, float] | None = None,
+) -> Stack:
+    """Prepare windows for `residuals`.
+
+    `scale` multiplies the stated noise of a quantity, where residuals have shown it to be larger.
+    """
+    factors = scale or {}
+    offsets = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in windows])])
+    rows, owner_window, owner_channel = [], [], []
+    for channel in channels:
+        samples, numbers, values, begin = [], [], [], 0
+        alike: dict[bytes, tuple[FloatArray, float, list[IntArray]]] = {}
+        for number, window in enumerate(windows):
+            if channel.quantity not in window.readings:
+                continue
+            index, measured = window.readings[channel.quantity]
+            samples.append(offsets[number] + index)
+            numbers.append(np.full(index.size, number))
+            values.append(measured)
+            time_s = np.asarray(index * window.step_s)
+            key = np.round([*time_s, window.duration_s], 6).tobytes()
+            group = alike.setdefault(key, (time_s, window.duration_s, []))
+            group[2].append(np.arange(begin, begin + index.size))
+            begin += index.size
+        if not samples:
+            continue
+        rows.append(
+            Rows(
+                channel,
+                np.concatenate(samples),
+                np.concatenate(numbers),
+                np.concatenate(values),
+                tuple(
+                    (
+                        np.stack(members),
+                        _whitener(channel, time_s, duration_s) / factors.get(channel.quantity, 1.0),
+                    )
+                    for time_s, duration_s, members in alike.values()
+                ),
+            )
+        )
+        width = 3 if channel.quantity == "attitude" else rows[-1].measured.shape[1]
+        owner_window.append(np.repeat(rows[-1].window, width))
+        owner_channel.append(np.full(owner_window[-1].size, len(rows) - 1))
+    windows_of_rows = np.concatenate(owner_window)
+    order = np.argsort(windows_of_rows, kind="stable")
+    bounds = np.searchsorted(windows_of_rows[order], np.arange(len(windows) + 1))
+    return Stack(
+        packed,
+        tuple(windows),
+        tuple(rows),
+        order,
+        bounds,
+        np.concatenate(owner_channel)[order],
+        dict(factors),
+    )
+
+
+def _whitener(channel: ChannelNoise, time_s: FloatArray, duration_s: float) -> FloatArray | float:
+    """Inverse of the standard deviation, or of the Cholesky factor of white noise plus wander.
+
+    The wander's values at both ends of the window are unknowns of their own (`run_nuisance`); left
+    is the bridge between them, of covariance 2 sinh(a / tau) sinh(b / tau) / sinh(T / tau) with a
+    the earlier time counted from the begin and b the later one counted to the end.
+    """
+    if channel.wander <= 0.0:
+        return 1.0 / channel.white
+    tau = channel.wander_s
+    early = np.minimum(time_s[:, None], time_s[None, :]) / tau
+    late = (duration_s - np.maximum(time_s[:, None], time_s[None, :])) / tau
+    whole = duration_s / tau
+    # written with decaying exponentials, so that a long window does not overflow
+    bridge = np.exp(early + late - whole) * np.expm1(-2 * early) * np.expm1(-2 * late)
+    bridge /= -np.expm1(-2 * whole)
+    covariance = channel.wander**2 * bridge
+    covariance[np.diag_indices(time_s.size)] += channel.white**2
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
+
+
+#: A window whose velocity exceeds this has run away. [m/s, rad/s]
+_FASTEST = 1e3
+
+
+def simulate_windows(
+    stack: Stack, vector: FloatArray, starts: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Stacked states (samples, 13) and accelerations (samples, 6) of all windows.
+
+    A window whose simulation runs away holds NaN from its start.
+    """
+    states, rates = [], []
+    for window, start in zip(stack.windows, starts, strict=True):
+        count = len(window.command) + 1
+        state, rate = np.full((count, 13), np.nan), np.full((count, 6), np.nan)
+        try:
+            found = run(
+                stack.packed, window.command, dt_s=window.step_s, vector=vector, start=start
+            )
+        except CannotComputeError:
+            pass
+        else:
+            if np.abs(found.nu).max() <= _FASTEST:
+                state = np.concatenate([found.position_ned_m, found.quaternion, found.nu], axis=1)
+                rate = found.nu_dot
+        states.append(state)
+        rates.append(rate)
+    return np.concatenate(states), np.concatenate(rates)
+
+
+def innovations(
+    stack: Stack, vector: FloatArray, starts: FloatArray, offsets: FloatArray | None = None
+) -> list[FloatArray]:
+    """Measured minus predicted, one (k, c) a channel in its unit; attitude as a body rotation.
+
+    Parameters
+    ----------
+    stack : Stack
+        Windows.
+    vector : ndarray
+        Parameter vector.
+    starts : ndarray, shape (windows, STATE)
+        First states.
+    offsets : ndarray, shape (runs, OFFSET_COUNT), optional
+        Of angular velocity [rad/s], specific force [m/s^2] and depth [m]; zero otherwise.
+    """
+    state, rate = simulate_windows(stack, vector, starts)
+    gravity = stack.packed.context.gravity_mps2
+    run_of = np.array([window.run for window in stack.windows])
+    found = []
+    for rows in stack.rows:
+        x, x_dot = state[rows.sample], rate[rows.sample]
+        place = np.array(rows.channel.place_m)
+        found.append(
+            rows.measured - predicted_reading(rows.channel.quantity, x, x_dot, place, gravity)
+            if rows.channel.quantity != "attitude"
+            else turn_between(x[:, 3:7], rows.measured)
+        )
+        if offsets is not None and rows.channel.quantity in OFFSETS:
+            columns = OFFSETS[rows.channel.quantity]
+            found[-1] = found[-1] - offsets[run_of[rows.window], columns]
+    return found
+
+
+def predicted_reading(
+    quantity: str, x: FloatArray, x_dot: FloatArray, place: FloatArray, gravity: float
+) -> FloatArray:
+    """Return readings (k, c) at `place` from states (k, 13) and accelerations (k, 6)."""
+    velocity, omega = x[:, 7:10], x[:, 10:13]
+    if quantity == "angular_velocity":
+        return omega
+    if quantity == "velocity":
+        return np.asarray(velocity + np.cross(omega, place))
+    if quantity == "position":
+        return x[:, 0:3]
+    # the down axis in body coordinates: last row of the rotation matrix
+    w, i, j, k = x[:, 3], x[:, 4], x[:, 5], x[:, 6]
+    down = np.stack([2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)], axis=1)
+    if quantity == "depth":
+        return np.asarray(x[:, 2:3] + down @ place[:, None])
+    return np.asarray(
+        x_dot[:, :3]
+        + np.cross(omega, velocity)
+        + np.cross(x_dot[:, 3:], place)
+        + np.cross(omega, np.cross(omega, place))
+        - gravity * down
+    )
+
+
+def turn_between(predicted: FloatArray, measured: FloatArray) -> FloatArray:
+    """Rotation vector (k, 3) in body axes from the predicted to the measured attitude."""
+    if np.isnan(predicted).any():
+        return np.full((len(predicted), 3), np.nan)
+    inverse = Rotation.from_quat(predicted[:, [1, 2, 3, 0]]).inv()
+    return np.asarray((inverse * Rotation.from_quat(measured[:, [1, 2, 3, 0]])).as_rotvec())
+
+
+def whitened(stack: Stack, raw: Sequence[FloatArray]) -> FloatArray:
+    """One vector of unit-variance residuals, window after window, from `innovations`."""
+    parts = []
+    for rows, values in zip(stack.rows, raw, strict=True):
+        out = np.empty_like(values)
+        for members, whitener in rows.blocks:
+            if isinstance(whitener, float):
+                out[members] = values[members] * whitener
+            else:
+                # einsum, not matmul: BLAS would start threads of its own for these small products
+                out[members] = np.einsum("ij,njc->nic", whitener, values[members])
+        parts.append(out.ravel())
+    return np.concatenate(parts)[stack.order]
+
+
+def observed_positions(stack: Stack) -> BoolArray:
+    """Whether north, east, down show in the readings, (3,)."""
+    quantities = {rows.channel.quantity for rows in stack.rows}
+    plane = "position" in quantities
+    return np.array([plane, plane, plane or "depth" in quantities])

@@ -1,0 +1,214 @@
+"""How well a model predicts windows that took no part in the fit, beside naive baselines.
+
+The first quarter of a window shows where the vehicle is: its first state is estimated from those
+readings alone. What comes after is predicted from the commands and compared with the readings.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.black_box import BlackBox
+from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.output_error import solve
+from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.window_derivatives import Problem
+from pipeline.identify.window_outputs import (
+    OFFSET_COUNT,
+    OFFSETS,
+    Stack,
+    innovations,
+    stack_windows,
+)
+from pipeline.identify.windows import Window
+from pipeline.records.identification import ChannelQuality
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import BoolArray, FloatArray
+
+#: Share of a window from which its first state is estimated.
+LEAD_SHARE = 0.25
+
+
+def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
+    packed: PackedVehicle,
+    vector: FloatArray,
+    windows: Sequence[Window],
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    black_box: BlackBox | None,
+    *,
+    offsets: FloatArray | None = None,
+    threads: int = 2,
+) -> tuple[ChannelQuality, ...]:
+    """Errors per channel of the identified vehicle and of the baselines.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle; its own vector is the baseline "vehicle file".
+    vector : ndarray
+        The identified parameter vector.
+    windows : sequence of Window
+        Windows that took no part in the fit.
+    runs : sequence of RunTable
+        The runs that the windows are cut from, by the windows' `run`.
+    channels : sequence of ChannelNoise
+        What was measured.
+    black_box : BlackBox or None
+        Fitted on the windows of the fit.
+    offsets : ndarray, shape (runs, OFFSET_COUNT), optional
+        The runs' offsets, zero otherwise.
+    """
+    kept = [w for w in windows if _lead(w).readings]
+    if not kept:
+        return ()
+    known = np.zeros((len(runs), OFFSET_COUNT)) if offsets is None else offsets
+    whole = stack_windows(packed, kept, channels)
+    identified = _errors(packed, vector, kept, channels, known, whole, threads)
+    nominal = _errors(packed, packed.vector, kept, channels, known, whole, threads)
+    held = _held_errors(whole)
+    learned = None if black_box is None else _black_box_errors(whole, runs, black_box)
+    horizon = (1.0 - LEAD_SHARE) * float(np.mean([w.duration_s for w in kept]))
+    found = []
+    for number, rows in enumerate(whole.rows):
+        later = _later(whole, number)
+        box = None if learned is None else learned.get(rows.channel.quantity)
+        found.append(
+            ChannelQuality(
+                channel=rows.channel.quantity,
+                unit=rows.channel.unit,
+                horizon_s=horizon,
+                readings=int(later.sum()),
+                sensor_noise=float(np.hypot(rows.channel.white, rows.channel.wander)),
+                rmse_identified=_rms(identified[number][later]),
+                rmse_vehicle_file=_rms(nominal[number][later]),
+                rmse_last_value=_rms(_known(held[number][later])),
+                rmse_black_box=None if box is None else _rms(_known(box[later])),
+            )
+        )
+    return tuple(found)
+
+
+def _rms(values: FloatArray) -> float | None:
+    """Root mean square; None of nothing, or where a prediction ran away."""
+    if not values.size or not np.isfinite(values).all():
+        return None
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _known(values: FloatArray) -> FloatArray:
+    """Rows (k, c) for which the baseline had something to start from."""
+    return np.asarray(values[np.isfinite(values).all(axis=1)])
+
+
+def _lead(window: Window) -> Window:
+    """Keep the readings of a window's first part only."""
+    last = round(LEAD_SHARE * len(window.command))
+    readings = {}
+    for quantity, (index, values) in window.readings.items():
+        early = index <= last
+        if early.any():
+            readings[quantity] = (index[early], values[early])
+    return replace(window, readings=readings)
+
+
+def _later(stack: Stack, number: int) -> BoolArray:
+    """Which readings of a channel lie beyond the lead, (k,)."""
+    rows = stack.rows[number]
+    lengths = np.array([len(w.command) for w in stack.windows])
+    begins = np.concatenate([[0], np.cumsum(lengths + 1)])[:-1]
+    inside = rows.sample - begins[rows.window]
+    return np.asarray(inside > np.round(LEAD_SHARE * lengths[rows.window]))
+
+
+def _errors(  # noqa: PLR0917 - one caller
+    packed: PackedVehicle,
+    vector: FloatArray,
+    windows: Sequence[Window],
+    channels: Sequence[ChannelNoise],
+    offsets: FloatArray,
+    whole: Stack,
+    threads: int,
+) -> list[FloatArray]:
+    """Estimate the starts from the lead, then predict all of each window."""
+    lead = _shifted(stack_windows(packed, [_lead(w) for w in windows], channels), offsets)
+    shared = run_nuisance(lead, len(offsets), offsets=False)
+    problem = Problem(lead, (), vector, shared, threads)
+    try:
+        fitted = solve(problem, smallest_gain=0.5)
+    except CannotComputeError:
+        # the model runs away within the lead already
+        return [np.full((rows.sample.size, 1), np.nan) for rows in whole.rows]
+    return innovations(whole, vector, problem.starts(fitted.point.starts), offsets)
+
+
+def _shifted(stack: Stack, offsets: FloatArray) -> Stack:
+    """Take the runs' known offsets off the readings."""
+    run_of = np.array([w.run for w in stack.windows])
+    rows = []
+    for one in stack.rows:
+        if one.channel.quantity not in OFFSETS:
+            rows.append(one)
+            continue
+        off = offsets[run_of[one.window], OFFSETS[one.channel.quantity]]
+        rows.append(replace(one, measured=one.measured - off))
+    return replace(stack, rows=tuple(rows))
+
+
+def _held_errors(stack: Stack) -> list[FloatArray]:
+    """Errors of holding the last reading of the lead."""
+    found = []
+    for number, rows in enumerate(stack.rows):
+        later = _later(stack, number)
+        width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
+        errors = np.full((rows.sample.size, width), np.nan)
+        for window in np.unique(rows.window):
+            own = rows.window == window
+            early = np.flatnonzero(own & ~later)
+            if early.size:
+                errors[own] = difference(
+                    rows.channel.quantity, rows.measured[own], rows.measured[early[-1]][None]
+                )
+        found.append(errors)
+    return found
+
+
+def difference(quantity: str, measured: FloatArray, predicted: FloatArray) -> FloatArray:
+    """Measured minus predicted; for attitude the body rotation between them."""
+    if quantity != "attitude":
+        return np.asarray(measured - predicted)
+    predicted = np.broadcast_to(predicted, measured.shape)
+    inverse = Rotation.from_quat(predicted[:, [1, 2, 3, 0]]).inv()
+    return np.asarray((inverse * Rotation.from_quat(measured[:, [1, 2, 3, 0]])).as_rotvec())
+
+
+def _black_box_errors(
+    stack: Stack, runs: Sequence[RunTable], box: BlackBox
+) -> dict[str, FloatArray]:
+    """Errors of the black box, started from the last samples of each lead."""
+    found = {}
+    lengths = np.array([len(w.command) for w in stack.windows])
+    begins = np.concatenate([[0], np.cumsum(lengths + 1)])[:-1]
+    predicted = [
+        box.predict(runs[w.run], w.begin_s + LEAD_SHARE * w.duration_s, w.begin_s + w.duration_s)
+        for w in stack.windows
+    ]
+    for rows in stack.rows:
+        quantity = rows.channel.quantity
+        width = 3 if quantity == "attitude" else rows.measured.shape[1]
+        errors = np.full((rows.sample.size, width), np.nan)
+        for number in np.unique(rows.window):
+            forecast = predicted[number]
+            if forecast is None or quantity not in forecast.values:
+                continue
+            own = rows.window == number
+            window = stack.windows[number]
+            time_s = window.begin_s + window.step_s * (rows.sample[own] - begins[number])
+            errors[own] = difference(quantity, rows.measured[own], forecast.at(quantity, time_s))
+        if np.isfinite(errors).any():
+            found[quantity] = errors
+    return found

@@ -1,0 +1,227 @@
+"""Cut runs into windows for the output-error fit: commands, readings, where each window starts."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.applied_wrench import actuator_states
+from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+#: The kernel is not run finer than this; a finer table is thinned. [s]
+SHORTEST_STEP_S = 0.02
+#: Readings used of each channel, at most, per second.
+FASTEST_HZ = 12.5
+#: A window that has less than this share of a channel's usual readings goes without the channel.
+SMALLEST_SHARE = 0.3
+WINDOW_S = 8.0
+#: Without velocity, speed shows only in what it leads to: longer windows tell more of it.
+BLIND_WINDOW_S = 20.0
+
+
+@dataclass(frozen=True)
+class Window:
+    """A piece of a run.
+
+    `command` (m, n) held for `step_s` each; `start` (STATE,) kernel state guessed from the
+    measurements; `known` (6,) whether linear (0-2) and angular (3-5) velocity there was measured;
+    `readings` quantity -> (sample within the window (k,), values (k, c)).
+    """
+
+    run: int
+    begin_s: float
+    step_s: float
+    command: FloatArray
+    start: FloatArray
+    known: BoolArray
+    readings: dict[str, tuple[IntArray, FloatArray]]
+
+    @property
+    def duration_s(self) -> float:
+        """Length of the window [s]."""
+        return self.step_s * len(self.command)
+
+
+def cut(
+    packed: PackedVehicle,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    window_s: float | None = None,
+    *,
+    vector: FloatArray | None = None,
+) -> list[Window]:
+    """Cut runs into consecutive windows.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle, for the thrusters' state at each start.
+    runs : sequence of RunTable
+        Measured or simulated runs.
+    channels : sequence of ChannelNoise
+        What to use.
+    window_s : float, optional
+        Length; `WINDOW_S`, or `BLIND_WINDOW_S` where no run has velocity. [s]
+    vector : ndarray, optional
+        Parameter vector in place of the nominal one, for the thrusters' state.
+
+    Raises
+    ------
+    CannotComputeError
+        If no run has commands, or nothing that was measured.
+    """
+    if window_s is None:
+        sighted = any(was_measured(run, q) for run in runs for q in ("velocity", "position"))
+        window_s = WINDOW_S if sighted else BLIND_WINDOW_S
+    found = [
+        window
+        for number, run in enumerate(runs)
+        for window in _cut_run(packed, run, number, channels, window_s, vector)
+    ]
+    if not found:
+        raise CannotComputeError(
+            f"{', '.join(run.name for run in runs) or 'no run'}: no stretch of {window_s / 2:g} s "
+            "with commands and at least one of "
+            + ", ".join(QUANTITIES)
+            + "; there is nothing to identify from"
+        )
+    return found
+
+
+def _cut_run(  # noqa: PLR0917 - one caller
+    packed: PackedVehicle,
+    run: RunTable,
+    number: int,
+    channels: Sequence[ChannelNoise],
+    window_s: float,
+    vector: FloatArray | None,
+) -> list[Window]:
+    if not was_measured(run, "command") or run.time_s.size < 3:
+        return []
+    period = float(np.median(np.diff(run.time_s)))
+    stride = max(int(np.floor(SHORTEST_STEP_S / period + 1e-6)), 1)
+    step = period * stride
+    command = np.nan_to_num(run.values["command"])
+    actuator = actuator_states(packed, command, period, vector=vector)[:-1]
+    picks = {c.quantity: readings_of(run, c.quantity, c.rate_hz) for c in channels}
+    length = max(round(window_s / step), 2) * stride
+    windows = []
+    for begin, last in _begins(run.valid["command"], length):
+        end = min(begin + length, last)
+        end -= (end - begin) % stride
+        if end - begin < length // 2:
+            continue
+        readings = {}
+        for channel in channels:
+            index = picks[channel.quantity]
+            inside = index[(index >= begin) & (index <= end)]
+            usual = min(channel.rate_hz, FASTEST_HZ) * (end - begin) * period
+            if inside.size >= max(SMALLEST_SHARE * usual, 1):
+                sample = np.round((inside - begin) / stride).astype(int)
+                readings[channel.quantity] = (sample, run.values[channel.quantity][inside])
+        if not readings:
+            continue
+        start, known = _start(run, begin, end, channels)
+        start[BODY : BODY + actuator.shape[1]] = actuator[begin]
+        windows.append(
+            Window(
+                number,
+                float(run.time_s[begin]),
+                step,
+                command[begin:end:stride],
+                start,
+                known,
+                readings,
+            )
+        )
+    return windows
+
+
+def _begins(known: BoolArray, length: int) -> list[tuple[int, int]]:
+    """First sample of each window and the last one it may have, stretch by stretch of commands.
+
+    A gap in the commands ends a stretch, and the next one begins with its own first window.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], known[:-1].astype(int), [0]])))
+    return [
+        (begin, int(last))
+        for first, last in zip(edges[::2], edges[1::2], strict=True)
+        for begin in range(int(first), int(last), length)
+    ]
+
+
+def readings_of(
+    run: RunTable, quantity: str, rate_hz: float, fastest_hz: float = FASTEST_HZ
+) -> IntArray:
+    """Find the samples of a table that hold a reading of their own, thinned to `fastest_hz`.
+
+    Where the table does not mark its readings, one sample a period of the sensor is taken, at the
+    phase at which the interpolated channel bends most: that is where its readings are.
+    """
+    if quantity not in run.values:
+        return np.zeros(0, int)
+    valid = run.valid[quantity] & np.isfinite(run.values[quantity]).all(axis=1)
+    period = float(np.median(np.diff(run.time_s)))
+    if quantity in run.reading:
+        index = np.flatnonzero(valid & run.reading[quantity])
+    else:
+        stride = max(round(1.0 / (rate_hz * period)), 1)
+        bend = np.zeros(run.time_s.size)
+        bend[1:-1] = np.sum(np.diff(run.values[quantity], 2, axis=0) ** 2, axis=1)
+        bend[~valid] = 0.0
+        phase = int(np.argmax([bend[k::stride].sum() for k in range(stride)]))
+        index = np.arange(phase, run.time_s.size, stride)
+        index = index[valid[index]]
+    if not index.size:
+        return index
+    kept, last = [], -np.inf
+    for i in index:
+        if run.time_s[i] - last >= 1.0 / fastest_hz - 0.25 * period:
+            kept.append(i)
+            last = run.time_s[i]
+    return np.array(kept, int)
+
+
+def _start(
+    run: RunTable, begin: int, end: int, channels: Sequence[ChannelNoise]
+) -> tuple[FloatArray, BoolArray]:
+    """Guess a window's first state from the first trusted sample of every channel."""
+    state, known = np.zeros(STATE), np.zeros(6, bool)
+    state[3] = 1.0
+    place = {c.quantity: np.array(c.place_m) for c in channels}
+
+    def first(quantity: str) -> FloatArray | None:
+        if quantity not in run.values:
+            return None
+        trusted = np.flatnonzero(
+            run.valid[quantity][begin : end + 1]
+            & np.isfinite(run.values[quantity][begin : end + 1]).all(axis=1)
+        )
+        return run.values[quantity][begin + trusted[0]] if trusted.size else None
+
+    attitude, rate, velocity = first("attitude"), first("angular_velocity"), first("velocity")
+    depth, position, force = first("depth"), first("position"), first("specific_force")
+    if attitude is not None:
+        state[3:7] = attitude / np.linalg.norm(attitude)
+    elif force is not None:
+        # the accelerometer at rest shows where up is
+        roll, pitch = np.arctan2(-force[1], -force[2]), np.arctan2(force[0], np.hypot(*force[1:]))
+        x, y, z, w = Rotation.from_euler("ZYX", [0.0, pitch, roll]).as_quat()
+        state[3:7] = (w, x, y, z)
+    if rate is not None:
+        state[10:13], known[3:] = rate, True
+    if velocity is not None:
+        state[7:10] = velocity - np.cross(state[10:13], place["velocity"])
+        known[:3] = True
+    if position is not None:
+        state[0:3] = position
+    if depth is not None:
+        turn = Rotation.from_quat(state[[4, 5, 6, 3]])
+        state[2] = depth[0] - turn.apply(place["depth"])[2]
+    return state, known

@@ -1,0 +1,185 @@
+"""Schema of ``identification.json``: what the runs of a vehicle say about its model."""
+
+from typing import Literal
+
+from pipeline.records.base import Record
+
+Interval = tuple[float, float]
+
+
+class IdentifiedParameter(Record):
+    """One parameter of the whole-vehicle fit, in `unit`.
+
+    `ci95` holds with the thrust as the bench gives it; `ci95_with_thrust` adds what the thrust's
+    stated uncertainty (a common factor) does to the value. `posterior_over_prior` near 1: the runs
+    say nothing that the vehicle file did not. `identified` is false above the limit of the fit, and
+    `reason` says why or how well.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    value: float
+    std: float
+    ci95: Interval
+    ci95_with_thrust: Interval
+    prior_value: float
+    prior_std: float
+    posterior_over_prior: float
+    inflation: float
+    """Factor on the Fisher standard deviation, for residuals that go together."""
+    identified: bool
+    reason: str
+
+
+class Correlation(Record):
+    """Two parameters that the runs hardly tell apart."""
+
+    first: str
+    second: str
+    coefficient: float
+
+
+class ChannelQuality(Record):
+    """How well a channel is predicted over windows that took no part in the fit.
+
+    Root mean square errors over `horizon_s` from a start that is estimated from the readings before
+    it, in `unit`; `sensor_noise` is that of one reading. The baselines: the vehicle file before the
+    fit, the last value held, and a linear black box. None where a prediction ran away, or a
+    baseline has nothing to start from.
+    """
+
+    channel: str
+    unit: str
+    horizon_s: float
+    readings: int
+    sensor_noise: float
+    rmse_identified: float | None
+    rmse_vehicle_file: float | None
+    rmse_last_value: float | None
+    rmse_black_box: float | None
+
+
+class ChannelNoiseFound(Record):
+    """Scatter of a channel's residuals in the fit over the stated noise."""
+
+    channel: str
+    unit: str
+    stated_noise: float
+    scale: float
+    """Factor that the fit put on the stated noise; 1 where the residuals bear it out."""
+    residual_over_noise: float
+
+
+class ManoeuvreGain(Record):
+    """What one more run of a manoeuvre would leave of a parameter's standard deviation."""
+
+    parameter: str
+    manoeuvre: str
+    duration_s: float
+    posterior_over_prior: float
+
+
+class VehicleIdentification(Record):
+    """The whole-vehicle fit."""
+
+    vehicle: str
+    runs: tuple[str, ...]
+    holdout: tuple[str, ...]
+    windows: int
+    holdout_windows: int
+    window_s: float
+    readings: int
+    iterations: int
+    converged: bool
+    thrust_uncertainty: float
+    parameters: tuple[IdentifiedParameter, ...]
+    correlations: tuple[Correlation, ...]
+    cannot_identify: tuple[str, ...]
+    """One plain sentence a parameter."""
+    next_manoeuvres: tuple[ManoeuvreGain, ...]
+    """For each parameter that was not identified the best manoeuvre, if one helps."""
+    noise: tuple[ChannelNoiseFound, ...]
+    quality: tuple[ChannelQuality, ...]
+    notes: tuple[str, ...]
+
+
+class SlopeEstimate(Record):
+    """Added mass from the slope of acceleration against thrust, by one estimator [kg]."""
+
+    estimator: str
+    slope_per_kg: float
+    total_mass_kg: float
+    added_mass_kg: float
+    ci95_kg: Interval | None
+    """Of the added mass; None where the slope's interval holds zero and so bounds no mass."""
+    note: str
+
+
+class RegressionTerm(Record):
+    """A regressor of the straight-line method and its coefficient."""
+
+    name: str
+    unit: str
+    coefficient: float
+    ci95: Interval
+
+
+class Segment(Record):
+    """A straight stretch of a run."""
+
+    run: str
+    from_s: float
+    to_s: float
+    largest_turn_rate_radps: float
+    largest_drift: float
+    """Largest ratio of sideways to forward speed."""
+
+
+class StraightLineIdentification(Record):
+    """The paper's method on straight segments, without and with the terms that it omits."""
+
+    vehicle: str
+    axis: str
+    segments: tuple[Segment, ...]
+    seconds: float
+    smoother: str
+    bandwidth_hz: float
+    acceleration_noise_mps2: float
+    thrust_noise_n: float
+    reliability: float
+    """1 less the share of the thrust's variance that is noise: what attenuates the plain slope."""
+    dry_mass_kg: float
+    plain: tuple[SlopeEstimate, ...]
+    with_terms: SlopeEstimate | None
+    terms: tuple[RegressionTerm, ...]
+    warnings: tuple[str, ...]
+
+
+class RunRead(Record):
+    """A log that took part: seconds of it, what was measured, what the reader warned of."""
+
+    name: str
+    file: str
+    sha256: str
+    seconds: float
+    quantities: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+class Identification(Record):
+    """Everything that `rig2sea identify` found."""
+
+    schema_version: Literal[1] = 1
+    vehicle: str
+    vehicle_file_sha256: str
+    rig2sea_version: str
+    runs: tuple[RunRead, ...]
+    holdout: tuple[RunRead, ...]
+    whole_vehicle: VehicleIdentification | None
+    why_no_whole_vehicle: str
+    straight_line: tuple[StraightLineIdentification, ...]
+    why_no_straight_line: dict[str, str]
+    """Axis -> why the slope was not computed along it."""
+    warnings: tuple[str, ...]
+    elapsed_s: float

@@ -1,0 +1,99 @@
+"""Run the coverage campaign of the identification: many seeds, one line each, stoppable.
+
+    python -m pipeline.stages.coverage_campaign mmt300 --seeds 300 --to coverage.jsonl
+    python -m pipeline.stages.coverage_campaign --summary coverage.jsonl
+
+A campaign that was stopped goes on where it was; what a seed is made of depends on nothing but its
+number. The table names the seeds, so that a part of them can be run and shown too.
+"""
+
+import argparse
+import json
+import os
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+from pipeline.identify.coverage import EXCITING, RUN_S, Campaign, one_seed, table
+from pipeline.stages.simulated_vehicle import load_simulated
+
+
+def load_campaign(
+    vehicle: str, raw: Path, out: Path, *, manoeuvres: tuple[str, ...], run_s: float, thrust: bool
+) -> Campaign:
+    """Read the vehicle and what the bench gave of it."""
+    one = load_simulated(vehicle, raw, out)
+    return Campaign(one.vehicle, one.packed, manoeuvres, run_s, thrust)
+
+
+def lines_of(file: Path) -> list[dict[str, Any]]:
+    """Lines that a campaign has written; a last line that was cut off is left out."""
+    if not file.exists():
+        return []
+    found = []
+    for line in file.read_text(encoding="utf-8").splitlines():
+        try:
+            found.append(json.loads(line))
+        except json.JSONDecodeError:
+            continue
+    return found
+
+
+def run_campaign(campaign: Campaign, file: Path, *, first: int, seeds: int, workers: int) -> None:
+    """Run the seeds that the file does not hold yet, and append a line for each."""
+    known = {line["seed"] for line in lines_of(file)}
+    wanted = [seed for seed in range(first, first + seeds) if seed not in known]
+    cut_off = file.exists() and not file.read_bytes().endswith(b"\n") and file.stat().st_size > 0
+    with file.open("a", encoding="utf-8") as out:
+        if cut_off:
+            out.write("\n")
+        if workers == 1:
+            for seed in wanted:
+                _keep(out, one_seed(campaign, seed))
+            return
+        with ProcessPoolExecutor(workers) as pool:
+            for line in pool.map(one_seed, [campaign] * len(wanted), wanted):
+                _keep(out, line)
+
+
+def _keep(out: Any, line: dict[str, Any]) -> None:  # noqa: ANN401 - an open text file
+    out.write(json.dumps(line) + "\n")
+    out.flush()
+    print(f"seed {line['seed']}: {line['elapsed_s']:.1f} s", flush=True)
+
+
+def main() -> None:
+    """Run the command."""
+    # each process has one core: linear algebra is not to start threads on top
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("vehicle", nargs="?", default="mmt300", help="name, folder or bundled")
+    parser.add_argument("--manoeuvres", default=",".join(EXCITING))
+    parser.add_argument("--run-s", type=float, default=RUN_S, help="length of each run")
+    parser.add_argument("--seeds", type=int, default=300)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--workers", type=int, default=1)
+    parser.add_argument("--thrust", action="store_true", help="draw the thrust's factor too")
+    parser.add_argument("--raw", type=Path, default=Path("raw"))
+    parser.add_argument("--out", type=Path, default=Path(), help="folder that holds processed/")
+    parser.add_argument("--to", type=Path, help="result file, one line a seed")
+    parser.add_argument("--summary", type=Path, help="show the table of a result file and stop")
+    wanted = parser.parse_args()
+    if wanted.summary is not None:
+        print(table(lines_of(wanted.summary)))
+        return
+    campaign = load_campaign(
+        wanted.vehicle,
+        wanted.raw,
+        wanted.out,
+        manoeuvres=tuple(wanted.manoeuvres.split(",")),
+        run_s=wanted.run_s,
+        thrust=wanted.thrust,
+    )
+    file = wanted.to or Path(f"coverage-{campaign.packed.name}.jsonl")
+    run_campaign(campaign, file, first=wanted.first, seeds=wanted.seeds, workers=wanted.workers)
+    print(table(lines_of(file)))
+
+
+if __name__ == "__main__":
+    main()

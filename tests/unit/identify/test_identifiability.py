@@ -1,0 +1,99 @@
+"""What runs cannot identify, and whether the manoeuvre that is named would."""
+
+import numpy as np
+import pytest
+
+from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.identify import identifiability
+from pipeline.identify.coverage import Campaign, simulated_runs
+from pipeline.identify.identifiability import manoeuvre_information
+from pipeline.identify.parameter_intervals import NOT_IDENTIFIED
+from pipeline.identify.vehicle_parameters import free_parameters
+from pipeline.identify.whole_vehicle import identify_vehicle
+from pipeline.records.identification import VehicleIdentification
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.vehicle.schema import Vehicle
+
+ONLY = ("added_mass_surge", "added_mass_yaw", "quadratic_damping_surge", "quadratic_damping_yaw")
+
+
+@pytest.fixture(scope="module")
+def vehicle() -> Vehicle:
+    return load_vehicle(bundled_vehicle("rov8"))
+
+
+@pytest.fixture(scope="module")
+def packed(vehicle: Vehicle) -> PackedVehicle:
+    return pack_vehicle(vehicle)
+
+
+def identified_from(
+    vehicle: Vehicle, packed: PackedVehicle, *manoeuvres: str, suggest: bool = True
+) -> VehicleIdentification:
+    assert vehicle.sensors is not None
+    runs = simulated_runs(Campaign(vehicle, packed, manoeuvres, 40.0), packed.vector, 5)
+    return identify_vehicle(packed, vehicle.sensors, runs, only=ONLY, suggest=suggest)
+
+
+@pytest.fixture(scope="module")
+def straight_only(vehicle: Vehicle, packed: PackedVehicle) -> VehicleIdentification:
+    """Suggestions from a short list, to be quick."""
+    some = {name: MANOEUVRES[name] for name in ("hover", "surge_steps", "zig_zag")}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(identifiability, "MANOEUVRES", some)
+        return identified_from(vehicle, packed, "straight")
+
+
+def test_yaw_cannot_be_identified_without_turning(straight_only: VehicleIdentification) -> None:
+    verdict = {p.name: p.identified for p in straight_only.parameters}
+    assert not verdict["quadratic_damping_yaw"]
+    assert verdict["quadratic_damping_surge"]
+    (sentence,) = [t for t in straight_only.cannot_identify if "quadratic_damping_yaw" in t]
+    assert "hardly excite it" in sentence
+    assert "zig_zag" in sentence
+
+
+def test_the_manoeuvre_that_is_named_does_identify(
+    vehicle: Vehicle, packed: PackedVehicle, straight_only: VehicleIdentification
+) -> None:
+    """The prediction is kept when the suggested run is flown."""
+    gains = {g.parameter: g for g in straight_only.next_manoeuvres}
+    named = gains["quadratic_damping_yaw"]
+    assert named.posterior_over_prior < NOT_IDENTIFIED
+    then = identified_from(vehicle, packed, "straight", named.manoeuvre, suggest=False)
+    after = {p.name: p for p in then.parameters}["quadratic_damping_yaw"]
+    assert after.identified
+    # the suggestion counts with a longer run than was flown here
+    assert after.posterior_over_prior < 4 * named.posterior_over_prior
+
+
+def test_a_prior_is_handed_back_where_nothing_is_known(
+    straight_only: VehicleIdentification,
+) -> None:
+    yaw = {p.name: p for p in straight_only.parameters}["quadratic_damping_yaw"]
+    assert yaw.std == pytest.approx(yaw.prior_std * yaw.posterior_over_prior)
+    assert yaw.ci95[0] < yaw.prior_value < yaw.ci95[1]
+
+
+def test_more_excitation_is_more_information(vehicle: Vehicle, packed: PackedVehicle) -> None:
+    assert vehicle.sensors is not None
+    parameters = free_parameters(packed, Uncertainty(), only=ONLY)
+
+    def information(manoeuvre: str) -> np.ndarray:
+        assert vehicle.sensors is not None
+        return manoeuvre_information(
+            packed,
+            vehicle.sensors,
+            parameters,
+            vector=packed.vector,
+            steps=np.zeros(len(parameters)),
+            manoeuvre=manoeuvre,
+            duration_s=32.0,
+        )
+
+    rest, wild = information("hover"), information("multisine")
+    assert np.linalg.eigvalsh(rest).min() > -1e-6 * np.trace(rest)
+    assert (np.diag(wild) > 10 * np.diag(rest)).all()

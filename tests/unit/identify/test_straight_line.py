@@ -1,0 +1,150 @@
+"""The slope of acceleration against thrust: right where its assumptions hold, biased where not."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.errors import CannotComputeError
+from pipeline.identify.slope_regression import (
+    Slope,
+    deming_bootstrap,
+    deming_slope,
+    least_squares,
+    plain_slope,
+    reliability,
+)
+from pipeline.identify.straight_line import estimate, straight_line
+from pipeline.physics.parameters import read
+from pipeline.records.identification import StraightLineIdentification
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.fly import fly
+from pipeline.simulate.log_table import table_of_log
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.simulate.sensors import measure
+from pipeline.types import FloatArray
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.schema import Vehicle
+
+ADDED_KG = 6.36
+
+
+@pytest.fixture(scope="module")
+def vehicle() -> Vehicle:
+    return load_vehicle(bundled_vehicle("rov8"))
+
+
+@pytest.fixture(scope="module")
+def packed(vehicle: Vehicle) -> PackedVehicle:
+    return pack_vehicle(vehicle)
+
+
+def flown(vehicle: Vehicle, packed: PackedVehicle, vector: FloatArray | None = None) -> RunTable:
+    assert vehicle.sensors is not None
+    trajectory = fly(packed, MANOEUVRES["surge_steps"].plan(packed, 1.0, 60.0), vector=vector)
+    log = measure(trajectory, packed, vehicle.sensors, vector=vector, seed=3)
+    return table_of_log(log, vehicle.sensors, name="surge_steps")
+
+
+def identified(
+    vehicle: Vehicle, packed: PackedVehicle, run: RunTable
+) -> StraightLineIdentification:
+    assert vehicle.sensors is not None
+    return straight_line(packed, vehicle.sensors, [run], bandwidth_hz=0.6)
+
+
+def test_without_drag_the_plain_slope_finds_the_added_mass(
+    vehicle: Vehicle, packed: PackedVehicle
+) -> None:
+    """The assumptions hold: nothing acts but thrust and inertia."""
+    vector = packed.vector.copy()
+    read(vector, "linear_damping")[0, 0] = 0.0
+    read(vector, "quadratic_damping")[0] = 0.0
+    found = identified(vehicle, packed, flown(vehicle, packed, vector))
+    for one in found.plain:
+        assert one.ci95_kg is not None
+        assert one.ci95_kg[0] < ADDED_KG < one.ci95_kg[1]
+        assert one.added_mass_kg == pytest.approx(ADDED_KG, abs=1.0)
+
+
+def test_with_drag_the_plain_slope_is_biased_and_the_terms_mend_it(
+    vehicle: Vehicle, packed: PackedVehicle
+) -> None:
+    found = identified(vehicle, packed, flown(vehicle, packed))
+    assert found.with_terms is not None
+    assert found.plain[0].added_mass_kg > 3 * ADDED_KG
+    assert found.with_terms.ci95_kg is not None
+    assert found.with_terms.ci95_kg[0] < ADDED_KG < found.with_terms.ci95_kg[1]
+    assert found.with_terms.added_mass_kg == pytest.approx(ADDED_KG, abs=1.0)
+    assert "quadratic drag" in {term.name for term in found.terms}
+    assert any("plain method's assumptions" in text for text in found.warnings)
+
+
+def test_a_slope_that_may_be_zero_bounds_no_mass() -> None:
+    """1 / slope has no bound where the interval holds zero; else its ends carry over."""
+    assert estimate("", Slope(0.01, 0.02), 10.0, "").ci95_kg is None
+    found = estimate("", Slope(0.05, 0.005), 10.0, "")
+    assert found.added_mass_kg == pytest.approx(10.0)
+    half = 1.959964 * 0.005
+    assert found.ci95_kg == pytest.approx((1 / (0.05 + half) - 10, 1 / (0.05 - half) - 10))
+
+
+def test_a_run_without_velocity_is_refused(vehicle: Vehicle, packed: PackedVehicle) -> None:
+    run = flown(vehicle, packed)
+    blind = {name: values for name, values in run.values.items() if name != "velocity"}
+    with pytest.raises(CannotComputeError, match="no velocity was measured"):
+        identified(vehicle, packed, replace(run, values=blind))
+
+
+def test_deming_is_unbiased_where_least_squares_is_not() -> None:
+    """Noise of half the signal in x: least squares loses a fifth, the other two do not."""
+    generator = np.random.default_rng(2)
+    x = generator.standard_normal(20_000)
+    noisy = x + 0.5 * generator.standard_normal(x.size)
+    y = 3.0 * x + 0.2 * generator.standard_normal(x.size)
+    stretch = np.zeros(x.size, int)
+    plain = plain_slope(noisy, y, stretch, 1).value
+    assert plain == pytest.approx(3.0 / 1.25, rel=0.02)
+    assert plain / reliability(noisy, 0.5) == pytest.approx(3.0, rel=0.02)
+    assert deming_slope(noisy, y, 0.5, 0.2) == pytest.approx(3.0, rel=0.02)
+
+
+@pytest.mark.parametrize("noise", [(0.0, 0.1), (0.1, 0.0), (1e-9, 1.0), (1.0, 1e-9)])
+def test_deming_has_the_limits_of_one_noisy_variable(noise: tuple[float, float]) -> None:
+    generator = np.random.default_rng(3)
+    x = generator.standard_normal(500)
+    y = 2.0 * x + 0.3 * generator.standard_normal(500)
+    covariance = np.cov(x, y)
+    expected = (
+        covariance[0, 1] / covariance[0, 0]
+        if noise[0] < noise[1]
+        else covariance[1, 1] / covariance[0, 1]
+    )
+    assert deming_slope(x, y, *noise) == pytest.approx(expected, rel=1e-6)
+
+
+def test_intervals_honour_autocorrelation() -> None:
+    """A mean over 20 samples of both sides: the scatter of slopes over seeds is what is claimed."""
+    kernel = np.ones(20) / 20
+    slopes, claimed, resampled = [], [], []
+    for seed in range(60):
+        generator = np.random.default_rng(seed)
+        x = np.convolve(generator.standard_normal(1200), kernel, "valid")
+        y = 2.0 * x + np.convolve(generator.standard_normal(1200), kernel, "valid")
+        stretch = np.repeat([0, 1, 2], [400, 400, x.size - 800])
+        found = plain_slope(x, y, stretch, 30)
+        slopes.append(found.value)
+        claimed.append(found.std)
+        if seed < 10:
+            both = deming_bootstrap(x, y, stretch, 60, (1e-6, 1.0), draws=100)
+            resampled.append(both.std)
+    assert np.median(claimed) == pytest.approx(np.std(slopes), rel=0.35)
+    assert np.median(resampled) == pytest.approx(np.std(slopes), rel=0.45)
+
+
+def test_a_constant_thrust_is_refused() -> None:
+    design = np.column_stack([np.full(100, 4.0), np.ones(100)])
+    with pytest.raises(CannotComputeError, match="hardly varies"):
+        least_squares(design, np.zeros(100), np.zeros(100, int), 3)

@@ -1,0 +1,361 @@
+"""The whole-vehicle fit on simulated runs whose truth is known."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import stats
+from scipy.spatial.transform import Rotation
+
+from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import ChannelNoise, channel_noise
+from pipeline.identify.coverage import Campaign, drawn_truth, simulated_runs, summary
+from pipeline.identify.output_error import reduce_windows
+from pipeline.identify.run_nuisance import bridge_weights, chain_precision, run_nuisance
+from pipeline.identify.vehicle_parameters import free_parameters, vector_with
+from pipeline.identify.whole_vehicle import identify_vehicle
+from pipeline.identify.window_derivatives import Problem, derivatives, moved_starts
+from pipeline.identify.window_outputs import _whitener, stack_windows
+from pipeline.identify.windows import cut, readings_of
+from pipeline.physics.parameters import read
+from pipeline.records.identification import VehicleIdentification
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.kernel import STATE
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: The fixed part of the campaign: seeds, one run each.
+SEEDS, RUN_S = (0, 1, 2), 56.0
+#: What a reduced fit frees, to be quick.
+FEW = ("added_mass_surge", "added_mass_heave", "quadratic_damping_heave", "residual_buoyancy")
+
+
+@pytest.fixture(scope="module")
+def vehicle() -> Vehicle:
+    return load_vehicle(bundled_vehicle("rov8"))
+
+
+@pytest.fixture(scope="module")
+def sensors(vehicle: Vehicle) -> Sensors:
+    assert vehicle.sensors is not None
+    return vehicle.sensors
+
+
+@pytest.fixture(scope="module")
+def packed(vehicle: Vehicle) -> PackedVehicle:
+    return pack_vehicle(vehicle)
+
+
+@pytest.fixture(scope="module")
+def campaign(vehicle: Vehicle, packed: PackedVehicle) -> Campaign:
+    return Campaign(vehicle, packed, ("multisine",), RUN_S)
+
+
+@pytest.fixture(scope="module")
+def fits(
+    campaign: Campaign, sensors: Sensors
+) -> list[tuple[dict[str, float], VehicleIdentification]]:
+    """Truth by name and the fit, for each seed."""
+    found = []
+    for seed in SEEDS:
+        parameters, values, vector = drawn_truth(campaign, seed)
+        truth = {p.name: float(v) for p, v in zip(parameters, values, strict=True)}
+        runs = simulated_runs(campaign, vector, seed)
+        found.append((truth, identify_vehicle(campaign.packed, sensors, runs, suggest=False)))
+    return found
+
+
+@pytest.fixture(scope="module")
+def run_of_two(packed: PackedVehicle, campaign: Campaign) -> tuple[FloatArray, RunTable]:
+    """One run of a vehicle with two parameters off, and its true vector."""
+    parameters = free_parameters(packed, Uncertainty(), only=FEW[:2])
+    vector = vector_with(packed.vector, parameters, np.array([8.0, 15.0]))
+    return vector, simulated_runs(campaign, vector, 9)[0]
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say(
+    fits: list[tuple[dict[str, float], VehicleIdentification]],
+) -> None:
+    inside = [
+        p.ci95[0] <= truth[p.name] <= p.ci95[1]
+        for truth, found in fits
+        for p in found.parameters
+        if p.identified
+    ]
+    assert len(inside) >= 50
+    # both sides: intervals may be neither too narrow nor grossly too wide
+    assert stats.binomtest(sum(inside), len(inside), 0.95).pvalue > 0.001
+
+
+def test_added_mass_within_five_per_cent(
+    fits: list[tuple[dict[str, float], VehicleIdentification]],
+) -> None:
+    errors = [
+        abs(p.value / truth[p.name] - 1)
+        for truth, found in fits
+        for p in found.parameters
+        if p.name.startswith("added_mass") and p.identified
+    ]
+    assert len(errors) >= 12
+    assert np.median(errors) < 0.05
+
+
+def test_the_fit_beats_the_vehicle_file_and_the_baselines(
+    fits: list[tuple[dict[str, float], VehicleIdentification]],
+) -> None:
+    for _, found in fits:
+        assert found.converged
+        assert found.holdout_windows == 1
+        quality = {q.channel: q for q in found.quality}
+        for channel in ("velocity", "angular_velocity", "attitude"):
+            one = quality[channel]
+            assert one.rmse_identified is not None
+            assert one.rmse_last_value is not None
+            assert one.rmse_vehicle_file is not None
+            assert one.rmse_identified < 1.6 * one.sensor_noise
+            assert one.rmse_identified < 0.5 * one.rmse_last_value
+            assert one.rmse_identified < one.rmse_vehicle_file
+            assert one.rmse_black_box is None or one.rmse_identified < one.rmse_black_box
+
+
+def identified(
+    packed: PackedVehicle, sensors: Sensors, runs: list[RunTable], only: tuple[str, ...] = FEW
+) -> VehicleIdentification:
+    return identify_vehicle(packed, sensors, runs, only=only, suggest=False)
+
+
+def value(found: VehicleIdentification, name: str) -> float:
+    return next(p.value for p in found.parameters if p.name == name)
+
+
+@pytest.mark.parametrize(
+    "missing",
+    [("velocity", "position"), ("specific_force", "depth"), ("attitude", "position")],
+)
+def test_missing_channels_are_done_without(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    run_of_two: tuple[FloatArray, RunTable],
+    missing: tuple[str, ...],
+) -> None:
+    _, run = run_of_two
+    kept = {name: v for name, v in run.values.items() if name not in missing}
+    found = identified(packed, sensors, [replace(run, values=kept)])
+    assert not {n.channel for n in found.noise} & set(missing)
+    assert value(found, "added_mass_surge") == pytest.approx(8.0, rel=0.05)
+    assert value(found, "added_mass_heave") == pytest.approx(15.0, rel=0.05)
+    assert any("No velocity" in note for note in found.notes) == ("velocity" in missing)
+
+
+def test_readings_need_no_marks(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    """A table that does not say which samples are readings: they are where it bends."""
+    _, run = run_of_two
+    found = identified(packed, sensors, [replace(run, reading={})])
+    assert value(found, "added_mass_surge") == pytest.approx(8.0, rel=0.05)
+    depth_s = run.time_s[readings_of(replace(run, reading={}), "depth", 20.0, 20.0)]
+    assert np.median(np.diff(depth_s)) == pytest.approx(0.05, abs=0.011)
+
+
+def test_spikes_do_not_move_the_fit(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    _, run = run_of_two
+    velocity = run.values["velocity"].copy()
+    velocity[::211] += 2.0
+    found = identified(packed, sensors, [replace(run, values={**run.values, "velocity": velocity})])
+    assert value(found, "added_mass_surge") == pytest.approx(8.0, rel=0.05)
+
+
+def test_noise_beyond_the_stated_one_is_found(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    assert sensors.imu is not None
+    quiet = sensors.imu.model_copy(update={"rate_noise_radps": 8.6e-4 / 3})
+    _, run = run_of_two
+    found = identified(packed, sensors.model_copy(update={"imu": quiet}), [run])
+    scale = {n.channel: n.scale for n in found.noise}
+    assert scale["angular_velocity"] == pytest.approx(3.0, rel=0.1)
+    assert scale["velocity"] == 1.0
+
+
+def test_thrust_that_is_off_moves_the_mass_as_far_as_the_wide_interval_says(
+    packed: PackedVehicle, sensors: Sensors, campaign: Campaign
+) -> None:
+    """Truth pushes 3 % harder than the bench says: M = tau / a comes out 3 % too small."""
+    vector = packed.vector.copy()
+    read(vector, "thrust_gain")[:] *= 1.03
+    runs = simulated_runs(campaign, vector, 4)
+    found = identify_vehicle(
+        packed, sensors, runs, uncertainty=Uncertainty(thrust=0.03), suggest=False
+    )
+    heave = next(p for p in found.parameters if p.name == "added_mass_heave")
+    assert heave.value == pytest.approx((13.5 + 18.68) / 1.03 - 13.5, abs=0.15)
+    assert not heave.ci95[0] <= 18.68 <= heave.ci95[1]
+    assert heave.ci95_with_thrust[0] <= 18.68 <= heave.ci95_with_thrust[1]
+
+
+def test_nothing_measured_is_refused(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    _, run = run_of_two
+    bare = replace(run, values={"command": run.values["command"]})
+    with pytest.raises(CannotComputeError, match="nothing to identify from"):
+        identified(packed, sensors, [bare])
+    with pytest.raises(CannotComputeError, match="name none of the vehicle's"):
+        identified(packed, sensors, [run], only=("added_mass_sideways",))
+
+
+def test_fit_that_is_told_to_stop_says_so_and_has_intervals(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    found = identify_vehicle(
+        packed, sensors, [run_of_two[1]], only=FEW, suggest=False, go_on=lambda: False
+    )
+    assert found.iterations == 1
+    assert not found.converged
+    assert any("its time was up" in note for note in found.notes)
+    assert all(one.ci95[0] < one.value < one.ci95[1] for one in found.parameters)
+
+
+def test_after_a_gap_in_the_commands_windows_begin_anew(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    _, run = run_of_two
+    valid = {**run.valid, "command": (run.time_s < 20) | (run.time_s > 22)}
+    channels = channel_noise(sensors, [run])
+    windows = cut(packed, [replace(run, valid=valid)], channels)
+    assert [round(w.begin_s) for w in windows] == [0, 8, 16, 22, 30, 38, 46]
+    assert windows[2].duration_s == pytest.approx(4.0, abs=0.03)
+
+
+def test_moved_starts_turn_in_body_axes() -> None:
+    generator = np.random.default_rng(0)
+    starts = np.zeros((5, STATE))
+    turns = Rotation.random(5, rng=generator)
+    starts[:, 3:7] = turns.as_quat()[:, [3, 0, 1, 2]]
+    by = 0.3 * generator.standard_normal((5, 12))
+    moved = moved_starts(starts, by)
+    expected = (turns * Rotation.from_rotvec(by[:, 3:6])).as_matrix()
+    found = Rotation.from_quat(moved[:, [4, 5, 6, 3]]).as_matrix()
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+    np.testing.assert_allclose(moved[:, 7:13], by[:, 6:12])
+
+
+def test_elimination_of_the_starts_is_the_full_solution(
+    packed: PackedVehicle, sensors: Sensors, run_of_two: tuple[FloatArray, RunTable]
+) -> None:
+    """Step of the parameters from the reduced equations against all unknowns at once."""
+    _, run = run_of_two
+    channels = channel_noise(sensors, [run])
+    windows = cut(packed, [run], channels)[:2]
+    stack = stack_windows(packed, windows, channels)
+    parameters = free_parameters(packed, Uncertainty(), only=FEW)
+    shared = run_nuisance(stack, 1)
+    problem = Problem(stack, parameters, packed.vector, shared)
+    point = problem.origin()
+    found = derivatives(problem, point)
+    reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))
+    size, count = len(reduced.information), len(parameters)
+    step = np.linalg.solve(reduced.information + reduced.prior, reduced.gradient)
+
+    begin, middle, end = stack.bounds
+    starts = np.zeros((end, 24))
+    starts[begin:middle, :12] = found.starts[begin:middle]
+    starts[middle:end, 12:] = found.starts[middle:end]
+    common = np.zeros((end, shared.size))
+    for number, (low, high) in enumerate([(begin, middle), (middle, end)]):
+        np.add.at(common[low:high].T, shared.index[number], shared.columns[low:high].T)
+    full = np.concatenate([found.parameters, common, starts], axis=1)
+    prior = np.eye(full.shape[1])
+    prior[count:size, count:size] = shared.precision
+    normal = full.T @ full + prior
+    whole = np.linalg.solve(normal, full.T @ found.residual)
+    np.testing.assert_allclose(step, whole[:size], rtol=1e-5, atol=1e-7)
+
+
+def test_knots_and_bridges_are_the_covariance_of_the_whole_run() -> None:
+    """Wander sigma^2 exp(-|t - s| / tau) over two windows, put together from its parts."""
+    tau, edges = 7.0, np.array([0.0, 8.0, 16.0])
+    inside = np.arange(0.5, 8.0, 1.5)
+    time_s = np.concatenate([inside, 8.0 + inside])
+    weights = np.zeros((time_s.size, 3))
+    bridge = np.zeros((time_s.size, time_s.size))
+    for number in (0, 1):
+        own = slice(number * inside.size, (number + 1) * inside.size)
+        weights[own, number], weights[own, number + 1] = bridge_weights(inside, 8.0, tau)
+        channel = ChannelNoise("attitude", "rad", 1e-9, 1.0, tau)
+        whiten = _whitener(channel, inside, 8.0)
+        bridge[own, own] = np.linalg.inv(whiten.T @ whiten)  # type: ignore[union-attr]
+    knots = np.linalg.inv(chain_precision(edges, tau))
+    found = weights @ knots @ weights.T + bridge
+    expected = np.exp(-np.abs(time_s[:, None] - time_s) / tau)
+    np.testing.assert_allclose(found, expected, atol=1e-6)
+
+
+def line(covered: Callable[[int], bool], seed: int) -> dict[str, object]:
+    one = {
+        "truth": 1.0,
+        "value": 1.01,
+        "std": 0.1,
+        "prior_std": 1.0,
+        "ci95": (0.8, 1.2) if covered(seed) else (1.1, 1.3),
+        "identified": True,
+    }
+    return {"seed": seed, "parameters": {"good": one, "bad": one | {"ci95": (1.1, 1.2)}}}
+
+
+def test_the_summary_rejects_what_does_not_cover() -> None:
+    lines = [line(lambda seed: seed % 20 != 0, seed) for seed in range(300)]
+    good, bad = summary(lines)
+    assert (good["coverage"], good["rejected"]) == (0.95, False)
+    assert good["low"] < 0.95 < good["high"]
+    assert (bad["covered"], bad["rejected"]) == (0, True)
+    wide = summary([line(lambda _: True, seed) for seed in range(300)])[0]
+    assert wide["rejected"], "always inside is no 95 % interval either"
+
+
+def test_a_wrong_model_is_said_and_its_intervals_widen(
+    packed: PackedVehicle, sensors: Sensors, campaign: Campaign
+) -> None:
+    """Truth with a coupling that the model lacks: residuals no sensor noise explains."""
+    vector = packed.vector.copy()
+    read(vector, "crossflow_fraction")[...] = 1.0
+    found = identified(packed, sensors, simulated_runs(campaign, vector, 6))
+    assert max(n.scale for n in found.noise) > 2.0
+    assert any("the model lacks something" in note for note in found.notes)
+
+
+def test_a_lag_three_times_the_stated_one_is_no_added_mass(
+    packed: PackedVehicle, sensors: Sensors, campaign: Campaign
+) -> None:
+    vector = packed.vector.copy()
+    read(vector, "lag")[:] *= 3.0
+    runs = simulated_runs(campaign, vector, 7)
+    found = identified(packed, sensors, runs, (*FEW, "thruster_lag"))
+    assert value(found, "thruster_lag") == pytest.approx(3 * 0.076, rel=0.03)
+    assert value(found, "added_mass_surge") == pytest.approx(6.36, rel=0.05)
+    without = identified(packed, sensors, runs)
+    assert any("the model lacks something" in note for note in without.notes)
+
+
+def test_a_far_start_finds_its_way(
+    packed: PackedVehicle, sensors: Sensors, campaign: Campaign
+) -> None:
+    """Everything off by two prior deviations at once: the model's error is no sensor noise."""
+    parameters = free_parameters(packed, Uncertainty())
+    drawn = np.array([p.nominal + 2.0 * p.prior_std for p in parameters])
+    vector = vector_with(packed.vector, parameters, drawn)
+    found = identify_vehicle(packed, sensors, simulated_runs(campaign, vector, 11), suggest=False)
+    assert found.converged
+    truth = dict(zip((p.name for p in parameters), drawn, strict=True))
+    for one in found.parameters:
+        if one.identified:
+            assert abs(one.value - truth[one.name]) < 4.5 * one.std
