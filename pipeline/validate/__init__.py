@@ -1,0 +1,1 @@
+"""The allocator flown in simulation: what is flown, what is measured of a flight, the summary."""

@@ -1,0 +1,206 @@
+"""The allocators that fly a vehicle: with the mooring inverse, compensated, and with changes."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.control.allocation import Demand, demanded_channels
+from pipeline.control.general_allocation import GeneralAllocator
+from pipeline.control.inverse import (
+    FirmwareGrid,
+    Inverse,
+    firmware_grid,
+    mooring_cubic,
+    speed_cubic,
+)
+from pipeline.control.paper_allocator import PaperAllocator
+from pipeline.errors import CannotComputeError
+from pipeline.export.fixed_point import FixedTables, fixed_tables
+from pipeline.export.grid_check import check_characteristic
+from pipeline.records.fits import InverseCharacteristic
+from pipeline.simulate.fly import general_allocator
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.validate.flight import Decide
+from pipeline.validate.inverses import AlongAxis, FixedPoint, Remembered
+from pipeline.validate.plan import SURGE_PORTIONS
+from pipeline.validate.steady_tables import configuration, inflow_speed, settled_thrust
+from pipeline.vehicle.schema import Allocator, Portions
+
+
+@dataclass(frozen=True)
+class Crew:
+    """Everyone who may fly a vehicle.
+
+    `thrust_of_wrench` (n, 6): how a unit of each axis is shared out. `settings` and `portioned`
+    are the compensated allocator with one thing changed.
+    """
+
+    mooring: Decide
+    compensated: Decide
+    mooring_name: str
+    compensated_name: str
+    thrust_of_wrench: FloatArray
+    settings: tuple[tuple[str, Decide], ...] = ()
+    portioned: tuple[tuple[Portions, Decide], ...] = ()
+    explanations: tuple[str, ...] = ()
+    fixed: FixedPoint | None = None
+
+
+@dataclass(frozen=True)
+class GeneralDecide:
+    """The general allocator with its inverse at rest, or with inverse and limits at the inflow."""
+
+    packed: PackedVehicle
+    base: GeneralAllocator
+    compensated: bool
+
+    def decide(
+        self, demand: FloatArray, nu_relative: FloatArray
+    ) -> tuple[FloatArray, FloatArray, bool]:
+        """As `GeneralAllocator.decide`."""
+        if not self.compensated:
+            return self.base.decide(demand, np.zeros(6))
+        inflow = inflow_speed(self.packed, np.stack([nu_relative, nu_relative]))
+        ends = settled_thrust(self.packed, self.packed.code_limits.T.copy(), inflow)
+        limited = replace(
+            self.base,
+            largest_n=np.maximum(ends[1], 1e-9),
+            smallest_n=np.minimum(ends[0], -1e-9),
+        )
+        return limited.decide(demand, nu_relative)
+
+
+def general_crew(packed: PackedVehicle) -> Crew:
+    """Return the general allocator at rest and compensated; any arrangement of thrusters."""
+    base = general_allocator(packed)
+    matrix = configuration(packed)
+    shared = np.linalg.pinv(matrix, rcond=1e-6)
+    out_of_reach = np.abs(matrix @ shared - np.eye(6)).max(axis=0) > 1e-6
+    return Crew(
+        mooring=GeneralDecide(packed, base, compensated=False),
+        compensated=GeneralDecide(packed, base, compensated=True),
+        mooring_name="inverse of the characteristic at rest, at every speed",
+        compensated_name="inverse of the characteristic at the inflow speed of each thruster",
+        thrust_of_wrench=np.where(out_of_reach[None, :], 0.0, shared),
+    )
+
+
+def paper_crew(packed: PackedVehicle, geometry: Allocator, inverse: InverseCharacteristic) -> Crew:
+    """Eq. (6) with Table 3, and with the firmware's grid.
+
+    Raises
+    ------
+    CannotComputeError
+        When the record has no firmware grid, and so no tables that hold under way.
+    """
+    grid = firmware_grid(inverse)
+    moored = _mooring(inverse, grid)
+    names = packed.thruster_names
+
+    def crew(
+        one: Inverse, *, shape: Allocator = geometry, round_codes: bool = True
+    ) -> PaperAllocator:
+        return PaperAllocator(shape, Remembered(one), names, round_codes)
+
+    floating = Remembered(grid)
+    fixed = _fixed(inverse, floating)
+    along = float(np.cos(np.radians(geometry.delta_deg)))
+    settings: list[tuple[str, Decide]] = [
+        ("codes not rounded", crew(grid, round_codes=False)),
+        ("speed given along the thrusters' axis, V cos(delta)", crew(AlongAxis(grid, along))),
+    ]
+    if fixed is not None:
+        settings.append(("firmware grid in fixed point", crew(fixed)))
+    if inverse.table4:
+        cubic = speed_cubic(
+            inverse,
+            thrust_dead_n=grid.thrust_dead_n,
+            code_max=grid.code_max,
+            code_min=grid.code_min,
+        )
+        settings.append(("cubic (8), Table 4, in place of the grid", crew(cubic)))
+    other = "scaled" if geometry.form == "limit" else "limit"
+    settings.append(
+        (f'form "{other}" of the portions', crew(grid, shape=_changed(geometry, form=other)))
+    )
+    return Crew(
+        mooring=crew(moored),
+        compensated=crew(grid),
+        mooring_name=moored.name,
+        compensated_name=grid.name,
+        thrust_of_wrench=paper_shares(geometry, names),
+        settings=tuple(settings),
+        portioned=tuple(
+            (one.portions, crew(grid, shape=one))
+            for one in (
+                _changed(
+                    geometry,
+                    portions={"surge": surge, "heading": rest, "pitch": rest},
+                )
+                for surge in SURGE_PORTIONS
+                for rest in (round(1.0 - surge, 9),)
+            )
+        ),
+        explanations=_explanations(moored),
+        fixed=fixed,
+    )
+
+
+def _mooring(inverse: InverseCharacteristic, grid: FirmwareGrid) -> Inverse:
+    moored = mooring_cubic(
+        inverse,
+        thrust_dead_n=grid.thrust_dead_n,
+        code_max=grid.code_max,
+        code_min=grid.code_min,
+    )
+    return firmware_grid(inverse, at_rest=True) if moored is None else moored
+
+
+def _explanations(moored: Inverse) -> tuple[str, ...]:
+    if isinstance(moored, FirmwareGrid):
+        text = (
+            "There is no mooring test: the flights without compensation use the row at rest of "
+            "the calculated N(T, V)."
+        )
+        return (text,)
+    return ()
+
+
+def _fixed(inverse: InverseCharacteristic, floating: Inverse) -> FixedPoint | None:
+    """Return the fixed-point form; None where the grid does not fit into it."""
+    if inverse.firmware is None:
+        return None
+    try:
+        check_characteristic(inverse.firmware)
+    except CannotComputeError:
+        return None
+    tables: FixedTables = fixed_tables(inverse.firmware)
+    return FixedPoint(tables, floating)
+
+
+def _changed(geometry: Allocator, **changes: object) -> Allocator:
+    return Allocator.model_validate(geometry.model_dump() | changes)
+
+
+def paper_shares(geometry: Allocator, names: tuple[str, ...]) -> FloatArray:
+    """Thrusts (n, 6) for a unit of each axis, as `PaperAllocator` shares it out without limits."""
+    shares = np.zeros((len(names), 6))
+    roles = (geometry.upper, geometry.lower, geometry.left, geometry.right)
+    bow = geometry.bow is not None and geometry.bow_arm_m is not None
+    for axis in (0, 2, 4, 5):
+        unit = np.eye(6)[axis]
+        pitch, up = float(unit[4]), 0.0
+        if bow and geometry.bow_arm_m is not None:
+            up = (pitch - geometry.stern_arm_m * unit[2]) / (
+                geometry.bow_arm_m + geometry.stern_arm_m
+            )
+            pitch = (unit[2] + up) * geometry.stern_arm_m
+        elif axis == 2:
+            continue  # eq. (6) has no means for heave alone
+        stern = demanded_channels(Demand(unit[0], pitch, unit[5]), geometry).stern_thrust_n()
+        for role, thrust in zip(roles, stern.tolist(), strict=True):
+            shares[names.index(role), axis] = thrust
+        if bow and geometry.bow is not None:
+            shares[names.index(geometry.bow), axis] = up
+    return shares

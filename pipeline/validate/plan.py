@@ -1,0 +1,98 @@
+"""What is flown: speeds, disturbance, steps."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pipeline.control.autopilot import Design
+from pipeline.physics.parameters import read
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.validate.flight import AXIS_ROWS
+from pipeline.validate.steady_tables import thrust_limits
+
+#: Length of a keeping flight, and of one with a step. [s]
+KEEPING_S = 30.0
+STEP_FLIGHT_S = 20.0
+#: When a step comes. [s]
+STEP_AT_S = 2.0
+HEADING_STEP_DEG = 10.0
+DEPTH_STEP_M = 0.4
+#: A heading step that no portion reaches at once: how fast it goes shows what the portion allows.
+LARGE_STEP_DEG = 60.0
+#: The disturbance pushes with sines on heave and yaw: as much as the autopilot's stiffness at rest
+#: answers with these deviations, but at most this share of the range at the highest speed.
+PUSH_DEPTH_M = 0.15
+PUSH_HEADING_DEG = 5.0
+LARGEST_PUSH = 0.15
+#: Periods of the disturbance on surge, heave, pitch, yaw. [s]
+DISTURBANCE_PERIOD_S = np.array([1.0, 10.0, 1.0, 7.5])
+#: Surge portions that are flown; heading and pitch get the rest.
+SURGE_PORTIONS = (0.3, 0.5, 0.6, 0.7, 0.85)
+#: A vehicle without a table of speeds is flown at these shares of the speed that it can keep.
+SPEED_SHARES = (0.0, 0.25, 0.5, 0.75, 0.9)
+_FASTEST_MPS = 5.0
+
+
+def axis_range(packed: PackedVehicle, thrust_of_wrench: FloatArray, speed_mps: float) -> FloatArray:
+    """Largest force and moment on each axis alone at a speed, (6,); 0 where there is none.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle.
+    thrust_of_wrench : ndarray, shape (n, 6)
+        Thrusts that the allocator shares a unit of each axis out to; a column of zeros where it
+        has no means.
+    speed_mps : float
+        Surge speed. [m/s]
+    """
+    limits = thrust_limits(packed, speed_mps)[:, None]
+    size = np.abs(thrust_of_wrench)
+    room = np.divide(limits, size, out=np.full(size.shape, np.inf), where=size > 1e-9)
+    room = room.min(axis=0)
+    return np.where(np.isfinite(room), room, 0.0)
+
+
+def fastest_kept_mps(packed: PackedVehicle, thrust_of_wrench: FloatArray) -> float:
+    """Speed at which the drag of the model takes all the surge force there is. [m/s]."""
+    linear = float(read(packed.vector, "linear_damping")[0, 0])
+    quadratic = float(read(packed.vector, "quadratic_damping")[0])
+    speeds = np.arange(0.0, _FASTEST_MPS, 0.01)
+    force = np.array([axis_range(packed, thrust_of_wrench, float(v))[0] for v in speeds])
+    short = np.flatnonzero(linear * speeds + quadratic * speeds**2 > force)
+    return float(speeds[short[0]]) if short.size else _FASTEST_MPS
+
+
+def push(design: Design, range_n_nm: FloatArray) -> FloatArray:
+    """Amplitudes (4,) of the disturbance on surge, heave, pitch, yaw. [N], [N m].
+
+    Surge is left alone: what the speed does then is the allocator's doing.
+
+    Parameters
+    ----------
+    design : Design
+        Of the autopilot.
+    range_n_nm : ndarray, shape (4,)
+        Range at the highest speed.
+    """
+    heave = design.heave_mass_kg * design.depth_bandwidth**2 * PUSH_DEPTH_M
+    yaw = design.yaw_inertia_kgm2 * design.heading_bandwidth**2 * np.radians(PUSH_HEADING_DEG)
+    return np.asarray(np.minimum(np.array([0.0, heave, 0.0, yaw]), LARGEST_PUSH * range_n_nm))
+
+
+def disturbance(amplitude: FloatArray) -> Callable[[float], FloatArray]:
+    """Sines on surge, heave, pitch, yaw as a function of time; `amplitude` (4,). [N], [N m]."""
+    rate = 2.0 * np.pi / DISTURBANCE_PERIOD_S
+
+    def at(time_s: float) -> FloatArray:
+        force = np.zeros(6)
+        force[list(AXIS_ROWS)] = amplitude * np.sin(rate * time_s)
+        return force
+
+    return at
+
+
+def calm(_time_s: float) -> FloatArray:
+    """No disturbance."""
+    return np.zeros(6)

@@ -1,0 +1,97 @@
+"""Power of the thrusters in flight: at the shafts from the static family, and at the supply."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
+from pipeline.records.validation import ElectricalModel
+from pipeline.types import FloatArray
+from pipeline.validate.steady_tables import Grid
+
+#: Fewer usable points with current and voltage than this give no model of the input power.
+FEWEST_POINTS = 20
+
+
+@dataclass(frozen=True)
+class PowerModel:
+    """Shaft speed and torque over speed along the thrust and code, and the input power.
+
+    `shaft_rps`, `torque_nm` on a regular grid; the same thruster everywhere.
+    """
+
+    shaft_rps: Grid
+    torque_nm: Grid
+    electrical: ElectricalModel | None
+
+    def means(self, codes: FloatArray, inflow_mps: FloatArray) -> tuple[float, float | None]:
+        """Mean shaft and electrical power, summed over thrusters, of samples (k, n). [W].
+
+        A thruster at code 0 counts nothing: the bench did not measure a drive that waits.
+        """
+        on = codes != 0.0
+        along = np.maximum(np.sign(codes[on]) * inflow_mps[on], 0.0)
+        shaft = np.maximum(self.shaft_rps.at(along, np.abs(codes[on])), 0.0)
+        torque = np.maximum(self.torque_nm.at(along, np.abs(codes[on])), 0.0)
+        out = 2.0 * np.pi * shaft * torque
+        mean_shaft = float(out.sum() / len(codes))
+        if self.electrical is None:
+            return mean_shaft, None
+        model = self.electrical
+        loss = model.constant_w + model.speed_ws * shaft + model.torque_w_per_nm2 * torque**2
+        return mean_shaft, float((out + loss).sum() / len(codes))
+
+
+def power_model(static: StaticCharacteristic, load_test: LoadTestRecord | None) -> PowerModel:
+    """Take shaft speed and torque from the static family, the losses from the load test."""
+    rows = [i for i, v in enumerate(static.speed_mps) if abs(v / 0.1 - round(v / 0.1)) < 1e-6]
+    code_step = float(static.code[1] - static.code[0])
+
+    def grid(values: FloatArray) -> Grid:
+        # code 0 is not in the family: there the shaft rests
+        return Grid(
+            np.concatenate([np.zeros((len(rows), 1)), values[rows]], axis=1), 0.1, code_step
+        )
+
+    return PowerModel(
+        shaft_rps=grid(np.array(static.shaft_speed_rpm) / 60.0),
+        torque_nm=grid(np.array(static.torque_nm)),
+        electrical=None if load_test is None else electrical_model(load_test.points),
+    )
+
+
+def electrical_model(points: tuple[LoadTestPoint, ...]) -> ElectricalModel | None:
+    r"""Fit the drive's losses to the load test; None without current and voltage.
+
+    .. math:: P_{in} - 2 \pi n M = a_0 + a_1 n + a_2 M^2
+
+    a constant, a part that grows with speed (iron, seals) and copper, by least squares over the
+    points that the load test marks nothing against.
+    """
+    usable = [p for p in points if not p.marks and _input_power(p) is not None]
+    if len(usable) < FEWEST_POINTS:
+        return None
+    shaft = np.abs([p.shaft_speed_rpm / 60.0 for p in usable])
+    torque = np.abs([p.torque_nm for p in usable])
+    power = np.array([_input_power(p) for p in usable], float)
+    terms = np.stack([np.ones_like(shaft), shaft, torque**2], axis=1)
+    loss = power - 2.0 * np.pi * shaft * torque
+    found, _, rank, _ = np.linalg.lstsq(terms, loss, rcond=None)
+    if rank < terms.shape[1]:
+        return None
+    return ElectricalModel(
+        constant_w=float(found[0]),
+        speed_ws=float(found[1]),
+        torque_w_per_nm2=float(found[2]),
+        points=len(usable),
+        residual_rms_w=float(np.sqrt(np.mean((loss - terms @ found) ** 2))),
+    )
+
+
+def _input_power(point: LoadTestPoint) -> float | None:
+    if point.input_power_w is not None:
+        return point.input_power_w
+    if point.current_a is None or point.voltage_v is None:
+        return None
+    return abs(point.current_a * point.voltage_v)

@@ -1,0 +1,91 @@
+"""What the thrusters of a packed vehicle give when settled, over arrays of samples."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.physics.parameters import read, write
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+
+
+def calm_vehicle(packed: PackedVehicle) -> PackedVehicle:
+    """Return the vehicle in open water, with thrust that falls with speed as its tables have it.
+
+    Walls are far away, and the inflow of every thruster counts: where the nominal model leaves it
+    out there would be nothing to compensate.
+    """
+    vector = packed.vector.copy()
+    write(vector, "wall_count", 0.0)
+    share = np.zeros_like(read(vector, "inflow_fraction"))
+    share[: len(packed.thruster_names)] = 1.0
+    write(vector, "inflow_fraction", share)
+    return replace(packed, vector=vector)
+
+
+def configuration(packed: PackedVehicle) -> FloatArray:
+    """Wrench per newton of each thruster, (6, n)."""
+    count = len(packed.thruster_names)
+    direction = read(packed.vector, "thruster_direction")[:count]
+    position = read(packed.vector, "thruster_position")[:count]
+    return np.concatenate([direction.T, np.cross(position, direction).T])
+
+
+def inflow_speed(packed: PackedVehicle, nu: FloatArray) -> FloatArray:
+    """Speed of the water along each thruster, (k, n), for velocities (k, 6) through the water."""
+    # the velocity of a point along a direction is the wrench's transpose: d.(v + w x r)
+    return np.asarray(nu @ configuration(packed))
+
+
+def settled_thrust(packed: PackedVehicle, codes: FloatArray, inflow_mps: FloatArray) -> FloatArray:
+    """Thrust (k, n) of codes (k, n) at inflow speeds (k, n), as the kernel has it without lag. [N].
+
+    Bilinear in the thrust tables; against the motion the row at rest holds.
+    """
+    out = np.zeros(codes.shape)
+    kinds = read(packed.vector, "thruster_type")[: codes.shape[1]].astype(int)
+    for kind in np.unique(kinds):
+        of_kind = kinds == kind
+        for side, sign in ((0, 1.0), (1, -1.0)):
+            mask = of_kind[None, :] & (sign * codes > 0.0)
+            grid = Grid(packed.thrust_tables[kind, side], *packed.steps[kind])
+            value = grid.at(np.maximum(sign * inflow_mps[mask], 0.0), np.abs(codes[mask]))
+            out[mask] = sign * np.maximum(value, 0.0)
+    return out
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Values (rows, columns) on a regular grid from (0, 0); beyond the last row along its slope."""
+
+    values: FloatArray
+    row_step: float
+    column_step: float
+
+    def at(self, row: FloatArray, column: FloatArray) -> FloatArray:
+        """Bilinear values at places in the units of the steps."""
+        rows, columns = self.values.shape
+        c = np.clip(column / self.column_step, 0.0, columns - 1.0)
+        j = np.minimum(c.astype(int), columns - 2)
+        c = c - j
+        if rows == 1:
+            return np.asarray(self.values[0, j] * (1 - c) + self.values[0, j + 1] * c)
+        r = np.maximum(row / self.row_step, 0.0)
+        i = np.minimum(r.astype(int), rows - 2)
+        r = r - i
+        low = self.values[i, j] * (1 - c) + self.values[i, j + 1] * c
+        high = self.values[i + 1, j] * (1 - c) + self.values[i + 1, j + 1] * c
+        return np.asarray(low + r * (high - low))
+
+
+def thrust_limits(packed: PackedVehicle, speed_mps: float) -> FloatArray:
+    """Thrust of either sign that each thruster can give at a surge speed, (n,). [N].
+
+    The smaller of both signs at the ends of the codes; against the motion no more is promised than
+    along it.
+    """
+    nu = np.zeros((2, 6))
+    nu[:, 0] = speed_mps
+    inflow = inflow_speed(packed, nu)
+    ends = np.abs(settled_thrust(packed, packed.code_limits.T.copy(), inflow))
+    return np.asarray(ends.min(axis=0))
