@@ -1,0 +1,114 @@
+"""``rig2sea design``."""
+
+import json
+from pathlib import Path
+from typing import Literal
+
+import click
+
+_CALCULATORS = ("balance", "propeller", "tether")
+
+
+@click.command()
+@click.argument("calculator", type=click.Choice(_CALCULATORS))
+@click.argument("file", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "--example",
+    is_flag=False,
+    flag_value="",
+    default=None,
+    metavar="[NAME]",
+    help="Print an example file and end; `list` prints the names.",
+)
+@click.option(
+    "--to",
+    "to",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="Folder for page and JSON.  [default: reports/design under --out]",
+)
+@click.option(
+    "--json", "as_json", is_flag=True, help="Print one JSON object; files only with --to."
+)
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Where a vehicle that FILE names is looked for.  [default: raw]",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    metavar="DIR",
+    help="Folder that holds processed/ and reports/.  [default: here]",
+)
+def design(  # noqa: PLR0917 - click passes every option by its name
+    calculator: Literal["balance", "propeller", "tether"],
+    file: Path | None,
+    example: str | None,
+    to: Path | None,
+    as_json: bool,
+    raw: Path,
+    out: Path,
+) -> None:
+    r"""Calculate before building: thruster loads, a propeller, or the pull of a tether.
+
+    balance: angle of attack and load of each stern thruster with residual buoyancy under way.
+    propeller: the propeller of the Wageningen B-series that needs least power on a drive.
+    tether: pull of a cable around a footprint, the forces and power that hold it.
+
+    FILE is YAML; --example prints a commented one. A page with pictures and a JSON file are
+    written.
+
+    \b
+    Examples:
+      rig2sea design balance --example > my.yaml
+      rig2sea design balance my.yaml
+      rig2sea design propeller --example remus > remus.yaml
+      rig2sea design tether my_tether.yaml --to build/tether --json
+    """
+    if example is not None:
+        click.echo(_example(calculator, example), nl=False)
+        return
+    if file is None:
+        raise click.UsageError(
+            f"Missing argument 'FILE'. `rig2sea design {calculator} --example > my.yaml` writes "
+            "one to start from."
+        )
+    from pipeline.stages.design import (
+        DesignRequest,
+        compute_design,
+        design_json,
+        result_lines,
+        write_design,
+    )
+
+    request = DesignRequest(calculator, file, raw, out)
+    found = compute_design(request)
+    if as_json:
+        click.echo(json.dumps(design_json(request, found), indent=1))
+        if to is None:
+            return
+        write_design(request, found, to)
+        return
+    page, data = write_design(request, found, out / "reports/design" if to is None else to)
+    for warning in found.warnings:
+        click.echo(f"warning: {warning}", err=True)
+    click.echo("\n".join(result_lines(found)))
+    click.echo(page)
+    click.echo(data)
+
+
+def _example(calculator: str, name: str) -> str:
+    from pipeline.bundled.design import design_example, design_examples
+
+    names = design_examples(calculator)
+    if name == "list":
+        return "\n".join(names) + "\n"
+    if name and name not in names:
+        raise click.UsageError(
+            f'there is no example "{name}" of {calculator}; there are {", ".join(names)}.'
+        )
+    return design_example(calculator, name or names[0]).read_text(encoding="utf-8")

@@ -1,0 +1,1 @@
+"""Design calculations before a vehicle is built: balance, propeller, tether."""

@@ -1,0 +1,161 @@
+"""Where the first thruster saturates, and the exact states over speed, buoyancy and angle."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from pipeline.design.balance import THRUSTERS, Balance, Condition, exact_balance, inflows_mps
+from pipeline.design.balance_hull import Hull
+from pipeline.design.balance_input import BalanceInput, Span
+from pipeline.design.balance_limits import Limits
+from pipeline.errors import CannotComputeError
+from pipeline.records.design import BalanceEnvelope, Saturation
+
+
+def _worst(hull: Hull, condition: Condition, limits: Limits) -> tuple[float, str, float, Balance]:
+    """Return the largest use, its thruster, the largest load and the state; raises if none."""
+    state = exact_balance(hull, condition)
+    inflows = inflows_mps(condition.speed_mps, state.alpha_rad, condition.angle_deg)
+    uses = [
+        limits.use(load, inflow, condition.speed_mps)
+        for load, inflow in zip(state.loads_n, inflows, strict=True)
+    ]
+    loads = [abs(load) for load in state.loads_n]
+    judged = loads if uses[0] is None else [0.0 if use is None else use for use in uses]
+    # of two that are equal the first: rounding must not choose
+    at = next(i for i, value in enumerate(judged) if value >= max(judged) * (1 - 1e-9))
+    name = THRUSTERS[at]
+    if at == 0 and abs(judged[0] - judged[1]) <= 1e-9 * judged[0]:
+        name = "left and right"
+        if judged[2] >= judged[0] * (1 - 1e-9) and judged[3] >= judged[0] * (1 - 1e-9):
+            name = "all four"
+    return (0.0 if uses[0] is None else judged[at]), name, max(loads), state
+
+
+def saturation_points(
+    one: BalanceInput, hull: Hull, condition: Condition, limits: Limits
+) -> tuple[Saturation, ...]:
+    """Change speed or buoyancy alone until the first thruster has nothing left."""
+    if not limits.kind:
+        return ()
+    spans = one.envelope
+    vary: tuple[tuple[str, str, float, float, Callable[[float], Condition]], ...] = (
+        (
+            "speed",
+            "m/s",
+            spans.speed_mps.first,
+            spans.speed_mps.last,
+            lambda x: replace(condition, speed_mps=x),
+        ),
+        (
+            "residual buoyancy, lighter",
+            "N",
+            max(spans.residual_buoyancy_n.first, 0.0),
+            spans.residual_buoyancy_n.last,
+            lambda x: replace(condition, residual_buoyancy_n=x),
+        ),
+        (
+            "residual buoyancy, heavier",
+            "N",
+            min(spans.residual_buoyancy_n.last, 0.0),
+            spans.residual_buoyancy_n.first,
+            lambda x: replace(condition, residual_buoyancy_n=x),
+        ),
+    )
+    return tuple(
+        _first(name, unit, start, end, lambda x, at=at: _worst(hull, at(x), limits))  # type: ignore[misc]
+        for name, unit, start, end, at in vary
+        if start != end
+    )
+
+
+def _first(
+    name: str,
+    unit: str,
+    start: float,
+    end: float,
+    worst: Callable[[float], tuple[float, str, float, Balance]],
+) -> Saturation:
+    """Find the first value between start and end at which a thruster has nothing left."""
+
+    def over(x: float) -> float:
+        try:
+            return worst(x)[0] - 1.0
+        except CannotComputeError:
+            return 1.0
+
+    grid = np.linspace(start, end, 25)
+    values = np.array([over(float(x)) for x in grid])
+    # at a crawl no hull lifts: the search begins where the vehicle can hold itself at all
+    held = np.flatnonzero(values <= 0)
+    if not held.size:
+        return Saturation(
+            quantity=name,
+            unit=unit,
+            value=None,
+            text=f"{name}: a thruster is beyond its limit from {start:g} to {end:g} {unit}.",
+        )
+    beyond = np.flatnonzero(values[held[0] :] > 0)
+    if not beyond.size:
+        return Saturation(
+            quantity=name,
+            unit=unit,
+            value=None,
+            text=f"{name}: no thruster comes to its limit up to {end:g} {unit}.",
+        )
+    i = int(held[0] + beyond[0])
+    value = float(brentq(over, grid[i - 1], grid[i], xtol=1e-6 * max(abs(start), abs(end))))
+    thruster = worst(float(grid[i - 1] + 0.999999 * (value - grid[i - 1])))[1]
+    return Saturation(
+        quantity=name,
+        unit=unit,
+        value=value,
+        thruster=thruster,
+        text=f"{name}: the {thruster} thruster{_s(thruster)} first, at {value:.3g} {unit}.",
+    )
+
+
+def _s(thruster: str) -> str:
+    return "s saturate" if thruster in ("all four", "left and right") else " saturates"
+
+
+def _values(span: Span, design: float) -> list[float]:
+    """Return the span's values and, where it lies within, the design's own."""
+    values = {float(x) for x in np.linspace(span.first, span.last, span.points)}
+    if span.first < design < span.last and min(abs(x - design) for x in values) > 1e-9:
+        values.add(design)
+    return sorted(values)
+
+
+def envelope(
+    one: BalanceInput, hull: Hull, condition: Condition, limits: Limits
+) -> BalanceEnvelope:
+    """Solve the exact state over speed, buoyancy and angle of the thrusters."""
+    speeds = _values(one.envelope.speed_mps, condition.speed_mps)
+    buoyancies = _values(one.envelope.residual_buoyancy_n, condition.residual_buoyancy_n)
+    angles = _values(one.envelope.angle_deg, condition.angle_deg)
+    shape = (len(speeds), len(buoyancies), len(angles))
+    alpha, load, use = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    most = np.full(shape, "", dtype=object)
+    for i, speed in enumerate(speeds):
+        for j, buoyancy in enumerate(buoyancies):
+            for k, angle in enumerate(angles):
+                at = replace(
+                    condition, speed_mps=speed, residual_buoyancy_n=buoyancy, angle_deg=angle
+                )
+                try:
+                    use[i, j, k], most[i, j, k], load[i, j, k], state = _worst(hull, at, limits)
+                except CannotComputeError:
+                    continue
+                alpha[i, j, k] = np.degrees(state.alpha_rad)
+    return BalanceEnvelope(
+        speed_mps=tuple(speeds),
+        residual_buoyancy_n=tuple(buoyancies),
+        angle_deg=tuple(angles),
+        angle_of_attack_deg=tuple(tuple(tuple(row) for row in part) for part in alpha.tolist()),
+        largest_load_n=tuple(tuple(tuple(row) for row in part) for part in load.tolist()),
+        use=tuple(tuple(tuple(row) for row in part) for part in use.tolist()),
+        most_loaded=tuple(tuple(tuple(row) for row in part) for part in most.tolist()),
+    )

@@ -1,0 +1,306 @@
+"""The whole tether calculation: Kostenko and Mokeeva 2009, Tables 2 to 6, and what can be held."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from pipeline.design.tether_held import held_footprint
+from pipeline.design.tether_input import TetherInput
+from pipeline.design.tether_printed import printed_tables
+from pipeline.design.tether_thrusters import HeldVehicle
+from pipeline.errors import CannotComputeError
+from pipeline.physics.tether_cable import Cable, TetherSolution
+from pipeline.physics.tether_footprint import (
+    VARIANTS,
+    Footprint,
+    footprint_cable,
+    ned_from_paper,
+    paper_from_ned,
+)
+from pipeline.physics.tether_power import hull_drag_n, largest_pull
+from pipeline.records.design import (
+    CableShape,
+    DriveNeed,
+    EquivalentEffect,
+    FootprintRow,
+    FootprintVariant,
+    TetherDesign,
+)
+from pipeline.types import FloatArray
+
+SHAPES_AT_DEG = (0.0, 90.0, 180.0, 270.0)
+
+
+def make_footprint(one: TetherInput) -> Footprint:
+    """Turn the input into the physics' terms.
+
+    Raises
+    ------
+    CannotComputeError
+        When the cable is shorter than the distance; the text has the largest radius.
+    """
+    cable = one.cable
+    distance = float(np.hypot(one.footprint.radius_m, one.footprint.height_m))
+    if cable.length_m <= distance * (1 + 1e-7):
+        depth = abs(one.footprint.height_m)
+        reach = float(np.sqrt(max(cable.length_m**2 - depth**2, 0.0)))
+        text = (
+            f"at this height the radius can be at most {reach:.4g} m"
+            if reach > 0
+            else f"it does not even reach {depth:g} m straight"
+        )
+        raise CannotComputeError(
+            f"The cable is {cable.length_m:g} m long and the footprint's edge is {distance:.4g} m "
+            f"from the garage: {text}.\nPay out more cable or take a smaller footprint."
+        )
+    return Footprint(
+        Cable(
+            cable.length_m,
+            cable.diameter_m,
+            cable.normal_drag,
+            cable.tangential_drag,
+            cable.wet_weight_npm,
+        ),
+        one.footprint.radius_m,
+        one.footprint.height_m,
+        one.vehicle_velocity_mps,
+        one.current_mps,
+        one.density_kgpm3,
+    )
+
+
+def hull_drag_vector_n(one: TetherInput, held: HeldVehicle | None) -> FloatArray:
+    """Force of the water on the hull, paper's axes: eq. (4), or the vehicle's damping. [N]."""
+    through = np.array(one.vehicle_velocity_mps) - np.array(one.current_mps)
+    if one.hull is not None:
+        return -np.array(
+            [
+                hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
+                for v, c in zip(through, one.hull.drag_coefficients, strict=True)
+            ]
+        )
+    if held is None:
+        raise CannotComputeError("State hull: in the design file.")
+    body = held.drag_n(held.to_body(ned_from_paper(through)))
+    c, s = np.cos(held.heading_rad), np.sin(held.heading_rad)
+    ned = np.array([c * body[0] - s * body[1], s * body[0] + c * body[1], body[2]])
+    return paper_from_ned(ned)
+
+
+def buoyancy_n(one: TetherInput, held: HeldVehicle | None) -> float:
+    """Residual buoyancy of file or vehicle, up. [N]."""
+    if one.hull is not None:
+        return one.hull.residual_buoyancy_n
+    return 0.0 if held is None else held.buoyancy_n
+
+
+def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDesign:
+    """Compute everything that ``rig2sea design tether`` shows.
+
+    Parameters
+    ----------
+    one : TetherInput
+        The file.
+    held : HeldVehicle, optional
+        The vehicle that it names.
+
+    Raises
+    ------
+    CannotComputeError
+        For a cable that does not reach, a current stronger than the thrusters, a cable without an
+        equilibrium; the text gives the limiting figure.
+    """
+    footprint = make_footprint(one)
+    angles = [float(a) for a in range(0, 360, one.footprint.step_deg)]
+    drag, lift = hull_drag_vector_n(one, held), buoyancy_n(one, held)
+    held_map = None
+    if held is not None:
+        if one.hull is not None:  # what the file states goes before the vehicle's
+            held = _with_stated_hull(one, held)
+        held_map = held_footprint(one, footprint, held, angles)
+    moves = any(one.vehicle_velocity_mps)
+    looked_at = VARIANTS if moves else (one.flow,)  # at rest all three flows are the same
+    solutions = {
+        variant: [footprint_cable(footprint, variant, angle) for angle in angles]
+        for variant in looked_at
+    }
+    through = ned_from_paper(np.array(one.vehicle_velocity_mps) - np.array(one.current_mps))
+    variants = tuple(
+        _variant(variant, angles, solutions[variant], drag, lift, held, through)
+        for variant in looked_at
+    )
+    needs = _needs(one, variants, held)
+    printed, warnings = printed_tables(one, variants, needs)
+    return TetherDesign(
+        name=one.name,
+        title=one.title,
+        source=one.source,
+        variant=one.flow,
+        length_m=one.cable.length_m,
+        radius_m=one.footprint.radius_m,
+        height_m=one.footprint.height_m,
+        vehicle_velocity_mps=one.vehicle_velocity_mps,
+        current_mps=one.current_mps,
+        density_kgpm3=one.density_kgpm3,
+        variants=variants,
+        needs=needs,
+        shapes=_shapes(footprint, one, angles, solutions[one.flow]),
+        held=held_map,
+        equivalent=_equivalent(one, footprint, next(v for v in variants if v.variant == one.flow)),
+        printed=printed,
+        published_source=one.published.source if one.published else "",
+        warnings=warnings,
+    )
+
+
+def _with_stated_hull(one: TetherInput, held: HeldVehicle) -> HeldVehicle:
+    assert one.hull is not None  # noqa: S101 - the caller asked
+    x, y, z = (
+        hull_drag_n(1.0, one.hull.displacement_m3, one.density_kgpm3, c)
+        for c in one.hull.drag_coefficients
+    )
+    return replace(
+        held,
+        linear=np.zeros(3),
+        quadratic=np.array([x, z, y]),
+        buoyancy_n=one.hull.residual_buoyancy_n,
+    )
+
+
+def _variant(  # noqa: PLR0917
+    variant: str,
+    angles: Sequence[float],
+    solutions: Sequence[TetherSolution],
+    drag: FloatArray,
+    lift: float,
+    held: HeldVehicle | None,
+    through_ned: FloatArray,
+) -> FootprintVariant:
+    rows = []
+    pulls = []
+    for angle, solution in zip(angles, solutions, strict=True):
+        pull = paper_from_ned(solution.force_on_start_n)
+        pulls.append(pull)
+        use = None
+        if held is not None:
+            use = held.use(*held.required(solution.force_on_start_n, through_ned))
+        rows.append(
+            FootprintRow(
+                angle_deg=angle,
+                on_vehicle_n=_tuple(pull),
+                on_garage_n=_tuple(paper_from_ned(solution.force_on_end_n)),
+                required_n=_tuple(-pull - drag - np.array([0.0, lift, 0.0])),
+                use=use,
+            )
+        )
+    return FootprintVariant(
+        variant=variant, rows=tuple(rows), largest_pull_n=largest_pull(np.array(pulls))
+    )
+
+
+def _tuple(values: FloatArray) -> tuple[float, ...]:
+    return tuple(float(v) for v in values)
+
+
+def _needs(
+    one: TetherInput, variants: Sequence[FootprintVariant], held: HeldVehicle | None
+) -> tuple[DriveNeed, ...]:
+    """Tables 5 and 6 from the printed pulls, where there are, and from each of ours."""
+    pulls: list[tuple[str, tuple[float, ...]]] = []
+    if one.published is not None and one.published.largest_pull_n is not None:
+        pulls.append(("printed pulls", one.published.largest_pull_n[:3]))
+    pulls += [(one_of.variant, one_of.largest_pull_n[:3]) for one_of in variants]
+    return tuple(drive_need(one, basis, (p[0], p[1], p[2]), held) for basis, p in pulls)
+
+
+def drive_need(
+    one: TetherInput,
+    basis: str,
+    pull_n: tuple[float, float, float],
+    held: HeldVehicle | None = None,
+) -> DriveNeed:
+    r"""Needed forces and powers, eqs. (3) to (6), from the largest pulls.
+
+    .. math:: F_i = T_i + R_i + Q_i, \qquad N_i = F_i V_i, \qquad N_{cons} = N_i / (\eta_p \eta_d)
+    """
+    own, current = np.abs(one.vehicle_velocity_mps), np.abs(one.current_mps)
+    pull = np.array(pull_n)
+    if one.current_from_any_side:
+        level = float(np.hypot(current[0], current[2]))
+        speed = own + np.array([level, current[1], level])
+        pull[[0, 2]] = max(pull[0], pull[2])
+    else:
+        speed = np.abs(np.array(one.vehicle_velocity_mps) - np.array(one.current_mps))
+    if one.hull is not None:
+        drag = np.array(
+            [
+                hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
+                for v, c in zip(speed, one.hull.drag_coefficients, strict=True)
+            ]
+        )
+    elif held is not None:
+        drag = np.abs(held.drag_n(np.array([speed[0], speed[2], speed[1]])))[[0, 2, 1]]
+    else:
+        raise CannotComputeError("State hull: in the design file.")
+    force = pull + drag + np.array([0.0, abs(buoyancy_n(one, held)), 0.0])
+    towing = force * speed
+    return DriveNeed(
+        basis=basis,
+        pull_n=_tuple(pull),
+        drag_n=_tuple(drag),
+        force_n=_tuple(force),
+        towing_power_w=_tuple(towing),
+        consumed_power_w=_tuple(
+            towing / (one.drive.propeller_efficiency * one.drive.drive_efficiency)
+        ),
+    )
+
+
+def _shapes(
+    footprint: Footprint,
+    one: TetherInput,
+    angles: Sequence[float],
+    solutions: Sequence[TetherSolution],
+) -> tuple[CableShape, ...]:
+    shapes = []
+    for angle in SHAPES_AT_DEG:
+        at = [k for k, a in enumerate(angles) if a == angle]
+        solution = solutions[at[0]] if at else footprint_cable(footprint, one.flow, angle)
+        place = paper_from_ned(solution.position_m)[::2]
+        shapes.append(
+            CableShape(
+                angle_deg=angle,
+                x_m=_tuple(place[:, 0]),
+                y_m=_tuple(place[:, 1]),
+                z_m=_tuple(place[:, 2]),
+                tension_n=_tuple(solution.tension_size_n[::2]),
+            )
+        )
+    return tuple(shapes)
+
+
+def _equivalent(
+    one: TetherInput, footprint: Footprint, variant: FootprintVariant
+) -> EquivalentEffect | None:
+    """Return drag area and pull of the effect `tether` that come nearest at the worst place."""
+    row = max(variant.rows, key=lambda r: float(np.linalg.norm(r.on_vehicle_n)))
+    through = np.array(one.vehicle_velocity_mps) - np.array(one.current_mps)
+    size = float(np.linalg.norm(through))
+    place = footprint.position_m(row.angle_deg)
+    columns = np.column_stack(
+        [-0.5 * one.density_kgpm3 * size * through, -place / np.linalg.norm(place)]
+    )
+    pull = np.array(row.on_vehicle_n)
+    (area, towards), left = nnls(columns, pull)
+    return EquivalentEffect(
+        angle_deg=row.angle_deg,
+        drag_area_m2=float(area),
+        pull_n=float(towards),
+        text=(
+            f"--effect tether:drag_area_m2={area:.3g},pull_n={towards:.3g} meets the cable's force "
+            f"on the vehicle at {row.angle_deg:.0f} deg within {max(left, 0.01):.2g} N of "
+            f"{np.linalg.norm(pull):.4g} N."
+        ),
+    )
