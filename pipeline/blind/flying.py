@@ -1,0 +1,185 @@
+"""Fly the runs of a case: the true vehicle with what is wrong with it, and read its instruments."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.blind.draws import Drawn, draw
+from pipeline.blind.outside import TROUBLES, Hit, Trouble, draw_trouble
+from pipeline.blind.subject import Subject
+from pipeline.blind.table import table_of
+from pipeline.blind.truth.craft import Craft, craft_of
+from pipeline.blind.truth.faults import with_fault
+from pipeline.blind.truth.flight import Flight, fly_craft, still
+from pipeline.blind.truth.kernel_flight import CONTROL_S, Belief
+from pipeline.blind.truth.manoeuvres import Scene, scene_of, wishes_of
+from pipeline.blind.truth.nature import Weather, background
+from pipeline.blind.truth.pilot import belief_of
+from pipeline.blind.truth.sensors import Log, read_all
+from pipeline.errors import CannotComputeError
+from pipeline.records.run_table import RunTable
+from pipeline.types import FloatArray
+from pipeline.vehicle.sensor_schema import Sensors
+
+START_TIME_NS = 1_750_000_000_000_000_000
+#: A vehicle that leans further is no longer under control. [rad]
+LARGEST_TILT = 1.1
+#: A vehicle that leaves its pool by so much has broken away. [m]
+LARGEST_DRIFT_M = 30.0
+
+Fault = Drawn | Trouble
+
+
+class VehicleLost(Exception):  # noqa: N818 (it is the vehicle that is lost, no error of the program)
+    """The vehicle went out of control."""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """Everything that the runs of a case have in common."""
+
+    stated: Craft
+    belief: Belief
+    scene: Scene
+    sensors: Sensors
+    weather: Weather
+
+
+@dataclass(frozen=True)
+class Patient:
+    """The healthy vehicle, what is wrong with it, and how large each fault is."""
+
+    well: Craft
+    faults: tuple[Fault, ...] = ()
+    sizes: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True)
+class Flown:
+    """A run of the true vehicle: craft, motion, forces from outside."""
+
+    craft: Craft
+    flight: Flight
+    outside: FloatArray
+
+
+def stage_of(subject: Subject, missing: Sequence[str], weather: Weather) -> Stage:
+    """Set up a vehicle with some of its instruments missing.
+
+    Raises
+    ------
+    CannotComputeError
+        When its file has no model or no sensors.
+    """
+    vehicle = subject.vehicle
+    if vehicle.model is None or vehicle.sensors is None:
+        raise CannotComputeError(f"{vehicle.name} has no model: or no sensors: section")
+    stated = craft_of(vehicle, subject.static)
+    sensors = vehicle.sensors.model_copy(update=dict.fromkeys(missing))
+    return Stage(stated, belief_of(stated), scene_of(stated), sensors, weather)
+
+
+def fault_of(
+    what: str, stage: Stage, durations_s: tuple[float, ...], rng: np.random.Generator
+) -> Fault:
+    """Draw a fault, of the library or outside of it."""
+    if what in TROUBLES:
+        return draw_trouble(what, stage.stated, stage.scene, durations_s, rng)
+    return draw(what, stage.stated, stage.scene, rng)
+
+
+def _hit(craft: Craft, fault: Fault, size: float, run: int, count: int) -> Hit:
+    if isinstance(fault, Trouble):
+        return fault.hit(craft, size, run, count)
+    return with_fault(craft, fault.effect, fault.at(size), fault.thruster), None, None
+
+
+def children(seeds: np.random.SeedSequence, count: int) -> list[np.random.SeedSequence]:
+    """Seeds of the parts, the same however often they are asked for."""
+    return [
+        np.random.SeedSequence(seeds.entropy, spawn_key=(*seeds.spawn_key, k)) for k in range(count)
+    ]
+
+
+def fly_all(
+    stage: Stage,
+    patient: Patient,
+    kinds: Sequence[str],
+    duration_s: float,
+    seeds: np.random.SeedSequence,
+) -> list[Flown]:
+    """Fly runs of the true vehicle with its faults.
+
+    Raises
+    ------
+    VehicleLost
+        When it does not stay under control.
+    """
+    return [
+        fly_one(stage, patient, kind, run=run, duration_s=duration_s, seed=seed)
+        for run, (kind, seed) in enumerate(zip(kinds, children(seeds, len(kinds)), strict=True))
+    ]
+
+
+def fly_one(
+    stage: Stage,
+    patient: Patient,
+    kind: str,
+    *,
+    run: int,
+    duration_s: float,
+    seed: np.random.SeedSequence,
+) -> Flown:
+    """Fly one run; as `fly_all`."""
+    rng = np.random.default_rng(seed)
+    wishes, heading = wishes_of(kind, stage.scene, duration_s, rng)
+    count = len(wishes)
+    craft = patient.well
+    outside = background(craft, stage.weather, count + 1, CONTROL_S, rng)
+    gains: FloatArray | None = None
+    for fault, size in zip(patient.faults, patient.sizes, strict=True):
+        craft, force, lost = _hit(craft, fault, size, run, count)
+        if force is not None:
+            outside = outside + force
+        if lost is not None:
+            gains = lost if gains is None else gains * lost
+    start = still(np.array([0.0, 0.0, stage.scene.depth_m]), heading)
+    flight = fly_craft(
+        craft, stage.belief, wishes=wishes, outside=outside, gains=gains, start=start
+    )
+    if flight.turn[:, 2, 2].min() < np.cos(LARGEST_TILT) or flight.place[:, 2].min() < -1.0:
+        raise VehicleLost
+    if stage.scene.pool and np.abs(flight.place[:, :2]).max() > LARGEST_DRIFT_M:
+        raise VehicleLost
+    return Flown(craft, flight, outside)
+
+
+def read_runs(
+    stage: Stage, flown: Sequence[Flown], name: str, seeds: np.random.SeedSequence
+) -> tuple[list[RunTable], dict[str, Log]]:
+    """Read the instruments on all runs: tables, and logs by name of the run."""
+    tables: list[RunTable] = []
+    logs: dict[str, Log] = {}
+    # the first thousand seeds flew the runs
+    noises = children(seeds, 1000 + len(flown))[1000:]
+    for k, (one, seed) in enumerate(zip(flown, noises, strict=True)):
+        called = f"{name}_{k + 1}"
+        log = read_all(
+            one.flight,
+            one.craft,
+            stage.sensors,
+            weather=stage.weather,
+            rng=np.random.default_rng(seed),
+            supply=supply_of(one.craft, one.flight.commands),
+        )
+        logs[called] = log
+        start = START_TIME_NS + (k + (10 if name == "run" else 0)) * 3_600_000_000_000
+        tables.append(table_of(log, one.craft.names, called, start))
+    return tables, logs
+
+
+def supply_of(craft: Craft, commands: FloatArray) -> FloatArray:
+    """Share of the nominal supply voltage at each command (m,)."""
+    load = ((commands / craft.code_max) ** 2).mean(axis=1)
+    return np.asarray(1.0 - craft.supply_drop - craft.load_drop * load)

@@ -1,0 +1,206 @@
+"""Make one case: fly the true vehicle, read its instruments, write down what was done to it.
+
+A case is made from its specification and one seed, so it can be made again alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipeline.blind.draws import Drawn
+from pipeline.blind.flying import (
+    Fault,
+    Flown,
+    Patient,
+    Stage,
+    VehicleLost,
+    fault_of,
+    fly_all,
+    read_runs,
+    stage_of,
+)
+from pipeline.blind.label import CaseLabel, TrueEffect
+from pipeline.blind.outside import Trouble
+from pipeline.blind.regimes import regimes_of
+from pipeline.blind.severity import CHANNELS, Floors, gap_ratio, ratios
+from pipeline.blind.sizing import FloorKey, healthy_floors, size_for, trace_of_runs
+from pipeline.blind.subject import Subject, variant_for
+from pipeline.blind.truth.manoeuvres import SETS
+from pipeline.blind.truth.nature import drawn, some_weather
+from pipeline.blind.truth.sensors import Log
+from pipeline.errors import CannotComputeError
+from pipeline.records.run_table import RunTable
+
+#: How often a fault under which the vehicle is lost is made smaller, and by what factor.
+_TRIES, _SMALLER = 6, 0.7
+
+
+@dataclass(frozen=True)
+class CaseSpec:
+    """What a case is.
+
+    `kind` is none, single, pair, outside or leave_one_out; `what` the effects (or the trouble);
+    `severity` the wanted gap ratio; `manoeuvres` a name of `SETS`; `healthy` how many healthy runs
+    there are; `missing` instruments that are not logged.
+    """
+
+    kind: str
+    what: tuple[str, ...] = ()
+    severity: float = 6.0
+    manoeuvres: str = "trial"
+    healthy: int = 3
+    missing: tuple[str, ...] = ()
+    duration_s: float = 180.0
+    seed: int = 0
+
+
+@dataclass(frozen=True)
+class GeneratedCase:
+    """A case in memory; `logs` has the readings of each run by name."""
+
+    spec: CaseSpec
+    subject: Subject
+    runs: tuple[RunTable, ...]
+    holdout: tuple[RunTable, ...]
+    healthy: tuple[RunTable, ...]
+    label: CaseLabel
+    logs: dict[str, Log] = field(repr=False)
+
+
+def generate(subject: Subject, spec: CaseSpec) -> GeneratedCase:
+    """Make a case.
+
+    Parameters
+    ----------
+    subject : Subject
+        The vehicle; a variant of it is taken where the effect needs one.
+    spec : CaseSpec
+        What the case is.
+
+    Returns
+    -------
+    GeneratedCase
+
+    Raises
+    ------
+    CannotComputeError
+        When the vehicle has no model or no sensors, or cannot be flown with the fault at any size.
+    """
+    for effect in spec.what:
+        subject = variant_for(subject, effect)
+    seeds = np.random.SeedSequence(spec.seed).spawn(5)
+    rng = np.random.default_rng(seeds[0])
+    stage = stage_of(subject, spec.missing, some_weather(rng))
+    model = subject.vehicle.model
+    if model is None:
+        raise CannotComputeError(f"{subject.name} has no model: section")
+    well = drawn(stage.stated, model.uncertainty, rng)
+    floors = healthy_floors(FloorKey(subject, spec.manoeuvres, spec.missing))
+    names, held = SETS[spec.manoeuvres]
+    every = (*names, *held)
+    durations = (spec.duration_s,) * len(every)
+    faults = tuple(fault_of(what, stage, durations, rng) for what in spec.what)
+    sizes = tuple(
+        size_for(
+            stage,
+            well,
+            fault,
+            wanted=spec.severity,
+            floors=floors,
+            kinds=every,
+            seeds=seeds[1],
+            rng=rng,
+        )
+        for fault in faults
+    )
+    patient, flown = _flown(stage, Patient(well, faults, sizes), every, spec, seeds[2])
+    runs, logs = read_runs(stage, flown, "run", seeds[3])
+    healthy: list[RunTable] = []
+    if spec.healthy:
+        kinds = [every[k % len(every)] for k in range(spec.healthy)]
+        sound = fly_all(stage, Patient(well), kinds, spec.duration_s, seeds[4])
+        healthy, more = read_runs(stage, sound, "healthy", seeds[4])
+        logs |= more
+    count = len(names)
+    label = _label(stage, patient, flown[:count], floors=floors, spec=spec, name=subject.name)
+    return GeneratedCase(
+        spec, subject, tuple(runs[:count]), tuple(runs[count:]), tuple(healthy), label, logs
+    )
+
+
+def _flown(
+    stage: Stage,
+    patient: Patient,
+    kinds: Sequence[str],
+    spec: CaseSpec,
+    seeds: np.random.SeedSequence,
+) -> tuple[Patient, list[Flown]]:
+    """Fly all runs; the faults are made smaller until the vehicle stays under control."""
+    for _try in range(_TRIES):
+        try:
+            return patient, fly_all(stage, patient, kinds, spec.duration_s, seeds)
+        except VehicleLost:
+            smaller = tuple(_SMALLER * size for size in patient.sizes)
+            patient = Patient(patient.well, patient.faults, smaller)
+    what = ", ".join(spec.what) or "no fault"
+    raise CannotComputeError(f"the vehicle cannot be flown with {what}, however small")
+
+
+def _label(
+    stage: Stage,
+    patient: Patient,
+    flown: Sequence[Flown],
+    *,
+    floors: Floors,
+    spec: CaseSpec,
+    name: str,
+) -> CaseLabel:
+    floor = {
+        channel: float(floors.healthy[k])
+        for k, channel in enumerate(CHANNELS)
+        if np.isfinite(floors.healthy[k])
+    }
+    by_channel = dict.fromkeys(floor, 1.0)
+    regimes: dict[str, float] = {}
+    if patient.faults:
+        trace = trace_of_runs(stage, patient.well, flown)
+        by_channel = ratios(trace, floors)
+        regimes = regimes_of(trace, floors, [one.flight for one in flown], stage.stated)
+    troubles = [fault for fault in patient.faults if isinstance(fault, Trouble)]
+    return CaseLabel(
+        vehicle=name,
+        kind=spec.kind,
+        effects=_effects(patient.faults, patient.sizes),
+        trouble=troubles[0].name if troubles else None,
+        trouble_thruster=troubles[0].thruster if troubles else None,
+        overlaps=tuple(effect for fault in troubles for effect in fault.overlaps),
+        times_s={
+            f"run_{run + 1}": spans
+            for fault in troubles
+            for run, spans in fault.times_s.items()
+            if run < len(flown)
+        },
+        wanted_ratio=spec.severity if patient.faults else 1.0,
+        gap_ratio=gap_ratio(by_channel),
+        channel_ratios=by_channel,
+        healthy_floor=floor,
+        regimes=regimes,
+        manoeuvres=spec.manoeuvres,
+        healthy_runs=spec.healthy,
+        missing=spec.missing,
+        seed=spec.seed,
+    )
+
+
+def _effects(faults: Sequence[Fault], sizes: Sequence[float]) -> tuple[TrueEffect, ...]:
+    return tuple(
+        TrueEffect(
+            effect=fault.effect,
+            parameters=fault.at(size),
+            thruster=fault.thruster,
+            axes=fault.axes,
+        )
+        for fault, size in zip(faults, sizes, strict=True)
+        if isinstance(fault, Drawn)
+    )

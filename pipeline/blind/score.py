@@ -1,0 +1,356 @@
+"""All verdicts of a campaign: rates with exact bounds by severity band, never one pooled figure.
+
+Bounds are those of Clopper and Pearson 1934, Biometrika 26(4), 404-413, at 95 %.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from pipeline.blind.verdict_score import CaseScore
+from pipeline.records.base import Record
+
+#: Names and limits of the severity bands, in gap over healthy floor.
+BANDS = (("1-3", 1.0, 3.0), ("3-10", 3.0, 10.0), (">10", 10.0, np.inf))
+
+
+class Rate(Record):
+    """A share with its bounds; `share` is None where no case asks the question."""
+
+    question: str
+    stratum: str
+    yes: int
+    cases: int
+    share: float | None
+    low: float | None
+    high: float | None
+    goal: str = ""
+    met: bool | None = None
+
+
+class Figure(Record):
+    """A figure that is no share: median, 90th percentile."""
+
+    question: str
+    stratum: str
+    cases: int
+    median: float | None
+    p90: float | None
+    goal: str = ""
+    met: bool | None = None
+
+
+class Confusion(Record):
+    """How often each truth (row) got each answer (column), single effects and none and unknown."""
+
+    truths: tuple[str, ...]
+    answers: tuple[str, ...]
+    counts: tuple[tuple[int, ...], ...]
+
+
+class CampaignScore(Record):
+    """The result of a blind check."""
+
+    cases: int
+    refused: int
+    rates: tuple[Rate, ...]
+    figures: tuple[Figure, ...]
+    confusion: Confusion
+    baselines: dict[str, Confusion]
+
+
+def clopper_pearson(yes: int, cases: int, level: float = 0.95) -> tuple[float, float]:
+    """Exact bounds of a share.
+
+    Parameters
+    ----------
+    yes, cases : int
+        How many of how many.
+    level : float
+        Confidence.
+
+    Examples
+    --------
+    >>> low, high = clopper_pearson(0, 300)
+    >>> low, round(high, 4)
+    (0.0, 0.0122)
+    """
+    from scipy.stats import beta
+
+    tail = 0.5 * (1.0 - level)
+    low = float(beta.ppf(tail, yes, cases - yes + 1)) if yes > 0 else 0.0
+    high = float(beta.ppf(1.0 - tail, yes + 1, cases - yes)) if yes < cases else 1.0
+    return low, high
+
+
+def rate(
+    question: str,
+    stratum: str,
+    answers: Iterable[bool | None],
+    goal: str = "",
+    met: Callable[[float], bool] | None = None,
+) -> Rate:
+    """Count the cases that answer a question; None does not count."""
+    asked = [answer for answer in answers if answer is not None]
+    if not asked:
+        return Rate(
+            question=question,
+            stratum=stratum,
+            yes=0,
+            cases=0,
+            share=None,
+            low=None,
+            high=None,
+            goal=goal,
+        )
+    yes = sum(asked)
+    low, high = clopper_pearson(yes, len(asked))
+    share = yes / len(asked)
+    return Rate(
+        question=question,
+        stratum=stratum,
+        yes=yes,
+        cases=len(asked),
+        share=share,
+        low=low,
+        high=high,
+        goal=goal,
+        met=None if met is None else met(share),
+    )
+
+
+def figure(
+    question: str,
+    stratum: str,
+    values: Iterable[float | None],
+    goal: str = "",
+    met: Callable[[float, float], bool] | None = None,
+) -> Figure:
+    """Median and 90th percentile of what is known."""
+    known = np.array([value for value in values if value is not None], float)
+    if not known.size:
+        return Figure(question=question, stratum=stratum, cases=0, median=None, p90=None, goal=goal)
+    median, p90 = float(np.median(known)), float(np.percentile(known, 90))
+    return Figure(
+        question=question,
+        stratum=stratum,
+        cases=known.size,
+        median=median,
+        p90=p90,
+        goal=goal,
+        met=None if met is None else met(median, p90),
+    )
+
+
+def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
+    """Put the scored cases of a campaign together.
+
+    Parameters
+    ----------
+    scores : sequence of CaseScore
+        In any order.
+    """
+    rates: list[Rate] = []
+    single = [one for one in scores if one.kind == "single"]
+    for name, low, high in BANDS:
+        inside = [one for one in single if low <= one.gap_ratio < high]
+        rates += _of_band(name, inside, strict=low >= 3.0)
+    for told, word in ((True, "with healthy runs"), (False, "without healthy runs")):
+        rates += _of_healthy([one for one in scores if one.healthy == told], word, told)
+    for missing in sorted({",".join(one.missing) for one in single if one.missing}):
+        part = [one for one in single if ",".join(one.missing) == missing and one.gap_ratio >= 3]
+        rates.append(
+            rate("right effect first", f"gap >= 3, no {missing}", (o.first_right for o in part))
+        )
+    for vehicle in sorted({one.vehicle for one in scores}):
+        part = [one for one in single if one.vehicle == vehicle and one.gap_ratio >= 3]
+        rates.append(rate("right effect first", f"gap >= 3, {vehicle}", _first(part)))
+    widths = [
+        width.half_width_share for one in scores for width in one.intervals if one.gap_ratio >= 3
+    ]
+    covered = [width.inside for one in scores for width in one.intervals]
+    rates.append(
+        rate("95 % intervals cover the truth", "all", covered, "93-97 %", _between(0.93, 0.97))
+    )
+    figures = (
+        figure(
+            "half-width of an interval over the truth",
+            "gap >= 3",
+            widths,
+            "median <= 10 %",
+            lambda median, _p90: median <= 0.10,
+        ),
+        figure(
+            "held-out gap after over the healthy floor",
+            "right answers",
+            (one.after_over_floor for one in scores),
+            "median <= 1.10, p90 <= 1.25",
+            lambda median, p90: median <= 1.10 and p90 <= 1.25,
+        ),
+        figure(
+            "explainable gap closed on held-out runs",
+            "right answers, gap >= 3",
+            (one.gap_closed for one in scores if one.gap_ratio >= 3),
+            "median >= 90 %",
+            lambda median, _p90: median >= 0.9,
+        ),
+        figure(
+            "answers in the set",
+            "single effects that can be told apart",
+            (float(one.set_size) for one in single if one.separable),
+            "mean <= 1.3",
+        ),
+        figure(
+            "seconds of a diagnosis",
+            "all",
+            (one.elapsed_s for one in scores),
+            "<= 30 s",
+            lambda _median, p90: p90 <= 30.0,
+        ),
+    )
+    names = sorted({name for one in scores for name in one.baselines})
+    return CampaignScore(
+        cases=len(scores),
+        refused=sum(bool(one.refused) for one in scores),
+        rates=tuple(rates),
+        figures=figures,
+        confusion=confusion(scores, lambda one: _one_word(one.verdict)),
+        baselines={
+            name: confusion(
+                [one for one in scores if name in one.baselines],
+                lambda one, name=name: one.baselines[name],  # type: ignore[misc]
+            )
+            for name in names
+        },
+    )
+
+
+def _first(part: Sequence[CaseScore]) -> Iterable[bool | None]:
+    return (one.first_right for one in part)
+
+
+def _between(low: float, high: float) -> Callable[[float], bool]:
+    return lambda share: low <= share <= high
+
+
+def _at_least(limit: float) -> Callable[[float], bool]:
+    return lambda share: share >= limit
+
+
+def _at_most(limit: float) -> Callable[[float], bool]:
+    return lambda share: share <= limit
+
+
+def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Rate]:
+    """Single effects of one severity band."""
+    where = f"gap {name}"
+    apart = [one for one in inside if one.separable]
+    alike = [one for one in inside if one.separable is False]
+    least = 0.95 if strict else 0.80
+    goal = ">= 95 %" if strict else ">= 80 %, otherwise it abstains"
+    return [
+        rate("right effect first", f"{where}, separable", _first(apart), goal, _at_least(least)),
+        rate(
+            "right, or abstains",
+            f"{where}, separable",
+            (one.first_right or one.abstained for one in apart),
+        ),
+        rate(
+            "right group",
+            f"{where}, not separable",
+            (one.group_right for one in alike),
+            ">= 95 %",
+            _at_least(0.95),
+        ),
+        rate("right effect first", f"{where}, all", _first(inside)),
+        rate(
+            "truth in the answer set",
+            where,
+            (one.in_set for one in inside),
+            ">= 99 %",
+            _at_least(0.99),
+        ),
+        rate("confidently wrong", where, (one.confidently_wrong for one in inside)),
+        rate("right thruster or axis", where, (one.detail_right for one in inside)),
+        rate(
+            "right channel",
+            where,
+            (one.channel_right for one in inside),
+            ">= 98 %",
+            _at_least(0.98),
+        ),
+        rate(
+            "right regime", where, (one.regime_right for one in inside), ">= 90 %", _at_least(0.9)
+        ),
+    ]
+
+
+def _of_healthy(part: Sequence[CaseScore], word: str, told: bool) -> list[Rate]:
+    """Strata that are scored with and without healthy runs apart."""
+    known = [one for one in part if one.kind in ("single", "pair")]
+    pairs = [one for one in part if one.kind == "pair"]
+    clear = [one for one in part if one.kind == "single" and one.gap_ratio >= 3]
+    alarm = "0 of 300" if told else "<= 2 %"
+    left_out = [one for one in part if one.kind == "leave_one_out"]
+    outside = [one for one in part if one.kind == "outside"]
+    return [
+        rate(
+            "false alarm on none",
+            word,
+            (one.false_alarm for one in part),
+            alarm,
+            _at_most(0.0 if told else 0.02),
+        ),
+        rate("right effect first", f"gap >= 3, {word}", _first(clear)),
+        rate("exact pair", word, (one.pair_exact for one in pairs), ">= 80 %", _at_least(0.80)),
+        rate(
+            "at least one of the pair",
+            word,
+            (one.pair_any for one in pairs),
+            ">= 97 %",
+            _at_least(0.97),
+        ),
+        rate(
+            "unknown caught",
+            f"outside the library, {word}",
+            (one.unknown_right for one in outside),
+            ">= 90 %",
+            _at_least(0.90),
+        ),
+        rate(
+            "known cases called unknown",
+            word,
+            (one.called_unknown for one in known),
+            "<= 3 %",
+            _at_most(0.03),
+        ),
+        rate("unknown caught", f"effect left out, {word}", (o.unknown_right for o in left_out)),
+        rate(
+            "confidently wrong",
+            f"effect left out, {word}",
+            (one.confidently_wrong for one in left_out),
+        ),
+    ]
+
+
+def _one_word(effects: tuple[str, ...]) -> str:
+    return effects[0] if len(effects) == 1 else "pair"
+
+
+def confusion(scores: Sequence[CaseScore], answer: Callable[[CaseScore], str]) -> Confusion:
+    """Count answers by truth; single effects with a gap, none, and what lies outside."""
+    rows: dict[str, dict[str, int]] = {}
+    for one in scores:
+        if one.kind not in ("single", "none", "outside"):
+            continue
+        told = rows.setdefault(_one_word(one.truth), {})
+        told[answer(one)] = told.get(answer(one), 0) + 1
+    last = ("none", "unknown", "pair", "refused")
+    names = {name for row in rows.values() for name in row} | set(rows)
+    order = [*sorted(names - set(last)), *(name for name in last if name in names)]
+    truths = tuple(name for name in order if name in rows)
+    return Confusion(
+        truths=truths,
+        answers=tuple(order),
+        counts=tuple(tuple(rows[t].get(a, 0) for a in order) for t in truths),
+    )

@@ -1,0 +1,143 @@
+"""Find the size at which a fault opens the wanted gap, by flying it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+
+import numpy as np
+
+from pipeline.blind.flying import (
+    Fault,
+    Flown,
+    Patient,
+    Stage,
+    VehicleLost,
+    children,
+    fly_all,
+    fly_one,
+    stage_of,
+)
+from pipeline.blind.severity import Floors, floors_of, gap_ratio, ratios, trace_of
+from pipeline.blind.subject import Subject
+from pipeline.blind.truth.craft import Craft
+from pipeline.blind.truth.flight import Flight
+from pipeline.blind.truth.manoeuvres import SETS
+from pipeline.blind.truth.nature import Weather, drawn
+from pipeline.errors import CannotComputeError
+from pipeline.types import FloatArray
+
+#: Flown by the search, which takes two runs and cuts them short. [s]
+SEARCH_S = 80.0
+#: Steps of the search, and the logarithm of the ratio at which it is content.
+_STEPS, _CLOSE = 6, 0.12
+
+
+def size_for(
+    stage: Stage,
+    well: Craft,
+    fault: Fault,
+    *,
+    wanted: float,
+    floors: Floors,
+    kinds: Sequence[str],
+    seeds: np.random.SeedSequence,
+    rng: np.random.Generator,
+) -> float:
+    """Return the size whose gap ratio comes nearest to the wanted one.
+
+    Parameters
+    ----------
+    stage : Stage
+        The case.
+    well : Craft
+        The vehicle without the fault.
+    fault : Drawn or Trouble
+        With its size open.
+    wanted : float
+        Gap over healthy floor.
+    floors : Floors
+        Of this vehicle on these manoeuvres.
+    kinds : sequence of str
+        Runs of the case; two of the first four are flown.
+    seeds : SeedSequence
+        Of the flights.
+    rng : Generator
+        Chooses the two.
+    """
+    picked = [kinds[k] for k in sorted(rng.choice(4, size=2, replace=False))]
+    target = float(np.sqrt(max(wanted, 1.01) ** 2 - 1.0))
+    size, least = min(0.3, fault.most), 0.0
+    best: tuple[float, float] | None = None
+    for _step in range(_STEPS):
+        try:
+            patient = Patient(well, (fault,), (size,))
+            flown = fly_all(stage, patient, picked, SEARCH_S, seeds)
+            ratio = gap_ratio(ratios(trace_of_runs(stage, well, flown), floors))
+        except (VehicleLost, CannotComputeError):
+            fault = replace(fault, most=0.8 * size)
+            size = 0.5 * (size + least) if least else 0.3 * size
+            continue
+        share = float(np.sqrt(max(ratio**2 - 1.0, 1e-6)))
+        miss = abs(float(np.log(share / target)))
+        if best is None or miss < best[1]:
+            best = (size, miss)
+        if share < target:
+            least = max(least, size)
+        if miss < _CLOSE or (share < target and size >= fault.most):
+            break
+        size = float(min(size * np.clip((target / share) ** 0.9, 0.05, 8.0), fault.most))
+    return size if best is None else best[0]
+
+
+def trace_of_runs(stage: Stage, well: Craft, flown: Sequence[Flown]) -> FloatArray:
+    """Trace of the faults over runs, each with the craft of that run (windows, k, 12).
+
+    The healthy side keeps the background, which is in body axes; troubles push in NED.
+    """
+    parts = []
+    for one in flown:
+        quiet = one.outside.copy()
+        quiet[:, :3] = 0.0
+        parts.append(trace_of(one.craft, well, stage.belief, [(one.flight, quiet)], stage.sensors))
+    return np.concatenate(parts)
+
+
+@dataclass(frozen=True)
+class FloorKey:
+    """What floors depend on; compared by the text of the vehicle file."""
+
+    subject: Subject = field(hash=False, compare=False)
+    manoeuvres: str
+    missing: tuple[str, ...]
+    text: str = ""
+
+    def __post_init__(self) -> None:
+        """Take the text of the vehicle file."""
+        object.__setattr__(self, "text", self.subject.text)
+
+
+@lru_cache(maxsize=64)
+def healthy_floors(key: FloorKey) -> Floors:
+    """Healthy floor of a vehicle on a set of manoeuvres, from six drawn vehicles.
+
+    Raises
+    ------
+    CannotComputeError
+        When the vehicle has no model or no sensors, or none of the six could be flown.
+    """
+    stage = stage_of(key.subject, key.missing, Weather())
+    model = key.subject.vehicle.model
+    if model is None:
+        raise CannotComputeError(f"{key.subject.name} has no model: section")
+    flown: list[tuple[Craft, Flight]] = []
+    kinds = SETS[key.manoeuvres][0]
+    for k in range(6):
+        seeds = np.random.SeedSequence([7919, k])
+        craft = drawn(stage.stated, model.uncertainty, np.random.default_rng(seeds))
+        seed = children(seeds, 1)[0]
+        try:
+            one = fly_one(stage, Patient(craft), kinds[k % 4], run=0, duration_s=90.0, seed=seed)
+        except VehicleLost:
+            continue
+        flown.append((craft, one.flight))
+    return floors_of(stage.stated, flown, stage.belief, stage.sensors)

@@ -1,0 +1,211 @@
+"""The effects of the library once more, written for the truth: id and parameters to a craft.
+
+Parameter names and units are those that ``rig2sea effects`` lists; nothing else is shared.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.blind.truth.craft import Craft, DvlFault, spread
+from pipeline.types import FloatArray
+
+AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+Values = Mapping[str, float]
+Change = Callable[[Craft, Values, int], Craft]
+
+
+def with_fault(
+    craft: Craft, effect: str, values: Mapping[str, float], thruster: str | None = None
+) -> Craft:
+    """Return the craft with an effect at work.
+
+    Parameters
+    ----------
+    craft : Craft
+        The vehicle without it.
+    effect : str
+        Id of the library.
+    values : mapping
+        Parameters in the units of the library; those that are not named are neutral.
+    thruster : str, optional
+        Which one, for effects of one thruster.
+
+    Raises
+    ------
+    KeyError
+        For an effect that the truth does not know.
+    """
+    return FAULTS[effect](craft, values, craft.names.index(thruster) if thruster else -1)
+
+
+def _factors(values: Values) -> FloatArray:
+    return np.array([values.get(axis, 1.0) for axis in AXES])
+
+
+def _added_mass(craft: Craft, values: Values, _one: int) -> Craft:
+    root = np.diag(np.sqrt(_factors(values)))
+    return craft.changed(added=root @ craft.added @ root)
+
+
+def _linear(craft: Craft, values: Values, _one: int) -> Craft:
+    root = np.diag(np.sqrt(_factors(values)))
+    return craft.changed(linear=root @ craft.linear @ root)
+
+
+def _quadratic(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(quadratic=craft.quadratic * _factors(values))
+
+
+def _advance(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(inflow=craft.inflow + values["inflow_fraction"])
+
+
+def _cg_shift(craft: Craft, values: Values, _one: int) -> Craft:
+    shift = np.array([values.get(name, 0.0) for name in ("dx_m", "dy_m", "dz_m")])
+    return craft.changed(centre_g=craft.centre_g + shift)
+
+
+def _coriolis(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(coriolis=craft.coriolis + values["fraction"])
+
+
+def _crossflow(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(crossflow=craft.crossflow + values["fraction"])
+
+
+def _current(craft: Craft, values: Values, _one: int) -> Craft:
+    flow = [values.get(name, 0.0) for name in ("north_mps", "east_mps", "down_mps")]
+    return craft.changed(current=craft.current + np.array(flow))
+
+
+def _dead_zone(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(dead=craft.dead + values["codes"])
+
+
+def _lift(craft: Craft, values: Values, _one: int) -> Craft:
+    names = ("heave_slope", "pitch_slope", "sway_slope", "yaw_slope")
+    return craft.changed(lift=craft.lift + np.array([values.get(name, 0.0) for name in names]))
+
+
+def _payload(craft: Craft, values: Values, _one: int) -> Craft:
+    at = np.array([values.get(name, 0.0) for name in ("x_m", "y_m", "z_m")])
+    extra, floats = values.get("mass_kg", 0.0), values.get("volume_m3", 0.0)
+    mass = craft.mass_kg + extra
+    centre = (craft.mass_kg * craft.centre_g + extra * at) / mass
+    inertia = craft.inertia + craft.mass_kg * spread(craft.centre_g - centre)
+    inertia = inertia + extra * spread(at - centre)
+    lift = floats * craft.density * craft.gravity
+    buoyancy = craft.buoyancy_n + lift
+    return craft.changed(
+        mass_kg=mass,
+        centre_g=centre,
+        inertia=inertia,
+        buoyancy_n=buoyancy,
+        centre_b=(craft.buoyancy_n * craft.centre_b + lift * at) / buoyancy,
+    )
+
+
+def _buoyancy(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(buoyancy_n=craft.buoyancy_n + values["force_n"])
+
+
+def _reverse(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(reverse=craft.reverse * values["fraction"])
+
+
+def _tether(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(
+        tow_area_m2=craft.tow_area_m2 + values.get("drag_area_m2", 0.0),
+        tow_pull_n=craft.tow_pull_n + values.get("pull_n", 0.0),
+    )
+
+
+def _deduction(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(gain=craft.gain * (1.0 - values["t"]))
+
+
+def _degraded(craft: Craft, values: Values, one: int) -> Craft:
+    gain = craft.gain.copy()
+    gain[one] *= values["thrust_fraction"]
+    return craft.changed(gain=gain)
+
+
+def _lag(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(lag_s=craft.lag_s + values["lag_s"])
+
+
+def _misaligned(craft: Craft, values: Values, one: int) -> Craft:
+    azimuth, elevation = craft.azimuth.copy(), craft.elevation.copy()
+    azimuth[one] += np.radians(values.get("azimuth_deg", 0.0))
+    elevation[one] += np.radians(values.get("elevation_deg", 0.0))
+    return craft.changed(azimuth=azimuth, elevation=elevation)
+
+
+def _sag(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(
+        supply_drop=craft.supply_drop + values.get("drop", 0.0),
+        load_drop=craft.load_drop + values.get("load_drop", 0.0),
+    )
+
+
+def _wall(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(wall_strength=craft.wall_strength + values["strength"])
+
+
+def _dvl_scale(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(dvl=replace(craft.dvl, scale=craft.dvl.scale * values["scale"]))
+
+
+def _dvl_delay(craft: Craft, values: Values, _one: int) -> Craft:
+    return craft.changed(dvl=replace(craft.dvl, delay_s=craft.dvl.delay_s + values["delay_s"]))
+
+
+def _dvl_turn(craft: Craft, values: Values, _one: int) -> Craft:
+    turn = tuple(values.get(name, 0.0) for name in ("roll_deg", "pitch_deg", "yaw_deg"))
+    return craft.changed(dvl=replace(craft.dvl, turn_deg=_three(craft.dvl.turn_deg, turn)))
+
+
+def _dvl_place(craft: Craft, values: Values, _one: int) -> Craft:
+    shift = tuple(values.get(name, 0.0) for name in ("x_m", "y_m", "z_m"))
+    return craft.changed(dvl=replace(craft.dvl, place_m=_three(craft.dvl.place_m, shift)))
+
+
+def _three(a: tuple[float, ...], b: tuple[float, ...]) -> tuple[float, float, float]:
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2]
+
+
+#: Effect -> what it changes.
+FAULTS: Mapping[str, Change] = {
+    "added_mass": _added_mass,
+    "advance_speed_loss": _advance,
+    "cg_shift": _cg_shift,
+    "coriolis_omitted": _coriolis,
+    "crossflow_coupling": _crossflow,
+    "current": _current,
+    "dead_zone": _dead_zone,
+    "dvl_delay": _dvl_delay,
+    "dvl_lever_arm": _dvl_place,
+    "dvl_misalignment": _dvl_turn,
+    "dvl_scale": _dvl_scale,
+    "lift": _lift,
+    "linear_damping": _linear,
+    "payload": _payload,
+    "quadratic_damping": _quadratic,
+    "residual_buoyancy": _buoyancy,
+    "reverse_thrust": _reverse,
+    "tether": _tether,
+    "thrust_deduction": _deduction,
+    "thruster_degraded": _degraded,
+    "thruster_lag": _lag,
+    "thruster_misalignment": _misaligned,
+    "voltage_sag": _sag,
+    "wall_effect": _wall,
+}
+#: Effects that make readings wrong and leave the motion alone.
+OF_MEASUREMENT = frozenset({"dvl_scale", "dvl_delay", "dvl_misalignment", "dvl_lever_arm"})
+#: Effects of one thruster.
+OF_ONE_THRUSTER = frozenset({"thruster_degraded", "thruster_misalignment"})
+
+__all__ = ["AXES", "FAULTS", "OF_MEASUREMENT", "OF_ONE_THRUSTER", "DvlFault", "with_fault"]

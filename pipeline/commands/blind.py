@@ -1,0 +1,137 @@
+"""``rig2sea blind``."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from pipeline.stages.blind_campaign import BlindResult
+
+
+@click.command()
+@click.option("--cases", type=click.IntRange(1, 100_000), default=60, show_default=True)
+@click.option("--seed", type=click.IntRange(0, 10_000), default=0, show_default=True)
+@click.option(
+    "--to",
+    type=click.Path(path_type=Path, file_okay=False),
+    default=Path("processed/blind"),
+    show_default=True,
+    metavar="DIR",
+    help="Folder of the campaign: labels, verdicts, scores.",
+)
+@click.option(
+    "--vehicle",
+    "vehicles",
+    multiple=True,
+    metavar="VEHICLE",
+    help="May be given several times.  [default: mmt300, rov8, cargo_carrier]",
+)
+@click.option("--resume", is_flag=True, help="Go on with the campaign that the folder holds.")
+@click.option(
+    "--processes",
+    type=click.IntRange(1, 64),
+    default=2,
+    show_default=True,
+    help="Cases at a time.",
+)
+@click.option(
+    "--baselines/--no-baselines",
+    default=True,
+    show_default=True,
+    help="Let the plain methods answer too.",
+)
+@click.option("--keep-logs", is_flag=True, help="Write the logs of every case as well.")
+@click.option(
+    "--page",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.md",
+    help="Write the result as a page with pictures, too.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    metavar="DIR",
+    help="Folder that holds processed/.  [default: here]",
+)
+def blind(  # noqa: PLR0917 - click passes every option by its name
+    cases: int,
+    seed: int,
+    to: Path,
+    vehicles: tuple[str, ...],
+    resume: bool,
+    processes: int,
+    baselines: bool,
+    keep_logs: bool,
+    page: Path | None,
+    as_json: bool,
+    raw: Path,
+    out: Path,
+) -> None:
+    r"""Check the diagnosis blindly: make cases, diagnose them, open the labels, score.
+
+    The cases come from a simulator of their own that shares nothing with the one that the
+    diagnosis fits. A campaign can be stopped with Ctrl-C at any time and resumed.
+
+    \b
+    Examples:
+      rig2sea blind --cases 20 --to blind-20
+      rig2sea blind --cases 848 --seed 1 --to blind-848 --page docs/blind_check.md
+      rig2sea blind --cases 848 --seed 1 --to blind-848 --resume
+    """
+    from pipeline.stages.blind_campaign import BlindRequest, run_campaign
+    from pipeline.stages.blind_case import BlindPlace
+    from pipeline.stages.blind_subjects import USUAL
+
+    request = BlindRequest(
+        cases,
+        BlindPlace(raw, out, to, vehicles or USUAL, seed, baselines=baselines, keep_logs=keep_logs),
+        resume=resume,
+        processes=processes,
+    )
+
+    def said(done: int, wanted: int, line: str) -> None:
+        click.echo(f"[{done}/{wanted}] {line}", err=True)
+
+    result = run_campaign(request, said)
+    if page is not None:
+        from pipeline.stages.blind_page import write_page
+
+        write_page(result, request, page)
+    if as_json:
+        click.echo(json.dumps(result.to_json(), indent=1))
+        return
+    click.echo(_text(result))
+    if page is not None:
+        click.echo(str(page))
+
+
+def _text(result: "BlindResult") -> str:
+    lines = [f"{result.done} of {result.wanted} cases done, {result.not_made} could not be flown"]
+    for one in result.score.rates:
+        if one.share is None or one.low is None or one.high is None:
+            continue
+        met = {None: "", True: ", met", False: ", NOT met"}[one.met]
+        goal = f"  (goal {one.goal}{met})" if one.goal else ""
+        lines.append(
+            f"  {one.question}; {one.stratum}: {one.yes} of {one.cases} = {one.share:.1%} "
+            f"[{one.low:.1%}, {one.high:.1%}]{goal}"
+        )
+    lines += [
+        f"  {figure.question}; {figure.stratum}: median {figure.median:.3g}, "
+        f"p90 {figure.p90:.3g} of {figure.cases}  (goal {figure.goal})"
+        for figure in result.score.figures
+        if figure.median is not None and figure.p90 is not None
+    ]
+    lines.append(str(result.to))
+    return "\n".join(lines)

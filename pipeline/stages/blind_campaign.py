@@ -1,0 +1,196 @@
+"""A blind check of many cases: stoppable, resumable, on several processes, with a page at the end.
+
+``cases.jsonl`` has a line for each case that is done, ``campaign.json`` what the campaign is; the
+sealed labels and the verdicts lie beside them.
+"""
+
+import json
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from pipeline.blind.score import CampaignScore, score_campaign
+from pipeline.blind.verdict_score import CaseScore
+from pipeline.errors import InputError, Place
+from pipeline.provenance import code_digest
+from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
+
+SCHEMA = "rig2sea/blind/1"
+_MODULES = ("pipeline.stages.blind_case",)
+
+
+@dataclass(frozen=True)
+class BlindRequest:
+    """What is asked for; `place.to` is the folder of the campaign."""
+
+    cases: int
+    place: BlindPlace
+    resume: bool = False
+    processes: int = 2
+
+
+@dataclass(frozen=True)
+class BlindResult:
+    """A campaign, finished or stopped."""
+
+    score: CampaignScore
+    done: int
+    wanted: int
+    not_made: int
+    to: Path
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``rig2sea blind --json`` prints."""
+        return {
+            "schema": SCHEMA,
+            "cases": self.done,
+            "wanted": self.wanted,
+            "not_made": self.not_made,
+            "to": str(self.to),
+            "score": self.score.model_dump(mode="json"),
+        }
+
+
+def run_campaign(
+    request: BlindRequest, said: Callable[[int, int, str], None] = lambda *_: None
+) -> BlindResult:
+    """Run the cases that are not done yet, and score all that are.
+
+    Parameters
+    ----------
+    request : BlindRequest
+        The campaign.
+    said : callable
+        Told of every case: how many are done, how many there are, one line.
+
+    Raises
+    ------
+    InputError
+        When the folder holds a campaign and `resume` is not set, or another campaign.
+    """
+    place = request.place
+    subjects_of(place)  # a vehicle that cannot be read is found before any case is made
+    lines_file = place.to / "cases.jsonl"
+    _claim(request, lines_file)
+    done = {line["number"]: line for line in read_lines(lines_file)}
+    wanted = [number for number in range(request.cases) if number not in done]
+    lines_file.parent.mkdir(parents=True, exist_ok=True)
+    _end_last_line(lines_file)
+    stopped = False
+    with lines_file.open("a", encoding="utf-8") as stream:
+        try:
+            for line in _run(wanted, request):
+                stream.write(json.dumps(line) + "\n")
+                stream.flush()
+                done[line["number"]] = line
+                said(len(done), request.cases, _line_text(line))
+        except KeyboardInterrupt:
+            stopped = True
+    result = summary(list(done.values()), request)
+    if stopped:
+        said(len(done), request.cases, "stopped; --resume goes on from here")
+    return result
+
+
+def summary(lines: list[dict[str, Any]], request: BlindRequest) -> BlindResult:
+    """Score the lines of a campaign."""
+    asked = [line for line in lines if line["number"] < request.cases]
+    scores = [CaseScore.model_validate_json(json.dumps(_["score"])) for _ in asked if "score" in _]
+    return BlindResult(
+        score_campaign(scores),
+        len(asked),
+        request.cases,
+        sum("not_made" in line for line in asked),
+        request.place.to,
+    )
+
+
+def read_lines(file: Path) -> list[dict[str, Any]]:
+    """Lines of a campaign; one that was cut off is left out."""
+    if not file.is_file():
+        return []
+    out = []
+    for text in file.read_text(encoding="utf-8").splitlines():
+        try:
+            line = json.loads(text)
+        except json.JSONDecodeError:
+            continue
+        if isinstance(line, dict) and isinstance(line.get("number"), int):
+            out.append(line)
+    return out
+
+
+def _end_last_line(file: Path) -> None:
+    if file.is_file() and file.stat().st_size and not file.read_bytes().endswith(b"\n"):
+        with file.open("a", encoding="utf-8") as stream:
+            stream.write("\n")
+
+
+def _claim(request: BlindRequest, lines_file: Path) -> None:
+    """Write what the campaign is, or check that the folder holds this one."""
+    place = request.place
+    header = {
+        "schema": SCHEMA,
+        "seed": place.seed,
+        "vehicles": list(place.vehicles),
+        "calibration": place.calibration,
+        "code": code_digest(*_MODULES),
+    }
+    file = place.to / "campaign.json"
+    if lines_file.is_file() and not request.resume:
+        raise InputError.at(
+            Place(str(lines_file)),
+            "there is a campaign in this folder already.",
+            remedy="Give --resume to go on with it, or another folder with --to.",
+        )
+    if lines_file.is_file() and file.is_file():
+        before = json.loads(file.read_text(encoding="utf-8"))
+        differ = [key for key in header if before.get(key) != header[key]]
+        if differ:
+            raise InputError.at(
+                Place(str(file)),
+                f"the campaign in this folder has another {', '.join(differ)}.",
+                expected="the same seed, vehicles and program: its cases would not be alike.",
+                remedy="Begin a new campaign in another folder with --to.",
+            )
+    file.parent.mkdir(parents=True, exist_ok=True)
+    temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
+    temporary.write_text(json.dumps(header, indent=1), encoding="utf-8")
+    temporary.replace(file)
+
+
+def _run(wanted: list[int], request: BlindRequest) -> Iterator[dict[str, Any]]:
+    """Lines as they come, in any order with several processes."""
+    if request.processes == 1 or len(wanted) < 2:
+        for number in wanted:
+            yield run_case(number, request.place)
+        return
+    # each process has one core: linear algebra is not to start threads on top
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    with ProcessPoolExecutor(request.processes, get_context("spawn")) as pool:
+        waiting = [pool.submit(run_case, number, request.place) for number in wanted]
+        try:
+            for future in as_completed(waiting):
+                yield future.result()
+        except (KeyboardInterrupt, GeneratorExit):
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+def _line_text(line: dict[str, Any]) -> str:
+    """One line for a person; the truth is told, since the case is over."""
+    if "not_made" in line:
+        return f"case {line['number']}: not made: {line['not_made']}"
+    score = line["score"]
+    told = "+".join(score["verdict"])
+    if score["ambiguous_with"]:
+        told += f" (or {', '.join(score['ambiguous_with'])})"
+    return (
+        f"case {line['number']}: {score['vehicle']}, {'+'.join(score['truth'])} at "
+        f"{score['gap_ratio']:.1f} x floor: {told}, {score['elapsed_s']:.1f} s"
+    )

@@ -1,0 +1,149 @@
+"""One case of the blind check from end to end: made, sealed, diagnosed, opened, scored."""
+
+import json
+import os
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from pipeline.blind.cases import Numbered, case_of, write_case
+from pipeline.blind.generate import GeneratedCase, generate
+from pipeline.blind.label import open_label, seal
+from pipeline.blind.subject import Subject
+from pipeline.blind.verdict_score import CaseScore, score_case
+from pipeline.effects.library import candidates
+from pipeline.errors import CannotComputeError
+from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.stages.blind_subjects import load_subject
+
+#: From a case, as an engineer would have it, and the effects that are left out of the library, to
+#: the content of ``diagnosis.json``.
+Diagnose = Callable[[GeneratedCase, PackedVehicle, tuple[str, ...]], Mapping[str, Any]]
+
+
+@dataclass(frozen=True)
+class BlindPlace:
+    """Where a campaign's vehicles come from and where its files go."""
+
+    raw: Path
+    out: Path
+    to: Path
+    vehicles: tuple[str, ...]
+    seed: int
+    baselines: bool = True
+    keep_logs: bool = False
+    calibration: bool = False
+
+
+@cache
+def subjects_of(place: BlindPlace) -> dict[str, Subject]:
+    """Vehicles of a campaign by name, read once a process."""
+    return {
+        subject.name: subject
+        for subject in (load_subject(name, place.raw, place.out) for name in place.vehicles)
+    }
+
+
+def packed_of(subject: Subject) -> PackedVehicle:
+    """Pack a case's vehicle file for the simulation that the diagnosis fits."""
+    return pack_vehicle(
+        subject.vehicle, BenchModel(subject.static) if subject.static is not None else None
+    )
+
+
+def diagnose_in_memory(
+    case: GeneratedCase, packed: PackedVehicle, without: tuple[str, ...]
+) -> Mapping[str, Any]:
+    """Diagnose a case's tables; data that are called hopeless give ``{"refused": reason}``."""
+    from pipeline.diagnose.case import Case
+    from pipeline.diagnose.engine import diagnose
+
+    library = {
+        name: effect for name, effect in candidates(packed.context).items() if name not in without
+    }
+    try:
+        record = diagnose(
+            Case(
+                name=case.subject.name,
+                vehicle=case.subject.vehicle,
+                packed=packed,
+                runs=case.runs,
+                holdout=case.holdout,
+                healthy=case.healthy,
+                effects=library,
+            ),
+            threads=1,
+            seed=0,
+        )
+    except CannotComputeError as error:
+        return {"refused": str(error)}
+    content: dict[str, Any] = record.model_dump(mode="json", exclude={"series"})
+    return content
+
+
+def run_case(
+    number: int, place: BlindPlace, diagnose: Diagnose = diagnose_in_memory
+) -> dict[str, Any]:
+    """Run one case and return its line: the score, or why there is none.
+
+    The label is sealed before the diagnosis begins and opened when the verdict is on disk.
+
+    Parameters
+    ----------
+    number : int
+        Of the case.
+    place : BlindPlace
+        The campaign.
+    diagnose : callable
+        The diagnosis.
+
+    Returns
+    -------
+    dict
+        ``number`` and either ``score`` or ``not_made``.
+    """
+    subjects = subjects_of(place)
+    numbered = case_of(number, subjects, place.seed, calibration=place.calibration)
+    try:
+        case = generate(subjects[numbered.vehicle], numbered.spec)
+    except CannotComputeError as error:
+        return {"number": number, "not_made": str(error), "what": list(numbered.spec.what)}
+    sealed = place.to / "sealed"
+    if place.keep_logs:
+        write_case(case, numbered.name, place.to / "cases", sealed)
+    else:
+        seal(case.label, sealed / f"{numbered.name}.json")
+    score = _judge(numbered, case, place, diagnose)
+    return {"number": number, "score": score.model_dump(mode="json")}
+
+
+def _judge(
+    numbered: Numbered, case: GeneratedCase, place: BlindPlace, diagnose: Diagnose
+) -> CaseScore:
+    packed = packed_of(case.subject)
+    without = numbered.spec.what if numbered.spec.kind == "leave_one_out" else ()
+    begin = time.perf_counter()
+    content = diagnose(case, packed, without)
+    elapsed_s = time.perf_counter() - begin
+    verdict = place.to / "verdicts" / numbered.name / "diagnosis.json"
+    _write_json(verdict, content)
+    answers: dict[str, str] = {}
+    if place.baselines and not without:
+        from pipeline.diagnose.baselines import bic_baseline, sparse_baseline
+
+        answers = {
+            "BIC on raw residuals": bic_baseline(case.subject.vehicle, packed, case.runs),
+            "sparse regression": sparse_baseline(case.subject.vehicle, packed, case.runs),
+        }
+    label = open_label(place.to / "sealed" / f"{numbered.name}.json", verdict)
+    return score_case(numbered.name, label, content, elapsed_s=elapsed_s, baselines=answers)
+
+
+def _write_json(path: Path, content: Mapping[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
+    temporary.write_text(json.dumps(content), encoding="utf-8")
+    temporary.replace(path)

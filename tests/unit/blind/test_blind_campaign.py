@@ -1,0 +1,110 @@
+"""A campaign with a made-up diagnosis: sealed, resumed, stopped, counted, written down."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from pipeline.blind.generate import CaseSpec, GeneratedCase
+from pipeline.cli import cli
+from pipeline.errors import InputError
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.stages import blind_campaign, blind_case
+from pipeline.stages.blind_campaign import BlindRequest, read_lines, run_campaign
+from pipeline.stages.blind_case import BlindPlace
+from pipeline.stages.blind_page import write_page
+
+
+def says_none(
+    case: GeneratedCase, _packed: PackedVehicle, _without: tuple[str, ...]
+) -> Mapping[str, Any]:
+    """Answer a case with none, whatever it is; a case shows no label in its tables."""
+    assert case.runs
+    return {
+        "verdict": {"effects": ["none"], "probability": 0.9, "ambiguous_with": []},
+        "gap": {"where": {"channels": [], "regimes": [], "times": []}},
+        "ranking": [],
+        "shrink": {"before": 1.0, "after": 1.0, "noise_floor": 1.0, "gap_closed": None},
+        "confusable": [],
+        "elapsed_s": 1.0,
+    }
+
+
+@pytest.fixture
+def place(tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch) -> BlindPlace:
+    """A campaign of one vehicle with short runs and the made-up diagnosis."""
+    whole = blind_case.generate
+
+    def short(subject: Any, spec: CaseSpec) -> GeneratedCase:  # noqa: ANN401
+        return whole(subject, CaseSpec(**{**spec.__dict__, "duration_s": 20.0, "healthy": 0}))
+
+    run = blind_case.run_case
+    monkeypatch.setattr(blind_case, "generate", short)
+    monkeypatch.setattr(
+        blind_campaign, "run_case", lambda number, place: run(number, place, says_none)
+    )
+    return BlindPlace(
+        repository / "raw", repository, tmp_path / "blind", ("rov8",), 0, baselines=False
+    )
+
+
+def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace) -> None:
+    heard: list[str] = []
+
+    def stop_after_two(done: int, _wanted: int, line: str) -> None:
+        heard.append(line)
+        if done == 2 and len(heard) == 2:
+            raise KeyboardInterrupt
+
+    first = run_campaign(BlindRequest(4, place, processes=1), stop_after_two)
+    assert first.done == 2
+    assert "--resume" in heard[-1]
+    before = read_lines(place.to / "cases.jsonl")
+    # a line that was cut off is made again
+    with (place.to / "cases.jsonl").open("a") as stream:
+        stream.write('{"number": 2, "sco')
+    second = run_campaign(BlindRequest(4, place, resume=True, processes=1))
+    assert second.done == 4
+    lines = read_lines(place.to / "cases.jsonl")
+    assert lines[:2] == before
+    assert [line["number"] for line in lines] == [0, 1, 2, 3]
+    assert len(list((place.to / "sealed").iterdir())) == 4
+    for line in lines:
+        verdict = place.to / "verdicts" / line["score"]["case"] / "diagnosis.json"
+        assert json.loads(verdict.read_text())["verdict"]["effects"] == ["none"]
+
+
+def test_a_folder_that_is_taken_is_left_alone(place: BlindPlace) -> None:
+    run_campaign(BlindRequest(1, place, processes=1))
+    with pytest.raises(InputError, match="--resume"):
+        run_campaign(BlindRequest(1, place, processes=1))
+    other = BlindPlace(place.raw, place.out, place.to, place.vehicles, 1, baselines=False)
+    with pytest.raises(InputError, match="another seed"):
+        run_campaign(BlindRequest(1, other, resume=True, processes=1))
+
+
+def test_the_page_names_the_command_and_has_its_pictures(place: BlindPlace, tmp_path: Path) -> None:
+    request = BlindRequest(2, place, processes=1)
+    result = run_campaign(request)
+    write_page(result, request, tmp_path / "docs" / "blind_check.md")
+    text = (tmp_path / "docs" / "blind_check.md").read_text()
+    assert "rig2sea blind --cases 2 --seed 0 --vehicle rov8" in text
+    assert "false alarm on none" in text
+    for name in ("blind-confusion.svg", "blind-rates.svg"):
+        assert f"images/{name}" in text
+        picture = (tmp_path / "docs" / "images" / name).read_text()
+        assert picture.startswith("<svg")
+        assert picture.count('xmlns="http://www.w3.org/2000/svg"') == 1
+
+
+def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:
+    run_campaign(BlindRequest(1, place, processes=1))
+    result = CliRunner().invoke(
+        cli,
+        ["blind", "--cases", "1", "--vehicle", "rov8", "--to", str(place.to), "--no-baselines"],
+        prog_name="rig2sea",
+    )
+    assert result.exit_code == 1
