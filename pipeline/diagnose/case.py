@@ -1,0 +1,163 @@
+"""What is to be diagnosed, and the runs cut into windows ready for it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from pipeline.diagnose.characteristic import characteristic_profiles
+from pipeline.diagnose.coordinates import coordinates
+from pipeline.diagnose.follow import follow
+from pipeline.diagnose.linear_model import Setting
+from pipeline.diagnose.predictions import Bench, voltage_channel
+from pipeline.effects.effect import Effect
+from pipeline.effects.library import candidates
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import ChannelNoise, channel_noise, was_measured
+from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.window_outputs import stack_windows
+from pipeline.identify.windows import Window, cut
+from pipeline.physics.parameters import read
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.sensor_schema import Sensors
+
+WINDOW_S = 6.0
+#: Without velocity and position, speed shows only in what it leads to.
+BLIND_WINDOW_S = 12.0
+#: Pieces of a window over each of which the outside force is constant.
+PIECES = 12
+#: Outside force of a healthy vehicle whose runs are not known: a share of a thruster's largest
+#: thrust, on top of the uncertainties that the vehicle file states.
+FORCE_SHARE = 0.005
+
+
+@dataclass(frozen=True)
+class Case:
+    """A diagnosis to be made; tables at a period of 0.02 s or less.
+
+    `effects` are the candidates, the whole library that fits the vehicle otherwise.
+    """
+
+    name: str
+    vehicle: Vehicle
+    packed: PackedVehicle
+    runs: tuple[RunTable, ...]
+    holdout: tuple[RunTable, ...] = ()
+    healthy: tuple[RunTable, ...] = ()
+    effects: Mapping[str, Effect] | None = None
+
+    @property
+    def candidates(self) -> Mapping[str, Effect]:
+        """Effects to be tried, by id."""
+        return candidates(self.packed.context) if self.effects is None else self.effects
+
+
+def channels_of(vehicle: Vehicle, runs: Sequence[RunTable]) -> tuple[ChannelNoise, ...]:
+    """Channels that at least one run has, with the noise that the vehicle file states."""
+    sensors = vehicle.sensors if vehicle.sensors is not None else Sensors()
+    found = channel_noise(sensors, runs)
+    voltage = sensors.voltage
+    if voltage is not None and any(was_measured(run, "voltage") for run in runs):
+        found += (voltage_channel(voltage.nominal_v, voltage.noise_v, voltage.rate_hz),)
+    return found
+
+
+def windows_of(
+    packed: PackedVehicle, runs: Sequence[RunTable], channels: Sequence[ChannelNoise]
+) -> list[Window]:
+    """Cut runs into windows."""
+    sighted = any(was_measured(run, q) for run in runs for q in ("velocity", "position"))
+    return cut(packed, runs, channels, WINDOW_S if sighted else BLIND_WINDOW_S)
+
+
+def setting_of(
+    case: Case,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    *,
+    force_unit: FloatArray | None = None,
+    threads: int = 2,
+) -> Setting:
+    """Cut runs into windows and set up all unknowns.
+
+    Parameters
+    ----------
+    case : Case
+        The vehicle and its candidates.
+    runs : sequence of RunTable
+        The runs.
+    channels : sequence of ChannelNoise
+        What to use of them.
+    force_unit : ndarray, shape (6,), optional
+        Outside force of a healthy vehicle; `usual_force` otherwise. [N, N m]
+    threads : int
+        Simulations side by side.
+
+    Raises
+    ------
+    CannotComputeError
+        When nothing of the runs can be used.
+    """
+    packed, model = case.packed, case.vehicle.model
+    if model is None:
+        raise CannotComputeError(f"{case.name} has no model: section to compare the runs with")
+    windows = windows_of(packed, runs, channels)
+    windows, pulls = follow(packed, runs, windows, channels)
+    stack = stack_windows(packed, windows, channels)
+    sensors = case.vehicle.sensors
+    dvl = None if sensors is None else sensors.dvl
+    rotation = (0.0, 0.0, 0.0) if dvl is None else dvl.rotation_deg
+    voltage = None if sensors is None else sensors.voltage
+    bench = Bench(
+        stack,
+        tuple(np.nan_to_num(run.values["command"]) for run in runs),
+        tuple(float(np.median(np.diff(run.time_s))) for run in runs),
+        Rotation.from_euler("ZYX", np.radians(rotation)[::-1]),
+        None if voltage is None else voltage.nominal_v,
+        dvl is not None and dvl.water_track,
+        PIECES,
+        tuple(pulls),
+        threads,
+    )
+    setting = Setting(
+        bench,
+        run_nuisance(stack, len(runs)),
+        coordinates(packed, case.candidates, model.uncertainty),
+        usual_force(packed) if force_unit is None else force_unit,
+        np.zeros((len(stack.owner), 0)),
+        np.ones(len(stack.owner)),
+        characteristic_profiles(packed, stack.windows, bench.whole),
+    )
+    return replace(setting, extra=_voltage_offsets(setting, len(runs)))
+
+
+def usual_force(packed: PackedVehicle) -> FloatArray:
+    """Outside force and moment (6,) of a healthy vehicle: a share of one thruster's largest thrust.
+
+    Moments have the rms lever of the thrusters. [N, N m]
+    """
+    count = len(packed.thruster_names)
+    vector = packed.vector
+    place = read(vector, "thruster_position")[:count]
+    largest = max(float(packed.thrust_tables[:, :, 0].max()), 1e-3)
+    arm = np.sqrt(np.mean(place**2, axis=0)) if count else np.zeros(3)
+    lever = np.array([np.hypot(arm[1], arm[2]), np.hypot(arm[0], arm[2]), np.hypot(arm[0], arm[1])])
+    lever = np.maximum(lever, 0.3 * max(float(lever.max()), 1e-2))
+    return np.asarray(FORCE_SHARE * largest * np.concatenate([np.ones(3), lever]))
+
+
+def _voltage_offsets(setting: Setting, run_count: int) -> FloatArray:
+    """One offset a run of the measured voltage, (rows, runs); none where it is not measured."""
+    stack = setting.bench.stack
+    numbers = [k for k, rows in enumerate(stack.rows) if rows.channel.quantity == "voltage"]
+    if not numbers:
+        return np.zeros((len(stack.owner), 0))
+    channel = stack.rows[numbers[0]].channel
+    run_of = np.array([window.run for window in stack.windows])[setting.shared.window]
+    own = stack.owner == numbers[0]
+    size = channel.bias / channel.white
+    return np.where(own[:, None] & (run_of[:, None] == np.arange(run_count)), size, 0.0)

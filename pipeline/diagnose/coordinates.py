@@ -1,0 +1,231 @@
+"""The directions in which a vehicle may differ from its file: one a parameter of an effect.
+
+The stated uncertainty of the vehicle file and the effects of the library are the same directions
+with different widths: a thrust that is 2 % off is ordinary, one that is 30 % off is an effect. So
+there is one list, and a hypothesis says which of them may be wide.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.library import EffectSpec, apply_effects
+from pipeline.errors import CannotComputeError, InputError
+from pipeline.physics.parameters import read
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Uncertainty
+
+#: Size of a departure, as a share of the far end of the plausible range, that counts as 1.
+_UNIT_SHARE = 0.5
+#: The same for the difference by which the signature is taken.
+_STEP_SHARE = 0.001
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One parameter of one effect at one target.
+
+    Departures are counted in `unit_size`, half way from neutral to the far end of the plausible
+    range, with the sign of the parameter. `ordinary` is the standard deviation that the vehicle
+    file states for it, in the same count (0: the file says nothing of it). `lead` is the index of
+    the coordinate without which this one has no meaning (the place of a payload), else None; its
+    departure is then that of the product of both.
+    """
+
+    effect: Effect
+    parameter: Parameter
+    target: str | None
+    unit_size: float
+    ordinary: float
+    lead: int | None = None
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """Where the departure may lie as one hypothesis of the effect, counted from neutral.
+
+        On a side of neutral where nothing is plausible it would be another effect.
+        """
+        low, high = self.parameter.plausible
+        neutral = self.parameter.neutral
+        least, most = self.parameter.possible
+        low = least if low < neutral else neutral
+        high = most if high > neutral else neutral
+        return (low - neutral) / self.unit_size, (high - neutral) / self.unit_size
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Where the parameter has a meaning, counted from neutral."""
+        low, high = self.parameter.possible
+        neutral = self.parameter.neutral
+        return (low - neutral) / self.unit_size, (high - neutral) / self.unit_size
+
+    @property
+    def step(self) -> float:
+        """Departure by which the signature is taken, towards the plausible side."""
+        low, high = self.parameter.plausible
+        neutral = self.parameter.neutral
+        side = 1.0 if abs(high - neutral) >= abs(low - neutral) else -1.0
+        return side * _STEP_SHARE / _UNIT_SHARE
+
+    @property
+    def name(self) -> str:
+        """For messages: effect, parameter and target."""
+        return f"{self.effect.id}:{self.parameter.name}" + (
+            f"@{self.target}" if self.target is not None else ""
+        )
+
+
+def coordinates(
+    packed: PackedVehicle, effects: Mapping[str, Effect], uncertainty: Uncertainty
+) -> tuple[Coordinate, ...]:
+    """List the coordinates of a vehicle, effects in alphabetical order.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The nominal vehicle.
+    effects : mapping of str to Effect
+        The candidates.
+    uncertainty : Uncertainty
+        As the vehicle file states it.
+    """
+    context = packed.context
+    found: list[Coordinate] = []
+    for effect in sorted(effects.values(), key=lambda one: one.id):
+        targets: Sequence[str | None] = (
+            context.thruster_names if effect.scope == "thruster" else (None,)
+        )
+        for target in targets:
+            first = len(found)
+            for parameter in effect.parameters:
+                unit = _UNIT_SHARE * _far(parameter)
+                lead = _lead(packed, effect, target, parameter)
+                if lead is not None and (lead < 0 or len(found) <= first):
+                    continue
+                found.append(
+                    Coordinate(
+                        effect,
+                        parameter,
+                        target,
+                        unit,
+                        _ordinary(effect.id, parameter.name, packed, uncertainty) / unit,
+                        None if lead is None else first,
+                    )
+                )
+    return tuple(found)
+
+
+def _lead(
+    packed: PackedVehicle, effect: Effect, target: str | None, parameter: Parameter
+) -> int | None:
+    """None: it acts by itself. 0: only together with the effect's first parameter. -1: never.
+
+    A factor on a coefficient that the vehicle file has at zero never acts.
+    """
+    context, first = packed.context, effect.parameters[0]
+    small = {parameter.name: _sided(parameter)}
+    alone = _changed(packed.vector, effect, target, small, context)
+    if alone is None or not np.array_equal(alone, packed.vector):
+        return None
+    if parameter is first:
+        return -1
+    with_first = {first.name: _sided(first)}
+    lone_first = _changed(packed.vector, effect, target, with_first, context)
+    both = _changed(packed.vector, effect, target, with_first | small, context)
+    if lone_first is None or both is None or np.array_equal(both, lone_first):
+        return -1
+    return 0
+
+
+def _sided(parameter: Parameter) -> float:
+    """Small departure towards the plausible side, in the parameter's unit."""
+    low, high = parameter.plausible
+    by = 1e-2 * _far(parameter)
+    return by if abs(high - parameter.neutral) >= abs(low - parameter.neutral) else -by
+
+
+def _far(parameter: Parameter) -> float:
+    return max(abs(limit - parameter.neutral) for limit in parameter.plausible)
+
+
+def _ordinary(
+    effect_id: str, parameter: str, packed: PackedVehicle, uncertainty: Uncertainty
+) -> float:
+    """Return what the vehicle file's uncertainty says of an effect's parameter.
+
+    Lift is a hull force as damping is, and its moments stand against the Munk moment of the added
+    masses, whose uncertainty they share.
+    """
+    if effect_id == "lift":
+        added = np.diag(read(packed.vector, "added_mass"))
+        munk = {"pitch_slope": added[2] - added[0], "yaw_slope": added[1] - added[0]}
+        slope = float(read(packed.vector, parameter.replace("_slope", "_lift_slope")))
+        return float(
+            np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk.get(parameter, 0.0))
+        )
+    return {
+        "thruster_degraded": uncertainty.thrust,
+        "thrust_deduction": uncertainty.thrust,
+        "added_mass": uncertainty.added_mass,
+        "linear_damping": uncertainty.damping,
+        "quadratic_damping": uncertainty.damping,
+        "residual_buoyancy": uncertainty.buoyancy_n,
+        "cg_shift": uncertainty.centre_of_mass_m,
+    }.get(effect_id, 0.0)
+
+
+def _changed(
+    vector: FloatArray,
+    effect: Effect,
+    target: str | None,
+    departures: Mapping[str, float],
+    context: EffectContext,
+) -> FloatArray | None:
+    """Vector with parameters moved off neutral; None where the effect refuses."""
+    neutral = effect.neutral_values()
+    values = {name: neutral[name] + by for name, by in departures.items()}
+    try:
+        return apply_effects(vector, [EffectSpec(effect.id, values, target)], context)
+    except (CannotComputeError, InputError):
+        return None
+
+
+def specs_at(
+    all_coordinates: Sequence[Coordinate], departures: FloatArray
+) -> tuple[EffectSpec, ...]:
+    """Effects with their values for departures (g,); those at neutral are left out."""
+    values: dict[tuple[str, str | None], dict[str, float]] = {}
+    for index in np.flatnonzero(departures).tolist():
+        one = all_coordinates[index]
+        value = one.parameter.neutral + one.unit_size * float(departures[index])
+        value = float(np.clip(value, *one.parameter.possible))
+        values.setdefault((one.effect.id, one.target), {})[one.parameter.name] = value
+    return tuple(EffectSpec(id_, found, target) for (id_, target), found in values.items())
+
+
+def vector_at(
+    packed: PackedVehicle, all_coordinates: Sequence[Coordinate], departures: FloatArray
+) -> FloatArray:
+    """Parameter vector for departures (g,).
+
+    A departure a little beyond what an effect allows (a dead zone narrower than stated) is the
+    mirror image of one inside: the vector goes on as it came.
+    """
+    inside = departures.copy()
+    mirrored: list[tuple[int, float]] = []
+    for index in np.flatnonzero(departures).tolist():
+        low, high = all_coordinates[index].limits
+        inside[index] = np.clip(departures[index], low, high)
+        if inside[index] != departures[index]:
+            mirrored.append((index, float(inside[index] - departures[index])))
+    context = packed.context
+    vector = apply_effects(packed.vector, specs_at(all_coordinates, inside), context)
+    found = vector.copy()
+    for index, by in mirrored:
+        other = inside.copy()
+        other[index] += by
+        found -= apply_effects(packed.vector, specs_at(all_coordinates, other), context) - vector
+    return found

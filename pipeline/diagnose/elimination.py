@@ -1,0 +1,167 @@
+r"""Integrate out what is not asked for: starts, outside forces, sensor offsets and wander.
+
+With unknowns of Gaussian priors the readings are y ~ N(G x, S), S = 1 + sum of the columns' outer
+products. All that is needed of it is
+
+.. math:: M = G^T S^{-1} G, \quad b = G^T S^{-1} y, \quad c = y^T S^{-1} y, \quad \log|S|
+
+which comes from the windows' normal equations by two Schur complements: first each window's own
+unknowns, then those that a run shares.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from pipeline.diagnose.linear_model import LinearModel
+from pipeline.types import FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class Grams:
+    """Normal equations of each window: own unknowns (a), then shared, departures and readings (r).
+
+    `own` (w, a, a), `cross` (w, a, r), `rest` (w, r, r); `index` (w, k) says which shared unknown
+    the first k of the rest are, `precision` (s, s) is the prior of the shared.
+    """
+
+    own: FloatArray
+    cross: FloatArray
+    rest: FloatArray
+    index: IntArray
+    precision: FloatArray
+
+    @property
+    def departure_count(self) -> int:
+        """Number of departures g."""
+        return int(self.rest.shape[1] - self.index.shape[1] - 1)
+
+
+@dataclass(frozen=True)
+class ForcePrior:
+    """Precision (6 pieces, 6 pieces) of a window's outside forces, and log |covariance|."""
+
+    precision: FloatArray
+    log_determinant: float
+
+
+@dataclass(frozen=True)
+class Marginal:
+    """What is left for the departures: information (g, g), score (g,), misfit and log |S|."""
+
+    information: FloatArray
+    score: FloatArray
+    misfit: float
+    log_determinant: float
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Best values of everything at given departures."""
+
+    starts: FloatArray
+    forces: FloatArray
+    shared: FloatArray
+
+
+def grams(model: LinearModel) -> Grams:
+    """Make the normal equations of the windows."""
+    setting = model.setting
+    count, extra = setting.shared.size, model.extra.shape[1]
+    bounds = setting.bench.stack.bounds
+    index = np.concatenate(
+        [
+            setting.shared.index,
+            np.broadcast_to(count + np.arange(extra), (len(bounds) - 1, extra)),
+        ],
+        axis=1,
+    )
+    precision = np.eye(count + extra)
+    precision[:count, :count] = setting.shared.precision
+    local = model.local.shape[1]
+    every = np.concatenate(
+        [model.local, model.shared, model.extra, model.departures, model.readings[:, None]], axis=1
+    )
+    found = np.stack([every[a:b].T @ every[a:b] for a, b in pairwise(bounds)])
+    return Grams(
+        found[:, :local, :local],
+        found[:, :local, local:],
+        found[:, local:, local:],
+        index,
+        precision,
+    )
+
+
+def marginal(found: Grams, forces: ForcePrior) -> Marginal:
+    """Integrate out own and shared unknowns.
+
+    Parameters
+    ----------
+    found : Grams
+        Of the windows.
+    forces : ForcePrior
+        What is believed of the outside forces.
+    """
+    left, _, log_determinant = _schur(found, forces)
+    wide, shared = _assembled(found, left)
+    solved = np.linalg.solve(shared, wide[: len(shared), len(shared) :])
+    rest = wide[len(shared) :, len(shared) :] - wide[len(shared) :, : len(shared)] @ solved
+    log_determinant += float(np.linalg.slogdet(shared)[1] - np.linalg.slogdet(found.precision)[1])
+    information = rest[:-1, :-1]
+    return Marginal(
+        (information + information.T) / 2, rest[:-1, -1], float(rest[-1, -1]), log_determinant
+    )
+
+
+def _schur(found: Grams, forces: ForcePrior) -> tuple[FloatArray, FloatArray, float]:
+    """Take every window's own unknowns out: rest (w, r, r), weights (w, a, r), log determinant."""
+    own = found.own.copy()
+    at = np.arange(own.shape[1])
+    own[:, at[:12], at[:12]] += 1.0
+    own[:, 12:, 12:] += forces.precision
+    solved = np.linalg.solve(own, found.cross)
+    left = found.rest - np.swapaxes(found.cross, 1, 2) @ solved
+    log_determinant = float(np.linalg.slogdet(own)[1].sum() + len(own) * forces.log_determinant)
+    return left, np.asarray(solved), log_determinant
+
+
+def _assembled(found: Grams, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Put the windows together: (s + g + 1, same), and its shared block with the prior."""
+    shared, own = len(found.precision), found.index.shape[1]
+    size = shared + left.shape[1] - own
+    wide = np.zeros((size, size))
+    tail = np.arange(shared, size)
+    for number, index in enumerate(found.index):
+        places = np.concatenate([index, tail])
+        wide[np.ix_(places, places)] += left[number]
+    wide[:shared, :shared] += found.precision
+    return wide, wide[:shared, :shared]
+
+
+def solve(found: Grams, forces: ForcePrior, departures: FloatArray) -> Solution:
+    """Most probable own and shared unknowns at given departures (g,)."""
+    left, solved, _ = _schur(found, forces)
+    wide, block = _assembled(found, left)
+    count = len(block)
+    right = wide[:count, -1] - wide[:count, count:-1] @ departures
+    shared = np.linalg.solve(block, right)
+    own = found.index.shape[1]
+    rest = np.concatenate(
+        [shared[found.index], np.broadcast_to(departures, (len(left), departures.size))], axis=1
+    )
+    local = solved[:, :, -1] - np.einsum("wak,wk->wa", solved[:, :, : own + departures.size], rest)
+    return Solution(local[:, :12], local[:, 12:], np.asarray(shared))
+
+
+def force_posterior(
+    found: Grams, forces: ForcePrior, departures: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and standard deviation of the outside forces (windows, 6 pieces), shared ones known."""
+    best = solve(found, forces, departures)
+    own = found.own.copy()
+    at = np.arange(own.shape[1])
+    own[:, at[:12], at[:12]] += 1.0
+    own[:, 12:, 12:] += forces.precision
+    spread = np.sqrt(np.diagonal(np.linalg.inv(own), axis1=1, axis2=2))
+    return best.forces, np.asarray(spread[:, 12:])

@@ -1,0 +1,154 @@
+"""What a verdict changes in the vehicle file, and what no key of the file can say."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pipeline.effects.specification import EffectSpec
+from pipeline.physics.parameters import read
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import FromBollard, Model
+from pipeline.vehicle.schema import Vehicle
+
+Change = float | str | bool | tuple[float, ...]
+
+
+def file_changes(
+    vehicle: Vehicle, model: Model, packed: PackedVehicle, vector: FloatArray
+) -> dict[str, Change]:
+    """Keys of the vehicle file (frame of the file's own model: SNAME) for a parameter vector.
+
+    Parameters
+    ----------
+    vehicle, model : Vehicle, Model
+        As the file states them.
+    packed : PackedVehicle
+        The same, packed.
+    vector : ndarray
+        Parameter vector with the effects of the verdict.
+    """
+    old = packed.vector
+    changes: dict[str, Change] = {}
+
+    def differs(name: str) -> bool:
+        return not np.array_equal(read(old, name), read(vector, name))
+
+    changes |= _hull(model, old, vector)
+    changes |= _body(model, vehicle, old, vector)
+    if differs("coriolis_fraction") and float(read(vector, "coriolis_fraction")) > 0.5:
+        changes["model.terms.coriolis"] = True
+    if differs("inflow_fraction"):
+        changes["model.terms.thrust_falls_with_speed"] = True
+    if differs("crossflow_fraction") and float(read(vector, "crossflow_fraction")) > 0.5:
+        changes["model.crossflow.in_nominal"] = True
+    changes |= _thrusters(vehicle, model, packed, vector)
+    if differs("dvl_lever_arm") and vehicle.sensors is not None and vehicle.sensors.dvl is not None:
+        place = np.array(vehicle.sensors.dvl.position_m) + read(vector, "dvl_lever_arm")
+        for axis in range(3):
+            changes[f"sensors.dvl.position_m.{axis}"] = float(place[axis])
+    return changes
+
+
+def _hull(model: Model, old: FloatArray, vector: FloatArray) -> dict[str, Change]:
+    """Return added mass and damping, the entries that changed."""
+    changes: dict[str, Change] = {}
+    matrix, before = read(vector, "added_mass"), read(old, "added_mass")
+    if not np.array_equal(matrix, before):
+        if model.added_mass.diagonal is not None:
+            for axis in np.flatnonzero(np.diag(matrix) != np.diag(before)).tolist():
+                changes[f"model.added_mass.diagonal.{axis}"] = float(matrix[axis, axis])
+        else:
+            for row in range(6):
+                changes[f"model.added_mass.matrix.{row}"] = tuple(matrix[row].tolist())
+    ways = {
+        "linear": (np.diag(read(vector, "linear_damping")), np.diag(read(old, "linear_damping"))),
+        "quadratic": (read(vector, "quadratic_damping"), read(old, "quadratic_damping")),
+    }
+    for kind, (now, was) in ways.items():
+        for axis in np.flatnonzero(now != was).tolist():
+            changes[f"model.damping.{kind}.{axis}"] = float(now[axis])
+    return changes
+
+
+def _body(model: Model, vehicle: Vehicle, old: FloatArray, vector: FloatArray) -> dict[str, Change]:
+    """Mass, centre of mass and displaced volume of the dry body (payloads on board stay)."""
+    body = model.rigid_body
+    changes: dict[str, Change] = {}
+    more = float(read(vector, "mass") - read(old, "mass"))
+    lift = float(read(vector, "buoyancy") - read(old, "buoyancy"))
+    weight_per_volume = vehicle.water.density_kgpm3 * vehicle.water.gravity_mps2
+    if more != 0.0:
+        changes["model.rigid_body.mass_kg"] = body.mass_kg + more
+    if lift != 0.0:
+        changes["model.rigid_body.displaced_volume_m3"] = (
+            body.displaced_volume_m3 + lift / weight_per_volume
+        )
+    moment = read(vector, "mass") * read(vector, "centre_of_mass")
+    moment = moment - read(old, "mass") * read(old, "centre_of_mass")
+    if np.abs(moment).max() > 0.0:
+        place = (body.mass_kg * np.array(body.centre_of_mass_m) + moment) / (body.mass_kg + more)
+        for axis in range(3):
+            changes[f"model.rigid_body.centre_of_mass_m.{axis}"] = float(place[axis])
+    return changes
+
+
+def _thrusters(
+    vehicle: Vehicle, model: Model, packed: PackedVehicle, vector: FloatArray
+) -> dict[str, Change]:
+    """Lag, scale and dead zone of the drives, where all of a drive's thrusters changed alike."""
+    changes: dict[str, Change] = {}
+    old = packed.vector
+    for drive, stated in model.thrusters.items():
+        own = [k for k, one in enumerate(vehicle.thrusters) if one.drive == drive]
+        if not own:
+            continue
+
+        def alike(name: str, own: Sequence[int] = own) -> tuple[float, float] | None:
+            now, before = read(vector, name)[list(own)], read(old, name)[list(own)]
+            if np.array_equal(now, before) or np.ptp(now) > 1e-12:
+                return None
+            return float(before[0]), float(now[0])
+
+        lag = alike("lag")
+        if lag is not None:
+            changes[f"model.thrusters.{drive}.lag_s"] = lag[1]
+        curve = stated.characteristic
+        if not isinstance(curve, FromBollard):
+            continue
+        gain, reverse, dead = alike("thrust_gain"), alike("reverse_gain"), alike("dead_zone")
+        key = f"model.thrusters.{drive}.characteristic"
+        both = gain[1] / gain[0] if gain is not None else 1.0
+        back = both * (reverse[1] / reverse[0] if reverse is not None else 1.0)
+        if both != 1.0:
+            changes[f"{key}.thrust_max_n"] = curve.thrust_max_n * both
+        if back != 1.0:
+            changes[f"{key}.thrust_min_n"] = curve.thrust_min_n * back
+        if dead is not None:
+            changes[f"{key}.dead_zone_code"] = curve.dead_zone_code + dead[1]
+    return changes
+
+
+def left_to_say(specs: Sequence[EffectSpec], changes: Mapping[str, Change]) -> tuple[str, ...]:
+    """Effects that no key of the file can hold, as options of ``rig2sea simulate``."""
+    written = {
+        "added_mass": "added_mass",
+        "linear_damping": "damping.linear",
+        "quadratic_damping": "damping.quadratic",
+        "residual_buoyancy": "displaced_volume",
+        "cg_shift": "centre_of_mass",
+        "payload": "rigid_body",
+        "coriolis_omitted": "terms.coriolis",
+        "advance_speed_loss": "thrust_falls",
+        "crossflow_coupling": "crossflow",
+        "thruster_lag": "lag_s",
+        "thrust_deduction": "thrust_max_n",
+        "reverse_thrust": "thrust_min_n",
+        "dead_zone": "dead_zone_code",
+        "dvl_lever_arm": "dvl.position_m",
+    }
+    return tuple(
+        f"--effect {spec}"
+        for spec in specs
+        if spec.id not in written or not any(written[spec.id] in key for key in changes)
+    )

@@ -1,0 +1,272 @@
+"""The hypotheses about one set of runs, and how strongly the readings speak for each.
+
+A hypothesis is a set of departures that may be wide. Of an effect with several parameters the best
+subset is sought step by step; each step must pay for itself, and a subset pays for being one of
+many (as does the one thruster among all).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import comb, log
+
+import numpy as np
+
+from pipeline.diagnose.coordinates import Coordinate
+from pipeline.diagnose.elimination import Marginal
+from pipeline.diagnose.evidence import Prior, fit, log_inside, widened
+from pipeline.types import FloatArray, IntArray
+
+#: One effect at one target.
+Group = tuple[str, str | None]
+#: Variances that a departure may have that is an effect, in units of half the plausible range, and
+#: the log of what a larger one costs: most effects are within the plausible range, not all.
+WIDTHS = ((1.0, 0.0), (10.0, 1.5), (100.0, 3.0), (1000.0, 4.5))
+#: A departure beyond this is tried with larger variances as well.
+_FAR = 2.0
+#: A departure that is this many standard deviations outside of what can be refutes its hypothesis.
+_IMPOSSIBLE = 4.0
+#: Squared cosine of 15 degrees: closer signatures are no pair.
+_SAME = 0.93
+#: What a further parameter of the same effect must add to the log evidence.
+_WORTH_IT = 3.0
+
+
+@dataclass(frozen=True)
+class Finding:
+    """A hypothesis as the readings leave it: its departures and their log evidence.
+
+    `log_evidence` is against no departure beyond the ordinary ones; `mean`, `std` (k,) are those of
+    the departures `which` (k,) beyond the ordinary ones.
+    """
+
+    groups: tuple[Group, ...]
+    which: tuple[int, ...]
+    log_evidence: float
+    mean: FloatArray
+    covariance: FloatArray
+    variance: float = 1.0
+    """Of each of its departures before the readings were seen."""
+
+    @property
+    def std(self) -> FloatArray:
+        """Standard deviations (k,)."""
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    @property
+    def effects(self) -> tuple[str, ...]:
+        """Effects of the hypothesis, in alphabetical order."""
+        return tuple(sorted({effect for effect, _ in self.groups}))
+
+
+def groups_of(all_coordinates: Sequence[Coordinate]) -> dict[Group, tuple[int, ...]]:
+    """Coordinates of each effect at each target."""
+    found: dict[Group, list[int]] = {}
+    for index, one in enumerate(all_coordinates):
+        found.setdefault((one.effect.id, one.target), []).append(index)
+    return {group: tuple(members) for group, members in found.items()}
+
+
+def with_ordinary(found: Marginal, prior: Prior) -> Marginal:
+    """Integrate out the ordinary departures: what is left speaks for or against wide ones."""
+    values, vectors = np.linalg.eigh(prior.covariance)
+    keep = values > 1e-14 * max(float(values.max(initial=0.0)), 1e-300)
+    root = vectors[:, keep] * np.sqrt(values[keep])
+    at_mean = found.score - found.information @ prior.mean
+    misfit = found.misfit - 2 * found.score @ prior.mean
+    misfit += prior.mean @ found.information @ prior.mean
+    return _absorbed(
+        Marginal(found.information, at_mean, float(misfit), found.log_determinant), root
+    )
+
+
+def with_wide(found: Marginal, which: Sequence[int], variance: float) -> Marginal:
+    """Integrate out wide departures as well: the ground on which a second effect stands."""
+    root = np.zeros((found.score.size, len(which)))
+    root[list(which), np.arange(len(which))] = np.sqrt(variance)
+    return _absorbed(found, root)
+
+
+def _absorbed(found: Marginal, root: FloatArray) -> Marginal:
+    """Marginal with further unknowns G root z, z ~ N(0, 1), integrated out."""
+    side = found.information @ root
+    inner = np.eye(root.shape[1]) + root.T @ side
+    solved = np.linalg.solve(inner, np.column_stack([side.T, root.T @ found.score]))
+    information = found.information - side @ solved[:, :-1]
+    return Marginal(
+        (information + information.T) / 2,
+        found.score - side @ solved[:, -1],
+        found.misfit - float((root.T @ found.score) @ solved[:, -1]),
+        found.log_determinant + float(np.linalg.slogdet(inner)[1]),
+    )
+
+
+def log_evidence_of(ground: Marginal) -> float:
+    """Log evidence of the readings with nothing wide beyond what was integrated out."""
+    return -0.5 * (ground.misfit + ground.log_determinant)
+
+
+def judge(
+    ground: Marginal, all_coordinates: Sequence[Coordinate], which: Sequence[int]
+) -> tuple[float, FloatArray, FloatArray, float]:
+    """Gain in log evidence, mean (k,), covariance (k, k) and variance of wide departures."""
+    index = np.array(which, int)
+    information, score = ground.information[np.ix_(index, index)], ground.score[index]
+    found = _judge_one(information, score, all_coordinates, index, *WIDTHS[0])
+    if float(np.abs(found[1]).max()) > _FAR:
+        others = (
+            _judge_one(information, score, all_coordinates, index, *width) for width in WIDTHS[1:]
+        )
+        found = max(found, *others, key=lambda one: one[0])
+    return found
+
+
+def _judge_one(  # noqa: PLR0917 - one caller
+    information: FloatArray,
+    score: FloatArray,
+    all_coordinates: Sequence[Coordinate],
+    index: IntArray,
+    variance: float,
+    price: float,
+) -> tuple[float, FloatArray, FloatArray, float]:
+    precision = information + np.eye(index.size) / variance
+    try:
+        root = np.linalg.inv(np.linalg.cholesky(precision))
+    except np.linalg.LinAlgError:
+        # information that is lost in rounding
+        return -np.inf, np.zeros(index.size), np.eye(index.size), variance
+    covariance = root.T @ root
+    mean = covariance @ score
+    gain = 0.5 * float(score @ mean) - price
+    gain += float(np.log(np.diag(root)).sum()) - 0.5 * index.size * log(variance)
+    before = float(np.sqrt(variance))
+    for place, one in enumerate(index):
+        low, high = all_coordinates[one].bounds
+        value, std = float(mean[place]), float(np.sqrt(covariance[place, place]))
+        if value < low - _IMPOSSIBLE * std or value > high + _IMPOSSIBLE * std:
+            gain = -np.inf
+            break
+        gain += log_inside(value, std, low, high) - log_inside(0.0, before, low, high)
+    return gain, mean, covariance, variance
+
+
+def best_subset(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    group: Group,
+    members: Sequence[int],
+    targets: int,
+) -> Finding:
+    """Best subset of an effect's parameters, found by adding one at a time."""
+    chosen: list[int] = []
+    best: tuple[float, FloatArray, FloatArray, float] | None = None
+    while len(chosen) < len(members):
+        trials = []
+        for one in members:
+            lead = all_coordinates[one].lead
+            if one in chosen or (lead is not None and lead not in chosen):
+                continue
+            which = sorted([*chosen, one])
+            gain, mean, covariance, variance = judge(ground, all_coordinates, which)
+            gain -= log(len(members) * comb(len(members), len(which))) + log(targets)
+            trials.append((gain, one, mean, covariance, variance))
+        if not trials or not np.isfinite(max(trial[0] for trial in trials)):
+            break
+        gain, one, mean, covariance, variance = max(trials, key=lambda trial: trial[0])
+        if best is not None and gain < best[0] + _WORTH_IT:
+            break
+        chosen.append(one)
+        best = (gain, mean, covariance, variance)
+    if best is None:
+        return Finding((group,), (), 0.0, np.zeros(0), np.zeros((0, 0)))
+    return Finding((group,), tuple(sorted(chosen)), *best)
+
+
+def screen(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    groups: Mapping[Group, tuple[int, ...]],
+) -> list[Finding]:
+    """Every effect at every target on a ground, the strongest first."""
+    targets = {effect: sum(other == effect for other, _ in groups) for effect, _ in groups}
+    found = [
+        best_subset(ground, all_coordinates, group, members, targets[group[0]])
+        for group, members in groups.items()
+    ]
+    return sorted(found, key=lambda one: (-one.log_evidence, one.groups))
+
+
+def pairs(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    groups: Mapping[Group, tuple[int, ...]],
+    singles: Sequence[Finding],
+    most: int,
+) -> list[Finding]:
+    """Second effects on top of the strongest single ones, the strongest pairs first."""
+    found: dict[tuple[int, ...], Finding] = {}
+    for first in singles[:most]:
+        if not first.which:
+            continue
+        second_ground = with_wide(ground, first.which, first.variance)
+        others = {g: m for g, m in groups.items() if g[0] != first.groups[0][0]}
+        for second in screen(second_ground, all_coordinates, others)[:most]:
+            which = tuple(sorted((*first.which, *second.which)))
+            if which in found or not second.which or _says_the_same(ground, groups, first, second):
+                continue
+            gain, mean, covariance, variance = judge(ground, all_coordinates, which)
+            gain += _subset_price(groups, first) + _subset_price(groups, second)
+            found[which] = Finding(
+                tuple(sorted((*first.groups, *second.groups), key=str)),
+                which,
+                gain,
+                mean,
+                covariance,
+                variance,
+            )
+    return sorted(found.values(), key=lambda one: (-one.log_evidence, str(one.groups)))
+
+
+def _says_the_same(
+    ground: Marginal,
+    groups: Mapping[Group, tuple[int, ...]],
+    first: Finding,
+    second: Finding,
+) -> bool:
+    """Whether either effect alone could make nearly all of what the other makes.
+
+    Two such effects would pull against each other, with any sizes.
+    """
+    return any(
+        _share_made(ground, one, groups[other.groups[0]]) > _SAME
+        for one, other in ((first, second), (second, first))
+    )
+
+
+def _share_made(ground: Marginal, one: Finding, members: Sequence[int]) -> float:
+    """Squared cosine of a finding's signature to the signatures of other departures."""
+    index = list(members)
+    own = ground.information[np.ix_(one.which, one.which)]
+    whole = float(one.mean @ own @ one.mean)
+    side = ground.information[np.ix_(index, one.which)] @ one.mean
+    block = ground.information[np.ix_(index, index)]
+    block = block + 1e-9 * np.trace(block) * np.eye(len(index))
+    return float(side @ np.linalg.solve(block, side)) / max(whole, 1e-300)
+
+
+def _subset_price(groups: Mapping[Group, tuple[int, ...]], one: Finding) -> float:
+    members = len(groups[one.groups[0]])
+    targets = sum(effect == one.groups[0][0] for effect, _ in groups)
+    return -log(members * comb(members, len(one.which))) - log(targets)
+
+
+def prior_of(prior: Prior, finding: Finding | None) -> Prior:
+    """Prior of all departures under a hypothesis."""
+    if finding is None:
+        return prior
+    which = np.array(finding.which, int)
+    return widened(prior, which, np.full(which.size, finding.variance))
+
+
+def total_departures(found: Marginal, prior: Prior, finding: Finding | None) -> FloatArray:
+    """Most probable departures (g,), ordinary and wide together."""
+    return fit(found, prior_of(prior, finding)).mean

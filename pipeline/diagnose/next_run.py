@@ -1,0 +1,76 @@
+"""Part four of the answer: the manoeuvre that would tell two answers apart best."""
+
+import numpy as np
+
+from pipeline.diagnose.answer import NONE, UNKNOWN, Answers
+from pipeline.diagnose.case import Case, channels_of, setting_of
+from pipeline.diagnose.elimination import grams, marginal
+from pipeline.diagnose.evidence import Prior
+from pipeline.diagnose.hypotheses import with_ordinary
+from pipeline.diagnose.scales import Level
+from pipeline.diagnose.search import Search, force_prior
+from pipeline.diagnose.tangent import linear_model
+from pipeline.errors import CannotComputeError
+from pipeline.records.diagnosis import NextRun
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.fly import fly
+from pipeline.simulate.log_table import table_of_log
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.sensors import measure
+from pipeline.types import FloatArray
+
+_SECONDS = 30.0
+
+
+def next_run(
+    case: Case, found: Search, answered: Answers, ambiguous: tuple[str, ...]
+) -> NextRun | None:
+    """Best of the manoeuvres that the vehicle can fly, by the expected separation.
+
+    The separation is that of the two predictions against the noise, in standard deviations, after
+    the second answer has taken all of the first that it can.
+    """
+    top = answered.ranking[0]
+    sensors = case.vehicle.sensors
+    if top.finding is None or top.name in {NONE, UNKNOWN} or sensors is None:
+        return None
+    rivals = [name for name in ambiguous if any(e == name for e, _ in found.groups)]
+    if not rivals:
+        return None
+    rival = rivals[0]
+    members = [k for (effect, _), which in found.groups.items() if effect == rival for k in which]
+    direction = np.zeros(len(found.setting.coordinates))
+    direction[list(top.finding.which)] = top.finding.mean
+    best: NextRun | None = None
+    for manoeuvre in MANOEUVRES.values():
+        try:
+            flown = fly(case.packed, manoeuvre.plan(case.packed, 1.0, _SECONDS))
+            log = measure(flown, case.packed, sensors)
+            table = table_of_log(log, sensors, name=manoeuvre.name)
+            value = _separation(case, found, table, direction, members)
+        except CannotComputeError:
+            continue
+        if best is None or value > best.expected_separation_sigma:
+            best = NextRun(
+                manoeuvre=manoeuvre.name,
+                separates=(top.name, rival),
+                expected_separation_sigma=value,
+            )
+    return best
+
+
+def _separation(
+    case: Case, found: Search, table: RunTable, direction: FloatArray, members: list[int]
+) -> float:
+    """Norm of what is left of a signature once the rival's signatures are taken off."""
+    channels = channels_of(case.vehicle, [table])
+    setting = setting_of(case, [table], channels, force_unit=found.setting.force_unit)
+    normal = grams(linear_model(setting, setting.origin()))
+    level = Level(np.ones(6), 1.0, True)
+    prior = Prior(np.zeros(direction.size), found.prior.covariance)
+    ground = with_ordinary(marginal(normal, force_prior(setting, level)), prior)
+    whole = ground.information
+    rival = whole[np.ix_(members, members)] + 1e-9 * np.eye(len(members))
+    shared = whole[members] @ direction
+    left = float(direction @ whole @ direction - shared @ np.linalg.solve(rival, shared))
+    return float(np.sqrt(max(left, 0.0)))

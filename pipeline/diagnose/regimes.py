@@ -1,0 +1,162 @@
+"""Which regimes and times carry the gap, and what the leftover force goes with."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.diagnose.forecast import Forecast
+from pipeline.diagnose.linear_model import Setting
+from pipeline.physics.parameters import read
+from pipeline.records.diagnosis import RegimeShare, TimeShare
+from pipeline.records.run_table import RunTable
+from pipeline.types import FloatArray
+
+#: A regime is named when its share of the gap is that many times its share of the time.
+_MARKED = 1.3
+_LEAST_SHARE = 0.4
+
+
+@dataclass(frozen=True)
+class Regressor:
+    """A quantity by window (windows,); not a number where it was not measured."""
+
+    name: str
+    unit: str
+    values: FloatArray
+
+
+def regressors(setting: Setting, runs: Sequence[RunTable]) -> list[Regressor]:
+    """Means over each window of what a force may depend on."""
+    windows, packed = setting.bench.stack.windows, setting.bench.stack.packed
+    count = len(packed.thruster_names)
+    largest = read(packed.vector, "code_max")[:count]
+
+    def mean(quantity: str, column: int, *, size: bool = False) -> FloatArray:
+        found = []
+        for window in windows:
+            run = runs[window.run]
+            if quantity not in run.values:
+                found.append(np.nan)
+                continue
+            inside = (run.time_s >= window.begin_s) & (
+                run.time_s < window.begin_s + window.duration_s
+            )
+            inside &= run.valid[quantity]
+            values = run.values[quantity][inside, column]
+            values = values[np.isfinite(values)]
+            found.append(
+                float(np.mean(np.abs(values) if size else values)) if values.size else np.nan
+            )
+        return np.array(found)
+
+    level = np.array([float(np.sqrt(np.mean((w.command / largest) ** 2))) for w in windows])
+    sign = np.array([float(np.mean(np.sign(w.command))) for w in windows])
+    every = [
+        Regressor("speed_mps", "m/s", mean("velocity", 0, size=True)),
+        Regressor("surge_mps", "m/s", mean("velocity", 0)),
+        Regressor("turn_rate_radps", "rad/s", mean("angular_velocity", 2, size=True)),
+        Regressor("depth_m", "m", mean("depth", 0)),
+        Regressor("command_level", "1", level),
+        Regressor("command_sign", "1", sign),
+        Regressor("voltage_v", "V", mean("voltage", 0)),
+        Regressor("wall_distance_m", "m", _wall_distance(setting, runs)),
+        Regressor("time_s", "s", np.array([w.begin_s + w.duration_s / 2 for w in windows])),
+    ]
+    return [
+        one
+        for one in every
+        if np.isfinite(one.values).sum() >= 4 and np.ptp(one.values[np.isfinite(one.values)]) > 1e-9
+    ]
+
+
+def _wall_distance(setting: Setting, runs: Sequence[RunTable]) -> FloatArray:
+    vector = setting.bench.stack.packed.vector
+    count = int(read(vector, "wall_count"))
+    points, normals = read(vector, "wall_point")[:count], read(vector, "wall_normal")[:count]
+    found = []
+    for window in setting.bench.stack.windows:
+        run = runs[window.run]
+        if not count or "position" not in run.values:
+            found.append(np.nan)
+            continue
+        inside = (run.time_s >= window.begin_s) & (run.time_s < window.begin_s + window.duration_s)
+        place = run.values["position"][inside & run.valid["position"]]
+        place = place[np.isfinite(place).all(axis=1)]
+        if not len(place):
+            found.append(np.nan)
+            continue
+        away = np.einsum("kij,ij->ki", place[:, None, :] - points, normals)
+        found.append(float(np.mean(away.min(axis=1))))
+    return np.array(found)
+
+
+def excess(
+    near: Forecast, spread: dict[str, FloatArray], windows: int, within_s: float
+) -> FloatArray:
+    """Squared error over the floor's beyond what is ordinary, summed over channels (windows,)."""
+    total = np.zeros(windows)
+    for name, errors in near.errors.items():
+        own = (near.ahead_s[name] <= within_s) & np.isfinite(errors)
+        if not own.any():
+            continue
+        floor = float(np.mean(spread[name][own]) + near.sensor[name] ** 2)
+        sums = np.bincount(near.window[name][own], errors[own] ** 2 / floor, minlength=windows)
+        counts = np.bincount(near.window[name][own], minlength=windows)
+        total += np.maximum(sums / np.maximum(counts, 1) - 1.0, 0.0) * (counts > 0)
+    return total
+
+
+def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[RegimeShare, ...]:
+    """Ranges of the regressors in which more of the gap lies than of the time."""
+    whole = float(carried.sum())
+    if whole <= 0.0:
+        return ()
+    found = []
+    for one in every:
+        known = np.isfinite(one.values)
+        edges = np.quantile(one.values[known], [0.0, 1 / 3, 2 / 3, 1.0])
+        for low, high in ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3)):
+            inside = known & (one.values >= edges[low]) & (one.values <= edges[high])
+            share = float(carried[inside].sum()) / whole
+            time = float(inside.sum()) / len(carried)
+            if share >= _LEAST_SHARE and share >= _MARKED * time:
+                found.append(
+                    RegimeShare(
+                        regressor=one.name,
+                        unit=one.unit,
+                        range=(float(edges[low]), float(edges[high])),
+                        share=share,
+                        share_of_time=time,
+                    )
+                )
+    best: dict[str, RegimeShare] = {}
+    for row in found:
+        known_row = best.get(row.regressor)
+        if known_row is None or row.share / row.share_of_time > (
+            known_row.share / known_row.share_of_time
+        ):
+            best[row.regressor] = row
+    return tuple(sorted(best.values(), key=lambda row: -row.share / row.share_of_time))
+
+
+def time_shares(
+    setting: Setting, runs: Sequence[RunTable], carried: FloatArray
+) -> tuple[TimeShare, ...]:
+    """Stretches of the runs with a gap: windows that carry at least half the mean, joined."""
+    whole = float(carried.sum())
+    if whole <= 0.0:
+        return ()
+    found: list[TimeShare] = []
+    windows = setting.bench.stack.windows
+    for window, own in zip(windows, carried, strict=True):
+        if own < 0.5 * whole / len(carried):
+            continue
+        begin, end = window.begin_s, window.begin_s + window.duration_s
+        name, joined = runs[window.run].name, 0.0
+        if found and found[-1].run == name and abs(found[-1].to_s - begin) < 1e-6:
+            before = found.pop()
+            begin, joined = before.from_s, before.share
+        share = joined + float(own) / whole
+        found.append(TimeShare(run=name, from_s=begin, to_s=end, share=share))
+    return tuple(sorted(found, key=lambda row: (-row.share, row.run, row.from_s))[:8])

@@ -1,0 +1,250 @@
+"""Find what explains the runs: linearise, judge every hypothesis, go there, linearise again."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.diagnose.elimination import ForcePrior, Grams, Marginal, grams, marginal, solve
+from pipeline.diagnose.evidence import Prior
+from pipeline.diagnose.follow import follow
+from pipeline.diagnose.hypotheses import (
+    Finding,
+    Group,
+    groups_of,
+    log_evidence_of,
+    pairs,
+    screen,
+    total_departures,
+    with_ordinary,
+)
+from pipeline.diagnose.linear_model import (
+    LinearModel,
+    Setting,
+    realisable,
+    vector_of,
+)
+from pipeline.diagnose.nil import reach, with_small
+from pipeline.diagnose.noise_check import NoiseFound, noise_found, residual_with, widened
+from pipeline.diagnose.scales import Level
+from pipeline.diagnose.tangent import linear_model
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.records.run_table import RunTable
+from pipeline.types import BoolArray, FloatArray
+
+#: Linearisations at most.
+MOST_ROUNDS = 3
+#: A departure that moved by less than this (in units of half the plausible range) has settled.
+_SETTLED = 0.02
+#: Ordinary departures go no further than this from one linearisation to the next, in deviations.
+_MOST_ORDINARY = 4.0
+#: Single effects from which pairs are built.
+_FIRST_EFFECTS = 4
+#: Effects judged under forces along one axis: the strongest of the others.
+_STRONG = 6
+#: Levels of the force under which pairs are built.
+_LEVELS_WITH_PAIRS = 2
+
+
+@dataclass(frozen=True)
+class Judged:
+    """All hypotheses under one level of the outside force."""
+
+    level: Level
+    found: Marginal
+    ground: Marginal
+    nothing: float
+    """Log evidence with nothing wide."""
+    singles: tuple[Finding, ...]
+    pairs: tuple[Finding, ...]
+
+
+@dataclass(frozen=True)
+class Search:
+    """Where the search ended."""
+
+    model: LinearModel
+    grams: Grams
+    prior: Prior
+    judged: tuple[Judged, ...]
+    groups: dict[Group, tuple[int, ...]]
+    noise: dict[str, NoiseFound]
+    rounds: int
+    chosen: BoolArray
+    """(windows,) those that took part; the others were held out."""
+    reach: FloatArray
+    """(g,) what a unit of each departure moves the worst channel by, over its healthy floor."""
+
+    @property
+    def setting(self) -> Setting:
+        """What stayed the same."""
+        return self.model.setting
+
+
+def ordinary_prior(setting: Setting) -> Prior:
+    """Return what the vehicle file states of the departures."""
+    stated = np.array([one.ordinary for one in setting.coordinates])
+    return Prior(np.zeros(stated.size), np.diag(stated**2))
+
+
+def force_prior(setting: Setting, level: Level) -> ForcePrior:
+    """Prior of the outside forces under a level."""
+    window = max(w.duration_s for w in setting.bench.stack.windows)
+    return level.prior(setting.bench.pieces, window / setting.bench.pieces)
+
+
+def part(found: Grams, chosen: BoolArray) -> Grams:
+    """Keep some of the windows."""
+    return Grams(
+        found.own[chosen],
+        found.cross[chosen],
+        found.rest[chosen],
+        found.index[chosen],
+        found.precision,
+    )
+
+
+def judge_all(
+    setting: Setting,
+    normal: Grams,
+    prior: Prior,
+    every_level: Sequence[Level],
+    groups: dict[Group, tuple[int, ...]],
+    *,
+    with_pairs: bool,
+) -> tuple[Judged, ...]:
+    """Judge the hypotheses under every level."""
+    judged: list[Judged] = []
+    strong = dict(groups)
+    for level in sorted(every_level, key=lambda one: float(np.ptp(one.factor))):
+        found = marginal(normal, force_prior(setting, level))
+        ground = with_ordinary(found, prior)
+        uneven = float(np.ptp(level.factor)) > 0.0
+        if uneven and strong is not None and len(strong) == len(groups):
+            best = max(judged, key=lambda one: one.nothing)
+            strong = {one.groups[0]: groups[one.groups[0]] for one in best.singles[:_STRONG]}
+        singles = screen(ground, setting.coordinates, strong if uneven else groups)
+        judged.append(Judged(level, found, ground, log_evidence_of(ground), tuple(singles), ()))
+    if not with_pairs:
+        return tuple(judged)
+    # pairs where they can matter: under the levels that the readings prefer
+    best_first = sorted(
+        (one for one in judged if np.ptp(one.level.factor) == 0.0),
+        key=lambda one: -(one.nothing + max((f.log_evidence for f in one.singles), default=0.0)),
+    )
+    levels_with = {id(one) for one in best_first[:_LEVELS_WITH_PAIRS]}
+    return tuple(
+        replace(
+            one,
+            pairs=tuple(
+                pairs(one.ground, setting.coordinates, groups, one.singles, _FIRST_EFFECTS)
+            ),
+        )
+        if id(one) in levels_with
+        else one
+        for one in judged
+    )
+
+
+def strongest(judged: Sequence[Judged]) -> tuple[Judged, Finding | None]:
+    """Level and hypothesis with the largest log evidence and prior of the level."""
+
+    def value(one: Judged) -> tuple[float, Finding | None]:
+        first = next(iter(one.singles), None)
+        second = next(iter(one.pairs), None)
+        best, gain = None, 0.0
+        # each effect must earn its place
+        if first is not None and first.log_evidence > 3.0:
+            best, gain = first, first.log_evidence
+        if second is not None and second.log_evidence > gain + 10.0 + 0.02 * gain:
+            best, gain = second, second.log_evidence
+        return one.nothing + gain + float(np.log(one.level.weight)), best
+
+    best = max(judged, key=lambda one: value(one)[0])
+    return best, value(best)[1]
+
+
+def _sober(departures: FloatArray, prior: Prior, finding: Finding | None) -> FloatArray:
+    """Keep ordinary departures ordinary: the next linearisation is not to be led astray."""
+    most = _MOST_ORDINARY * np.sqrt(np.diag(prior.covariance))
+    kept = prior.mean + np.clip(departures - prior.mean, -most, most)
+    if finding is not None:
+        kept[list(finding.which)] = departures[list(finding.which)]
+    return np.asarray(kept)
+
+
+def search(  # noqa: PLR0917 - one caller
+    setting: Setting,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    prior: Prior,
+    every_level: Sequence[Level],
+    chosen: BoolArray,
+    widen: dict[str, float] | None = None,
+) -> Search:
+    """Linearise around what explains the runs best until that stays the same.
+
+    Parameters
+    ----------
+    setting : Setting
+        Windows of all runs, those held out among them.
+    runs, channels
+        What was measured, for following it.
+    prior : Prior
+        Of the ordinary departures.
+    every_level : sequence of Level
+        Levels of the outside force.
+    chosen : ndarray of bool, shape (windows,)
+        Windows that may speak.
+    widen : dict, optional
+        Factors on the channels' noise learned from healthy runs; found here otherwise.
+    """
+    groups = groups_of(setting.coordinates)
+    ordinary = [one for one in every_level if one.ordinary or np.ptp(one.factor) == 0.0]
+    point = setting.origin()
+    for rounds in range(1, MOST_ROUNDS + 1):
+        model = linear_model(setting, point)
+        if rounds == 1:
+            moved_by = reach(model, prior)
+            prior = prior if widen is not None else with_small(prior, moved_by, setting)
+        normal = grams(model)
+        judged = judge_all(
+            setting, part(normal, chosen), prior, ordinary, groups, with_pairs=rounds > 1
+        )
+        best, finding = strongest(judged)
+        departures = total_departures(best.found, prior, finding)
+        departures = realisable(setting.coordinates, _sober(departures, prior, finding))
+        try:
+            vector = vector_of(setting, departures)
+        except CannotComputeError:
+            break
+        moved = float(np.abs(departures - point.departures).max())
+        if rounds == MOST_ROUNDS or moved < _SETTLED:
+            break
+        windows, pulls = follow(
+            setting.bench.stack.packed,
+            runs,
+            setting.bench.stack.windows,
+            channels,
+            vector,
+        )
+        setting = replace(
+            setting,
+            bench=replace(
+                setting.bench,
+                stack=replace(setting.bench.stack, windows=tuple(windows)),
+                pulls=tuple(pulls),
+            ),
+        )
+        point = replace(setting.origin(), departures=departures)
+    # the noise is judged where the outside force may explain everything that is slow
+    high = replace(best.level, factor=np.maximum(best.level.factor, 2.0))
+    best_values = solve(normal, force_prior(setting, high), departures)
+    residual = residual_with(model, best_values, departures)
+    noise = noise_found(model, residual)
+    factors = {q: n.widen for q, n in noise.items()} if widen is None else widen
+    model = widened(model, residual, factors)
+    normal = grams(model)
+    judged = judge_all(setting, part(normal, chosen), prior, every_level, groups, with_pairs=True)
+    return Search(model, normal, prior, judged, groups, noise, rounds, chosen, moved_by)

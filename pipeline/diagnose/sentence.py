@@ -1,0 +1,42 @@
+"""The verdict in one sentence."""
+
+from collections.abc import Sequence
+
+from pipeline.effects.library import effects
+from pipeline.records.diagnosis import Leftover, RankedEffect
+
+
+def sentence(
+    names: Sequence[str],
+    probability: float,
+    ambiguous: Sequence[str],
+    first: RankedEffect | None,
+    left: Leftover,
+) -> str:
+    """Say the verdict, its probability, and what it may be as well."""
+    sure = f"(probability {probability:.2f})"
+    if tuple(names) == ("none",):
+        said = (
+            f"No effect: the vehicle file predicts these runs as well as a healthy vehicle {sure}"
+        )
+    elif tuple(names) == ("unknown",):
+        said = (
+            f"Unknown: there is a gap that no effect of the library explains {sure}; the force "
+            f"that is left lies mostly in {left.worst_axis}, {left.time_course}"
+        )
+    else:
+        titles = " and ".join(
+            f"{name} ({effects()[name].title})" for name in names if name in effects()
+        )
+        values = ""
+        if first is not None and first.parameters:
+            values = ": " + ", ".join(
+                f"{key} = {one.value:.3g}{'' if one.unit == '1' else ' ' + one.unit}"
+                f" [{one.ci95[0]:.3g}, {one.ci95[1]:.3g}]"
+                for key, one in first.parameters.items()
+            )
+        where = f" at {first.thruster}" if first is not None and first.thruster else ""
+        said = f"{titles}{where} {sure}{values}"
+    if ambiguous:
+        said += f". These runs cannot tell it from {', '.join(ambiguous)}"
+    return said + "."

@@ -1,0 +1,41 @@
+"""What each kind of evidence had to say: kinematics, actuators, dynamics."""
+
+from collections.abc import Sequence
+
+from pipeline.diagnose.answer import Answers
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.search import Search
+from pipeline.identify.channel_noise import was_measured
+from pipeline.records.run_table import RunTable
+
+MEASUREMENT = ("dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale")
+
+
+def stages_told(
+    case: Case, runs: Sequence[RunTable], found: Search, answered: Answers
+) -> dict[str, str]:
+    """Say for each stage what it had and what came out; all of them are one likelihood."""
+
+    def has(quantity: str) -> bool:
+        return any(was_measured(run, quantity) for run in runs)
+
+    told = {}
+    others = [q for q in ("position", "specific_force", "depth") if has(q)]
+    if not has("velocity"):
+        told["kinematics"] = "skipped: no velocity over ground was measured"
+    elif not others:
+        told["kinematics"] = "skipped: nothing to compare the DVL with"
+    else:
+        total = sum(one.probability for one in answered.ranking if one.name in MEASUREMENT)
+        told["kinematics"] = (
+            f"DVL against {', '.join(others)}: probability {total:.2f} of a measurement effect"
+        )
+    if has("voltage"):
+        told["actuators"] = "supply voltage compared with its nominal value and the load"
+    else:
+        told["actuators"] = "skipped: neither supply voltage nor shaft speed was used"
+    told["dynamics"] = (
+        f"{int(found.chosen.sum())} windows of {case.name}, "
+        f"{len(found.groups)} effects and targets tried"
+    )
+    return told

@@ -1,0 +1,269 @@
+r"""Derivatives of all readings, along one motion, by everything that is unknown.
+
+The motion is cut into pieces of half a second. Each piece is simulated anew from where the motion
+is at its begin, moved a little in one of twelve directions, with a little outside force along one
+of six axes, or with one departure a little off. That gives for each piece how its end moves,
+
+.. math:: \delta_{i+1} = A_i \delta_i + B_i f_i + g_i x
+
+and how the readings within move; the rest is linear algebra along the window. So the outside force
+may change every half second at no further cost in simulation.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+
+from pipeline.diagnose.linear_model import (
+    LEAST_LEAD,
+    LinearModel,
+    Point,
+    Setting,
+    forces_at,
+    motion_at,
+    readings_from_zero,
+    residual_of,
+    vector_of,
+)
+from pipeline.diagnose.predictions import (
+    Bench,
+    Motion,
+    drives_at,
+    innovations,
+    other_drives,
+    over_threads,
+    same_motion,
+)
+from pipeline.identify.window_derivatives import moved_starts
+from pipeline.simulate.kernel import BODY
+from pipeline.simulate.pieces import run_pieces
+from pipeline.types import FloatArray, IntArray
+
+#: Steps of the derivatives: position [m], attitude [rad], velocity [m/s], turning rate [rad/s].
+_STEPS = np.repeat([1e-3, 1e-5, 1e-4, 1e-4], 3)
+#: The same of the outside forces, in the unit of a healthy vehicle's.
+_FORCE_STEP = 0.1
+#: The same of the characteristic's unknowns, in their standard deviations.
+_PROFILE_STEP = 0.01
+#: The same of the pull, of which all is taken away.
+_PULL_STEP = 1e-3
+#: Departure of a lead while the departure that needs it is moved.
+_LEAD_STEP = 0.02
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One way of moving all pieces: readings (entries,) and ends (pieces, 12), per unit."""
+
+    readings: FloatArray
+    ends: FloatArray
+
+
+@dataclass(frozen=True)
+class _Known:
+    """Motion of all pieces, their readings (entries,) and ends (pieces, STATE)."""
+
+    motion: Motion
+    readings: FloatArray
+    ends: FloatArray
+
+
+@dataclass(frozen=True)
+class _Base:
+    """Where the pieces start, what pushes them, and what comes out."""
+
+    setting: Setting
+    point: Point
+    vector: FloatArray
+    starts: FloatArray
+    forces: FloatArray
+    known: _Known
+
+    def from_start(self, index: int) -> Pass:
+        """Move the starts in one of twelve directions."""
+        by = np.zeros((len(self.starts), 12))
+        by[:, index] = _STEPS[index]
+        moved = _known(self.setting, self.vector, moved_starts(self.starts, by), self.forces)
+        return _way(self.known, moved, _STEPS[index])
+
+    def from_force(self, axis: int) -> Pass:
+        """Push along one axis."""
+        more = np.zeros(6)
+        more[axis] = _FORCE_STEP * self.setting.force_unit[axis]
+        return self._from_forces(self.forces + more, _FORCE_STEP)
+
+    def from_profile(self, number: int) -> Pass:
+        """Push as one of the characteristic's unknowns does."""
+        more = _PROFILE_STEP * self.setting.profiles[:, :, number]
+        return self._from_forces(self.forces + more, _PROFILE_STEP)
+
+    def from_pull(self) -> Pass:
+        """Take a little of the pull away."""
+        pull = self.point.pull * np.concatenate(self.setting.bench.pulls)
+        return self._from_forces(self.forces - _PULL_STEP * pull, -_PULL_STEP)
+
+    def _from_forces(self, forces: FloatArray, by: float) -> Pass:
+        return _way(self.known, _known(self.setting, self.vector, self.starts, forces), by)
+
+    def from_departure(self, number: int) -> Pass:
+        """Move one departure off where it is."""
+        setting, one = self.setting, self.setting.coordinates[number]
+        moved, known, vector, by = self.point.departures.copy(), self.known, self.vector, one.step
+        if one.lead is not None:
+            if abs(moved[one.lead]) < LEAST_LEAD:
+                # without its lead it does nothing: taken where the lead is at its own step
+                moved[one.lead] = _LEAD_STEP * np.sign(setting.coordinates[one.lead].step)
+                moved[number] = 0.0
+                vector = vector_of(setting, moved)
+                known = _known(setting, vector, self.starts, self.forces)
+            by = one.step * moved[one.lead]
+        moved[number] += by
+        changed = vector_of(setting, moved)
+        if same_motion(changed, vector):
+            readings = _raw(setting.bench, changed, known.motion)
+            return Pass((known.readings - readings) / by, np.zeros((len(self.starts), 12)))
+        begin = self.starts
+        if other_drives(changed, vector):
+            # the drives are not where they were when the piece begins
+            pieces = setting.bench.start_of_piece
+            ways = [drives_at(setting.bench, one, pieces) for one in (vector, changed)]
+            begin = self.starts.copy()
+            begin[:, BODY : BODY + ways[0].shape[1]] += ways[1] - ways[0]
+        return _way(known, _known(setting, changed, begin, self.forces), by)
+
+
+def linear_model(setting: Setting, point: Point) -> LinearModel:
+    """Linearise along the motion at a point."""
+    bench = setting.bench
+    vector = vector_of(setting, point.departures)
+    motion = motion_at(setting, point, vector)
+    # the pieces follow the same motion: their starts are its states
+    starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
+    base = _Base(setting, point, vector, starts, forces, _known(setting, vector, starts, forces))
+    tasks: list[Callable[[], Pass]] = [partial(base.from_start, k) for k in range(12)]
+    tasks += [partial(base.from_force, k) for k in range(6)]
+    tasks += [partial(base.from_departure, k) for k in range(len(setting.coordinates))]
+    tasks += [partial(base.from_profile, k) for k in range(setting.profiles.shape[2])]
+    if point.pull != 0.0:
+        tasks.append(base.from_pull)
+    passes = over_threads(bench, tasks)
+    return chained(setting, point, passes, residual_of(setting, point, vector, motion))
+
+
+def _way(first: _Known, second: _Known, by: float) -> Pass:
+    """Take derivatives from two motions of the pieces; readings are measured less predicted."""
+    return Pass((first.readings - second.readings) / by, _between(first.ends, second.ends) / by)
+
+
+def _known(setting: Setting, vector: FloatArray, starts: FloatArray, forces: FloatArray) -> _Known:
+    """Simulate all pieces."""
+    bench = setting.bench
+    states, rates = run_pieces(bench.stack.packed, bench.cut, vector, starts, forces)
+    rows = bench.row_of_sample
+    motion = Motion(states[rows], rates[rows])
+    return _Known(motion, _raw(bench, vector, motion), states[bench.cut.last_row])
+
+
+def _raw(bench: Bench, vector: FloatArray, motion: Motion) -> FloatArray:
+    """Innovations of all channels as one vector (entries,)."""
+    return np.concatenate([one.ravel() for one in innovations(bench, vector, motion)])
+
+
+def _between(first: FloatArray, second: FloatArray) -> FloatArray:
+    """Way (k, 12) from first to second states: place, body rotation, velocity."""
+    found = np.empty((len(first), 12))
+    found[:, :3] = second[:, :3] - first[:, :3]
+    found[:, 6:] = second[:, 7:13] - first[:, 7:13]
+    a, b = first[:, 3:7], second[:, 3:7]
+    found[:, 3:6] = 2.0 * (a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(a[:, 1:], b[:, 1:]))
+    return found
+
+
+def chained(
+    setting: Setting, point: Point, passes: Sequence[Pass], residual: FloatArray
+) -> LinearModel:
+    """Follow the derivatives through the pieces of each window and whiten them."""
+    bench, pieces = setting.bench, setting.bench.pieces
+    windows = bench.window_count
+    count = len(passes) - 18
+    ends = np.stack([one.ends for one in passes], axis=2)
+    ends = np.where(np.isfinite(ends), ends, 0.0).reshape(windows, pieces, 12, len(passes))
+    a, b, c = ends[..., :12], ends[..., 12:18], ends[..., 18:]
+    forces = 6 * pieces
+    width = 12 + forces + count
+    # how the start of each piece moves with every unknown
+    moved = np.zeros((windows, pieces, 12, width))
+    moved[:, 0, :, :12] = np.eye(12)
+    for i in range(1, pieces):
+        moved[:, i] = a[:, i - 1] @ moved[:, i - 1]
+        moved[:, i, :, 12 + 6 * (i - 1) : 12 + 6 * i] += b[:, i - 1]
+        moved[:, i, :, 12 + forces :] += c[:, i - 1]
+    scales = setting.problem.start_scales
+    moved[:, :, :, :12] *= scales[:, None, None, :]
+    starts = moved.reshape(windows * pieces, 12, width)
+    readings = np.stack([one.readings for one in passes], axis=1)
+    readings = np.where(np.isfinite(readings), readings, 0.0)
+    owner = _piece_of_entry(bench)
+    order = np.argsort(owner, kind="stable")
+    bounds = np.searchsorted(owner[order], np.arange(windows * pieces + 1))
+    raw = np.empty((len(owner), width))
+    for piece, (first, last) in enumerate(pairwise(bounds)):
+        rows = order[first:last]
+        own = readings[rows]
+        columns = own[:, :12] @ starts[piece]
+        at = 12 + 6 * (piece % pieces)
+        columns[:, at : at + 6] += own[:, 12:18]
+        columns[:, 12 + forces :] += own[:, 18:]
+        raw[rows] = columns
+    white = _whitened_columns(bench, raw) * setting.row_scale[:, None]
+    every, profiles = len(setting.coordinates), setting.profiles.shape[2]
+    first = 12 + forces + every
+    weight = setting.row_scale[:, None]
+    model = LinearModel(
+        setting,
+        point,
+        white[:, : 12 + forces],
+        setting.shared.columns * weight,
+        np.concatenate([setting.extra * weight, white[:, first : first + profiles]], axis=1),
+        white[:, 12 + forces : first],
+        np.zeros(0),
+        residual,
+    )
+    free = residual
+    if count > every + profiles:
+        # the pull is taken away: what it moved is missing
+        free = residual + white[:, -1]
+    return replace(model, readings=readings_from_zero(model, point, free))
+
+
+def _piece_of_entry(bench: Bench) -> IntArray:
+    """Piece of each entry of `_raw` (entries,)."""
+    found = []
+    for rows in bench.stack.rows:
+        width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
+        found.append(np.repeat(bench.piece_of_sample[rows.sample], width))
+    return np.concatenate(found)
+
+
+def _whitened_columns(bench: Bench, raw: FloatArray) -> FloatArray:
+    """Columns (entries, k) of `_raw` with white noise, in the order of the residuals."""
+    stack = bench.stack
+    found = np.empty_like(raw)
+    begin = 0
+    for rows in stack.rows:
+        width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
+        end = begin + rows.sample.size * width
+        values = raw[begin:end].reshape(rows.sample.size, width, -1)
+        out = found[begin:end].reshape(values.shape)
+        for members, whitener in rows.blocks:
+            if isinstance(whitener, float):
+                out[members] = values[members] * whitener
+            else:
+                for one in members:
+                    block = values[one].reshape(len(one), -1)
+                    out[one] = (whitener @ block).reshape(len(one), width, -1)
+        begin = end
+    return found[stack.order]

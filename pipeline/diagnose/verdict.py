@@ -1,0 +1,113 @@
+"""The answer in the form of the record: verdict, ranking with parameters, what is added."""
+
+import numpy as np
+
+from pipeline.diagnose.answer import NONE, UNKNOWN, Answers, Candidate, angles
+from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.confusability import ONE_ANSWER_DEG
+from pipeline.diagnose.coordinates import specs_at
+from pipeline.diagnose.evidence import posterior
+from pipeline.diagnose.hypotheses import Finding, prior_of
+from pipeline.diagnose.linear_model import plain, realisable
+from pipeline.diagnose.search import Search
+from pipeline.effects.effect import AXES
+from pipeline.effects.specification import EffectSpec
+from pipeline.records.diagnosis import ParameterEstimate, RankedEffect, Shrink
+from pipeline.types import FloatArray
+
+_NORMAL_95 = 1.959964
+
+
+def verdict_of(
+    found: Search, answered: Answers, thresholds: Calibration
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the first answer, and what these runs cannot tell from it."""
+    top = answered.ranking[0]
+    names = tuple(top.name.split("+"))
+    others: list[str] = []
+    if top.probability < thresholds.verdict:
+        total = top.probability
+        for one in answered.ranking[1:]:
+            if total >= thresholds.set_level:
+                break
+            others.extend(one.name.split("+"))
+            total += one.probability
+    if top.finding is not None and top.name not in {NONE, UNKNOWN}:
+        close = angles(found, top.finding, top.judged)
+        others.extend(name for name, angle in close.items() if angle <= ONE_ANSWER_DEG)
+    return names, tuple(dict.fromkeys(name for name in others if name not in names))
+
+
+def departures_of(found: Search, one: Candidate, finding: Finding | None) -> FloatArray:
+    """Most probable departures of an answer, ordinary ones included."""
+    total = posterior(one.judged.found, prior_of(found.prior, finding)).mean
+    return realisable(found.setting.coordinates, total)
+
+
+def effect_alone(found: Search, best: FloatArray, finding: Finding | None) -> FloatArray:
+    """Departures of the effects alone: what is added to the vehicle file."""
+    added = np.zeros(best.size)
+    if finding is not None:
+        added[list(finding.which)] = best[list(finding.which)]
+    return realisable(found.setting.coordinates, added)
+
+
+def specs_of(found: Search, added: FloatArray) -> tuple[EffectSpec, ...]:
+    """Return the effects of departures as they are switched on."""
+    every = found.setting.coordinates
+    return specs_at(every, plain(every, added))
+
+
+def ranking_of(
+    found: Search, answered: Answers, closed: Shrink, top: Candidate
+) -> tuple[RankedEffect, ...]:
+    """Every answer with its parameters; those that were never probable have probability 0."""
+    rows = []
+    for one in answered.ranking:
+        parameters, thruster, axes = _parameters(found, one)
+        rows.append(
+            RankedEffect(
+                effect=one.name,
+                probability=one.probability,
+                parameters=parameters,
+                gap_closed=closed.gap_closed if one.name == top.name else None,
+                thruster=thruster,
+                axes=axes,
+                log_evidence=one.log_evidence,
+            )
+        )
+    named = {row.effect for row in rows}
+    missing = {NONE, UNKNOWN, *(effect for effect, _ in found.groups)} - named
+    rows.extend(
+        RankedEffect(effect=name, probability=0.0, parameters={}, gap_closed=None, log_evidence=0.0)
+        for name in sorted(missing)
+    )
+    return tuple(rows)
+
+
+def _parameters(
+    found: Search, one: Candidate
+) -> tuple[dict[str, ParameterEstimate], str | None, tuple[str, ...]]:
+    """Values with intervals of an answer's parameters, its thruster and its axes."""
+    if one.finding is None:
+        return {}, None, ()
+    which = np.array(one.finding.which, int)
+    left = posterior(one.judged.found, prior_of(found.prior, one.finding))
+    every = found.setting.coordinates
+    std = np.sqrt(np.maximum(np.diag(left.covariance), 0.0))
+    alone = plain(every, left.mean)
+    parameters, axes = {}, []
+    pair = len(one.finding.effects) > 1
+    for index in which:
+        coordinate = every[index]
+        lead = 1.0 if coordinate.lead is None else max(abs(left.mean[coordinate.lead]), 1e-6)
+        value = coordinate.parameter.neutral + coordinate.unit_size * float(alone[index])
+        half = _NORMAL_95 * coordinate.unit_size * float(std[index]) / lead
+        name = coordinate.parameter.name
+        if coordinate.parameter.name in AXES:
+            axes.append(name)
+        parameters[f"{coordinate.effect.id}.{name}" if pair else name] = ParameterEstimate(
+            value=value, unit=coordinate.parameter.unit, ci95=(value - half, value + half)
+        )
+    targets = [target for _, target in one.finding.groups if target is not None]
+    return parameters, targets[0] if targets else None, tuple(dict.fromkeys(axes))

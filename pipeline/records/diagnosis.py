@@ -1,0 +1,201 @@
+"""Schema of ``diagnosis.json``: where simulation and vehicle differ, because of what, how sure."""
+
+from pipeline.records.base import Record
+
+Interval = tuple[float, float]
+
+
+class GapFigures(Record):
+    """Root mean square prediction error of a channel in its unit, and the floors beneath it."""
+
+    rmse: float
+    sensor_floor: float
+    healthy_floor: float
+    ratio: float
+    """Error over the healthy floor: 1 leaves nothing to explain."""
+
+
+class ChannelGap(GapFigures):
+    """A channel over the windows of the diagnosis, and by how far ahead it is predicted."""
+
+    unit: str
+    horizons: dict[str, GapFigures]
+    """Seconds ahead ("0.5", "2", "10") or "run": from the start of the run to its end."""
+
+
+class RegimeShare(Record):
+    """Share of the explainable gap that lies where a regressor is in a range."""
+
+    regressor: str
+    unit: str
+    range: Interval
+    share: float
+    share_of_time: float
+
+
+class TimeShare(Record):
+    """Share of the explainable gap in a stretch of a run."""
+
+    run: str
+    from_s: float
+    to_s: float
+    share: float
+
+
+class Where(Record):
+    """Which channels, regimes and times carry the gap."""
+
+    channels: tuple[str, ...]
+    regimes: tuple[RegimeShare, ...]
+    times: tuple[TimeShare, ...]
+
+
+class RegimeGap(Record):
+    """Error over the healthy floor, by channel, while a regressor is in a range."""
+
+    regressor: str
+    unit: str
+    range: Interval
+    share_of_time: float
+    ratios: dict[str, float]
+
+
+class Gap(Record):
+    """Part one: where."""
+
+    channels: dict[str, ChannelGap]
+    where: Where
+    by_regime: tuple[RegimeGap, ...] = ()
+
+
+class ParameterEstimate(Record):
+    """A parameter of an effect with its interval."""
+
+    value: float
+    unit: str
+    ci95: Interval
+
+
+class Detail(Record):
+    """Which thruster, which axes; None and empty where the effect has none."""
+
+    thruster: str | None = None
+    axes: tuple[str, ...] = ()
+
+
+class Verdict(Record):
+    """Part two: which effect; `sentence` is the answer in words."""
+
+    effects: tuple[str, ...]
+    probability: float
+    ambiguous_with: tuple[str, ...]
+    detail: Detail
+    sentence: str
+
+
+class RankedEffect(Record):
+    """One answer and how probable it is; pairs are written ``a+b``."""
+
+    effect: str
+    probability: float
+    parameters: dict[str, ParameterEstimate]
+    gap_closed: float | None
+    thruster: str | None = None
+    axes: tuple[str, ...] = ()
+    log_evidence: float
+    """Natural logarithm, against the stated vehicle with its ordinary uncertainty."""
+
+
+class ShrinkFigures(Record):
+    """Held-out gap before and after, over the healthy floor; a channel's in its unit."""
+
+    before: float
+    after: float
+    noise_floor: float
+    gap_closed: float | None
+    ci95: Interval | None
+
+
+class Shrink(ShrinkFigures):
+    """Part three: how far it shrinks on what took no part."""
+
+    channels: dict[str, ShrinkFigures]
+    held_out: str
+    """What was held out, in words."""
+
+
+class NextRun(Record):
+    """Part four: the manoeuvre that would separate two answers best."""
+
+    manoeuvre: str
+    separates: tuple[str, str]
+    expected_separation_sigma: float
+
+
+class Leftover(Record):
+    """Outside force that the answer leaves: rms over that of a healthy vehicle, by axis.
+
+    `begins_s` is set where the force sets in during the runs; `depends_on` names the regressor
+    that goes with it most, if one does.
+    """
+
+    axes: dict[str, float]
+    worst_axis: str
+    time_course: str
+    depends_on: str | None
+    correlation: float | None
+
+
+class ChannelNoiseCheck(Record):
+    """Whitened residual of the best model: variance (0.8 to 1.2 is right), lag-1, what was done."""
+
+    variance: float
+    lag1: float
+    widened_by: float
+
+
+class Evidence(Record):
+    """How it was decided."""
+
+    windows: int
+    window_s: float
+    readings: int
+    linearisations: int
+    force_scale: float
+    """Most probable outside force over that of a healthy vehicle."""
+    noise: dict[str, ChannelNoiseCheck]
+    stages: dict[str, str]
+    """What kinematics, actuators and dynamics said, or why they were skipped."""
+    calibrated: str
+    healthy_runs: tuple[str, ...]
+
+
+class Series(Record):
+    """Measured, model before, model after in a held-out window; None where nothing was read."""
+
+    run: str
+    channel: str
+    unit: str
+    time_s: tuple[float, ...]
+    measured: tuple[float, ...]
+    before: tuple[float, ...]
+    after: tuple[float, ...]
+
+
+class DiagnosisRecord(Record):
+    """The whole answer."""
+
+    vehicle: str
+    runs: tuple[str, ...]
+    holdout: tuple[str, ...]
+    gap: Gap
+    verdict: Verdict
+    ranking: tuple[RankedEffect, ...]
+    shrink: Shrink
+    confusable: tuple[tuple[str, str, float], ...]
+    next_run: NextRun | None
+    leftover: Leftover
+    evidence: Evidence
+    series: tuple[Series, ...]
+    notes: tuple[str, ...]
+    elapsed_s: float

@@ -1,0 +1,39 @@
+"""The diagnosis of a mooring table as text for a terminal."""
+
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+
+
+def bench_text(record: BenchDiagnosisRecord) -> str:
+    """Verdict, where the gap is, ranking, how far it shrinks, what to measure next."""
+    lines = [record.verdict.sentence, ""]
+    lines.append("gap (over what a healthy thruster may leave):")
+    lines += [
+        f"  {name}: {one.rmse:.3g} {one.unit} ({one.ratio:.2f})"
+        for name, one in record.gap.channels.items()
+    ]
+    lines += [
+        f"  {row.share:.0%} of it at codes {row.range[0]:.0f} to {row.range[1]:.0f}"
+        for row in record.gap.where.regimes[:2]
+    ]
+    lines.append("")
+    for answer in record.ranking[:5]:
+        values = ", ".join(
+            f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}] {one.unit}"
+            for name, one in answer.parameters.items()
+        )
+        lines.append(f"  {answer.probability:6.1%}  {answer.effect}  {values}".rstrip())
+    shrink = record.shrink
+    closed = "" if shrink.gap_closed is None else f", {shrink.gap_closed:.0%} of the gap closed"
+    lines += ["", f"held out ({shrink.held_out}):"]
+    lines.append(
+        f"  {shrink.before:.3g} N before, {shrink.after:.3g} N after, where a healthy thruster may "
+        f"leave {shrink.noise_floor:.3g} N{closed}"
+    )
+    if record.next_run is not None:
+        one = record.next_run
+        lines.append(
+            f"measure next: {one.manoeuvre}; separates {' and '.join(one.separates)} by "
+            f"{one.expected_separation_sigma:.1f} sigma"
+        )
+    lines += [f"note: {note}" for note in record.notes]
+    return "\n".join(lines)

@@ -1,0 +1,170 @@
+"""Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline import __version__
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.engine import Diagnosis, diagnose_fully
+from pipeline.diagnose.file_changes import file_changes, left_to_say
+from pipeline.effects.library import apply_effects
+from pipeline.errors import CannotComputeError
+from pipeline.provenance import canonical_json, write_atomically
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.context import model_of
+from pipeline.stages.diagnosis_page import write_page
+from pipeline.stages.runs_to_identify import find_logs, read_run
+from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.stages.simulation import simulate_to_file
+from pipeline.stages.simulation_request import SimulationRequest
+from pipeline.vehicle.frames import changes_as_stated
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.write_back import updated_vehicle_text
+
+RESULT_FILE, CORRECTED_FILE = "diagnosis.json", "vehicle_corrected.yaml"
+
+
+@dataclass(frozen=True)
+class DiagnosisRequest:
+    """What the user asked for; `to` None: ``processed/<vehicle>/diagnosis``."""
+
+    vehicle: str
+    runs: tuple[str, ...]
+    holdout: tuple[str, ...] = ()
+    healthy: tuple[str, ...] = ()
+    to: Path | None = None
+    raw: Path = Path("raw")
+    out: Path = Path()
+    threads: int = 2
+
+
+@dataclass(frozen=True)
+class DiagnosisFiles:
+    """The result and where it lies; `corrected` is None where nothing of the file changes."""
+
+    record: DiagnosisRecord
+    result: Path
+    corrected: Path | None
+    page: Path
+    overlays: tuple[Path, ...] = ()
+    """One log a run: everything that was recorded, and the simulation with the effect beside it."""
+
+
+def diagnose_case(request: DiagnosisRequest) -> DiagnosisRecord:
+    """Diagnose logs and write what was found; see `diagnose_to_files`."""
+    return diagnose_to_files(request).record
+
+
+def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
+    """Diagnose logs and write what was found.
+
+    Raises
+    ------
+    UsageError
+        For a vehicle or run that does not exist.
+    InputError, CannotComputeError
+        For a log that cannot be used, data from which no diagnosis can be made, or a place that
+        cannot be written.
+    """
+    one = load_simulated(request.vehicle, request.raw, request.out)
+    runs, holdout, healthy = (
+        _tables(texts, one, request.raw)
+        for texts in (request.runs, request.holdout, request.healthy)
+    )
+    _refuse_twice(request, one)
+    found = diagnose_fully(
+        Case(one.name, one.vehicle, one.packed, runs, holdout, healthy), request.threads
+    )
+    folder = request.to
+    if folder is None:
+        folder = request.out / "processed" / one.name / "diagnosis"
+    text = _corrected(one, found)
+    result = folder / RESULT_FILE
+    write_atomically(result, canonical_json(found.record.model_dump(mode="json")) + "\n")
+    corrected = _write_corrected(folder, one, text)
+    overlays = _write_overlays(request, folder, one, found)
+    files = [result, *([] if corrected is None else [corrected]), *overlays]
+    page = write_page(found.record, request.out, request.to, files)
+    return DiagnosisFiles(found.record, result, corrected, page, overlays)
+
+
+def _tables(texts: Sequence[str], one: SimulatedVehicle, raw: Path) -> tuple[RunTable, ...]:
+    return tuple(read_run(path, one, raw)[1] for path in find_logs(texts, one))
+
+
+def _refuse_twice(request: DiagnosisRequest, one: SimulatedVehicle) -> None:
+    """No run may both speak and judge."""
+    given = [
+        set(find_logs(texts, one)) for texts in (request.runs, request.holdout, request.healthy)
+    ]
+    for first, second, roles in (
+        (given[0], given[1], "to diagnose and to judge by"),
+        (given[0], given[2], "to diagnose and as healthy"),
+        (given[1], given[2], "to judge by and as healthy"),
+    ):
+        if first & second:
+            names = ", ".join(sorted(path.name for path in first & second))
+            raise CannotComputeError(f"{names}: given both {roles}; a run can be one of these.")
+
+
+def _write_overlays(
+    request: DiagnosisRequest, folder: Path, one: SimulatedVehicle, found: Diagnosis
+) -> tuple[Path, ...]:
+    """Simulate the held-out runs (all runs where none is) with the effects of the verdict."""
+    if not found.specs:
+        return ()
+    written = []
+    for log in find_logs(request.holdout or request.runs, one):
+        path = folder / f"{log.stem}_with_effect.mcap"
+        asked = SimulationRequest(
+            str(one.file.parent),
+            path,
+            log=log,
+            effects=tuple(str(spec) for spec in found.specs),
+            raw=request.raw,
+            out=request.out,
+        )
+        try:
+            written.append(simulate_to_file(asked).path)
+        except CannotComputeError:
+            # a free run of minutes may leave the finite numbers; the windows of the answer did not
+            continue
+    return tuple(written)
+
+
+def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:
+    """Text of the corrected vehicle file; None where the verdict changes nothing."""
+    specs = found.specs
+    if not specs:
+        return None
+    vector = apply_effects(one.packed.vector, specs, one.packed.context)
+    changes = file_changes(one.vehicle, model_of(one.vehicle), one.packed, vector)
+    lines = [
+        f"Corrected by rig2sea {__version__} diagnose from {', '.join(found.record.runs)}.",
+        found.record.verdict.sentence,
+        *(f"Changed {path}." for path in sorted(changes)),
+    ]
+    rest = left_to_say(specs, changes)
+    if rest:
+        lines.append("No key of this file can say: " + " ".join(rest))
+    return updated_vehicle_text(
+        one.file.read_text(encoding="utf-8"),
+        changes_as_stated(changes, one.vehicle.frame),  # type: ignore[arg-type]
+        "\n".join(lines),
+    )
+
+
+def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:
+    """Write the corrected file, never over the engineer's own, and read it back."""
+    path = folder / CORRECTED_FILE
+    if text is None:
+        # what an earlier diagnosis left would pass for this one's
+        path.unlink(missing_ok=True)
+        return None
+    if path.exists() and path.samefile(one.file):
+        raise CannotComputeError(f"{path} is the vehicle file itself; choose another folder (--to)")
+    write_atomically(path, text)
+    load_vehicle(path)
+    return path

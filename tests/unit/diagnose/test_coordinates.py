@@ -1,0 +1,65 @@
+"""Departures and the parameter vectors that they stand for."""
+
+import numpy as np
+import pytest
+
+from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.diagnose.coordinates import Coordinate, coordinates, specs_at, vector_at
+from pipeline.diagnose.linear_model import plain, realisable
+from pipeline.effects.library import candidates
+from pipeline.physics.parameters import read
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.vehicle.load import load_vehicle
+
+Rov8 = tuple[PackedVehicle, tuple[Coordinate, ...], dict[str, int]]
+
+
+@pytest.fixture(scope="module")
+def rov8() -> Rov8:
+    vehicle = load_vehicle(bundled_vehicle("rov8"))
+    packed = pack_vehicle(vehicle)
+    assert vehicle.model is not None
+    every = coordinates(packed, candidates(packed.context), vehicle.model.uncertainty)
+    return packed, every, {one.name: k for k, one in enumerate(every)}
+
+
+def test_no_departure_is_the_nominal_vehicle_bit_for_bit(rov8: Rov8) -> None:
+    packed, every, _ = rov8
+    assert np.array_equal(vector_at(packed, every, np.zeros(len(every))), packed.vector)
+
+
+def test_what_the_file_states_is_the_ordinary_width(rov8: Rov8) -> None:
+    _, every, place = rov8
+    weak = every[place["thruster_degraded:thrust_fraction@rear_left"]]
+    assert weak.ordinary * weak.unit_size == pytest.approx(0.03)
+    assert every[place["current:north_mps"]].ordinary == 0.0
+
+
+def test_a_factor_on_nothing_is_no_coordinate(rov8: Rov8) -> None:
+    # the file has no linear damping in sway
+    _, _, place = rov8
+    assert "linear_damping:sway" not in place
+    assert "linear_damping:surge" in place
+
+
+def test_the_place_of_a_payload_needs_its_mass(rov8: Rov8) -> None:
+    _, every, place = rov8
+    assert every[place["payload:x_m"]].lead == place["payload:mass_kg"]
+    x = np.zeros(len(every))
+    x[place["payload:x_m"]] = 0.5
+    assert not plain(every, x).any()
+    x[place["payload:mass_kg"]] = 0.25
+    spec = specs_at(every, plain(every, realisable(every, x)))[0]
+    assert spec.values["x_m"] == pytest.approx(0.5 / 0.25 * every[place["payload:x_m"]].unit_size)
+
+
+def test_beyond_what_is_possible_the_vector_goes_on_as_it_came(rov8: Rov8) -> None:
+    packed, every, place = rov8
+    index = place["dead_zone:codes"]
+    ways = []
+    for value in (0.1, -0.1):
+        x = np.zeros(len(every))
+        x[index] = value
+        ways.append(vector_at(packed, every, x) - packed.vector)
+    np.testing.assert_allclose(ways[0], -ways[1])
+    assert read(ways[1], "dead_zone")[0] == pytest.approx(-0.1 * every[index].unit_size)

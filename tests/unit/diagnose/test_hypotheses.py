@@ -1,0 +1,87 @@
+"""Choice among planted departures, with known information."""
+
+import numpy as np
+import pytest
+from diagnosis_cases import EFFECTS, small_case
+
+from pipeline.diagnose.coordinates import Coordinate, coordinates
+from pipeline.diagnose.elimination import Marginal
+from pipeline.diagnose.hypotheses import groups_of, judge, pairs, screen
+
+STRENGTH = 400.0
+
+
+@pytest.fixture(scope="module")
+def every() -> tuple[Coordinate, ...]:
+    case = small_case(seconds=1.0, manoeuvres=("hover",))
+    assert case.vehicle.model is not None
+    return coordinates(case.packed, case.candidates, case.vehicle.model.uncertainty)
+
+
+def planted(every: tuple[Coordinate, ...], truth: dict[int, float]) -> Marginal:
+    """Readings that show every departure alike and apart, without noise."""
+    information = STRENGTH * np.eye(len(every))
+    x = np.zeros(len(every))
+    for index, value in truth.items():
+        x[index] = value
+    return Marginal(information, information @ x, float(x @ information @ x), 0.0)
+
+
+def index_of(every: tuple[Coordinate, ...], name: str) -> int:
+    return [one.name for one in every].index(name)
+
+
+def test_the_planted_effect_comes_first_with_its_target(every: tuple[Coordinate, ...]) -> None:
+    place = index_of(every, "thruster_degraded:thrust_fraction@rear_left")
+    first = screen(planted(every, {place: -0.8}), every, groups_of(every))[0]
+    assert first.groups == (("thruster_degraded", "rear_left"),)
+    assert first.which == (place,)
+    # shrunk by its own prior: S / (S + 1)
+    assert first.mean[0] == pytest.approx(-0.8 * STRENGTH / (STRENGTH + 1))
+
+
+def test_of_an_effect_only_the_axes_at_work_are_taken(every: tuple[Coordinate, ...]) -> None:
+    places = [index_of(every, f"quadratic_damping:{axis}") for axis in ("surge", "yaw")]
+    first = screen(planted(every, dict.fromkeys(places, 1.0)), every, groups_of(every))[0]
+    assert first.effects == ("quadratic_damping",)
+    assert set(first.which) == set(places)
+
+
+def test_nothing_planted_leaves_no_evidence(every: tuple[Coordinate, ...]) -> None:
+    assert screen(planted(every, {}), every, groups_of(every))[0].log_evidence < 0.0
+
+
+def test_a_thruster_that_gives_more_is_not_degraded(every: tuple[Coordinate, ...]) -> None:
+    place = index_of(every, "thruster_degraded:thrust_fraction@rear_left")
+    assert judge(planted(every, {place: 0.8}), every, [place])[0] == -np.inf
+
+
+def test_a_pair_is_found_and_must_pay_for_itself(every: tuple[Coordinate, ...]) -> None:
+    heavy, weak = (
+        index_of(every, "residual_buoyancy:force_n"),
+        index_of(every, "thruster_degraded:thrust_fraction@front_left"),
+    )
+    groups = groups_of(every)
+    both = planted(every, {heavy: 0.7, weak: -0.9})
+    found = pairs(both, every, groups, screen(both, every, groups), 3)
+    assert found[0].effects == ("residual_buoyancy", "thruster_degraded")
+    one = planted(every, {heavy: 0.7})
+    single = screen(one, every, groups)
+    twos = pairs(one, every, groups, single, 3)
+    assert twos[0].log_evidence < single[0].log_evidence
+
+
+def test_two_effects_of_one_signature_are_no_pair(every: tuple[Coordinate, ...]) -> None:
+    first, second = index_of(every, "dvl_scale:scale"), index_of(every, "residual_buoyancy:force_n")
+    information = STRENGTH * np.eye(len(every))
+    information[first, second] = information[second, first] = 0.99 * STRENGTH
+    x = np.zeros(len(every))
+    x[first] = 1.0
+    ground = Marginal(information, information @ x, STRENGTH, 0.0)
+    groups = groups_of(every)
+    names = {one.effects for one in pairs(ground, every, groups, screen(ground, every, groups), 4)}
+    assert ("dvl_scale", "residual_buoyancy") not in names
+
+
+def test_effects_of_the_case_are_those_tried(every: tuple[Coordinate, ...]) -> None:
+    assert {one.effect.id for one in every} == set(EFFECTS)
