@@ -20,6 +20,8 @@ class Event:
     stage: str
     text: str = ""
     seconds: float = 0.0
+    item: str = ""
+    """Run or day, of a stage that has more than one."""
 
 
 def note(event: Event) -> None:
@@ -52,4 +54,8 @@ class Reader:
                 if not line.endswith(b"\n"):
                     return
                 self._at += len(line)
-                yield Event(**json.loads(line))
+                try:
+                    event = Event(**json.loads(line))
+                except (ValueError, TypeError):
+                    continue  # machines of a cluster may write over each other's lines
+                yield event

@@ -15,7 +15,7 @@ from pipeline.errors import InputError, Place, Problem
 VEHICLE_FILE = "vehicle.yaml"
 RAW_KINDS = ("load_test", "mooring", "open_water")
 #: Stages that write an envelope of the same name, in the order in which data flow.
-RECORD_STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "allocation")
+RECORD_STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "allocation", "validation")
 #: Stages whose envelope is a receipt for other files.
 RECEIPT_STAGES = ("firmware", "vehicle_page")
 #: What a stage's result is called in messages.
@@ -28,9 +28,16 @@ TITLES = {
     "static": "static characteristic (Table 2)",
     "inverse": "inverse characteristic (Tables 3 and 4)",
     "allocation": "allocator error map",
+    "validation": "allocator flown in simulation",
     "tables": "tables.json",
     "firmware": "firmware tables",
     "vehicle_page": "report",
+    "pool_run": "pool run",
+    "run_trial": "pool run against simulation",
+    "run_page": "page of the run",
+    "trial_day": "identification of the day",
+    "day_tables": "tables of the day",
+    "trial_page": "page of the trial day",
     "index_page": "index of reports",
 }
 #: How the reason begins when an earlier result is missing; that result's name and reason follow.
@@ -39,8 +46,10 @@ MISSING = "There is no "
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,47}")
 NAME_EXPECTED = (
     'a letter, then letters, digits, "_" or "-", at most 48 in all: it becomes part of file names '
-    "and of C names."
+    'and of C names. "assets" and "design" are folders of reports/ already.'
 )
+#: Folders of ``reports/`` that are no vehicle's; some file systems take "Design" for the same.
+_TAKEN = frozenset({"assets", "design"})
 #: Notes may lie beside the raw files; everything else is read, or refused with a message.
 _NOTES = frozenset({".md", ".yaml", ".yml", ".pdf", ".png", ".jpg", ".jpeg"})
 
@@ -80,7 +89,7 @@ class VehicleFolder:
             Problem(
                 "error",
                 Place(f"{shown_as}/{name}"),
-                "the file's name holds a brace or a character that cannot be printed.",
+                'the file\'s name holds a brace, "<", ">" or a character that cannot be printed.',
                 remedy="Rename the file. The others were read.",
             )
             for name in self.misnamed_files(kind)
@@ -96,8 +105,8 @@ class VehicleFolder:
 
 
 def _is_usable(name: str) -> bool:
-    """Tell whether the engine takes a file by this name: it reads braces as its own wildcards."""
-    return name.isprintable() and not set("{}") & set(name)
+    """Tell whether the engine takes a file by this name: it reads {x} and <x> as its own."""
+    return name.isprintable() and not set("{}<>") & set(name)
 
 
 def is_raw(name: str) -> bool:
@@ -110,6 +119,11 @@ def is_raw(name: str) -> bool:
 def processed_file(vehicle: str, stage: str) -> str:
     """Path of a stage's file, from the output folder."""
     return f"processed/{vehicle}/{stage}.json"
+
+
+def item_log(vehicle: str, stage: str, item: str) -> str:
+    """Path of what a stage printed of a run or a day, from the output folder."""
+    return f"processed/{vehicle}/logs/{stage}/{item}.log"
 
 
 def report_file(vehicle: str) -> str:
@@ -155,7 +169,7 @@ def discover(raw: Path, out: Path) -> tuple[tuple[VehicleFolder, ...], tuple[Pro
         if not folder.is_dir() or folder.name.startswith("."):
             continue
         if not (folder / VEHICLE_FILE).exists():
-            kinds = [kind for kind in RAW_KINDS if (folder / kind).is_dir()]
+            kinds = [kind for kind in (*RAW_KINDS, "pool") if (folder / kind).is_dir()]
             if kinds:
                 problems.append(
                     Problem(
@@ -179,7 +193,7 @@ def is_vehicle_name(text: str) -> bool:
     >>> is_vehicle_name("mmt300"), is_vehicle_name("../mmt300"), is_vehicle_name("")
     (True, False, False)
     """
-    return _NAME.fullmatch(text) is not None
+    return _NAME.fullmatch(text) is not None and text.lower() not in _TAKEN
 
 
 def vehicle_at(folder: Path, out: Path) -> VehicleFolder:
@@ -202,7 +216,7 @@ def vehicle_at(folder: Path, out: Path) -> VehicleFolder:
     if not _is_usable(path):
         raise InputError.at(
             Place(str(folder)),
-            "the path holds a brace or a character that cannot be printed.",
+            'the path holds a brace, "<", ">" or a character that cannot be printed.',
             remedy="Rename that folder.",
         )
     return VehicleFolder(name, path)

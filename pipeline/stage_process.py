@@ -1,12 +1,17 @@
-"""One stage in its own process, as a workflow rule starts it."""
+"""One stage in its own process, or several one after the other, as a workflow rule starts them."""
 
+import gc
 import importlib
 import time
 import traceback
+from collections.abc import Mapping, Sequence
+from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from typing import Any
 
 from pipeline.errors import Rig2SeaError
 from pipeline.journal import Event, note
+from pipeline.plan import item_log
 
 
 def run_stage(
@@ -35,7 +40,9 @@ def run_stage(
         0 done, 1 failed.
     """
     started = time.monotonic()
-    note(Event("started", vehicle, stage))
+    name = outputs[0].stem
+    item = name if vehicle and name != stage else ""
+    note(Event("started", vehicle, stage, item=item))
     try:
         from pipeline.stages.job import Job
 
@@ -43,14 +50,53 @@ def run_stage(
         text: str = module.run(Job(stage, vehicle, code, inputs, outputs[0], outputs[1:]))
     except Rig2SeaError as error:
         print(error)
-        note(Event("failed", vehicle, stage, str(error)))
+        note(Event("failed", vehicle, stage, str(error), item=item))
         return 1
     except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one line
         traceback.print_exc()
         fault = f"{type(error).__name__}: {error}".splitlines()[0][:200]
-        note(Event("failed", vehicle, stage, f"A fault of rig2sea itself ({fault})."))
+        note(Event("failed", vehicle, stage, f"A fault of rig2sea itself ({fault}).", item=item))
         return 1
     seconds = time.monotonic() - started
     print(text or "done")
-    note(Event("done", vehicle, stage, text, seconds))
+    note(Event("done", vehicle, stage, text, seconds, item))
     return 0
+
+
+def run_stages(vehicle: str, work: Sequence[Mapping[str, Any]]) -> int:
+    """Run stages of several items one after the other, each as if it were alone.
+
+    A stage that fails takes with it those that need its results, and no others.
+
+    Parameters
+    ----------
+    vehicle : str
+        Name of the vehicle.
+    work : sequence of mapping
+        Of each stage its `stage`, `item`, `code`, `inputs` and `outputs`.
+
+    Returns
+    -------
+    int
+        0 all done, 1 when any has failed.
+    """
+    missing: set[str] = set()
+    for one in work:
+        if missing.intersection(one["inputs"]):
+            missing.update(one["outputs"])
+            continue
+        log = Path(item_log(vehicle, one["stage"], one["item"]))
+        log.parent.mkdir(parents=True, exist_ok=True)
+        inputs = tuple(map(Path, one["inputs"]))
+        outputs = tuple(map(Path, one["outputs"]))
+        with (
+            log.open("w", encoding="utf-8", errors="backslashreplace") as text,
+            redirect_stdout(text),
+            redirect_stderr(text),
+        ):
+            code = run_stage(one["stage"], vehicle, one["code"], inputs, outputs)
+        if code != 0:
+            missing.update(one["outputs"])
+            print(f"{one['item']}: {one['stage']} failed: {log}")
+        gc.collect()  # the next log may be large too
+    return 1 if missing else 0

@@ -1,15 +1,18 @@
 """The pieces a page is made of; the sections build them, the template turns them into HTML.
 
-All texts are plain text and are escaped by the template; only `Figure.svg` is markup, and it comes
-from `pipeline.report.plotting` alone.
+All texts are plain text and are escaped by the template; only `Figure.svg` and `Figure.zoom` are
+markup, and they come from `pipeline.report.plotting` and `pipeline.report.zoomable` alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar, Literal
 
 from markupsafe import Markup
+
+NO_MARKUP = Markup("")
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,10 @@ class Heading:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; the first column heads its row, columns in `text_columns` are set flush left."""
+    """A table; the first column heads its row, columns in `text_columns` are set flush left.
+
+    `links` leads a cell (row, column) to an anchor of the page, e.g. to the points behind it.
+    """
 
     caption: str
     header: tuple[str, ...]
@@ -48,10 +54,13 @@ class Table:
     text_columns: frozenset[int] = frozenset()
     row_classes: tuple[str, ...] = ()
     note: str = ""
+    links: Mapping[tuple[int, int], str] = field(default_factory=dict)
     kind: ClassVar[str] = "table"
 
     def __post_init__(self) -> None:
-        """Refuse ragged rows: a shifted column is worse than a stop."""
+        """Refuse ragged rows (a shifted column is worse than a stop) and links to elsewhere."""
+        if not all(address.startswith("#") for address in self.links.values()):
+            raise ValueError(f"table {self.caption!r}: cells lead to places of the page alone")
         for row in self.rows:
             if len(row) != len(self.header):
                 raise ValueError(f"table {self.caption!r}: row {row!r} against {self.header!r}")
@@ -59,12 +68,16 @@ class Table:
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture with the one sentence above it that says what to see."""
+    """A picture with the one sentence above it that says what to see.
+
+    `zoom` is the data of the interactive figure that may take its place (`zoomable`).
+    """
 
     name: str
     lead: str
     svg: Markup
     caption: str
+    zoom: Markup = NO_MARKUP
     kind: ClassVar[str] = "figure"
 
 

@@ -14,7 +14,8 @@ from pipeline.errors import InputError, Place
 
 # only the symbols of the papers, and not inside a file's name: what is copied must stay right
 _SYMBOL = re.compile(
-    r"(?<![\w/\\.-])(?:(K)_([TMQFN]\d{0,2}i?|\d)|(T)_(max)|([FM])_([xyz])|(Π)_([xφψ])|(L)_([sb]))"
+    r"(?<![\w/\\.-])(?:(K)_([TMQFN]\d{0,2}i?|\d)|(T)_(max)|([FM])_([xyz])|(Π)_([xφψ])|(L)_([sb])"
+    r"|(T)_([na]?[xyz]|[na])|(R)_([xyz])|(M)_(o)|(A)_([E0])|(p)_([0v]))"
     r"(?![\w/\\-]|\.\w)"
 )
 _POWER = re.compile(r"\b([xynNV])\^([0-9ij])")

@@ -11,14 +11,31 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
+from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.measurements import (
     LoadTestRecord,
     MooringPoint,
     MooringRecord,
     OpenWaterRecord,
 )
+from pipeline.records.validation import AllocatorValidation
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply
+
+
+@dataclass(frozen=True)
+class TrialDayLink:
+    """A trial day as other pages name it; addresses are relative to the page.
+
+    `runs` are label and address of each; `parameters` are what the day's runs tell.
+    """
+
+    name: str
+    title: str
+    line: str
+    href: str
+    runs: tuple[tuple[str, str], ...] = ()
+    parameters: tuple[IdentifiedParameter, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -40,9 +57,12 @@ class VehicleResults:
     static: StaticCharacteristic | None = None
     inverse: InverseCharacteristic | None = None
     allocation: AllocationMap | None = None
+    validation: AllocatorValidation | None = None
     missing: dict[str, str] = field(default_factory=dict)
     provenance: dict[str, str] = field(default_factory=dict)
     firmware_files: tuple[str, ...] = ()
+    trials: tuple[TrialDayLink, ...] = ()
+    """Trial days in order of time."""
 
 
 #: Stage name in `VehicleResults` and what the page calls its result.
@@ -55,6 +75,7 @@ STAGE_TITLES = {
     "static": "Static characteristic (Table 2)",
     "inverse": "Inverse characteristic (Tables 3 and 4)",
     "allocation": "Allocator error map",
+    "validation": "Allocator flown in simulation",
 }
 
 
@@ -99,9 +120,12 @@ def missing_reasons(results: VehicleResults) -> dict[str, str]:
     return {
         stage: results.missing.get(stage, "the stage has not run")
         for stage in STAGE_TITLES
-        if getattr(results, stage) is None and (stage != "allocation" or _allocator_due(results))
+        if getattr(results, stage) is None and _due(results, stage)
     }
 
 
-def _allocator_due(results: VehicleResults) -> bool:
-    return results.vehicle.allocator is not None or "allocation" in results.missing
+def _due(results: VehicleResults, stage: str) -> bool:
+    """Tell whether a stage's absence is worth a warning: nobody has to describe a model."""
+    if stage == "allocation":
+        return results.vehicle.allocator is not None or stage in results.missing
+    return stage != "validation" or results.vehicle.model is not None

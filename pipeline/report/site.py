@@ -4,9 +4,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.report.assets import FILTER, assets_address, write_assets
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import plural
 from pipeline.report.results import (
+    TrialDayLink,
     VehicleResults,
     all_checks,
     all_problems,
@@ -52,6 +54,12 @@ class IndexEntry:
     href: str
     status: Status
     data_note: str = ""
+    days: tuple[TrialDayLink, ...] = ()
+    """Trial days, the latest first."""
+    trend_href: str = ""
+    """Address of the trends over the trial days; none where there are none."""
+    diagnoses: tuple[tuple[str, str], ...] = ()
+    """Label and address of the diagnoses, the latest first."""
 
 
 def status_of(results: VehicleResults) -> Status:
@@ -84,12 +92,44 @@ def index_entry(results: VehicleResults, href: str) -> IndexEntry:
     )
 
 
-def write_index(pages: Sequence[IndexEntry], path: Path) -> None:
+def write_index(
+    pages: Sequence[IndexEntry],
+    path: Path,
+    diagnosed: Sequence[tuple[str, tuple[tuple[str, str], ...]]] = (),
+    *,
+    designs: Sequence[tuple[str, str]] = (),
+    assets: Path | None = None,
+) -> None:
     """Write the index, vehicles in the order given.
+
+    Parameters
+    ----------
+    pages : sequence of IndexEntry
+        The vehicles.
+    path : Path
+        Of the index.
+    diagnosed : sequence of (name, links)
+        Vehicles that have diagnoses and no page of their own.
+    designs : sequence of (label, address)
+        Pages of design calculations.
+    assets : Path, optional
+        Folder of the scripts; without it the list cannot be filtered.
 
     Raises
     ------
     InputError
         If the file cannot be written.
     """
-    write_page(render("index.html.j2", pages=pages), path)
+    address = ""
+    if assets is not None:
+        write_assets(assets)
+        address = assets_address(assets, path)
+    text = render(
+        "index.html.j2",
+        pages=pages,
+        diagnosed=diagnosed,
+        designs=designs,
+        assets=address,
+        scripts=(FILTER,),
+    )
+    write_page(text, path)

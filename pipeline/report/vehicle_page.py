@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from pipeline.report.assets import assets_address, write_assets
 from pipeline.report.blocks import Section
 from pipeline.report.html import render, write_page
 from pipeline.report.results import VehicleResults
@@ -17,7 +18,9 @@ from pipeline.report.sections.inputs import inputs_section
 from pipeline.report.sections.inverse import inverse_section
 from pipeline.report.sections.propeller import propeller_section
 from pipeline.report.sections.static import static_section
+from pipeline.report.sections.trials import has_trend, trials_section
 from pipeline.report.sections.uncertainty import uncertainty_section
+from pipeline.report.sections.validation import validation_section
 from pipeline.report.sections.warnings import warnings_section
 from pipeline.report.sections.working_points import working_points_section
 from pipeline.report.site import status_of
@@ -29,6 +32,7 @@ INDEX_HREF = "../index.html"
 
 SECTIONS = (
     warnings_section,
+    trials_section,
     inputs_section,
     propeller_section,
     drive_section,
@@ -37,6 +41,7 @@ SECTIONS = (
     gap_section,
     inverse_section,
     allocation_section,
+    validation_section,
     uncertainty_section,
     outliers_section,
     firmware_section,
@@ -44,7 +49,7 @@ SECTIONS = (
 )
 
 
-def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF) -> str:
+def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: str = "") -> str:
     """Return the page as HTML text; the same results give the same text.
 
     Parameters
@@ -53,11 +58,14 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF) -> str:
         Every record that exists, and the reason for every one that does not.
     index_href : str
         Address of the index relative to the page.
+    assets : str
+        Address of the folder with the scripts, relative to the page; none without.
 
     Returns
     -------
     str
-        A self-contained document: style and figures inline, no scripts, nothing from a network.
+        A document with style and figures inline and nothing from a network; scripts only for
+        figures that can be zoomed.
     """
     sections: tuple[Section, ...] = tuple(build(results) for build in SECTIONS)
     published = results.vehicle.published
@@ -68,15 +76,26 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF) -> str:
         status=status_of(results),
         sections=sections,
         published_source=published.source if published is not None else "",
+        assets=assets if has_trend(results) else "",
     )
 
 
-def write_vehicle_page(results: VehicleResults, path: Path, index_href: str = INDEX_HREF) -> None:
-    """Write the page, whole or not at all.
+def write_vehicle_page(
+    results: VehicleResults,
+    path: Path,
+    index_href: str = INDEX_HREF,
+    *,
+    assets: Path | None = None,
+) -> None:
+    """Write the page, whole or not at all, and in `assets` the scripts where it has any.
 
     Raises
     ------
     InputError
-        If the file cannot be written.
+        If a folder cannot be written to.
     """
-    write_page(vehicle_page(results, index_href), path)
+    address = ""
+    if assets is not None:
+        write_assets(assets)
+        address = assets_address(assets, path)
+    write_page(vehicle_page(results, index_href, address), path)

@@ -14,8 +14,10 @@ rule vehicle_page:
         static="processed/{vehicle}/static.json",
         inverse="processed/{vehicle}/inverse.json",
         allocation="processed/{vehicle}/allocation.json",
+        validation="processed/{vehicle}/validation.json",
         tables="processed/{vehicle}/tables.json",
         firmware="processed/{vehicle}/firmware.json",
+        trials=lambda wildcards: PLAN.trial_receipts(wildcards.vehicle),
     output:
         receipt="processed/{vehicle}/vehicle_page.json",
         page="reports/{vehicle}/index.html",

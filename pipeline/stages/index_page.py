@@ -1,14 +1,34 @@
 """The receipts of all pages -> the page that leads to them."""
 
+import contextlib
+from collections.abc import Iterable
+from pathlib import Path
+
+from pipeline.errors import InputError
 from pipeline.provenance import read_envelope
+from pipeline.report.results import TrialDayLink
 from pipeline.report.site import IndexEntry, Status, write_index
+from pipeline.stages.design_links import design_links
+from pipeline.stages.diagnosis_links import diagnosis_links
 from pipeline.stages.job import Job
 from pipeline.stages.receipt import PageFile
 
 
 def run(job: Job) -> str:
     """Write the index of every vehicle that has a page."""
-    records = [read_envelope(path, "vehicle_page", PageFile).record for path in job.inputs]
+    write_whole_index(job.inputs, job.output)
+    return ""
+
+
+def write_whole_index(receipts: Iterable[Path], index: Path) -> None:
+    """Write the index of the vehicles with these receipts, and of what else lies beside it."""
+    records = []
+    for path in receipts:
+        # half-written, or of an earlier version and not part of this run: made anew by its own
+        with contextlib.suppress(InputError):
+            records.append(read_envelope(path, "vehicle_page", PageFile).record)
+    reports = index.parent
+    diagnoses = diagnosis_links(reports)
     entries = [
         IndexEntry(
             title=record.title,
@@ -18,9 +38,26 @@ def run(job: Job) -> str:
                 record.errors, record.warnings, record.failed_checks, record.not_computed
             ),
             data_note=record.data_note,
+            days=tuple(
+                TrialDayLink(day.name, day.title, day.line, day.href, day.runs)
+                for day in record.days
+            ),
+            trend_href=record.trend_href,
+            diagnoses=diagnoses.pop(record.name, ()),
         )
         for record in records
         if record is not None
     ]
-    write_index(sorted(entries, key=lambda entry: entry.href), job.output)
-    return ""
+    write_index(
+        sorted(entries, key=lambda entry: entry.href),
+        index,
+        sorted(diagnoses.items()),
+        designs=design_links(reports),
+        assets=reports / "assets",
+    )
+
+
+def write_index_again(out: Path) -> None:
+    """Write the index anew from what is there, after a page that the workflow does not know of."""
+    receipts = sorted((out / "processed").glob("*/vehicle_page.json"))
+    write_whole_index(receipts, out / "reports" / "index.html")

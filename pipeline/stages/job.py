@@ -5,7 +5,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
-from pipeline.errors import CannotComputeError, InputError, Place, Problem
+from pipeline.errors import (
+    CannotComputeError,
+    InputError,
+    Place,
+    Problem,
+    is_of_the_machine,
+)
 from pipeline.plan import MISSING, TITLES, VEHICLE_FILE, VehicleFolder
 from pipeline.provenance import (
     Envelope,
@@ -90,7 +96,23 @@ class Job:
         NotMeasuredError
             When it left none; the text passes its reason on.
         """
-        envelope = self.envelope(kind, model)
+        return self._whole(kind, self.envelope(kind, model))
+
+    def needed_at(self, ending: str, kind: str, model: type[R]) -> R:
+        """Return the record of the input whose path has this ending; raises as `needed`."""
+        path = next(path for path in self.inputs if path.as_posix().endswith(f"/{ending}"))
+        return self._whole(kind, read_envelope(path, kind, model))
+
+    def all_in(self, room: str, kind: str, model: type[R]) -> tuple[tuple[str, Envelope[R]], ...]:
+        """Return name and envelope of every input in a folder of results."""
+        return tuple(
+            (path.stem, read_envelope(path, kind, model))
+            for path in self.inputs
+            if path.parent.name == room and path.suffix == ".json"
+        )
+
+    @staticmethod
+    def _whole(kind: str, envelope: Envelope[R]) -> R:
         if envelope.record is None:
             reason = envelope.why_not or "no reason was given."
             if reason.startswith(MISSING):
@@ -114,9 +136,15 @@ class Job:
         return {
             f"raw/{self.vehicle_name}/{path.relative_to(folder).as_posix()}"
             if path.is_relative_to(folder)
-            else path.as_posix(): file_digest(path)
+            else self._result_name(path): file_digest(path)
             for path in self.inputs
         }
+
+    def _result_name(self, path: Path) -> str:
+        """Name a result from the output folder; a copy fetched from a storage is named as it."""
+        room = f"processed/{self.vehicle_name}/"
+        _, found, name = path.as_posix().rpartition(room)
+        return f"{room}{name}" if found else name
 
 
 def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: bool = False) -> str:
@@ -136,6 +164,11 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
     -------
     str
         Empty, or the reason why there is no record.
+
+    Raises
+    ------
+    Rig2SeaError
+        When the disk is full, broken or read-only: that is no result.
     """
     record: Record | None = None
     why_not: str | None = None
@@ -146,11 +179,15 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
     except NotMeasuredError as error:
         why_not = str(error)
     except CannotComputeError as error:
+        if is_of_the_machine(error):
+            raise
         why_not = str(error)
         if failure_is_error:
             place = Place(f"{job.vehicle_name}, {TITLES[job.stage]}")
             problems = (Problem("error", place, why_not),)
     except InputError as error:
+        if is_of_the_machine(error):
+            raise
         why_not = str(error)
         problems = (error.problem,)
     envelope = Envelope[Record](

@@ -9,6 +9,19 @@ class FirmwareFiles(Record):
     files: dict[str, str]
 
 
+class DayLine(Record):
+    """A trial day as the index names it; addresses are from the index, quoted.
+
+    `runs` are label and address of each.
+    """
+
+    name: str
+    title: str
+    line: str
+    href: str
+    runs: tuple[tuple[str, str], ...] = ()
+
+
 class PageFile(Record):
     """A vehicle's page, and what the index says of it."""
 
@@ -21,3 +34,7 @@ class PageFile(Record):
     warnings: int
     failed_checks: int
     not_computed: int
+    days: tuple[DayLine, ...] = ()
+    """Trial days, the latest first."""
+    trend_href: str = ""
+    """Address of the trends over the trial days, from the index."""

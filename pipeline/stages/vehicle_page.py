@@ -15,10 +15,15 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.records.trial import PageReceipt
+from pipeline.records.validation import AllocatorValidation
+from pipeline.report.results import TrialDayLink
+from pipeline.report.sections.closing import safe_link
+from pipeline.report.sections.trials import has_trend
 from pipeline.report.site import index_entry
 from pipeline.report.vehicle_page import VehicleResults, write_vehicle_page
 from pipeline.stages.job import Job, write_record
-from pipeline.stages.receipt import FirmwareFiles, PageFile
+from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
 from pipeline.vehicle.load import vehicle_notes
 
 MODELS: dict[str, type[Record]] = {
@@ -30,6 +35,7 @@ MODELS: dict[str, type[Record]] = {
     "static": StaticCharacteristic,
     "inverse": InverseCharacteristic,
     "allocation": AllocationMap,
+    "validation": AllocatorValidation,
 }
 
 
@@ -40,7 +46,7 @@ def run(job: Job) -> str:
     def compute() -> PageFile:
         envelopes = {stage: job.envelope(stage, MODELS[stage]) for stage in RECORD_STAGES}
         results = _results(job, page, envelopes)
-        write_vehicle_page(results, page)
+        write_vehicle_page(results, page, assets=page.parents[1] / "assets")
         entry = index_entry(results, page.relative_to("reports").as_posix())
         return PageFile(
             files={page.as_posix(): file_digest(page)},
@@ -52,6 +58,8 @@ def run(job: Job) -> str:
             warnings=entry.status.warnings,
             failed_checks=entry.status.failed_checks,
             not_computed=entry.status.not_computed,
+            days=_for_index(results, page),
+            trend_href=f"{entry.href}#trend" if has_trend(results) else "",
         )
 
     return write_record(job, compute)
@@ -78,7 +86,44 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
         firmware_files=tuple(
             Path(os.path.relpath(file, page.parent)).as_posix() for file in sorted(files)
         ),
+        trials=_trials(job, page),
         **records,
+    )
+
+
+def _trials(job: Job, page: Path) -> tuple[TrialDayLink, ...]:
+    """Collect the trial days, addresses relative to the page."""
+
+    def to(file: str) -> str:
+        return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())
+
+    receipts = [one.record for _, one in job.all_in("trial_pages", "trial_page", PageReceipt)]
+    return tuple(
+        TrialDayLink(
+            one.name,
+            one.title,
+            one.line,
+            to(next(iter(one.files))),
+            tuple((f"{run.name}: {run.line}", to(run.page)) for run in one.runs),
+            one.parameters,
+        )
+        for one in receipts
+        if one is not None
+    )
+
+
+def _for_index(results: VehicleResults, page: Path) -> tuple[DayLine, ...]:
+    """Return the trial days, the latest first, with addresses from the index."""
+    folder = safe_link(page.parent.relative_to("reports").as_posix())
+    return tuple(
+        DayLine(
+            name=day.name,
+            title=day.title,
+            line=day.line,
+            href=f"{folder}/{day.href}",
+            runs=tuple((label, f"{folder}/{address}") for label, address in day.runs),
+        )
+        for day in reversed(results.trials)
     )
 
 

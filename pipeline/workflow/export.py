@@ -1,6 +1,7 @@
 """``rig2sea export``: bring the firmware sources up to date and copy them out."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.errors import CannotComputeError, InputError
@@ -33,7 +34,7 @@ def export_firmware(request: Request, to: Path) -> list[Path]:
     InputError
         When the folder cannot be written.
     """
-    result = run(request, Progress(quiet=True))
+    result = run(replace(request, only=("firmware",)), Progress(quiet=True))
     for problem in result.refused:
         raise InputError(problem)
     (outcome,) = result.outcomes

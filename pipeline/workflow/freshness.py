@@ -8,6 +8,7 @@ is removed and made again.
 import errno
 import os
 import shutil
+import time
 from collections.abc import Callable, Mapping
 from functools import cache
 from pathlib import Path
@@ -17,7 +18,7 @@ from pipeline.plan import RAW_KINDS, RECEIPT_STAGES, RECORD_STAGES, VehicleFolde
 from pipeline.provenance import code_digest, file_digest, read_raw_envelope, read_tables, unwritable
 
 
-def remove_stale(vehicle: VehicleFolder, out: Path) -> list[str]:
+def remove_stale(vehicle: VehicleFolder, out: Path, *, pages: bool = True) -> list[str]:
     """Remove a vehicle's results that do not fit their inputs; later ones follow from the engine.
 
     Parameters
@@ -26,6 +27,8 @@ def remove_stale(vehicle: VehicleFolder, out: Path) -> list[str]:
         The vehicle; its folder is relative to `out` or absolute.
     out : Path
         The folder of ``processed/`` and ``reports/``.
+    pages : bool
+        Whether the vehicle's page is made in this execution, and so looked at.
 
     Returns
     -------
@@ -38,7 +41,7 @@ def remove_stale(vehicle: VehicleFolder, out: Path) -> list[str]:
         When a folder stands where a result belongs.
     """
     folder = out / "processed" / vehicle.name
-    for left in folder.glob(".*.part"):
+    for left in (*folder.glob(".*.part"), *(out / "reports" / "assets").glob(".*.part")):
         if left.is_file():
             left.unlink(missing_ok=True)
     for left in folder.glob(".firmware.*"):
@@ -49,12 +52,29 @@ def remove_stale(vehicle: VehicleFolder, out: Path) -> list[str]:
     for stage in (*RECORD_STAGES, "tables", *RECEIPT_STAGES):
         relative = processed_file(vehicle.name, stage)
         path = out / relative
+        if stage == "vehicle_page" and not pages:
+            continue
         if path.is_dir():
             raise unwritable(path, IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
         if path.is_file() and not _is_fresh(path, stage, vehicle, out, digest):
             path.unlink()
             removed.append(relative)
+        elif path.is_file():
+            _bring_back_from_the_future(path)
+    index = out / "reports" / "index.html"
+    if index.is_file() and index.stat().st_mtime > time.time():
+        os.utime(index, (0, 0))  # nothing tells what it was made from: it is made anew
     return removed
+
+
+def _bring_back_from_the_future(path: Path) -> None:
+    """Give a sound result that is newer than now, because the clock was set back, the time of now.
+
+    The engine would take it for newer than all that is made from it, again and again. Called in the
+    order in which data flow, it keeps that order.
+    """
+    if path.stat().st_mtime > time.time():
+        os.utime(path)
 
 
 def _is_fresh(

@@ -1,13 +1,17 @@
-"""``rig2sea new``: write the raw folder of a vehicle that is to be filled in."""
+"""``rig2sea new``: write the raw folder of a vehicle: a form to fill in, or the example."""
 
 from pathlib import Path
 
+import pipeline
 from pipeline.bundled.new_vehicle import new_vehicle_files
 from pipeline.errors import InputError, Place, Problem
-from pipeline.plan import NAME_EXPECTED, UsageError, is_vehicle_name
+from pipeline.plan import NAME_EXPECTED, VEHICLE_FILE, UsageError, is_vehicle_name
+
+#: Vehicles that travel with the program, data and all.
+EXAMPLES = ("mmt300",)
 
 
-def write_new_vehicle(name: str, raw: Path) -> list[Path]:
+def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Path]:
     """Write a vehicle's raw folder; nothing that is there is touched.
 
     Parameters
@@ -16,6 +20,8 @@ def write_new_vehicle(name: str, raw: Path) -> list[Path]:
         Name of the vehicle.
     raw : Path
         The raw folder, made when it is not there.
+    example : bool
+        Write the example vehicle of that name with its raw files instead of forms.
 
     Returns
     -------
@@ -25,7 +31,7 @@ def write_new_vehicle(name: str, raw: Path) -> list[Path]:
     Raises
     ------
     UsageError
-        When the name cannot be a vehicle's name.
+        When the name cannot be a vehicle's name, or no example has it.
     InputError
         When there is something of that name already, or the folder cannot be written.
     """
@@ -33,11 +39,12 @@ def write_new_vehicle(name: str, raw: Path) -> list[Path]:
         shown = "".join(c if c.isprintable() else "?" for c in name[:80])
         raise UsageError(f'"{shown}" cannot be the name of a vehicle. Expected {NAME_EXPECTED}')
     folder = raw / name
+    files = example_files(name) if example else new_vehicle_files(name)
     written = []
     try:
         raw.mkdir(parents=True, exist_ok=True)
         folder.mkdir()
-        for file, content in new_vehicle_files(name).items():
+        for file, content in files.items():
             path = folder / file
             path.parent.mkdir(exist_ok=True)
             with path.open("xb") as stream:
@@ -61,3 +68,41 @@ def write_new_vehicle(name: str, raw: Path) -> list[Path]:
             )
         ) from error
     return written
+
+
+def example_files(name: str) -> dict[str, bytes]:
+    """Return the files of an example vehicle.
+
+    Parameters
+    ----------
+    name : str
+        One of `EXAMPLES`.
+
+    Returns
+    -------
+    dict of str to bytes
+        Path relative to the vehicle's folder -> contents.
+
+    Raises
+    ------
+    UsageError
+        When there is no example of that name.
+    InputError
+        When the installation lacks it.
+    """
+    if name not in EXAMPLES:
+        raise UsageError(f'there is no example vehicle "{name}". There is: {", ".join(EXAMPLES)}.')
+    package = Path(pipeline.__file__).resolve().parent
+    for room in (package / "examples", package.parent / "raw"):  # installed; source tree
+        folder = room / name
+        if (folder / VEHICLE_FILE).is_file():
+            return {
+                path.relative_to(folder).as_posix(): path.read_bytes()
+                for path in sorted(folder.rglob("*"))
+                if path.is_file()
+            }
+    raise InputError.at(
+        Place(str(package / "examples" / name)),
+        "the example vehicle is missing from the installation.",
+        remedy="Install rig2sea again.",
+    )

@@ -18,14 +18,20 @@ class Progress:
     stream: TextIO = field(default_factory=lambda: sys.stdout)
     quiet: bool = False
     total: int | None = None
+    more: int = 0
+    """Stages beyond the engine's jobs, of which some do several."""
     done: int = 0
     failed: list[Event] = field(default_factory=list)
-    running: dict[tuple[str, str], Event] = field(default_factory=dict)
+    running: dict[tuple[str, str, str], Event] = field(default_factory=dict)
 
     def take(self, event: Event) -> None:
         """Tell one event."""
-        key = (event.vehicle, event.stage)
+        key = _key(event)
         if event.what == "started":
+            # a job that a cluster starts again: what its first try said does not count any more
+            if key in self._failed_keys():
+                self.done -= 1
+                self.failed = [one for one in self.failed if _key(one) != key]
             self.running[key] = event
         else:
             self.running.pop(key, None)
@@ -34,6 +40,9 @@ class Progress:
                 self.failed.append(event)
             self.say(_line(event))
         self._draw_bar()
+
+    def _failed_keys(self) -> set[tuple[str, str, str]]:
+        return {_key(event) for event in self.failed}
 
     def say(self, text: str) -> None:
         """Print a line above the bar."""
@@ -47,7 +56,7 @@ class Progress:
         if self.quiet or not self.stream.isatty() or not self.total:
             return
         filled = min(_BAR_CELLS, _BAR_CELLS * self.done // self.total)
-        now = ", ".join(TITLES.get(stage, stage) for _, stage in self.running)
+        now = ", ".join(TITLES.get(stage, stage) for _, stage, _ in self.running)
         self.stream.write(
             f"{_CLEAR_LINE}[{'#' * filled}{'.' * (_BAR_CELLS - filled)}] "
             f"{self.done}/{self.total} {now}"[:100]
@@ -61,9 +70,14 @@ class Progress:
             self.stream.flush()
 
 
+def _key(event: Event) -> tuple[str, str, str]:
+    return event.vehicle, event.stage, event.item
+
+
 def _line(event: Event) -> str:
     title = TITLES.get(event.stage, event.stage)
     whose = f"{event.vehicle}: " if event.vehicle else ""
+    whose += f"{event.item}: " if event.item else ""
     if event.what == "failed":
         return f"{whose}{title}: failed. {event.text}"
     result = event.text or "done"

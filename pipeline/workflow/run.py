@@ -2,8 +2,8 @@
 
 import json
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
@@ -11,26 +11,47 @@ from pipeline.journal import Event
 from pipeline.plan import VehicleFolder, choose, processed_file
 from pipeline.provenance import unwritable, write_atomically
 from pipeline.workflow.freshness import remove_stale
+from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.lock import only_run
 from pipeline.workflow.outcome import Outcome, outcome_of
+from pipeline.workflow.pool_jobs import PoolJobs
+from pipeline.workflow.pool_outcome import new_pages, with_pool
+from pipeline.workflow.pool_plan import PoolPlan, plan_pool
+from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.start import start
+from pipeline.workflow.settled import is_settled, keep, state_digest
+from pipeline.workflow.start import start, usable_cores
+
+#: How many processes a cluster is taken to have at work side by side, for the size of batches.
+_WORKERS_ELSEWHERE = 100
 
 
 @dataclass(frozen=True)
 class Request:
-    """What the user asked for."""
+    """What the user asked for.
+
+    `waiting` names logs that are still being copied, by vehicle: they are left for a later run.
+    `profile` names where the jobs are executed (`find_profile`); None for this machine.
+    `only` names the stages whose results are wanted: they are made with all that they need, and
+    neither pool runs nor pages. Everything when it is empty.
+    """
 
     vehicles: tuple[str, ...] = ()
     raw: Path = Path("raw")
     out: Path = Path()
     cores: int | None = None
     force: bool = False
+    waiting: Mapping[str, frozenset[str]] = field(default_factory=dict)
+    profile: str | None = None
+    only: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Result:
-    """How a run ended: `done` counts the stages that ran, `refused` what never became a vehicle."""
+    """How a run ended: `done` counts the stages that ran, `refused` what never became a vehicle.
+
+    `pages` are those of pool runs and trial days that were made, from the output folder.
+    """
 
     vehicles: tuple[str, ...]
     refused: tuple[Problem, ...]
@@ -38,6 +59,7 @@ class Result:
     failed: tuple[Event, ...]
     done: int
     complete: bool
+    pages: tuple[str, ...] = ()
 
     @property
     def code(self) -> int:
@@ -64,13 +86,15 @@ def run(request: Request, progress: Progress) -> Result:
     Raises
     ------
     InputError
-        When nothing can be done at all: no vehicle, an unwritable folder, another run at work.
+        When nothing can be done at all: no vehicle, an unwritable folder, another run at work, a
+        profile that cannot be used.
     UsageError
         When a vehicle that was asked for does not exist.
     StoppedError
         When the run was stopped from outside.
     """
     state = request.out / "processed" / ".rig2sea"
+    profile = None if request.profile is None else find_profile(request.profile)
     chosen, refused = choose(request.vehicles, request.raw, request.out)
     if not chosen and not refused:
         raise InputError.at(
@@ -84,18 +108,50 @@ def run(request: Request, progress: Progress) -> Result:
         _writable(request.out / "reports")
         sound, unsound = _sound(chosen, request.out)
         complete = True
+        known = KnownFiles.load(state / "known_files.json")
+        plans: dict[str, PoolPlan] = {}
         if sound:
-            stale = [path for one in sound for path in remove_stale(one, request.out)]
+            stale = [
+                path
+                for one in sound
+                for path in remove_stale(one, request.out, pages=not request.only)
+            ]
+            if not request.only:
+                plans = {one.name: _plan_pool(one, request, known) for one in sound}
+            stale += [path for plan in plans.values() for path in plan.stale]
             write_atomically(state / "swept.txt", "".join(f"{path}\n" for path in stale))
-            complete = _bring_up_to_date(request, sound, state, progress)
+            job = _Execution(request, plans, state, known, profile)
+            job.remember()  # what was read is kept if this run is stopped
+            complete = _bring_up_to_date(job, sound, progress, swept=bool(stale))
+        outcomes = tuple(_outcome(one, request.out, plans.get(one.name), known) for one in sound)
+        if sound:
+            job.remember()
         return Result(
             vehicles=tuple(vehicle.name for vehicle in sound),
             refused=refused + unsound,
-            outcomes=tuple(outcome_of(vehicle, request.out) for vehicle in sound),
+            outcomes=outcomes,
             failed=tuple(progress.failed),
             done=progress.done,
             complete=complete,
+            pages=tuple(page for plan in plans.values() for page in new_pages(plan, request.out)),
         )
+
+
+def _plan_pool(vehicle: VehicleFolder, request: Request, known: KnownFiles) -> PoolPlan:
+    """Plan a vehicle's pool runs and remove what does not fit any more."""
+    here_or_there = usable_cores() if request.profile is None else _WORKERS_ELSEWHERE
+    plan = plan_pool(
+        vehicle,
+        request.out,
+        known,
+        waiting=request.waiting.get(vehicle.name, frozenset()),
+        force=request.force,
+        workers=request.cores or here_or_there,
+    )
+    PoolJobs(plan).remove_marks(request.out)
+    for path in plan.stale:
+        (request.out / path).unlink(missing_ok=True)
+    return plan
 
 
 def _writable(folder: Path) -> None:
@@ -129,31 +185,73 @@ def _sound(
     return sound, tuple(problems)
 
 
+@dataclass(frozen=True)
+class _Execution:
+    """What one execution is made with; `state` is the folder of its memory and its logs."""
+
+    request: Request
+    plans: Mapping[str, PoolPlan]
+    state: Path
+    known: KnownFiles
+    profile: Path | None
+
+    def remember(self) -> None:
+        """Keep what was read; a part of the work has looked at a part of the files."""
+        if not self.request.only:
+            self.known.save(self.state / "known_files.json")
+
+    def start(self, vehicles: Sequence[VehicleFolder], progress: Progress, *, force: bool) -> bool:
+        """Run the engine over these vehicles."""
+        config = self.state / "config.json"
+        write_atomically(config, json.dumps(self.config(vehicles), indent=1))
+        out, cores = self.request.out, self.request.cores
+        return start(config, out, cores, progress, force=force, profile=self.profile)
+
+    def config(self, vehicles: Sequence[VehicleFolder]) -> dict[str, object]:
+        """Tell the Snakefile which vehicles are run, and which have results from before."""
+        names = {vehicle.name for vehicle in vehicles}
+        others = sorted(
+            receipt.parent.name
+            for receipt in (self.request.out / "processed").glob("*/vehicle_page.json")
+            if receipt.parent.name not in names
+        )
+        return {
+            "vehicles": {one.name: one.folder for one in vehicles},
+            "others": others,
+            "pool": {
+                one.name: self.plans[one.name].to_config()
+                for one in vehicles
+                if one.name in self.plans
+            },
+            "only": list(self.request.only),
+        }
+
+
 def _bring_up_to_date(
-    request: Request, vehicles: Sequence[VehicleFolder], state: Path, progress: Progress
+    job: _Execution, vehicles: Sequence[VehicleFolder], progress: Progress, *, swept: bool
 ) -> bool:
     """Run the engine; after a failure once more, so that the index leads to all that is whole."""
-    config = state / "config.json"
-    write_atomically(config, json.dumps(_config(request, vehicles), indent=1))
-    if start(config, request.out, request.cores, progress, force=request.force):
+    request, out = job.request, job.request.out
+    memory = job.state / ("settled" + "".join(f"-{stage}" for stage in request.only))
+    due = swept or request.force or any(plan.pending for plan in job.plans.values())
+    if not due and is_settled(memory, state_digest(job.config(vehicles), vehicles, out, job.known)):
+        (job.state / "journal.jsonl").unlink(missing_ok=True)
         return True
-    whole = [
-        vehicle
-        for vehicle in vehicles
-        if (request.out / processed_file(vehicle.name, "vehicle_page")).is_file()
-    ]
-    if whole and len(whole) < len(vehicles):
-        write_atomically(config, json.dumps(_config(request, whole), indent=1))
-        start(config, request.out, request.cores, progress, force=False)
+    memory.unlink(missing_ok=True)
+    progress.more = sum(PoolJobs(plan).stages_beyond_jobs() for plan in job.plans.values())
+    if job.start(vehicles, progress, force=request.force):
+        done = {name: replace(plan, pending={}, batches=()) for name, plan in job.plans.items()}
+        after = replace(job, plans=done)
+        keep(memory, state_digest(after.config(vehicles), vehicles, out, job.known))
+        return True
+    whole = [one for one in vehicles if (out / processed_file(one.name, "vehicle_page")).is_file()]
+    if whole and len(whole) < len(vehicles) and not request.only:
+        job.start(whole, progress, force=False)
     return False
 
 
-def _config(request: Request, vehicles: Sequence[VehicleFolder]) -> dict[str, object]:
-    """Tell the Snakefile which vehicles are run, and which have results from earlier runs."""
-    names = {vehicle.name for vehicle in vehicles}
-    others = sorted(
-        receipt.parent.name
-        for receipt in (request.out / "processed").glob("*/vehicle_page.json")
-        if receipt.parent.name not in names
-    )
-    return {"vehicles": {one.name: one.folder for one in vehicles}, "others": others}
+def _outcome(
+    vehicle: VehicleFolder, out: Path, plan: PoolPlan | None, known: KnownFiles
+) -> Outcome:
+    found = outcome_of(vehicle, out)
+    return found if plan is None else with_pool(found, vehicle, plan, out, known)

@@ -20,6 +20,7 @@ from pipeline.workflow.progress import Progress
 
 _POLL_S = 0.05
 _PATIENCE_S = 5.0
+_PATIENCE_ELSEWHERE_S = 30.0
 _LOGS_KEPT = 10
 _TOTAL = re.compile(r"^total\s+(\d+)\s*$", re.MULTILINE)
 
@@ -28,7 +29,15 @@ class StoppedError(Rig2SeaError):
     """The user (or the system) asked to stop."""
 
 
-def start(config: Path, out: Path, cores: int | None, progress: Progress, *, force: bool) -> bool:
+def start(
+    config: Path,
+    out: Path,
+    cores: int | None,
+    progress: Progress,
+    *,
+    force: bool,
+    profile: Path | None = None,
+) -> bool:
     """Run the workflow to its end.
 
     Parameters
@@ -43,6 +52,8 @@ def start(config: Path, out: Path, cores: int | None, progress: Progress, *, for
         Is told every event.
     force : bool
         Redo everything.
+    profile : Path, optional
+        Folder of the profile that says where the jobs are executed; here, when there is none.
 
     Returns
     -------
@@ -61,17 +72,20 @@ def start(config: Path, out: Path, cores: int | None, progress: Progress, *, for
         *("--snakefile", str(snakefile())),
         *("--directory", str(out.absolute())),
         *("--configfile", str(config.absolute())),
-        *("--cores", str(cores or _cores())),
         *("--keep-going", "--rerun-incomplete", "--nolock", "--nocolor"),
     ]
+    if profile is not None:
+        arguments += ["--profile", str(profile)]
+    if profile is None or cores is not None:
+        arguments += ["--cores", str(cores or usable_cores())]
     if force:
         arguments.append("--forceall")
     with log.open("wb") as output:
-        code = _engine(arguments, output, journal, log, progress)
+        code = _engine(arguments, output, journal, log, progress, elsewhere=profile is not None)
     _prune(out / ".snakemake" / "log")
     for event in progress.running.values():
         progress.failed.append(
-            Event("failed", event.vehicle, event.stage, "it ended without a word.")
+            Event("failed", event.vehicle, event.stage, "it ended without a word.", item=event.item)
         )
     progress.running.clear()
     if code != 0 and not progress.failed:
@@ -80,22 +94,30 @@ def start(config: Path, out: Path, cores: int | None, progress: Progress, *, for
 
 
 def snakefile() -> Path:
-    """Return the Snakefile: of the source tree, or of the installed package."""
-    package = Path(pipeline.__file__).resolve().parent
-    for candidate in (package.parent / "Snakefile", package / "Snakefile"):
-        if candidate.is_file():
-            return candidate
+    """Return the workflow that travels with the package."""
+    path = Path(pipeline.__file__).resolve().parent / "rules" / "workflow.smk"
+    if path.is_file():
+        return path
     raise InputError.at(
-        Place(str(package)),
-        "the Snakefile is missing from the installation.",
+        Place(str(path)),
+        "the workflow is missing from the installation.",
         remedy="Install rig2sea again.",
     )
 
 
 def _engine(
-    arguments: list[str], output: IO[bytes], journal: Path, log: Path, progress: Progress
+    arguments: list[str],
+    output: IO[bytes],
+    journal: Path,
+    log: Path,
+    progress: Progress,
+    *,
+    elsewhere: bool,
 ) -> int:
-    """Start the engine in a session of its own and follow it; return its exit code."""
+    """Start the engine in a session of its own and follow it; return its exit code.
+
+    `elsewhere`: its jobs are at work on other machines.
+    """
     reading, writing = os.pipe()
     environment = {**os.environ, VARIABLE: str(journal.absolute())}
     with _stoppable():
@@ -112,7 +134,7 @@ def _engine(
         try:
             return _follow(engine, Reader(journal), log, progress)
         except (StoppedError, KeyboardInterrupt):
-            _end(engine)
+            _end(engine, elsewhere=elsewhere)
             progress.close()
             raise StoppedError("stopped. The next run goes on from here.") from None
         finally:
@@ -128,7 +150,7 @@ def _follow(
         if events and progress.total is None:
             match = _TOTAL.search(log.read_text(encoding="utf-8", errors="replace"))
             # the target rule "all" is counted by the engine and runs nothing
-            progress.total = int(match[1]) - 1 if match else None
+            progress.total = int(match[1]) - 1 + progress.more if match else None
         for event in events:
             progress.take(event)
         if code is not None:
@@ -154,11 +176,17 @@ def _stoppable() -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-def _end(engine: "subprocess.Popen[bytes]") -> None:
-    for number in (signal.SIGTERM, signal.SIGKILL):
+def _end(engine: "subprocess.Popen[bytes]", *, elsewhere: bool) -> None:
+    # an interrupt makes the engine cancel the jobs that it has handed to a cluster
+    first = ((signal.SIGINT, _PATIENCE_ELSEWHERE_S),) if elsewhere else ()
+    for number, patience_s in (
+        *first,
+        (signal.SIGTERM, _PATIENCE_S),
+        (signal.SIGKILL, _PATIENCE_S),
+    ):
         try:
             os.killpg(engine.pid, number)
-            engine.wait(_PATIENCE_S)
+            engine.wait(patience_s)
         except ProcessLookupError:
             return
         except subprocess.TimeoutExpired:
@@ -167,7 +195,8 @@ def _end(engine: "subprocess.Popen[bytes]") -> None:
             return
 
 
-def _cores() -> int:
+def usable_cores() -> int:
+    """Return the number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -180,5 +209,8 @@ def _prune(folder: Path) -> None:
 
 def _last_words(log: Path) -> str:
     lines = [line.strip() for line in log.read_text(encoding="utf-8", errors="replace").split("\n")]
+    refused = [line.removeprefix("message: ") for line in lines if line.startswith("message: ")]
+    if refused:  # why the cluster did not take a job
+        return refused[-1]
     errors = [line for line in lines if "Error" in line or "error" in line]
     return (errors or [line for line in lines if line] or ["no reason given"])[-1]

@@ -28,8 +28,12 @@ def summary(result: Result, out: Path) -> Iterator[str]:
     for outcome in result.outcomes:
         yield from (f"error: {p}" for p in outcome.problems if p.severity == "error")
     for event in result.failed:
-        log = out / "processed" / event.vehicle / "logs" / f"{event.stage}.log"
+        logs = out / "processed" / event.vehicle / "logs"
+        log = (
+            logs / event.stage / f"{event.item}.log" if event.item else logs / f"{event.stage}.log"
+        )
         whose = f"{event.vehicle}, " if event.vehicle else ""
+        whose += f"{event.item}, " if event.item else ""
         yield f"error: {whose}{TITLES.get(event.stage, event.stage)}: {event.text}\nIts log: {log}"
     if result.complete and result.vehicles and result.done == 0:
         yield "Nothing to do: every result is up to date."

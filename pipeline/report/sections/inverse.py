@@ -104,6 +104,7 @@ def _table3(
             "Table 3. N = K_0 + K_1 T + K_2 T² + K_3 T³ at rest, each sign apart",
             rows,
             note="K_N0i: positive thrust; K_N1i: negative thrust, with its sign, as printed.",
+            points="fig-inverse-rest",
         ),
     ]
     if published is not None:
@@ -210,7 +211,13 @@ def _table4(
     blocks.append(
         Details(
             "Coefficients of Table 4 with intervals",
-            (coefficient_table("Coefficients of Table 4", rows),),
+            (
+                coefficient_table(
+                    "Coefficients of Table 4",
+                    rows,
+                    points="fig-inverse-family" if results.static is not None else "",
+                ),
+            ),
         )
     )
     return blocks

@@ -68,6 +68,7 @@ def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> list[Block]
             "Table 1. Propeller coefficients",
             both,
             note=f"Diameter {fixed(fit.diameter_m, 3)} m. K_M is the English K_Q.",
+            points="fig-propeller",
         )
     ]
     if published is not None:

@@ -53,6 +53,7 @@ def static_section(results: VehicleResults) -> Section:
                     note="K_F0 in N, K_F1 in N per code, K_F2 in N per code². The intervals carry "
                     "the bench's noise through both fits; the misfit of the quadratic form itself "
                     "is in the residual column of the quality table.",
+                    points="fig-static-family",
                 ),
                 _quality(static.table2),
             ),
@@ -112,6 +113,7 @@ def _layout(static: StaticCharacteristic, published: PublishedTable2 | None) -> 
         ("Coefficient", *(f"{speed(row.speed_mps)} m/s" for row in static.table2)),
         tuple(rows),
         row_classes=tuple(classes),
+        links={(row, 0): "#fig-static-family" for row, kind in enumerate(classes) if not kind},
         note="The dead zone ends where the polynomial turns positive. The paper prints the "
         "condition |N| ≤ K_F0, but K_F0 is a thrust, not a code.",
     )

@@ -1,6 +1,6 @@
 """Tables that several chapters share: coefficients, the choice of order, checks, outliers."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from pipeline.records.fits import FitQuality
 from pipeline.report.blocks import Block, Bullets, Details, Table
@@ -11,8 +11,13 @@ from pipeline.report.numbers import as_printed, fixed, general, plural, with_int
 EXPLANATIONS_SHOWN = 8
 
 
-def coefficient_table(caption: str, coefficients: Sequence[Coefficient], note: str = "") -> Table:
-    """Coefficients with intervals, beside the published ones where there are any."""
+def coefficient_table(
+    caption: str, coefficients: Sequence[Coefficient], note: str = "", *, points: str = ""
+) -> Table:
+    """Coefficients with intervals, beside the published ones where there are any.
+
+    `points` names the figure of what they were fitted to; each value leads there.
+    """
     published = any(coefficient.published is not None for coefficient in coefficients)
     header: tuple[str, ...] = ("Coefficient", "Value", "95 % interval")
     if published:
@@ -24,7 +29,8 @@ def coefficient_table(caption: str, coefficients: Sequence[Coefficient], note: s
         if published:
             row += _published_cells(coefficient)
         rows.append(tuple(row))
-    return Table(caption, header, tuple(rows), note=note)
+    links = {(row, 1): f"#{points}" for row in range(len(rows))} if points else {}
+    return Table(caption, header, tuple(rows), note=note, links=links)
 
 
 def _published_cells(coefficient: Coefficient) -> list[str]:
@@ -103,3 +109,13 @@ def share_inside(coefficients: Sequence[Coefficient], why: str = "") -> str:
 
 def _short(value: float) -> str:
     return fixed(value, 0) if float(value).is_integer() else general(value, 3)
+
+
+def provenance_table(lines: Mapping[str, str]) -> Table:
+    """Show digests and versions, line by line."""
+    return Table(
+        "Inputs, code and versions",
+        ("What", "Digest or version"),
+        tuple(lines.items()),
+        text_columns=frozenset({1}),
+    )

@@ -27,7 +27,7 @@ def warnings_section(results: VehicleResults) -> Section:
     missing = missing_reasons(results)
     blocks: list[Block] = []
     if serious:
-        blocks.append(_problem_table("Problems in the raw files", serious))
+        blocks.append(problem_table("Problems in the raw files", serious))
         blocks += _all_places(serious)
     else:
         blocks.append(Paragraph("No errors or warnings in the raw files."))
@@ -59,7 +59,7 @@ def warnings_section(results: VehicleResults) -> Section:
         blocks.append(
             Details(
                 f"{plural(len(notes), 'note')}: what was assumed",
-                (_problem_table("Notes", notes, every_place=True),),
+                (problem_table("Notes", notes, every_place=True),),
             )
         )
     passed = [(stage, check) for stage, check in checks if check.passed]
@@ -74,9 +74,8 @@ def warnings_section(results: VehicleResults) -> Section:
     return Section("warnings", "Warnings", tuple(blocks))
 
 
-def _problem_table(
-    caption: str, problems: Iterable[Problem], *, every_place: bool = False
-) -> Table:
+def problem_table(caption: str, problems: Iterable[Problem], *, every_place: bool = False) -> Table:
+    """Group problems with the same message; places beyond a few are counted."""
     groups = _grouped(problems)
     return Table(
         caption,

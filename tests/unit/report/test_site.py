@@ -1,10 +1,17 @@
 """The index leads to every page and counts what the page warns of."""
 
 import dataclasses
+import re
 from pathlib import Path
 
-from pipeline.report.results import VehicleResults
+import pytest
+
+from pipeline.report import assets
+from pipeline.report.blocks import Table
+from pipeline.report.results import TrialDayLink, VehicleResults
 from pipeline.report.site import index_entry, status_of, write_index
+from pipeline.stages.design_links import design_links
+from pipeline.stages.index_page import write_index_again
 
 
 def test_index_leads_to_every_vehicle_with_its_status(
@@ -47,3 +54,51 @@ def test_status_counts_missing_results_and_takes_the_worst_tone(results: Vehicle
     # all but the mooring test, and the allocator is not asked for
     assert status_of(bare).not_computed == 6
     assert status_of(bare).tone == "warning"
+
+
+def test_index_lists_days_with_runs_and_designs_and_is_whole_without_scripts(
+    results: VehicleResults, tmp_path: Path
+) -> None:
+    day = TrialDayLink(
+        "2026-05-04", "Trial day 2026-05-04", "1 run", "v/trials/2026-05-04.html",
+        (("<i>zig-zag: 60 s", "v/runs/zig-zag.html"),),
+    )  # fmt: skip
+    entry = dataclasses.replace(
+        index_entry(results, "v/index.html"), days=(day,), trend_href="v/index.html#trend"
+    )
+    page = tmp_path / "reports/design/pilgrim.html"
+    page.parent.mkdir(parents=True)
+    page.write_text("<!DOCTYPE html><title>Pilgrim &lt;1&gt;: loads</title>", encoding="utf-8")
+    index = tmp_path / "reports/index.html"
+    write_index([entry], index, designs=design_links(index.parent))
+    text = index.read_text(encoding="utf-8")
+    assert '<a href="v/trials/2026-05-04.html">Trial day 2026-05-04: 1 run</a>' in text
+    assert '<a href="v/runs/zig-zag.html">&lt;i&gt;zig-zag: 60 s</a>' in text
+    assert '<a href="v/index.html#trend">' in text
+    assert '<a href="design/pilgrim.html">Pilgrim &lt;1&gt;: loads</a>' in text
+    # the field is shown by the script that it needs
+    assert 'role="search" hidden' in text
+    assert "<script" not in text
+
+
+def test_index_with_a_filter_loads_its_script_alone(
+    results: VehicleResults, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(assets, "_library", lambda: b"// library")
+    index = tmp_path / "reports/index.html"
+    write_index([index_entry(results, "v/index.html")], index, assets=index.parent / "assets")
+    assert re.findall(r'<script defer src="(.*?)"', index.read_text()) == ["assets/filter.js"]
+    assert (index.parent / "assets/filter.js").is_file()
+
+
+def test_receipt_of_another_version_is_passed_over(tmp_path: Path) -> None:
+    receipt = tmp_path / "processed/v/vehicle_page.json"
+    receipt.parent.mkdir(parents=True)
+    receipt.write_text('{"kind": "vehicle_page", "record": {"trials": []}}', encoding="utf-8")
+    write_index_again(tmp_path)
+    assert "No vehicle has been processed yet" in (tmp_path / "reports/index.html").read_text()
+
+
+def test_cells_lead_to_places_of_the_page_alone() -> None:
+    with pytest.raises(ValueError, match="places of the page alone"):
+        Table("t", ("a",), (("1",),), links={(0, 0): "javascript:alert(1)"})

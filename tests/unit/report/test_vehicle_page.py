@@ -65,6 +65,7 @@ def test_warnings_come_first_and_the_chapters_in_order(page: str) -> None:
     anchors = re.findall(r'<h2 id="([a-z0-9-]+)"', page)
     assert anchors == [
         "warnings",
+        "trials",
         "inputs",
         "propeller",
         "drive",
@@ -73,6 +74,7 @@ def test_warnings_come_first_and_the_chapters_in_order(page: str) -> None:
         "gap",
         "inverse",
         "allocation",
+        "validation",
         "uncertainty",
         "outliers",
         "firmware",

@@ -114,3 +114,15 @@ def test_file_in_the_place_of_the_raw_folder(tmp_path: Path) -> None:
     (tmp_path / "raw").write_text("in the way")
     with pytest.raises(InputError, match="raw: "):
         write_new_vehicle("boat", tmp_path / "raw")
+
+
+def test_example_comes_with_its_raw_files(tmp_path: Path) -> None:
+    written = write_new_vehicle("mmt300", tmp_path / "raw", example=True)
+    folder = tmp_path / "raw/mmt300"
+    assert load_vehicle(folder / "vehicle.yaml").name == "mmt300"
+    for kind in (*RAW_KINDS, "pool"):
+        assert any(path.is_relative_to(folder / kind) for path in written), kind
+    with pytest.raises(InputError, match="is there already"):
+        write_new_vehicle("mmt300", tmp_path / "raw", example=True)
+    with pytest.raises(UsageError, match="There is: mmt300"):
+        write_new_vehicle("boat", tmp_path / "raw", example=True)

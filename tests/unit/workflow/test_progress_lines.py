@@ -147,3 +147,19 @@ def test_outcome_shows_paths_that_can_be_opened(tmp_path: Path) -> None:
         "other",
     ]
     assert outcome.left_out == (("mooring test", "no"),)
+
+
+def test_job_that_is_tried_again_counts_once() -> None:
+    progress = Progress(io.StringIO(), total=1)
+    failed = Event("failed", "boat", "static", "the node was lost.")
+    for event in (STARTED, failed, STARTED, DONE):
+        progress.take(event)
+    assert (progress.failed, progress.done, progress.running) == ([], 1, {})
+
+
+def test_lines_that_machines_wrote_over_each_other_are_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "journal.jsonl"
+    path.write_text('{"what": "done", "veh{"what":\n[1]\n', encoding="utf-8")
+    with path.open("a", encoding="utf-8") as file:
+        file.write('{"what": "done", "vehicle": "boat", "stage": "static"}\n')
+    assert [event.stage for event in Reader(path).new_events()] == ["static"]

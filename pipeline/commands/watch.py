@@ -1,0 +1,88 @@
+"""``rig2sea watch``."""
+
+import time
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("vehicles", nargs=-1, metavar="[VEHICLE]...")
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Folder that holds a folder for each vehicle.  [default: raw]",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    metavar="DIR",
+    help="Folder that gets processed/ and reports/.  [default: here]",
+)
+@click.option("--cores", type=click.IntRange(1), metavar="N", help="Cores to use.  [default: all]")
+@click.option(
+    "--every",
+    "every_s",
+    type=click.FloatRange(0.05, 3600.0),
+    default=2.0,
+    show_default=True,
+    metavar="S",
+    help="Seconds between two looks.",
+)
+@click.option(
+    "--settle",
+    "settle_s",
+    type=click.FloatRange(0.0, 3600.0),
+    default=3.0,
+    show_default=True,
+    metavar="S",
+    help="Seconds that a file must stay as it is; ten times that for a log that was not closed.",
+)
+@click.option("--once", is_flag=True, help="Run what is whole, then end.")
+def watch(  # noqa: PLR0917 - click passes every option by its name
+    vehicles: tuple[str, ...],
+    raw: Path,
+    out: Path,
+    cores: int | None,
+    every_s: float,
+    settle_s: float,
+    once: bool,
+) -> None:
+    r"""Run the workflow whenever a file lands in raw/, and say where the new report is.
+
+    A file counts when it is whole: unchanged for a while, and a log closed by its recorder. One
+    that is still being copied is waited for, a broken one is named, and the others go on. Ctrl-C
+    ends it; the next start goes on from there.
+
+    \b
+    Examples:
+      rig2sea watch
+      rig2sea watch mmt300 --settle 10
+      rig2sea watch --once
+    """
+    from pipeline.workflow.run import Request
+    from pipeline.workflow.start import StoppedError
+    from pipeline.workflow.watch import Habits, Watcher
+
+    watcher = Watcher(Request(vehicles, raw, out, cores), Habits(every_s, settle_s))
+    try:
+        if once:
+            watcher.look()
+            time.sleep(settle_s)
+            _say(watcher.look())
+            _say([f"left for later, not whole yet: {path}" for path in watcher.still_coming])
+            return
+        click.echo(f"Watching {raw}; Ctrl-C ends it.")
+        while True:
+            _say(watcher.look())
+            time.sleep(every_s)
+    except (KeyboardInterrupt, StoppedError):
+        click.echo("Stopped watching. The next start goes on from here.", err=True)
+
+
+def _say(lines: list[str]) -> None:
+    for line in lines:
+        click.echo(line, err=line.startswith("error: "))

@@ -1,0 +1,68 @@
+"""The scripts that pages with zoom share: one copy beside all of them."""
+
+import contextlib
+import os
+from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
+
+from pipeline.errors import InputError, Place
+from pipeline.report.sections.closing import safe_link
+
+LIBRARY, ZOOM, FILTER = "plotly.min.js", "zoom.js", "filter.js"
+
+
+def write_assets(folder: Path) -> None:
+    """Write the plotting library and our scripts into a folder, unless they are there already.
+
+    Parameters
+    ----------
+    folder : Path
+        E.g. ``reports/assets``; pages refer to it by a relative address.
+
+    Raises
+    ------
+    InputError
+        If plotly is not installed, or the folder cannot be written to.
+    """
+    room = files("pipeline.report").joinpath("scripts")
+    own = [(name, room.joinpath(name).read_bytes()) for name in (ZOOM, FILTER)]
+    for name, content in ((LIBRARY, _library()), *own):
+        target = folder / name
+        # stages that run side by side may all write it
+        beside = folder / f".{name}.{os.getpid()}.part"
+        try:
+            if target.is_file() and target.read_bytes() == content:
+                continue
+            folder.mkdir(parents=True, exist_ok=True)
+            beside.write_bytes(content)
+            os.replace(beside, target)  # noqa: PTH105 - atomic by contract
+        except OSError as error:
+            with contextlib.suppress(OSError):
+                beside.unlink()
+            raise InputError.at(
+                Place(str(target)),
+                f"the scripts of the pages cannot be written: {error.strerror}",
+                expected="a folder that may be written to",
+                remedy="Free the folder or choose another one with --out.",
+            ) from None
+
+
+def assets_address(folder: Path, page: Path) -> str:
+    """Return the address of the folder relative to a page, quoted."""
+    return safe_link(Path(os.path.relpath(folder, page.parent)).as_posix())
+
+
+def _library() -> bytes:
+    # the file alone is used: importing the package would cost a second
+    found = find_spec("plotly")
+    places = found.submodule_search_locations if found is not None else None
+    path = Path(next(iter(places))) / "package_data" / LIBRARY if places else None
+    if path is None or not path.is_file():
+        raise InputError.at(
+            Place("plotly"),
+            "the plotting library of the pages is not installed",
+            expected="the Python package plotly, as requirements.lock has it",
+            remedy="Run make.",
+        )
+    return path.read_bytes()

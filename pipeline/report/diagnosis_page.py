@@ -1,0 +1,115 @@
+"""The page of a diagnosis: the verdict first, then where, how far it shrinks, and why so."""
+
+from pathlib import Path
+
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.report.assets import assets_address, write_assets
+from pipeline.report.diagnosis_words import listed, probability_text
+from pipeline.report.html import render, write_page
+from pipeline.report.numbers import plural
+from pipeline.report.sections.diagnosis_answer import (
+    confusable_section,
+    next_section,
+    notes_section,
+    ranking_section,
+    verdict_facts,
+)
+from pipeline.report.sections.diagnosis_evidence import evidence_section, files_section
+from pipeline.report.sections.diagnosis_gap import gap_section, shrink_section
+
+Labels = tuple[tuple[str, str], ...]
+
+
+def diagnosis_page(
+    record: DiagnosisRecord, *, crumbs: Labels = (), files: Labels = (), assets: str = ""
+) -> str:
+    """Return the page as HTML text; the same record gives the same text.
+
+    Parameters
+    ----------
+    record : DiagnosisRecord
+        The answer.
+    crumbs, files : tuple of (label, address)
+        The way back, and files of the diagnosis; relative to the page and quoted.
+    assets : str
+        Address of the folder with the scripts, relative to the page; none without.
+    """
+    sections = (
+        notes_section(record),
+        gap_section(record),
+        shrink_section(record),
+        ranking_section(record),
+        confusable_section(record),
+        next_section(record),
+        evidence_section(record),
+        files_section(record, files),
+    )
+    return render(
+        "diagnosis.html.j2",
+        title=f"Diagnosis of {record.vehicle}",
+        under=f"{plural(len(record.runs), 'run')}: {listed(record.runs)}",
+        crumbs=crumbs,
+        sentence=record.verdict.sentence.partition(": "),
+        probability=_probability(record),
+        facts=verdict_facts(record),
+        tone=tone(record),
+        sections=sections,
+        assets=assets,
+    )
+
+
+def write_diagnosis_page(
+    record: DiagnosisRecord,
+    path: Path,
+    assets: Path | None,
+    *,
+    crumbs: Labels = (),
+    files: Labels = (),
+) -> None:
+    """Write the page, whole or not at all, and the scripts that it shares with others.
+
+    Parameters
+    ----------
+    record : DiagnosisRecord
+        The answer.
+    path : Path
+        E.g. ``reports/<vehicle>/diagnoses/<name>/index.html``.
+    assets : Path or None
+        Folder of the scripts, e.g. ``reports/assets``; without it figures cannot be zoomed.
+    crumbs, files : tuple of (label, address)
+        As in `diagnosis_page`.
+
+    Raises
+    ------
+    InputError
+        If a folder cannot be written to.
+    """
+    address = ""
+    if assets is not None:
+        write_assets(assets)
+        address = assets_address(assets, path)
+    write_page(diagnosis_page(record, crumbs=crumbs, files=files, assets=address), path)
+
+
+def tone(record: DiagnosisRecord) -> str:
+    """Return the colour class of the verdict."""
+    if record.verdict.effects == ("none",):
+        return "good"
+    return "error" if record.verdict.effects == ("unknown",) else "warning"
+
+
+def diagnosis_line(record: DiagnosisRecord) -> str:
+    """Say in one line what a list of diagnoses says of this one."""
+    effects = listed([name.replace("_", " ") for name in record.verdict.effects])
+    text = f"{effects} ({probability_text(record.verdict.probability)})"
+    if record.verdict.ambiguous_with:
+        others = listed([name.replace("_", " ") for name in record.verdict.ambiguous_with])
+        text += f", not to be told from {others}"
+    return f"{text}; {listed(record.runs)}"
+
+
+def _probability(record: DiagnosisRecord) -> str:
+    # the sentence says it, if the engine wrote one as it should
+    if "probability" in record.verdict.sentence:
+        return ""
+    return f"Probability {probability_text(record.verdict.probability)}."

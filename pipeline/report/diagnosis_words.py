@@ -1,0 +1,149 @@
+"""How the page of a diagnosis names channels, regimes, effects and probabilities."""
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from pipeline.effects.library import effects
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.report.figures.run_channels import shown_unit
+from pipeline.report.numbers import fixed, general, percent
+
+#: Channel -> what it is.
+CHANNELS = {
+    "u": "surge velocity u",
+    "v": "sway velocity v",
+    "w": "heave velocity w",
+    "p": "roll rate p",
+    "q": "pitch rate q",
+    "r": "yaw rate r",
+    "phi": "roll φ",
+    "theta": "pitch θ",
+    "psi": "yaw ψ",
+    "z": "depth z",
+    "x": "north x",
+    "y": "east y",
+    "thrust": "thrust",
+    "shaft_speed": "shaft speed",
+    "current": "current",
+    "voltage": "supply voltage",
+}
+#: Short, for the head of a column.
+SYMBOLS = {"phi": "φ", "theta": "θ", "psi": "ψ", "shaft_speed": "rpm"}
+REGRESSORS = {
+    "speed_mps": "speed",
+    "surge_mps": "surge velocity",
+    "turn_rate_radps": "turn rate",
+    "depth_m": "depth",
+    "command_level": "command level",
+    "command_sign": "command sign",
+    "voltage_v": "voltage",
+    "wall_distance_m": "distance to wall",
+    "time_s": "time",
+    "code": "code",
+}
+_NO_EFFECT = {
+    "none": "no effect: as good as a healthy vehicle",
+    "unknown": "a gap that no effect of the library explains",
+}
+
+
+def of_bench(record: DiagnosisRecord) -> bool:
+    """Tell whether a mooring table was diagnosed: its curves are over the control code."""
+    return isinstance(record, BenchDiagnosisRecord)
+
+
+def channel_name(channel: str) -> str:
+    """Return what a channel is called.
+
+    >>> channel_name("w"), channel_name("other_thing")
+    ('heave velocity w', 'other thing')
+    """
+    return CHANNELS.get(channel, channel.replace("_", " "))
+
+
+def symbol(channel: str) -> str:
+    """Return the short name of a channel."""
+    return SYMBOLS.get(channel, channel)
+
+
+def what_it_is(answer: str) -> str:
+    """Say in words what an answer is; pairs are ``a+b``.
+
+    >>> what_it_is("dvl_scale+dead_zone")
+    'the DVL reads too fast or too slow; small codes give no thrust'
+    """
+    library = effects()
+    parts = [
+        _NO_EFFECT.get(name) or (library[name].title if name in library else "")
+        for name in answer.split("+")
+    ]
+    return "; ".join(part for part in parts if part)
+
+
+def regime_name(regressor: str, unit: str, ends: tuple[float, float]) -> str:
+    """Name a range of a regressor.
+
+    >>> regime_name("depth_m", "m", (1.2, 3.0)), regime_name("command_level", "1", (0.709, 0.748))
+    ('depth 1.2 to 3.0 m', 'command level 0.709 to 0.748')
+    """
+    name = REGRESSORS.get(regressor, regressor.replace("_", " "))
+    shown, factor = shown_unit(unit)
+    low, high = (factor * end for end in ends)
+    # as many decimals as the width of the range needs
+    width = high - low
+    decimals = int(np.clip(1 - np.floor(np.log10(width)), 0, 6)) if width > 0 else 3
+    text = f"{name} {fixed(low, decimals)} to {fixed(high, decimals)}"
+    return text + ("" if unit in {"1", "code"} else f" {shown}")
+
+
+def in_order(names: Iterable[str]) -> list[str]:
+    """Sort channels as the equations of motion list them, others after them.
+
+    >>> in_order(["psi", "zeta", "w", "u"])
+    ['u', 'w', 'psi', 'zeta']
+    """
+    places = {name: place for place, name in enumerate(CHANNELS)}
+    return sorted(names, key=lambda name: (places.get(name, len(places)), name))
+
+
+def probability_text(probability: float) -> str:
+    r"""Write a probability; never as certain, and none as impossible.
+
+    >>> probability_text(0.974), probability_text(0.9999), probability_text(1e-5)
+    ('97 %', '>\xa099.9 %', '<\xa00.1 %')
+    """
+    if probability > 0.999:
+        return ">\N{NO-BREAK SPACE}99.9 %"
+    if probability < 0.001:
+        return "<\N{NO-BREAK SPACE}0.1 %"
+    return f"{100 * probability:.1f} %" if probability > 0.99 else percent(probability)
+
+
+def listed(names: tuple[str, ...] | list[str]) -> str:
+    """Join names as a person does.
+
+    >>> listed(["a", "b", "c"])
+    'a, b and c'
+    """
+    own = list(names)
+    return " and ".join([", ".join(own[:-1]), own[-1]]) if len(own) > 1 else "".join(own)
+
+
+def ratio_text(ratio: float) -> str:
+    """Write a ratio to two figures, whole numbers from 10.
+
+    >>> ratio_text(1.04), ratio_text(31.7), ratio_text(1234.0)
+    ('1.0', '32', '1200')
+    """
+    return f"{ratio:.1f}" if ratio < 9.95 else general(float(f"{ratio:.2g}"), 4).partition(".")[0]
+
+
+def unit_text(unit: str) -> str:
+    """Set the powers of a unit as a person does.
+
+    >>> unit_text("kg m^2"), unit_text("m^3")
+    ('kg m²', 'm³')
+    """
+    return unit.replace("^2", "²").replace("^3", "³")

@@ -1,0 +1,206 @@
+"""Held-out runs over time: measured, the model before and after, and what either leaves."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
+from pipeline.records.diagnosis import DiagnosisRecord, Series
+from pipeline.report import plotting
+from pipeline.report.blocks import Figure
+from pipeline.report.diagnosis_words import channel_name, listed, of_bench
+from pipeline.report.figures.run_channels import FEW_READINGS, shown_unit
+from pipeline.report.numbers import general
+from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
+from pipeline.types import FloatArray
+
+_CURVES = 5
+_ANGLES = frozenset({"phi", "theta", "psi"})
+
+
+@dataclass(frozen=True)
+class HeldOut:
+    """One channel of one held-out run; all (k,), in units that a person reads."""
+
+    run: str
+    channel: str
+    unit: str
+    time_s: FloatArray
+    measured: FloatArray
+    before: FloatArray
+    after: FloatArray
+
+    @property
+    def errors(self) -> tuple[float, float]:
+        """Root mean square of model less measured, before and after."""
+        first, second = (
+            float(np.sqrt(np.nanmean((self.measured - model) ** 2)))
+            if np.isfinite(self.measured - model).any()
+            else float("nan")
+            for model in (self.before, self.after)
+        )
+        return first, second
+
+
+def curves(record: DiagnosisRecord) -> tuple[HeldOut, ...]:
+    """Return what there is to draw: over time of pool runs, over the code of a mooring table."""
+    if isinstance(record, BenchDiagnosisRecord):
+        return tuple(_of_table(one, listed(record.runs)) for one in record.by_code)
+    return held_out(record.series)
+
+
+def _of_table(one: CodeSeries, name: str) -> HeldOut:
+    order = np.argsort(one.code)
+    x, measured, before, after = (
+        np.asarray(values, float)[order]
+        for values in (one.code, one.measured, one.before, one.after)
+    )
+    return HeldOut(name, one.channel, one.unit, x, measured, before, after)
+
+
+def held_out(series: Sequence[Series]) -> tuple[HeldOut, ...]:
+    """Join the windows of each run and channel, in the order of the channels' first mention."""
+    grouped: dict[tuple[str, str], list[Series]] = {}
+    for one in series:
+        if one.time_s:
+            grouped.setdefault((one.channel, one.run), []).append(one)
+    return tuple(_joined(own) for own in grouped.values())
+
+
+def _joined(own: list[Series]) -> HeldOut:
+    own = sorted(own, key=lambda one: one.time_s[0])
+    unit, factor = shown_unit(own[0].unit)
+    parts: list[FloatArray] = []
+    for number, one in enumerate(own):
+        columns = np.array([one.time_s, one.measured, one.before, one.after], float)
+        if number:
+            # every window starts anew: no line is drawn from one to the next
+            parts.append(np.array([[columns[0, 0]], [np.nan], [np.nan], [np.nan]]))
+        parts.append(columns)
+    time_s, measured, before, after = np.hstack(parts)
+    if own[0].channel in _ANGLES:
+        there = np.isfinite(measured)
+        turned = measured.copy()
+        turned[there] = np.unwrap(measured[there])
+        before, after = (
+            turned - np.angle(np.exp(1j * (measured - model))) for model in (before, after)
+        )
+        measured = turned
+    return HeldOut(
+        own[0].run,
+        own[0].channel,
+        unit,
+        time_s,
+        factor * measured,
+        factor * before,
+        factor * after,
+    )
+
+
+def resolution(count: int) -> Resolution:
+    """Share the page's points among its figures.
+
+    >>> resolution(2).zoom, resolution(48).zoom
+    (1000, 187)
+    """
+    return Resolution.shared(_CURVES * count)
+
+
+def before_after_figure(
+    record: DiagnosisRecord, one: HeldOut, number: int, detail: Resolution
+) -> Figure:
+    """Draw a channel of a held-out run: above the curves, below what the models leave."""
+    bench = of_bench(record)
+    style: Style = "points" if one.time_s.size < FEW_READINGS // 4 or bench else "line"
+    band = _band(record, one)
+    # a verdict that adds nothing to the model leaves it as it was: one curve, not two on another
+    same = np.array_equal(one.before, one.after, equal_nan=True)
+    models = [("before", one.before, plotting.VERMILLION)]
+    if not same:
+        models.append(("after", one.after, plotting.BLUE))
+    panels = (
+        Panel(
+            f"{_label(one.channel)}  [{one.unit}]",
+            (
+                Trace("measured", one.time_s, one.measured, plotting.INK, style, 1.4),
+                *(Trace(name, one.time_s, model, colour) for name, model, colour in models),
+            ),
+            height=1.3,
+        ),
+        Panel(
+            "error",
+            tuple(
+                Trace(name, one.time_s, one.measured - model, colour)
+                for name, model, colour in models
+            ),
+            height=0.8,
+            band=band,
+            y_range=_error_range(one, band),
+        ),
+    )
+    relative = one.channel in _ANGLES and not np.any(one.measured[np.isfinite(one.measured)])
+    turned = " Shown is the rotation away from the measured attitude." if relative else ""
+    over = "over the control code" if bench else "over time"
+    alt = (
+        f"{channel_name(one.channel)} in {one.run} {over}: measured, predicted before and after "
+        "the answer is added; below, what either leaves."
+    )
+    added = "" if same else " Blue: with the answer added."
+    grey = "; grey: twice the healthy floor" if band is not None else ""
+    return zoomable_figure(
+        f"fig-held-out-{number}",
+        _lead(record, one),
+        alt,
+        f"{_capital(channel_name(one.channel))} in {one.run}. Dark: measured. Red: the vehicle "
+        f"file's model.{added} Below: measured less model{grey}.{turned}",
+        panels,
+        x_label="control code  [–]" if bench else "time in the run  [s]",
+        resolution=detail,
+    )
+
+
+def _label(channel: str) -> str:
+    # a long name would not stand beside a panel of a telephone's height
+    return {"phi": "roll φ", "theta": "pitch θ", "psi": "yaw ψ", "z": "depth z"}.get(
+        channel, channel.replace("_", " ")
+    )
+
+
+def _band(record: DiagnosisRecord, one: HeldOut) -> float | None:
+    gap = record.gap.channels.get(one.channel)
+    if gap is None:
+        return None
+    _, factor = shown_unit(gap.unit)
+    return 2.0 * factor * gap.healthy_floor
+
+
+def _error_range(one: HeldOut, band: float | None) -> tuple[float, float] | None:
+    """Range of the errors' axis: errors far below the floor are still seen."""
+    errors = np.concatenate([one.measured - one.before, one.measured - one.after])
+    errors = errors[np.isfinite(errors)]
+    largest = float(np.max(np.abs(errors))) if errors.size else 0.0
+    if largest == 0.0:
+        return None
+    half = max(1.15 * largest, min(1.1 * (band or 0.0), 3.0 * largest))
+    low = -half if float(errors.min()) < -0.2 * largest or half > 1.15 * largest else -0.3 * half
+    high = half if float(errors.max()) > 0.2 * largest or half > 1.15 * largest else 0.3 * half
+    return low, high
+
+
+def _lead(record: DiagnosisRecord, one: HeldOut) -> str:
+    before, after = one.errors
+    text = (
+        f"{channel_name(one.channel)} in {one.run}: error {general(before, 2)} {one.unit} before, "
+        f"{general(after, 2)} {one.unit} after"
+    )
+    gap = record.gap.channels.get(one.channel)
+    if gap is not None:
+        _, factor = shown_unit(gap.unit)
+        floor = general(factor * gap.healthy_floor, 2)
+        text += f"; a healthy vehicle leaves {floor} {one.unit}"
+    return f"{_capital(text)}."
+
+
+def _capital(text: str) -> str:
+    return text[0].upper() + text[1:]

@@ -1,0 +1,114 @@
+"""Identified parameters from one trial day to the next."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from pipeline.records.identification import IdentifiedParameter
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Figure, Paragraph
+from pipeline.report.zoomable import Axis, Panel, Trace, zoomable_figure
+
+#: A longer name does not stand beside its panel.
+LONGEST_LABEL = 16
+
+#: The figure shows at most so many parameters; the tables of the days have all.
+MOST_DRAWN = 24
+TREND_TITLE = "Trend over the trial days"
+
+Days = Mapping[str, Mapping[str, IdentifiedParameter]]
+
+
+def trend_blocks(days: Days) -> tuple[Block, ...]:
+    """Return the figure of the latest day's parameters, nothing where no two days have a fit.
+
+    Parameters
+    ----------
+    days : mapping
+        As for `trend_figure`; days without a fit are passed over.
+    """
+    fitted = {day: own for day, own in days.items() if own}
+    if len(fitted) < 2:
+        return ()
+    latest = list(next(reversed(fitted.values())))
+    drawn = tuple(latest[:MOST_DRAWN])
+    blocks: list[Block] = [trend_figure(fitted, drawn)]
+    if len(latest) > len(drawn):
+        blocks.append(Paragraph(f"Not drawn: {', '.join(latest[MOST_DRAWN:])}."))
+    return tuple(blocks)
+
+
+def trend_figure(days: Days, names: tuple[str, ...]) -> Figure:
+    """Draw value and interval of each parameter for every day, the vehicle file's value behind.
+
+    Parameters
+    ----------
+    days : mapping
+        Day -> name of a parameter -> what was found, in order of time.
+    names : tuple of str
+        Parameters to draw.
+    """
+    moved = [name for name in names if _moved(days, name)]
+    lead = (
+        f"Since the trial day before, {', '.join(moved)} moved out of the intervals."
+        if moved
+        else "No parameter left the interval of the trial day before."
+    )
+    return zoomable_figure(
+        "fig-trend",
+        lead,
+        "Identified parameters for each trial day with their 95 % intervals.",
+        f"From above to below: {', '.join(name.replace('_', ' ') for name in names)}. Points and "
+        "bars: value and 95 % interval of the day's fit. Grey line and band: the vehicle file's "
+        "value and its 95 % range, as far as the axis reaches.",
+        tuple(_panel(days, name) for name in names),
+        x_label="trial day",
+        x_axis=Axis(ends=(-0.4, len(days) - 0.6), names=_thinned_names(tuple(days))),
+    )
+
+
+def _thinned_names(names: tuple[str, ...], most: int = 12) -> tuple[str, ...]:
+    """Leave names out where there are too many to be read side by side; the last one stays."""
+    step = -(-len(names) // most)
+    last = len(names) - 1
+    return tuple(name if (last - at) % step == 0 else "" for at, name in enumerate(names))
+
+
+def _panel(days: Days, name: str) -> Panel:
+    found = [(at, own[name]) for at, own in enumerate(days.values()) if name in own]
+    ends = np.array([one.ci95 for _, one in found]).T
+    latest = found[-1][1]
+    # the axis is that of the values: the vehicle file's range may be far wider
+    low = min(latest.prior_value, float(ends.min()))
+    high = max(latest.prior_value, float(ends.max()))
+    room = 0.12 * (high - low) or 1.0
+    unit = latest.unit.replace("^2", "²")
+    words = name.replace("_", " ")
+    short = words if len(words) <= LONGEST_LABEL else f"{words[: LONGEST_LABEL - 1]}…"
+    return Panel(
+        f"{short}\n[{unit}]",
+        (
+            Trace(
+                "value of the day",
+                np.array([float(at) for at, _ in found]),
+                np.array([one.value for _, one in found]),
+                plotting.BLUE,
+                "points",
+                bars=ends,
+            ),
+        ),
+        height=0.9,
+        band=1.96 * latest.prior_std,
+        middle=latest.prior_value,
+        y_range=(low - room, high + room),
+    )
+
+
+def _moved(days: Days, name: str) -> bool:
+    found = [own[name] for own in days.values() if name in own]
+    return len(found) > 1 and apart(found[-2], found[-1])
+
+
+def apart(before: IdentifiedParameter, now: IdentifiedParameter) -> bool:
+    """Whether the intervals of two days have nothing in common."""
+    return before.ci95[1] < now.ci95[0] or now.ci95[1] < before.ci95[0]

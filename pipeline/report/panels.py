@@ -1,0 +1,82 @@
+"""What a figure of curves over a common axis shows, however it is drawn."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pipeline.report.decimate import BUCKETS
+from pipeline.types import FloatArray
+
+#: Stretches of the axis whose lowest and highest value the interactive figure keeps.
+ZOOM_BUCKETS = 1000
+#: Points of all curves of a page, in either drawing: what keeps it below 3 MB.
+STILL_POINTS, ZOOM_POINTS = 32_000, 90_000
+
+Style = Literal["line", "steps", "points"]
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One curve: `x` and `values` (k,), x rising; values not a number break the line.
+
+    `bars` (2, k) are the ends of an interval around each value.
+    """
+
+    name: str
+    x: FloatArray
+    values: FloatArray
+    colour: str
+    style: Style = "line"
+    width: float = 1.2
+    bars: FloatArray | None = None
+
+
+@dataclass(frozen=True)
+class Span:
+    """A stretch of the horizontal axis that is shaded."""
+
+    start: float
+    end: float
+    colour: str
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves with one vertical axis.
+
+    A grey band of +-`band` around `middle` is drawn where it is given; `limits` are dotted lines
+    across, `spans` shaded from bottom to top.
+    """
+
+    label: str
+    traces: tuple[Trace, ...]
+    height: float = 1.0
+    band: float | None = None
+    middle: float = 0.0
+    y_range: tuple[float, float] | None = None
+    limits: tuple[float, ...] = ()
+    spans: tuple[Span, ...] = ()
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """Stretches of the axis that keep their lowest and highest value, in either drawing."""
+
+    still: int = BUCKETS
+    zoom: int = ZOOM_BUCKETS
+
+    @classmethod
+    def shared(cls, curves: int) -> "Resolution":
+        """Share the points of a page among its curves.
+
+        Examples
+        --------
+        >>> Resolution.shared(10), Resolution.shared(240)
+        (Resolution(still=400, zoom=1000), Resolution(still=66, zoom=187))
+        """
+        points = 2 * max(curves, 1)  # every stretch keeps two
+        return cls(
+            still=int(np.clip(STILL_POINTS // points, 40, BUCKETS)),
+            zoom=int(np.clip(ZOOM_POINTS // points, 120, ZOOM_BUCKETS)),
+        )

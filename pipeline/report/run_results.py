@@ -1,0 +1,48 @@
+"""What the page of a pool run is made of."""
+
+from dataclasses import dataclass, field
+
+from pipeline.errors import Problem
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import RunTrial, StoredRun
+from pipeline.vehicle.schema import Vehicle
+
+
+@dataclass(frozen=True)
+class RunResults:
+    """A run as far as it got: a log that cannot be read has problems alone.
+
+    `files` are label and address of files beside the page; `shown_path` names the log in messages.
+    """
+
+    vehicle: Vehicle
+    vehicle_name: str
+    run: str
+    shown_path: str
+    stored: StoredRun | None = None
+    why_not_read: str = ""
+    problems: tuple[Problem, ...] = ()
+    trial: RunTrial | None = None
+    measured: RunTable | None = None
+    windows: RunTable | None = None
+    free: RunTable | None = None
+    files: tuple[tuple[str, str], ...] = ()
+    provenance: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def all_problems(self) -> tuple[Problem, ...]:
+        """Problems of the log, errors first."""
+        own = (*self.problems, *(self.stored.problems if self.stored is not None else ()))
+        rank = {"error": 0, "warning": 1, "note": 2}
+        return tuple(sorted(own, key=lambda problem: rank[problem.severity]))
+
+    @property
+    def errors(self) -> int:
+        """Number of errors."""
+        return sum(problem.severity == "error" for problem in self.all_problems)
+
+    @property
+    def warnings(self) -> int:
+        """Number of warnings: of the log, and of the comparison with the simulation."""
+        of_log = sum(problem.severity == "warning" for problem in self.all_problems)
+        return of_log + (len(self.trial.warnings) if self.trial is not None else 0)

@@ -1,0 +1,208 @@
+"""A diagnosis' page: where the gap lies, and how far it shrinks on what took no part."""
+
+import numpy as np
+
+from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
+from pipeline.report.blocks import Block, Details, Paragraph, Section, Table
+from pipeline.report.diagnosis_words import (
+    channel_name,
+    in_order,
+    of_bench,
+    ratio_text,
+    regime_name,
+    symbol,
+)
+from pipeline.report.figures.diagnosis_runs import (
+    HeldOut,
+    before_after_figure,
+    curves,
+    resolution,
+)
+from pipeline.report.figures.gap_map import gap_map, map_rows
+from pipeline.report.figures.run_channels import shown_unit
+from pipeline.report.numbers import MINUS, fixed, general, percent, plural
+
+#: Figures in the open where no channel carries the gap.
+_FIRST_FIGURES = 3
+#: Figures in the open at most; the others are folded away.
+_MOST_FIGURES = 6
+#: Figures of a page at most: each costs some 60 kB and a fifth of a second.
+MOST_DRAWN = 36
+
+
+def gap_section(record: DiagnosisRecord) -> Section:
+    """Show the gap by channel, horizon and regime, and when it is there."""
+    title = "Where the gap lies"
+    if not record.gap.channels:
+        text = "No channel of the motion could be compared."
+        return Section("gap", title, (Paragraph(text, tone="warning"),), available=False)
+    blocks: list[Block] = [gap_map(record), _channel_table(record)]
+    where = record.gap.where
+    if where.regimes:
+        blocks.append(
+            Table(
+                "Regimes that carry the gap",
+                (
+                    "Regime",
+                    "Share of the gap",
+                    f"Share of the {'codes' if of_bench(record) else 'time'}",
+                ),
+                tuple(
+                    (
+                        regime_name(one.regressor, one.unit, one.range),
+                        percent(one.share),
+                        percent(one.share_of_time),
+                    )
+                    for one in where.regimes
+                ),
+            )
+        )
+    if where.times:
+        blocks.append(
+            Table(
+                "Stretches of the runs that carry the gap",
+                ("Run", "From [s]", "To [s]", "Share of the gap"),
+                tuple(
+                    (one.run, fixed(one.from_s, 1), fixed(one.to_s, 1), percent(one.share))
+                    for one in where.times
+                ),
+                note="A gap that sets in at some time is another fault than one that is always "
+                "there.",
+            )
+        )
+    blocks.append(Details("The heat map as a table", (_map_table(record),)))
+    return Section("gap", title, tuple(blocks))
+
+
+def _channel_table(record: DiagnosisRecord) -> Table:
+    carrying = set(record.gap.where.channels)
+    rows = []
+    names = in_order(record.gap.channels)
+    for name in names:
+        one = record.gap.channels[name]
+        unit, factor = shown_unit(one.unit)
+        rows.append(
+            (
+                f"{channel_name(name)} [{unit}]",
+                general(factor * one.rmse, 3),
+                general(factor * one.sensor_floor, 2),
+                general(factor * one.healthy_floor, 2),
+                ratio_text(one.ratio),
+            )
+        )
+    return Table(
+        "Prediction error and the two floors below it",
+        ("Channel", "Error, rms", "Sensor floor", "Healthy floor", "Ratio"),
+        tuple(rows),
+        row_classes=tuple("warning" if name in carrying else "" for name in names),
+        note="Sensor floor: the sensor's noise alone. Healthy floor: what a healthy vehicle of "
+        "this kind leaves, with its ordinary parameter errors and disturbances. Ratio: error over "
+        "healthy floor. Marked: the channels that carry the gap.",
+    )
+
+
+def _map_table(record: DiagnosisRecord) -> Table:
+    names = in_order(record.gap.channels)
+    return Table(
+        "Error over the healthy floor",
+        ("Readings", *(symbol(name) for name in names)),
+        tuple(
+            (
+                row.range_text,
+                *(ratio_text(row.ratios[name]) if name in row.ratios else "–" for name in names),
+            )
+            for row in map_rows(record)
+        ),
+    )
+
+
+def shrink_section(record: DiagnosisRecord) -> Section:
+    """Show what the answer takes away, in figures and over time."""
+    title = "Before and after, on what took no part"
+    shrink = record.shrink
+    blocks: list[Block] = [Paragraph(_said(record)), _shrink_table(record)]
+    found = curves(record)
+    if not found:
+        blocks.append(Paragraph("No held-out curves were kept with this diagnosis.", tone="note"))
+        return Section("shrink", title, tuple(blocks))
+    every = sorted(found, key=lambda one: _place(record, one))
+    runs = every[:MOST_DRAWN]
+    detail = resolution(len(runs))
+    figures = [before_after_figure(record, one, number, detail) for number, one in enumerate(runs)]
+    carrying = record.gap.where.channels
+    first = sum(one.channel in carrying for one in runs) or _FIRST_FIGURES
+    first = min(first, _MOST_FIGURES)
+    blocks += figures[:first]
+    if figures[first:]:
+        blocks.append(
+            Details(f"{plural(len(figures) - first, 'more figure')}", tuple(figures[first:]))
+        )
+    if every[MOST_DRAWN:]:
+        names = sorted({f"{one.channel} in {one.run}" for one in every[MOST_DRAWN:]})
+        blocks.append(Paragraph(f"Not drawn: {', '.join(names)}.", tone="note"))
+    if shrink.held_out:
+        blocks.append(Paragraph(f"Held out: {shrink.held_out.rstrip('.')}."))
+    return Section("shrink", title, tuple(blocks))
+
+
+def _place(record: DiagnosisRecord, one: HeldOut) -> tuple[bool, float, str, str]:
+    """Order of the figures: channels that carry the gap first, and of those the largest error."""
+    gap = record.gap.channels.get(one.channel)
+    before, _ = one.errors
+    floor = gap.healthy_floor * shown_unit(gap.unit)[1] if gap is not None else 1.0
+    largest = before / floor if np.isfinite(before) and floor > 0.0 else 0.0
+    return one.channel not in record.gap.where.channels, -largest, one.channel, one.run
+
+
+def _said(record: DiagnosisRecord) -> str:
+    shrink = record.shrink
+    before, after = over_floor(shrink)
+    if record.verdict.effects in {("none",), ("unknown",)}:
+        return (
+            f"The verdict names no effect, so nothing is added to the model and nothing is closed: "
+            f"it leaves {before} times the healthy floor."
+        )
+    if shrink.gap_closed is None:
+        return (
+            f"There is next to nothing to close: the vehicle file's model leaves {before} times "
+            "the healthy floor."
+        )
+    interval = ""
+    if shrink.ci95 is not None:
+        low, high = shrink.ci95
+        interval = f" (95 % interval {percent(low)} to {percent(high)})"
+    return (
+        f"Adding the answer brings the gap from {before} to {after} times the healthy floor, which "
+        f"closes {percent(shrink.gap_closed)} of what can be closed{interval}."
+    )
+
+
+def over_floor(shrink: ShrinkFigures) -> tuple[str, str]:
+    """Write the gap before and after as multiples of the healthy floor."""
+    floor = max(shrink.noise_floor, 1e-12)
+    return fixed(shrink.before / floor, 2), fixed(shrink.after / floor, 2)
+
+
+def _shrink_table(record: DiagnosisRecord) -> Table:
+    def row(label: str, unit: str, factor: float, one: ShrinkFigures) -> tuple[str, ...]:
+        return (
+            f"{label} [{unit}]",
+            general(factor * one.before, 3),
+            general(factor * one.after, 3),
+            general(factor * one.noise_floor, 3),
+            "–" if one.gap_closed is None else percent(one.gap_closed),
+        )
+
+    factor = 1.0 / max(record.shrink.noise_floor, 1e-12)
+    rows = [row("all channels", "healthy floors", factor, record.shrink)]
+    for name in in_order(record.shrink.channels):
+        one = record.shrink.channels[name]
+        gap = record.gap.channels.get(name)
+        unit, factor = shown_unit(gap.unit) if gap is not None else ("–", 1.0)
+        rows.append(row(channel_name(name), unit, factor, one))
+    return Table(
+        "Gap on held-out data",
+        ("Channel", "Before, rms", "After, rms", "Healthy floor", "Gap closed"),
+        tuple(rows),
+        note=f"Gap closed: (before {MINUS} after) / (before {MINUS} healthy floor).",
+    )

@@ -1,0 +1,204 @@
+"""A pool run's page: every channel measured against simulated."""
+
+import numpy as np
+
+from pipeline.records.run_components import COMPONENTS, components, difference
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import ChannelError
+from pipeline.report.blocks import (
+    Block,
+    Bullets,
+    Details,
+    Figure,
+    Gallery,
+    Paragraph,
+    Section,
+    Table,
+)
+from pipeline.report.figures.run_channels import (
+    CURVES,
+    Series,
+    channel_figure,
+    command_figure,
+    figure_name,
+    shown_unit,
+)
+from pipeline.report.numbers import fixed, general, signed
+from pipeline.report.run_results import RunResults
+from pipeline.report.zoomable import Resolution
+from pipeline.types import FloatArray
+
+#: Quantities that are drawn in the open; the others are folded away.
+FIRST = ("velocity", "angular_velocity", "attitude", "depth")
+#: An error of so many times the noise is coloured.
+FAR = 5.0
+
+
+def comparison_section(results: RunResults) -> Section:
+    """Give a table of errors and a figure for every quantity."""
+    title = "Measured against simulated"
+    trial = results.trial
+    if trial is None or trial.why_not or results.measured is None or results.windows is None:
+        reason = (trial.why_not if trial is not None else "") or "the log could not be read."
+        missing = (
+            "The page shows the health of the data only. A vehicle file with a model: section "
+            "(masses, added mass, damping, thrusters; docs/formats.md has the keys, "
+            "raw/mmt300/vehicle.yaml a full one) adds this comparison."
+            if results.vehicle.model is None
+            else "What the vehicle file or the bench data lack for it is named above."
+        )
+        blocks: tuple[Block, ...] = (Paragraph(f"Not computed: {reason}", tone="warning"),)
+        if results.stored is not None:
+            blocks += (Paragraph(missing),)
+        return Section("comparison", title, blocks, available=False)
+    figures = _figures(results)
+    ahead, behind = trial.horizon_s or 0.0, trial.lead_s or 0.0
+    return Section(
+        "comparison",
+        title,
+        (
+            Paragraph(
+                f"The commands of the log were simulated with the vehicle file as it is. Windows: "
+                f"{trial.windows} predictions of {ahead:g} s end to end, each from a "
+                f"start that the {behind:g} s of readings before it give; they show how "
+                "good the model is. Free run: one simulation from the start, never corrected; it "
+                "shows what adds up, and drifts with the best of models."
+            ),
+            _error_table(trial.channels),
+            *([Bullets(trial.notes)] if trial.notes else []),
+            Gallery(tuple(figure for quantity, figure in figures if quantity in FIRST)),
+            *_rest([figure for quantity, figure in figures if quantity not in FIRST]),
+        ),
+    )
+
+
+def _rest(figures: list[Figure]) -> list[Block]:
+    if not figures:
+        return []
+    return [Details(f"{len(figures)} more figures", (Gallery(tuple(figures)),))]
+
+
+def _error_table(channels: tuple[ChannelError, ...]) -> Table:
+    rows, classes = [], []
+    for one in channels:
+        unit, factor = shown_unit(one.unit)
+        ratio = one.over_noise
+        rows.append(
+            (
+                one.channel,
+                unit,
+                str(one.readings),
+                general(factor * one.rmse_windows, 3),
+                "not stated" if one.sensor_noise is None else general(factor * one.sensor_noise, 2),
+                "–" if ratio is None else general(ratio, 2),
+                _or_dash(one.rmse_last_value, factor),
+                _or_dash(one.rmse_free, factor),
+                signed(factor * one.mean_windows, _decimals(factor * one.rmse_windows)),
+                f"{general(factor * one.worst_windows, 3)} at {fixed(one.worst_at_s, 1)} s",
+            )
+        )
+        far = ratio is not None and ratio > FAR
+        classes.append("warning" if far or one.loses else "")
+    return Table(
+        "Errors of the simulation",
+        (
+            "Channel",
+            "Unit",
+            "Readings",
+            "Windows, rms",
+            "Sensor noise",
+            "Ratio",
+            "Last value held, rms",
+            "Free run, rms",
+            "Windows, mean",
+            "Windows, worst",
+        ),
+        tuple(rows),
+        text_columns=frozenset({1}),
+        row_classes=tuple(classes),
+        links={(row, 3): f"#{figure_name(one.quantity)}" for row, one in enumerate(channels)},
+        note="Ratio: windows over sensor noise; 1 is as good as the sensor can show. Last value "
+        "held: the error of predicting that nothing changes. Marked: more than "
+        f"{FAR:g} times the noise, or clearly worse than holding the last value.",
+    )
+
+
+def _or_dash(value: float | None, factor: float) -> str:
+    return "–" if value is None else general(factor * value, 3)
+
+
+def _decimals(size: float) -> int:
+    return int(np.clip(2 - np.floor(np.log10(size)), 0, 6)) if size > 0 else 2
+
+
+def _detail(results: RunResults) -> Resolution:
+    """Share the page's points among all of its curves."""
+    channels = len(results.trial.channels) if results.trial is not None else 0
+    return Resolution.shared(CURVES * channels + len(results.vehicle.thrusters))
+
+
+def _figures(results: RunResults) -> list[tuple[str, Figure]]:
+    assert results.trial is not None  # noqa: S101 - the caller has seen to it
+    assert results.measured is not None  # noqa: S101
+    assert results.windows is not None  # noqa: S101
+    by_quantity: dict[str, list[ChannelError]] = {}
+    for one in results.trial.channels:
+        by_quantity.setdefault(one.quantity, []).append(one)
+    duration = float(results.measured.time_s[-1])
+    found = []
+    for quantity, errors in by_quantity.items():
+        series = tuple(_series(results, one) for one in errors)
+        figure = channel_figure(quantity, series, duration, _detail(results))
+        found.append((quantity, figure))
+    return found
+
+
+def _series(results: RunResults, error: ChannelError) -> Series:
+    measured, windows = results.measured, results.windows
+    assert measured is not None  # noqa: S101
+    assert windows is not None  # noqa: S101
+    names = [name for name, _ in COMPONENTS[error.quantity]] or list(measured.thrusters)
+    column = names.index(error.channel)
+
+    def values(table: RunTable) -> FloatArray:
+        found = components(table, error.quantity)
+        if error.quantity != "attitude":
+            return found[:, column]
+        # without the jumps at half a turn
+        angle = found[:, column].copy()
+        there = np.isfinite(angle)
+        angle[there] = np.unwrap(angle[there])
+        return angle
+
+    own, short = values(measured), values(windows)
+    residual = difference(error.quantity, own[:, None], short[:, None])[:, 0]
+    if error.quantity == "attitude":
+        short = own - residual
+    rows = measured.valid[error.quantity] & np.isfinite(own)
+    if error.quantity in measured.reading:
+        rows &= measured.reading[error.quantity]
+    free = np.full(own.shape, np.nan)
+    if results.free is not None and error.quantity in results.free.values:
+        free = values(results.free)
+        if error.quantity == "attitude":
+            both = rows & np.isfinite(free)
+            if both.any():
+                first = int(np.argmax(both))
+                free = free + 2 * np.pi * np.round((own[first] - free[first]) / (2 * np.pi))
+    return Series(
+        error, measured.time_s[rows], own[rows], short[rows], residual[rows], measured.time_s, free
+    )
+
+
+def commands_figure(results: RunResults) -> Figure | None:
+    """Draw the commands, None where the log has none."""
+    table = results.measured
+    if table is None or "command" not in table.values or not table.valid["command"].any():
+        return None
+    thrusters = results.vehicle.thrusters
+    command = np.where(table.valid["command"][:, None], table.values["command"], np.nan)
+    names = table.thrusters or tuple(one.name for one in thrusters)
+    by_name = {one.name: results.vehicle.drives[one.drive] for one in thrusters}
+    limits = tuple((float(by_name[name].code_min), float(by_name[name].code_max)) for name in names)
+    manoeuvres = results.trial.manoeuvres if results.trial is not None else ()
+    return command_figure(names, limits, table.time_s, command, manoeuvres, detail=_detail(results))

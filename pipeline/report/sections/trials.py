@@ -1,0 +1,53 @@
+"""The vehicle's page: where the pages of its trial days and pool runs are."""
+
+from pipeline.report.blocks import Block, Details, Heading, Links, Paragraph, Section
+from pipeline.report.figures.trend import TREND_TITLE, trend_blocks
+from pipeline.report.results import TrialDayLink, VehicleResults
+
+#: Trial days shown in the open; older ones are folded away.
+DAYS_SHOWN = 5
+
+
+def trials_section(results: VehicleResults) -> Section:
+    """List the trial days, the latest first, each with its runs."""
+    title = "Pool trials"
+    if not results.trials:
+        text = (
+            "No pool run yet: put a log (*.mcap) into pool/ of the vehicle's raw folder. "
+            "rig2sea watch writes its page as soon as the log is there whole."
+        )
+        return Section("trials", title, (Paragraph(text),))
+    blocks: list[Block] = []
+    trend = _trend(results)
+    if trend:
+        blocks += [Heading(TREND_TITLE, "trend"), *trend]
+    latest_first = results.trials[::-1]
+    for day in latest_first[:DAYS_SHOWN]:
+        blocks += _day(day)
+    older = latest_first[DAYS_SHOWN:]
+    if older:
+        blocks.append(
+            Details(
+                f"{len(older)} earlier trial days",
+                tuple(block for day in older for block in _day(day)),
+            )
+        )
+    return Section("trials", title, tuple(blocks))
+
+
+def _day(day: TrialDayLink) -> list[Block]:
+    return [
+        Heading(day.title, f"day-{day.name}"),
+        Links(((f"{day.title}: {day.line}", day.href), *day.runs)),
+    ]
+
+
+def has_trend(results: VehicleResults) -> bool:
+    """Whether two trial days or more have a fit, so that the page shows a trend."""
+    return sum(bool(day.parameters) for day in results.trials) > 1
+
+
+def _trend(results: VehicleResults) -> tuple[Block, ...]:
+    return trend_blocks(
+        {day.name: {one.name: one for one in day.parameters} for day in results.trials}
+    )

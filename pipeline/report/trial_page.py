@@ -1,0 +1,317 @@
+"""The page of one trial day: warnings, runs, identified parameters and their trend, the tables."""
+
+from pathlib import Path
+
+from pipeline.records.identification import IdentifiedParameter
+from pipeline.records.trial import TrialDay
+from pipeline.report.assets import assets_address, write_assets
+from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
+from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
+from pipeline.report.figures.trend import TREND_TITLE, apart, trend_blocks
+from pipeline.report.html import render, write_page
+from pipeline.report.numbers import fixed, general, plural, speed, with_interval
+from pipeline.report.run_page import status_text, tone
+from pipeline.report.sections.tables import provenance_table
+
+
+def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: str = "") -> str:
+    """Return the page as HTML text; the same results give the same text.
+
+    Parameters
+    ----------
+    results : DayResults
+        What is known of the day.
+    crumbs : tuple of (label, address)
+        The way back, relative to the page.
+    assets : str
+        Address of the folder with the scripts, relative to the page; none without.
+    """
+    errors, warnings = day_counts(results)
+    sections = (
+        _warnings(results),
+        _runs(results),
+        _identified(results),
+        _trend(results),
+        _quality(results),
+        _tables(results),
+        Section("provenance", "Provenance", (provenance_table(results.provenance),)),
+    )
+    return render(
+        "trial.html.j2",
+        title=f"Trial day {results.day}",
+        under=(f"{results.vehicle.title}: {plural(len(results.runs), 'pool run')}",),
+        data_note=results.vehicle.data_note,
+        crumbs=crumbs,
+        status=status_text(errors, warnings),
+        tone=tone(errors, warnings),
+        sections=sections,
+        assets=assets,
+    )
+
+
+def write_day_page(
+    results: DayResults,
+    path: Path,
+    crumbs: tuple[tuple[str, str], ...],
+    assets: Path | None = None,
+) -> None:
+    """Write the page, whole or not at all, and the scripts in `assets`; raises `InputError`."""
+    address = ""
+    if assets is not None:
+        write_assets(assets)
+        address = assets_address(assets, path)
+    write_page(day_page(results, crumbs, address), path)
+
+
+def day_counts(results: DayResults) -> tuple[int, int]:
+    """Count errors (of the runs) and warnings (of the runs and of the day)."""
+    errors = sum(run.errors for run in results.runs)
+    return errors, sum(run.warnings for run in results.runs) + len(day_warnings(results))
+
+
+def day_warnings(results: DayResults) -> tuple[str, ...]:
+    """Return what must be known of the day before anything else."""
+    found = []
+    trial = results.trial
+    if trial.broken:
+        found.append(f"Not read: {', '.join(trial.broken)}. The pages of the runs say why.")
+    if trial.why_not and results.vehicle.model is not None:
+        found.append(f"No parameters were identified: {trial.why_not}")
+    fit = trial.identification
+    if fit is not None:
+        before = _latest(results)
+        if before is not None:
+            day, parameters = before
+            moved = [
+                one.name
+                for one in fit.parameters
+                if one.identified and one.name in parameters and apart(parameters[one.name], one)
+            ]
+            if moved:
+                found.append(
+                    f"{', '.join(moved)}: outside the intervals of {day}. Was something changed "
+                    "on the vehicle (ballast, payload, propeller)?"
+                )
+        off = [one.name for one in fit.parameters if one.identified and _against_file(one)]
+        if off:
+            found.append(
+                f"{', '.join(off)}: the day's interval does not hold the vehicle file's value."
+            )
+        if not fit.converged:
+            found.append("The fit did not settle: do not use its values.")
+    return tuple(found)
+
+
+def _against_file(one: IdentifiedParameter) -> bool:
+    low, high = one.ci95_with_thrust
+    return not low <= one.prior_value <= high
+
+
+def _latest(results: DayResults) -> tuple[str, dict[str, IdentifiedParameter]] | None:
+    for day, trial in reversed(list(results.earlier.items())):
+        if trial.identification is not None:
+            return day, _parameters(trial)
+    return None
+
+
+def _parameters(trial: TrialDay) -> dict[str, IdentifiedParameter]:
+    fit = trial.identification
+    return {} if fit is None else {one.name: one for one in fit.parameters if one.identified}
+
+
+def _warnings(results: DayResults) -> Section:
+    texts = day_warnings(results)
+    blocks: list[Block] = [Paragraph(text, tone="warning") for text in texts]
+    errors = [run.name for run in results.runs if run.errors]
+    if errors:
+        blocks.insert(
+            0, Paragraph(f"Runs with errors: {', '.join(errors)}. See their pages.", tone="error")
+        )
+    warned = [f"{run.name} ({run.warnings})" for run in results.runs if run.warnings]
+    if warned:
+        blocks.append(Paragraph(f"Warnings on the pages of single runs: {', '.join(warned)}."))
+    if not blocks:
+        blocks.append(Paragraph("No warnings."))
+    return Section("warnings", "Warnings", tuple(blocks))
+
+
+def _runs(results: DayResults) -> Section:
+    items = tuple(
+        (f"{run.name}: {run.line}", results.links[run.name])
+        for run in results.runs
+        if run.name in results.links
+    )
+    return Section("runs", "Runs of the day", (Links(items),))
+
+
+def _identified(results: DayResults) -> Section:
+    title = "Identified parameters"
+    trial, fit = results.trial, results.trial.identification
+    used: list[Block] = []
+    if trial.used:
+        used.append(
+            Table(
+                "What the fit was made from",
+                ("Run", "From [s]", "To [s]", "Change of the commands"),
+                tuple(
+                    (one.run, fixed(one.from_s, 0), fixed(one.to_s, 0), general(one.excitation, 2))
+                    for one in trial.used
+                ),
+                note="The stretches whose commands change most are taken, up to a total that "
+                "keeps the report quick. Change: root mean square over the thrusters, share of "
+                "the range. rig2sea identify takes whole runs.",
+            )
+        )
+    if trial.passed_over:
+        used.append(Details("Runs that took no part", (Bullets(trial.passed_over),)))
+    if fit is None:
+        reason = trial.why_not or "no fit was made."
+        blocks: tuple[Block, ...] = (Paragraph(f"Not computed: {reason}", tone="warning"), *used)
+        return Section("identified", title, blocks, available=False)
+    before = _latest(results)
+    old = {} if before is None else before[1]
+    header: tuple[str, ...] = (
+        "Parameter",
+        "Unit",
+        "Value",
+        "95 % interval",
+        "With the thrust's doubt",
+        "Vehicle file",
+        "What it is",
+    )
+    if before is not None:
+        header = (*header[:6], before[0], header[6])
+    rows, classes = [], []
+    for one in fit.parameters:
+        if not one.identified:
+            continue
+        value, interval = with_interval(one.value, one.ci95)
+        _, wider = with_interval(one.value, one.ci95_with_thrust)
+        row = [one.name, one.unit, value, interval, wider, general(one.prior_value, 3)]
+        if before is not None:
+            row.append(general(old[one.name].value, 3) if one.name in old else "–")
+        rows.append((*row, one.meaning))
+        moved = one.name in old and apart(old[one.name], one)
+        classes.append("warning" if moved or _against_file(one) else "")
+    table = Table(
+        "Parameters that the day's runs tell",
+        header,
+        tuple(rows),
+        text_columns=frozenset({1, len(header) - 1}),
+        row_classes=tuple(classes),
+        note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
+        "common with that of the trial day before.",
+    )
+    more: list[Block] = [table] if rows else [Paragraph("These runs tell no parameter apart.")]
+    if fit.cannot_identify:
+        more.append(
+            Details(
+                f"{plural(len(fit.cannot_identify), 'parameter')} not told by these runs",
+                (Bullets(fit.cannot_identify),),
+            )
+        )
+    more.append(Bullets((*fit.notes, *trial.notes)))
+    return Section("identified", title, (*more, *used))
+
+
+def _trend(results: DayResults) -> Section:
+    days = {day: _parameters(trial) for day, trial in results.earlier.items()}
+    days[results.day] = _parameters(results.trial)
+    blocks = trend_blocks(days)
+    if not blocks:
+        text = "A trend needs two trial days with a fit; this is the first."
+        return Section("trend", TREND_TITLE, (Paragraph(text),), available=False)
+    return Section("trend", TREND_TITLE, blocks)
+
+
+def _quality(results: DayResults) -> Section:
+    title = "Prediction of windows that took no part"
+    fit = results.trial.identification
+    if fit is None or not fit.quality:
+        text = "Not computed: there is no fit to judge."
+        return Section("quality", title, (Paragraph(text, tone="warning"),), available=False)
+
+    def number(value: float | None) -> str:
+        return "–" if value is None else general(value, 3)
+
+    return Section(
+        "quality",
+        title,
+        (
+            Table(
+                f"Root mean square errors over {general(fit.quality[0].horizon_s, 2)} s",
+                (
+                    "Channel",
+                    "Unit",
+                    "Readings",
+                    "Sensor noise",
+                    "Identified",
+                    "Vehicle file",
+                    "Last value held",
+                    "Linear black box",
+                ),
+                tuple(
+                    (
+                        one.channel.replace("_", " "),
+                        one.unit,
+                        str(one.readings),
+                        general(one.sensor_noise, 2),
+                        number(one.rmse_identified),
+                        number(one.rmse_vehicle_file),
+                        number(one.rmse_last_value),
+                        number(one.rmse_black_box),
+                    )
+                    for one in fit.quality
+                ),
+                text_columns=frozenset({1}),
+                note="A model earns its place where it beats both baselines on the right.",
+            ),
+        ),
+    )
+
+
+def _tables(results: DayResults) -> Section:
+    title = "Thruster tables since the trial day before"
+    now, before = results.tables, results.tables_before
+    if now is None or now.why_not:
+        reason = now.why_not if now is not None else "they were not kept."
+        text = f"There are no tables: {reason}"
+        return Section("tables", title, (Paragraph(text, tone="warning"),), available=False)
+    if before is None or before.why_not:
+        text = "No tables of an earlier trial day are on record; the history begins with these."
+        return Section("tables", title, (Paragraph(text),))
+    if before.tables_sha256 == now.tables_sha256:
+        text = f"The tables are those of {before.day}: not one code differs."
+        return Section("tables", title, (Paragraph(text),))
+    changes = table_changes(before, now)
+    worst = max(changes, key=lambda one: one.largest_codes, default=None)
+    if worst is None:
+        text = f"The tables of {before.day} and of this day have no thrust in common."
+        return Section("tables", title, (Paragraph(text, tone="warning"),))
+    lead = (
+        f"Since {before.day} codes changed by up to {general(worst.largest_codes, 2)}, at "
+        f"{fixed(worst.at_thrust_n, 1)} N and {speed(worst.speed_mps)} m/s."
+        if worst.largest_codes >= ALIKE_CODES
+        else f"Since {before.day} no code changed by more than {ALIKE_CODES:g}."
+    )
+    return Section(
+        "tables",
+        title,
+        (
+            Paragraph(lead),
+            Table(
+                "Change of the code for a thrust",
+                ("Speed [m/s]", "Largest [codes]", "At [N]", "Mean [codes]", "Thrusts compared"),
+                tuple(
+                    (
+                        speed(one.speed_mps),
+                        general(one.largest_codes, 2),
+                        fixed(one.at_thrust_n, 1),
+                        general(one.mean_codes, 2),
+                        str(one.thrusts),
+                    )
+                    for one in changes
+                ),
+            ),
+        ),
+    )

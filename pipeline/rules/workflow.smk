@@ -1,0 +1,34 @@
+"""The workflow: raw/ -> processed/ -> reports/, by chapter in the files beside this one.
+
+Usually started by `rig2sea run`; `snakemake --cores 2` in a folder that holds raw/ does the same
+(the Snakefile of the source tree includes this file).
+"""
+
+import os
+import sys
+
+from pipeline.workflow.targets import Targets
+
+PLAN = Targets.from_config(config)
+PYTHON = sys.executable
+
+# One thread a process: the jobs share the cores, and sums do not depend on how many there are.
+for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(variable, "1")
+
+
+wildcard_constraints:
+    vehicle="[A-Za-z][A-Za-z0-9_-]*",
+
+
+rule all:
+    input:
+        PLAN.all_files(),
+
+
+include: "ingest.smk"
+include: "identify.smk"
+include: "validate.smk"
+include: "export.smk"
+include: "pool.smk"
+include: "report.smk"

@@ -1,0 +1,101 @@
+"""Everything known of one pool run -> its page, and a receipt with its line for other pages."""
+
+import os
+from pathlib import Path
+
+from pipeline.plan import report_file
+from pipeline.provenance import Envelope, file_digest
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import PageReceipt, RunTrial, StoredRun
+from pipeline.report.run_page import run_line, write_run_page
+from pipeline.report.run_results import RunResults
+from pipeline.report.sections.closing import safe_link
+from pipeline.stages.job import Job, write_record
+from pipeline.stages.run_table_file import read_tables
+
+
+def run(job: Job) -> str:
+    """Write the page; of a log that cannot be read it says why."""
+    page = job.more_outputs[0]
+
+    def compute() -> PageReceipt:
+        ((name, stored),) = job.all_in("pool", "pool_run", StoredRun)
+        ((_, trial),) = job.all_in("run_trials", "run_trial", RunTrial)
+        results = _results(job, page, name, stored, trial)
+        day = stored.record.day if stored.record is not None else ""
+        write_run_page(results, page, _crumbs(job, page, day), page.parents[2] / "assets")
+        return PageReceipt(
+            kind="run",
+            name=name,
+            files={page.as_posix(): file_digest(page)},
+            title=name,
+            errors=results.errors,
+            warnings=results.warnings,
+            line=run_line(results),
+        )
+
+    return write_record(job, compute)
+
+
+def _results(
+    job: Job, page: Path, name: str, stored: Envelope[StoredRun], trial: Envelope[RunTrial]
+) -> RunResults:
+    own = {} if stored.record is None else stored.record.files
+    made = {} if trial.record is None else trial.record.files
+    tables = {**_tables(own), **_tables(made)}
+    log = next((file for file in stored.inputs if file.lower().endswith(".mcap")), name)
+    return RunResults(
+        vehicle=job.vehicle(),
+        vehicle_name=job.vehicle_name,
+        run=name,
+        shown_path=log,
+        stored=stored.record,
+        why_not_read=stored.why_not or "",
+        problems=stored.problems,
+        trial=trial.record,
+        measured=tables.get("measured"),
+        windows=tables.get("windows"),
+        free=tables.get("free"),
+        files=tuple(
+            (label, safe_link(Path(os.path.relpath(file, page.parent)).as_posix()))
+            for ending, label in (
+                (".mcap", "Log with measured and simulated channels, for a log viewer (MCAP)"),
+                ("/pool/{}.npz", "Measured channels on one time base (NumPy arrays)"),
+                ("/run_trials/{}.npz", "Simulated channels on the same (NumPy arrays)"),
+            )
+            for file in sorted({**made, **own})
+            if file.endswith(ending.format(name))
+        ),
+        provenance=_provenance(stored, trial),
+    )
+
+
+def _tables(files: dict[str, str]) -> dict[str, RunTable]:
+    return {
+        name: table
+        for file in files
+        if file.endswith(".npz")
+        for name, table in read_tables(Path(file)).items()
+    }
+
+
+def _crumbs(job: Job, page: Path, day: str) -> tuple[tuple[str, str], ...]:
+    def to(file: str) -> str:
+        return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())
+
+    found = [("All vehicles", to("reports/index.html"))]
+    found.append((job.vehicle_name, to(report_file(job.vehicle_name))))
+    if day:
+        found.append((f"Trial day {day}", to(f"reports/{job.vehicle_name}/trials/{day}.html")))
+    return tuple(found)
+
+
+def _provenance(*envelopes: Envelope[StoredRun] | Envelope[RunTrial]) -> dict[str, str]:
+    raw = {
+        name: f"sha256 {digest}"
+        for envelope in envelopes
+        for name, digest in envelope.inputs.items()
+        if name.startswith("raw/")
+    }
+    code = {f"code of {envelope.kind}": envelope.code for envelope in envelopes}
+    return {"rig2sea": envelopes[0].version, **dict(sorted(raw.items())), **code}

@@ -1,0 +1,171 @@
+"""Tables of a run as a file of arrays (``.npz``): what later stages read instead of the log.
+
+Numbers are kept as 32-bit floats, which is finer than any sensor; times are not kept at all, they
+follow from rate and start. The same table gives the same bytes.
+"""
+
+import io
+import json
+import os
+import tempfile
+import zipfile
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.errors import InputError, Place
+from pipeline.provenance import unwritable
+from pipeline.records.run_table import RunTable
+
+_SCHEMA = "rig2sea/run_table/1"
+#: Nobody vouches for a file on a disk: a member that unpacks to more than this is refused.
+_MOST_BYTES = 4_000_000_000
+
+
+def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
+    """Write tables under names, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        ``*.npz``.
+    tables : mapping of str to RunTable
+        Evenly spaced tables.
+
+    Raises
+    ------
+    InputError
+        When the place cannot be written.
+    """
+    arrays: dict[str, np.ndarray[tuple[int, ...], np.dtype[np.generic]]] = {}
+    about: dict[str, object] = {"schema": _SCHEMA, "tables": {}}
+    heads: dict[str, object] = {}
+    for name, table in tables.items():
+        step = float(np.median(np.diff(table.time_s))) if table.time_s.size > 1 else 0.0
+        heads[name] = {
+            "name": table.name,
+            "rows": int(table.time_s.size),
+            "first_s": float(table.time_s[0]) if table.time_s.size else 0.0,
+            "period_s": round(step, 12),
+            "start_time_ns": table.start_time_ns,
+            "thrusters": list(table.thrusters),
+            "notes": list(table.notes),
+            "left_out": {key: dict(counts) for key, counts in table.left_out.items()},
+            "quantities": sorted(table.values),
+            "reading": sorted(table.reading),
+        }
+        for quantity in table.values:
+            arrays[f"{name}/{quantity}"] = table.values[quantity].astype(np.float32)
+            arrays[f"{name}/{quantity}/valid"] = np.packbits(table.valid[quantity])
+        for quantity, marks in table.reading.items():
+            arrays[f"{name}/{quantity}/reading"] = np.packbits(marks)
+    about["tables"] = heads
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive:
+        text = json.dumps(about, sort_keys=True).encode()
+        archive.writestr(zipfile.ZipInfo("about.json"), text)
+        for member in sorted(arrays):
+            inside = io.BytesIO()
+            np.save(inside, arrays[member], allow_pickle=False)
+            # the default time of a ZipInfo is fixed: bytes change with the content only
+            info = zipfile.ZipInfo(f"{member}.npy")
+            info.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(info, inside.getvalue(), compresslevel=1)
+    write_bytes_atomically(path, buffer.getvalue())
+
+
+def read_tables(path: Path) -> dict[str, RunTable]:
+    """Read what `write_tables` wrote.
+
+    Raises
+    ------
+    InputError
+        When the file is absent, half-written or something else.
+    """
+    try:
+        with zipfile.ZipFile(path) as archive:
+            about = _about(archive)
+            return {name: _table(archive, name, head) for name, head in about["tables"].items()}
+    except OSError as error:
+        raise InputError.at(
+            Place(str(path)),
+            f"cannot be read: {error.strerror or error}.",
+            remedy="Delete it and run again: rig2sea run",
+        ) from None
+    except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile):
+        raise InputError.at(
+            Place(str(path)),
+            "is not a whole file of tables.",
+            expected=f"arrays with the schema {_SCHEMA}.",
+            remedy="Delete it and run again: rig2sea run",
+        ) from None
+
+
+def _about(archive: zipfile.ZipFile) -> dict[str, Any]:
+    if sum(info.file_size for info in archive.infolist()) > _MOST_BYTES:
+        raise ValueError("too large")
+    about: dict[str, Any] = json.loads(archive.read("about.json"))
+    if about["schema"] != _SCHEMA:
+        raise ValueError("of another schema")
+    return about
+
+
+def _table(archive: zipfile.ZipFile, name: str, head: dict[str, object]) -> RunTable:
+    rows = int(str(head["rows"]))
+
+    def array(member: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
+        with archive.open(f"{name}/{member}.npy") as file:
+            return np.asarray(np.load(io.BytesIO(file.read()), allow_pickle=False))
+
+    def flags(member: str) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+        return np.unpackbits(array(member).astype(np.uint8), count=rows).astype(bool)
+
+    quantities = [str(one) for one in _list(head["quantities"])]
+    return RunTable(
+        name=str(head["name"]),
+        time_s=np.asarray(
+            float(str(head["first_s"])) + float(str(head["period_s"])) * np.arange(rows), float
+        ),
+        values={one: array(one).astype(float).reshape(rows, -1) for one in quantities},
+        valid={one: flags(f"{one}/valid") for one in quantities},
+        notes=tuple(str(note) for note in _list(head["notes"])),
+        reading={str(one): flags(f"{one}/reading") for one in _list(head["reading"])},
+        thrusters=tuple(str(one) for one in _list(head["thrusters"])),
+        start_time_ns=int(str(head["start_time_ns"])),
+        left_out=head["left_out"] if isinstance(head["left_out"], dict) else {},
+    )
+
+
+def _list(value: object) -> list[object]:
+    if not isinstance(value, list):
+        raise TypeError("a list is expected")
+    return value
+
+
+def write_bytes_atomically(path: Path, content: bytes) -> None:
+    """Write a file so that readers see the old one or the whole new one.
+
+    Raises
+    ------
+    InputError
+        When the place cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, temporary = tempfile.mkstemp(
+            dir=path.parent, prefix=f".{path.name[:80]}.", suffix=".part"
+        )
+        try:
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(content)
+            umask = os.umask(0)
+            os.umask(umask)
+            Path(temporary).chmod(0o666 & ~umask)
+            Path(temporary).replace(path)
+        except BaseException:
+            Path(temporary).unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise unwritable(path, error) from error

@@ -1,0 +1,196 @@
+"""A pool run -> the same commands simulated, errors of every channel, manoeuvres, the overlay."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
+from pipeline.export.log_topics import Water, topics_of_log
+from pipeline.export.mcap_log import write_run_log
+from pipeline.export.overlay import write_overlay
+from pipeline.identify.manoeuvre_detection import find_manoeuvres
+from pipeline.identify.trial_errors import compared, predicted_table, sensor_log
+from pipeline.identify.trial_warnings import trial_warnings
+from pipeline.identify.trial_windows import Flown, TrialFlights, fly_trial
+from pipeline.ingest.recorded_log import RecordedFile
+from pipeline.provenance import file_digest
+from pipeline.records.manoeuvre import ManoeuvreFound
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import RunTrial, StoredRun
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.stages.job import Job, write_record
+from pipeline.stages.run_table_file import read_tables, write_tables
+from pipeline.stages.simulated_vehicle import load_simulated
+from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: A larger log is not copied: the simulated channels then stand in a log of their own, which the
+#: viewers open together with it.
+LARGEST_OVERLAY_BYTES = 500_000_000
+#: Where the free run stands in the overlay; the windows are directly under ``/sim``.
+FREE_PREFIX = "/sim/free_run"
+
+
+def run(job: Job) -> str:
+    """Simulate the run; a vehicle without a model leaves why not, and the manoeuvres."""
+
+    def compute() -> RunTrial:
+        stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
+        table = read_tables(Path(next(iter(stored.files))))["measured"]
+        vehicle = job.vehicle()
+        found = RunTrial(
+            vehicle=job.vehicle_name,
+            run=stored.run,
+            day=stored.day,
+            start_time_ns=stored.start_time_ns,
+            duration_s=stored.duration_s,
+            manoeuvres=_manoeuvres(table, vehicle),
+            commands_at_limit=_at_limit(table, vehicle),
+            without_commands_s=_without_commands(table),
+        )
+        try:
+            found = _simulated(job, stored, table, found)
+        except CannotComputeError as error:
+            if is_of_the_machine(error):
+                raise
+            found = found.model_copy(update={"why_not": str(error)})
+        return found.model_copy(update={"warnings": trial_warnings(found)})
+
+    for left in (_arrays(job), _overlay(job)):
+        left.unlink(missing_ok=True)
+    return write_record(job, compute)
+
+
+def _arrays(job: Job) -> Path:
+    return job.output.with_name(f"{job.output.stem}.npz")
+
+
+def _overlay(job: Job) -> Path:
+    return job.output.with_name(f"{job.output.stem}.mcap")
+
+
+def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) -> RunTrial:
+    one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
+    sensors = one.vehicle.sensors or Sensors()
+    flights = fly_trial(one.packed, sensors, table)
+    tables = {"windows": predicted_table(one.packed, sensors, table, flights.windowed)}
+    if flights.free is not None:
+        tables["free"] = predicted_table(one.packed, sensors, table, flights.free)
+    write_tables(_arrays(job), tables)
+    notes = [*one.notes, *one.without_tether]
+    try:
+        notes += _write_overlay(job, stored, table, one.vehicle, one.packed, flights)
+    except InputError as error:
+        if is_of_the_machine(error):
+            raise
+        notes.append(f"no log with measured and simulated channels was written: {error}")
+    files = [path for path in (_arrays(job), _overlay(job)) if path.is_file()]
+    return found.model_copy(
+        update={
+            "horizon_s": flights.horizon_s,
+            "lead_s": flights.lead_s,
+            "windows": flights.windows,
+            "windows_left_out": flights.left_out,
+            "channels": compared(sensors, table, tables["windows"], tables.get("free"), flights),
+            "why_no_free_run": flights.why_no_free,
+            "notes": tuple(notes),
+            "files": {path.as_posix(): file_digest(path) for path in files},
+        }
+    )
+
+
+def _write_overlay(  # noqa: PLR0917 - one caller
+    job: Job,
+    stored: StoredRun,
+    table: RunTable,
+    vehicle: Vehicle,
+    packed: PackedVehicle,
+    flights: TrialFlights,
+) -> list[str]:
+    """Write measured and simulated channels into one log; return what is to be said of it."""
+    sensors = vehicle.sensors or Sensors()
+    log = next(path for path in job.inputs if path.suffix.lower() == ".mcap")
+    windows = sensor_log(packed, sensors, table, flights.windowed)
+    water = Water(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
+    metadata = {
+        "simulated": f"windows of {flights.horizon_s:g} s under /sim, free run under {FREE_PREFIX}",
+        "code": job.code,
+        "log_sha256": file_digest(log),
+    }
+    if stored.size_bytes > LARGEST_OVERLAY_BYTES:
+        write_run_log(
+            _overlay(job),
+            {"command": windows["command"]},
+            vehicle_name=job.vehicle_name,
+            density_kgpm3=water.density_kgpm3,
+            gravity_mps2=water.gravity_mps2,
+            simulated={name: one for name, one in windows.items() if name != "command"},
+            metadata=metadata,
+            start_time_ns=table.start_time_ns,
+        )
+        return [
+            (
+                f"the log has {stored.size_bytes / 1e9:.1f} GB and was not copied: open it "
+                "together with the log of the simulated channels."
+            )
+        ]
+    more = []
+    if flights.free is not None:
+        free = sensor_log(packed, sensors, table, _with_times(flights.free))
+        more = topics_of_log(
+            {name: one for name, one in free.items() if name != "command"}, water, FREE_PREFIX
+        )
+    write_overlay(
+        _overlay(job),
+        RecordedFile(log, stored.file),
+        windows,
+        vehicle_name=job.vehicle_name,
+        density_kgpm3=water.density_kgpm3,
+        gravity_mps2=water.gravity_mps2,
+        start_time_ns=table.start_time_ns,
+        more=more,
+        metadata=metadata,
+    )
+    return []
+
+
+def _with_times(flown: Flown) -> Flown:
+    """Return the free run with all of its samples, its lead included: there it is what it is."""
+    return replace(flown, valid=np.ones_like(flown.valid))
+
+
+def _without_commands(table: RunTable) -> float:
+    there = table.valid.get("command")
+    if there is None or table.time_s.size < 2:
+        return 0.0
+    return float(np.sum(~there)) * float(table.time_s[1] - table.time_s[0])
+
+
+def _at_limit(table: RunTable, vehicle: Vehicle) -> dict[str, float]:
+    """Share of the commanded time that each thruster is at an end of its range."""
+    command = table.values.get("command")
+    if command is None:
+        return {}
+    there = table.valid["command"] & np.isfinite(command).all(axis=1)
+    found = {}
+    for column, thruster in enumerate(vehicle.thrusters[: command.shape[1]]):
+        drive = vehicle.drives[thruster.drive]
+        own = command[there, column]
+        if own.size:
+            # a drive that turns one way only idles at its low end
+            low = drive.code_min < 0 and own <= drive.code_min + 0.5
+            share = float(np.mean((own >= drive.code_max - 0.5) | low))
+            if share > 0:
+                found[thruster.name] = share
+    return found
+
+
+def _manoeuvres(table: RunTable, vehicle: Vehicle) -> tuple[ManoeuvreFound, ...]:
+    by_name = {one.name: vehicle.drives[one.drive] for one in vehicle.thrusters}
+    if not table.thrusters or any(name not in by_name for name in table.thrusters):
+        return find_manoeuvres(table)
+    drives = [by_name[name] for name in table.thrusters]
+    return find_manoeuvres(
+        table, np.array([max(drive.code_max, -drive.code_min) for drive in drives], float)
+    )

@@ -1,0 +1,79 @@
+"""The runs of one day -> what they together say of the vehicle's parameters."""
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.day_choice import choose_stretches
+from pipeline.identify.whole_vehicle import identify_vehicle
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import StoredRun, TrialDay
+from pipeline.stages.job import Job, write_record
+from pipeline.stages.run_table_file import read_tables
+from pipeline.stages.simulated_vehicle import load_simulated
+from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: Seconds of run that one day's fit takes: what two cores do in well under half a minute. A longer
+#: one is `rig2sea identify`.
+BUDGET_S = 240.0
+#: A fit that is still at work after this long is stopped where it stands, so that the page is there
+#: within a minute; the page says so. [s]
+LIMIT_S = 40.0
+
+
+def run(job: Job) -> str:
+    """Identify from the day's most exciting runs; a fit that fails leaves why."""
+
+    def compute() -> TrialDay:
+        envelopes = job.all_in("pool", "pool_run", StoredRun)
+        stored = [one.record for _, one in envelopes if one.record is not None]
+        day = TrialDay(
+            vehicle=job.vehicle_name,
+            day=job.output.stem,
+            runs=tuple(name for name, _ in envelopes),
+            broken=tuple(name for name, one in envelopes if one.record is None),
+        )
+        try:
+            return _identified(job, stored, day)
+        except CannotComputeError as error:
+            return day.model_copy(update={"why_not": str(error)})
+
+    return write_record(job, compute)
+
+
+def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
+    one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
+    tables: list[RunTable] = []
+    for run_of_day in stored:
+        table = read_tables(Path(next(iter(run_of_day.files))))["measured"]
+        tables.append(replace(table, name=run_of_day.run))
+    if not tables:
+        raise CannotComputeError("No log of this day could be read.")
+    code_max = np.abs(one.packed.code_limits).max(axis=1)
+    chosen, used, passed = choose_stretches(tables, code_max, BUDGET_S)
+    day = day.model_copy(update={"used": used, "passed_over": passed})
+    if not chosen:
+        return day.model_copy(
+            update={"why_not": "No run of this day has commands that change enough to tell."}
+        )
+    model = one.vehicle.model
+    doubts = model.uncertainty if model is not None else None
+    ends_s = time.monotonic() + LIMIT_S
+    try:
+        found = identify_vehicle(
+            one.packed,
+            one.vehicle.sensors or Sensors(),
+            chosen,
+            uncertainty=doubts or Uncertainty(),
+            suggest=False,
+            go_on=lambda: time.monotonic() < ends_s,
+        )
+    except (CannotComputeError, np.linalg.LinAlgError) as error:
+        return day.model_copy(update={"why_not": f"The fit failed: {error}"})
+    return day.model_copy(
+        update={"identification": found, "notes": (*one.notes, *one.without_tether)}
+    )

@@ -1,0 +1,70 @@
+"""A trial day's fit, runs and tables, and the days before -> its page and a receipt."""
+
+import os
+from pathlib import Path
+
+from pipeline.plan import report_file
+from pipeline.provenance import file_digest
+from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
+from pipeline.report.day_results import DayResults
+from pipeline.report.numbers import plural
+from pipeline.report.run_page import status_text
+from pipeline.report.sections.closing import safe_link
+from pipeline.report.trial_page import day_counts, write_day_page
+from pipeline.stages.job import Job, write_record
+
+
+def run(job: Job) -> str:
+    """Write the page."""
+    page, day = job.more_outputs[0], job.output.stem
+
+    def to(file: str) -> str:
+        return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())
+
+    def compute() -> PageReceipt:
+        days = job.all_in("trial_days", "trial_day", TrialDay)
+        trials = {name: one.record for name, one in days if one.record is not None}
+        tables = dict(job.all_in("day_tables", "day_tables", DayTables))
+        now = tables.pop(day, None)
+        before = next(iter(tables.values()), None)
+        pages = job.all_in("run_pages", "run_page", PageReceipt)
+        runs = tuple(one.record for _, one in pages if one.record is not None)
+        results = DayResults(
+            vehicle=job.vehicle(),
+            day=day,
+            trial=trials.get(day) or TrialDay(vehicle=job.vehicle_name, day=day, runs=()),
+            earlier={name: one for name, one in trials.items() if name < day},
+            runs=runs,
+            links={one.name: to(next(iter(one.files))) for one in runs},
+            tables=None if now is None else now.record,
+            tables_before=None if before is None else before.record,
+            provenance={
+                **({"rig2sea": now.version} if now is not None else {}),
+                "code of trial page": job.code,
+                **{f"code of {one.kind}": one.code for name, one in days if name == day},
+            },
+        )
+        crumbs = (
+            ("All vehicles", to("reports/index.html")),
+            (job.vehicle_name, to(report_file(job.vehicle_name))),
+        )
+        write_day_page(results, page, crumbs, page.parents[2] / "assets")
+        errors, warnings = day_counts(results)
+        fit = results.trial.identification
+        return PageReceipt(
+            kind="day",
+            name=day,
+            files={page.as_posix(): file_digest(page)},
+            title=f"Trial day {day}",
+            errors=errors,
+            warnings=warnings,
+            line=f"{plural(len(runs), 'run')}; {status_text(errors, warnings)}",
+            runs=tuple(
+                RunLine(name=one.name, line=one.line, page=next(iter(one.files))) for one in runs
+            ),
+            parameters=()
+            if fit is None
+            else tuple(one for one in fit.parameters if one.identified),
+        )
+
+    return write_record(job, compute)

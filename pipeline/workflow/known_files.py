@@ -1,0 +1,119 @@
+"""Digests of large files and heads of results, remembered from run to run.
+
+Two hundred logs of a season are gigabytes: a run that has nothing to do must not read them again.
+A file is known by its size, its times (that of the last change of its entry too, which no program
+can set back) and its number on the disk; whatever differs is read anew. The memory is a help only:
+without it, or with a broken one, everything is read.
+"""
+
+import json
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.errors import InputError
+from pipeline.provenance import UNREADABLE, file_digest, read_raw_envelope, write_atomically
+
+#: A file that changed less than this ago may change again without a sign. [ns]
+_YOUNG_NS = 100_000_000
+_SCHEMA = "rig2sea/known_files/1"
+
+
+@dataclass(frozen=True)
+class Head:
+    """What a processed file says of itself, without its numbers."""
+
+    code: str
+    inputs: Mapping[str, str]
+    files: Mapping[str, str]
+    why_not: str | None
+    problems: tuple[Mapping[str, Any], ...]
+    """Those of the file and of its record."""
+
+
+@dataclass
+class KnownFiles:
+    """The memory; `load` and `save` it around a run."""
+
+    digests: dict[str, list[Any]] = field(default_factory=dict)
+    heads: dict[str, list[Any]] = field(default_factory=dict)
+    _used: set[str] = field(default_factory=set)
+
+    @classmethod
+    def load(cls, path: Path) -> "KnownFiles":
+        """Read the memory; a missing or broken one is empty."""
+        try:
+            body = json.loads(path.read_text(encoding="utf-8"))
+            if body["schema"] == _SCHEMA:
+                return cls(dict(body["digests"]), dict(body["heads"]))
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            pass
+        return cls()
+
+    def save(self, path: Path) -> None:
+        """Write what was asked for since it was loaded; the rest belongs to files that are gone."""
+        body = {
+            "schema": _SCHEMA,
+            "digests": {key: own for key, own in self.digests.items() if key in self._used},
+            "heads": {key: own for key, own in self.heads.items() if key in self._used},
+        }
+        write_atomically(path, json.dumps(body))
+
+    def digest(self, path: Path) -> str:
+        """SHA-256 of a file, or `UNREADABLE`."""
+        key, mark = _mark(path)
+        self._used.add(key)
+        if mark is None:
+            return UNREADABLE
+        known = self.digests.get(key)
+        if known is not None and known[0] == mark:
+            return str(known[1])
+        found = file_digest(path)
+        if found != UNREADABLE and _is_settled(mark):
+            self.digests[key] = [mark, found]
+        return found
+
+    def head(self, path: Path, kind: str) -> Head | None:
+        """Return what a processed file says, None when it is absent, broken or edited."""
+        key, mark = _mark(path)
+        self._used.add(key)
+        if mark is None:
+            return None
+        known = self.heads.get(key)
+        try:
+            if known is not None and known[0] == mark and known[1] == kind:
+                return Head(*known[2])
+            body = read_raw_envelope(path, kind)
+            record = body["record"] or {}
+            found = Head(
+                str(body["code"]),
+                dict(body["inputs"]),
+                dict(record.get("files", {})),
+                body["why_not"],
+                (*body["problems"], *record.get("problems", ())),
+            )
+        except (InputError, KeyError, TypeError, AttributeError, ValueError, IndexError):
+            return None
+        if _is_settled(mark):
+            self.heads[key] = [
+                mark,
+                kind,
+                [found.code, found.inputs, found.files, found.why_not, list(found.problems)],
+            ]
+        return found
+
+
+def _mark(path: Path) -> tuple[str, list[int] | None]:
+    try:
+        status = os.stat(path)  # noqa: PTH116 - asked a thousand times a run
+    except OSError:
+        return str(path), None
+    mark = [status.st_size, status.st_mtime_ns, status.st_ctime_ns, status.st_ino]
+    return str(path), mark
+
+
+def _is_settled(mark: list[int]) -> bool:
+    return time.time_ns() - max(mark[1], mark[2]) > _YOUNG_NS

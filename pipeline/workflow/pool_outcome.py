@@ -1,0 +1,55 @@
+"""What the pool runs have to say at the end: logs that were refused, pages that are new."""
+
+from dataclasses import replace
+from pathlib import Path
+
+from pipeline.errors import Place, Problem
+from pipeline.plan import VehicleFolder
+from pipeline.workflow.known_files import KnownFiles
+from pipeline.workflow.outcome import Outcome
+from pipeline.workflow.pool_plan import ROOMS, PoolPlan
+from pipeline.workflow.pool_runs import day_page_file, pool_problems, run_file, run_page_file
+
+
+def with_pool(
+    outcome: Outcome, vehicle: VehicleFolder, plan: PoolPlan, out: Path, known: KnownFiles
+) -> Outcome:
+    """Add to a vehicle's outcome the logs that could not be read.
+
+    Warnings of single runs stay on their pages: a season has hundreds.
+    """
+    found = list(pool_problems(vehicle, out))
+    for run in plan.logs:
+        for stage in ("pool_run", "run_trial"):
+            head = known.head(out / run_file(vehicle.name, ROOMS[stage], run), stage)
+            if head is not None:
+                found += [_problem(one) for one in head.problems if one["severity"] == "error"]
+    shown = tuple(_with_path(problem, vehicle, out) for problem in found)
+    return replace(outcome, problems=outcome.problems + shown)
+
+
+def new_pages(plan: PoolPlan, out: Path) -> tuple[str, ...]:
+    """Return the pages of runs and days that this run has made, days last."""
+    one = plan.vehicle
+    pages = [run_page_file(one, run) for run in plan.pending.get("run_page", ())]
+    pages += [day_page_file(one, day) for day in plan.pending.get("trial_page", ())]
+    return tuple(page for page in pages if (out / page).is_file())
+
+
+def _problem(item: object) -> Problem:
+    assert isinstance(item, dict)  # noqa: S101 - as `Head` has it
+    return Problem(
+        item["severity"],
+        Place(**item["place"]),
+        item["what"],
+        item.get("expected", ""),
+        item.get("remedy", ""),
+    )
+
+
+def _with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
+    """Show a raw file by a path that can be opened."""
+    folder, _, rest = problem.place.file.partition("/")
+    if not rest or folder != vehicle.name:
+        return problem
+    return replace(problem, place=replace(problem.place, file=str(out / vehicle.folder / rest)))

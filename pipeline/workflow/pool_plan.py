@@ -1,0 +1,281 @@
+"""What of the pool runs is to be done: only runs and days whose results do not fit any more.
+
+A season has hundreds of runs. The engine is told of those that have something to do; all others
+are finished files to it, so a run costs what is new and not what there is.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from pipeline.ingest.mcap_start import day_of, log_start_ns
+from pipeline.plan import VehicleFolder, processed_file
+from pipeline.provenance import code_digest
+from pipeline.workflow.known_files import Head, KnownFiles
+from pipeline.workflow.pool_batches import Batch, batches
+from pipeline.workflow.pool_runs import (
+    UNDATED,
+    PoolLog,
+    by_day,
+    day_page_file,
+    log_size,
+    pool_logs,
+    run_file,
+    run_page_file,
+)
+
+#: Stage -> folder of its results under ``processed/<vehicle>/``.
+ROOMS = {
+    "pool_run": "pool",
+    "run_trial": "run_trials",
+    "run_page": "run_pages",
+    "trial_day": "trial_days",
+    "day_tables": "day_tables",
+    "trial_page": "trial_pages",
+}
+RUN_STAGES = ("pool_run", "run_trial", "run_page")
+DAY_STAGES = ("trial_day", "day_tables", "trial_page")
+#: What the bench gave of the thrusters.
+BENCH = ("static", "propeller", "drive")
+#: The trend of a day's page goes back over this many trial days.
+TREND_DAYS = 30
+
+
+@dataclass(frozen=True)
+class PoolPlan:
+    """A vehicle's runs and days, and what of each is to be made.
+
+    `logs` run -> log; `days` day -> its runs, in order of time; `pending` stage -> runs or days;
+    `contents` run -> digest of its files.
+    """
+
+    vehicle: str
+    logs: Mapping[str, PoolLog] = field(default_factory=dict)
+    days: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    pending: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    contents: Mapping[str, str] = field(default_factory=dict)
+    stale: tuple[str, ...] = ()
+    batches: tuple[Batch, ...] = ()
+
+    def to_config(self) -> dict[str, Any]:
+        """Return plain values for the engine's configuration."""
+        return {
+            "logs": {run: [log.path, log.notes] for run, log in self.logs.items()},
+            "days": {day: list(runs) for day, runs in self.days.items()},
+            "pending": {stage: list(items) for stage, items in self.pending.items()},
+            "contents": dict(self.contents),
+            "batches": [[batch.phase, list(batch.runs)] for batch in self.batches],
+        }
+
+    @classmethod
+    def from_config(cls, vehicle: str, body: Mapping[str, Any]) -> "PoolPlan":
+        """Turn the values of `to_config` back."""
+        return cls(
+            vehicle,
+            {run: PoolLog(run, path, notes) for run, (path, notes) in body["logs"].items()},
+            {day: tuple(runs) for day, runs in body["days"].items()},
+            {stage: tuple(items) for stage, items in body["pending"].items()},
+            body["contents"],
+            batches=tuple(Batch(phase, tuple(runs)) for phase, runs in body["batches"]),
+        )
+
+    def inputs(self, stage: str, item: str, vehicle_file: str) -> list[str]:
+        """Return the files that a stage reads for a run or a day."""
+        one = self.vehicle
+
+        def of_runs(room: str, runs: tuple[str, ...]) -> list[str]:
+            return [run_file(one, ROOMS[room], run) for run in runs]
+
+        bench = [processed_file(one, name) for name in BENCH]
+        if stage == "pool_run":
+            return [vehicle_file, *self.logs[item].inputs]
+        if stage == "run_trial":
+            log = self.logs[item].path
+            return [vehicle_file, log, *of_runs("pool_run", (item,)), *bench]
+        if stage == "run_page":
+            return [vehicle_file, *of_runs("pool_run", (item,)), *of_runs("run_trial", (item,))]
+        runs = self.days[item]
+        if stage == "trial_day":
+            return [vehicle_file, *bench, *of_runs("pool_run", runs)]
+        if stage == "day_tables":
+            return [vehicle_file, processed_file(one, "inverse")]
+        earlier = [day for day in self.days if day < item and day != UNDATED]
+        before = [run_file(one, ROOMS["trial_day"], day) for day in earlier[-TREND_DAYS:]]
+        tables = [run_file(one, ROOMS["day_tables"], day) for day in (*earlier[-1:], item)]
+        own = run_file(one, ROOMS["trial_day"], item)
+        return [vehicle_file, own, *before, *tables, *of_runs("run_page", runs)]
+
+    def raw_files(self, stage: str, item: str) -> list[str]:
+        """Return the raw files among them: the log, and its notes where they are read."""
+        if stage == "pool_run":
+            return list(self.logs[item].inputs)
+        return [self.logs[item].path] if stage == "run_trial" else []
+
+    def outputs(self, stage: str, item: str) -> list[str]:
+        """Return the files that a stage declares for a run or a day."""
+        first = run_file(self.vehicle, ROOMS[stage], item)
+        if stage == "run_page":
+            return [first, run_page_file(self.vehicle, item)]
+        if stage == "trial_page":
+            return [first, day_page_file(self.vehicle, item)]
+        return [first]
+
+    def pending_files(self) -> list[str]:
+        """Return all files that are to be made."""
+        return [
+            file
+            for stage, items in self.pending.items()
+            for item in items
+            for file in self.outputs(stage, item)
+        ]
+
+    def page_receipts(self) -> list[str]:
+        """Return the receipts of the days' pages, in order of time."""
+        return [run_file(self.vehicle, ROOMS["trial_page"], day) for day in self.days]
+
+
+def plan_pool(
+    vehicle: VehicleFolder,
+    out: Path,
+    known: KnownFiles,
+    *,
+    waiting: frozenset[str] = frozenset(),
+    force: bool = False,
+    workers: int = 1,
+) -> PoolPlan:
+    """Compare the results of a vehicle's runs with what they were made from.
+
+    Parameters
+    ----------
+    vehicle : VehicleFolder
+        The vehicle.
+    out : Path
+        The folder of ``processed/`` and ``reports/``.
+    known : KnownFiles
+        Digests from earlier runs.
+    waiting : frozenset of str
+        Names of logs that are still being copied.
+    force : bool
+        Everything is to be made anew, but the tables of past days: they are history.
+    workers : int
+        Processes that may be at work side by side.
+
+    Returns
+    -------
+    PoolPlan
+        With `stale`, the files to remove before the engine starts.
+    """
+    found = pool_logs(vehicle, out, waiting)
+    logs = {log.run: log for log in found}
+    digests = {run: [known.digest(out / path) for path in log.inputs] for run, log in logs.items()}
+    days = by_day({run: day_of(log_start_ns(out / log.path)) for run, log in logs.items()})
+    plan = PoolPlan(
+        vehicle.name, logs, days, {}, {run: "-".join(own)[:160] for run, own in digests.items()}
+    )
+    pending: dict[str, tuple[str, ...]] = {}
+    gone: set[str] = set()
+    latest = max((day for day in days if day != UNDATED), default=UNDATED)
+    for stages, items in ((RUN_STAGES, tuple(logs)), (DAY_STAGES, tuple(days))):
+        for stage in stages:
+            code = code_digest(f"pipeline.stages.{stage}") if items else ""
+            due = []
+            for item in items:
+                frozen = stage == "day_tables" and item != latest
+                path = out / plan.outputs(stage, item)[0]
+                head = known.head(path, stage)
+                whole = head is not None and _is_whole(head, out, known)
+                fits = (
+                    whole
+                    and head is not None
+                    and (frozen or _fits(head, code, vehicle, out, plan, stage, item, known, gone))
+                )
+                if not fits or (force and not frozen):
+                    due.append(item)
+                    gone.update(_left_by(plan, stage, item, head))
+            if due:
+                pending[stage] = tuple(due)
+    if pending or _page_misses(vehicle, out, plan, known):
+        gone.add(processed_file(vehicle.name, "vehicle_page"))
+    stale = sorted(gone | set(_orphans(vehicle.name, out, plan)))
+    there = tuple(file for file in stale if (out / file).is_file())
+    sizes = {run: log_size(out / log.path) for run, log in logs.items()}
+    shared = batches(pending, days, sizes, workers)
+    return PoolPlan(vehicle.name, logs, days, pending, plan.contents, there, shared)
+
+
+def _is_whole(head: Head, out: Path, known: KnownFiles) -> bool:
+    return all(known.digest(out / name) == own for name, own in head.files.items())
+
+
+def _fits(  # noqa: PLR0917 - one caller
+    head: Head,
+    code: str,
+    vehicle: VehicleFolder,
+    out: Path,
+    plan: PoolPlan,
+    stage: str,
+    item: str,
+    known: KnownFiles,
+    gone: set[str],
+) -> bool:
+    """Whether a result was made by this code from these files as they are now."""
+    if head.code != code:
+        return False
+    expected = {}
+    for file in plan.inputs(stage, item, vehicle.vehicle_file):
+        inside = file.removeprefix(f"{vehicle.folder}/")
+        name = f"raw/{vehicle.name}/{inside}" if inside != file else file
+        if file in gone:
+            return False
+        expected[name] = file
+    if set(expected) != set(head.inputs):
+        return False
+    return all(known.digest(out / expected[name]) == own for name, own in head.inputs.items())
+
+
+def _left_by(plan: PoolPlan, stage: str, item: str, head: Head | None) -> list[str]:
+    """Return all files of a result."""
+    return [*plan.outputs(stage, item), *(head.files if head is not None else ())]
+
+
+def _page_misses(vehicle: VehicleFolder, out: Path, plan: PoolPlan, known: KnownFiles) -> bool:
+    """Whether the vehicle's page was made with other trial days than there are."""
+    head = known.head(out / processed_file(vehicle.name, "vehicle_page"), "vehicle_page")
+    room = f"processed/{vehicle.name}/{ROOMS['trial_page']}/"
+    return head is not None and {name for name in head.inputs if name.startswith(room)} != set(
+        plan.page_receipts()
+    )
+
+
+def _orphans(vehicle: str, out: Path, plan: PoolPlan) -> list[str]:
+    """Return results of runs and days that are no longer there."""
+    found = []
+    rooms: list[tuple[str, str, Callable[[str], bool]]] = [
+        (f"processed/{vehicle}/{ROOMS[stage]}", ".json", plan.logs.__contains__)
+        for stage in RUN_STAGES
+    ]
+    rooms += [
+        (f"processed/{vehicle}/pool", ".npz", plan.logs.__contains__),
+        (f"processed/{vehicle}/run_trials", ".npz", plan.logs.__contains__),
+        (f"processed/{vehicle}/run_trials", ".mcap", plan.logs.__contains__),
+        (f"reports/{vehicle}/runs", ".html", plan.logs.__contains__),
+        (f"processed/{vehicle}/trial_days", ".json", plan.days.__contains__),
+        (f"processed/{vehicle}/trial_pages", ".json", plan.days.__contains__),
+        (f"reports/{vehicle}/trials", ".html", plan.days.__contains__),
+    ]
+    for room, ending, is_known in rooms:
+        folder = out / room
+        if folder.is_dir():
+            found += [
+                f"{room}/{path.name}"
+                for path in folder.iterdir()
+                if _is_left(path.name)
+                or (path.name.endswith(ending) and not is_known(path.name[: -len(ending)]))
+            ]
+    return found
+
+
+def _is_left(name: str) -> bool:
+    """Tell a file that a stage was writing when it was ended."""
+    return name.startswith(".") and name.endswith(".part")

@@ -1,0 +1,158 @@
+"""Which pool runs a vehicle has, what their results are called, and on which day each was made."""
+
+import hashlib
+import os
+import re
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.errors import Place, Problem
+from pipeline.plan import VehicleFolder, is_raw
+
+KIND = "pool"
+UNDATED = "undated"
+_PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
+_NOTES = (".yaml", ".yml")
+
+
+@dataclass(frozen=True)
+class PoolLog:
+    """A log of a vehicle: `run` is its name among the results, `path` as the workflow sees it."""
+
+    run: str
+    path: str
+    notes: str | None = None
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        """The files that the run is read from."""
+        return (self.path,) if self.notes is None else (self.path, self.notes)
+
+
+def run_name(file: str) -> str:
+    """Return the name of a log's results: its own where that is plain, else one made safe.
+
+    Names become parts of paths and addresses; a digest of the file's name keeps two that look
+    alike apart.
+
+    >>> run_name("zig_zag-3.mcap")
+    'zig_zag-3'
+    >>> run_name("проба 1/5?.mcap")
+    '1_5-9b2ec523'
+    """
+    stem, ending = os.path.splitext(file)  # noqa: PTH122 - the text may hold what no path may
+    if ending == ".mcap" and _PLAIN.fullmatch(stem):
+        return stem
+    safe = re.sub(r"[^A-Za-z0-9._-]+", "_", stem).strip("._-")[:60] or "run"
+    return f"{safe}-{hashlib.sha256(file.encode(errors='surrogateescape')).hexdigest()[:8]}"
+
+
+def pool_logs(
+    vehicle: VehicleFolder, base: Path, waiting: frozenset[str] = frozenset()
+) -> tuple[PoolLog, ...]:
+    """Find a vehicle's logs.
+
+    Parameters
+    ----------
+    vehicle : VehicleFolder
+        The vehicle.
+    base : Path
+        What its folder is relative to.
+    waiting : frozenset of str
+        Names of logs that are still being copied: left for later.
+
+    Returns
+    -------
+    tuple of PoolLog
+        By name of the file.
+    """
+    folder = base / vehicle.folder / KIND
+    found = []
+    names = set(_names(folder))
+    for name in sorted(names):
+        if not name.lower().endswith(".mcap") or name in waiting or not name.isprintable():
+            continue
+        stem = name[: -len(".mcap")]
+        notes = next((stem + end for end in _NOTES if stem + end in names), None)
+        place = f"{vehicle.folder}/{KIND}"
+        notes_path = f"{place}/{notes}" if notes is not None else None
+        found.append(PoolLog(run_name(name), f"{place}/{name}", notes_path))
+    return tuple(found)
+
+
+def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
+    """Return a problem for each file in ``pool/`` that is not read as a run."""
+    folder = base / vehicle.folder / KIND
+    found = []
+    for name in sorted(_names(folder)):
+        if not is_raw(name):
+            continue
+        shown = Place(
+            f"{vehicle.name}/{KIND}/{''.join(c if c.isprintable() else '?' for c in name)}"
+        )
+        if not name.lower().endswith(".mcap"):
+            found.append(
+                Problem(
+                    "warning",
+                    shown,
+                    "is no MCAP log by its name, so it was not read.",
+                    expected="pool runs as *.mcap, each with an optional <run>.yaml of notes.",
+                    remedy="Convert it to MCAP, or move it out of pool/.",
+                )
+            )
+        elif not name.isprintable():
+            found.append(
+                Problem(
+                    "error",
+                    shown,
+                    "the file's name holds a character that cannot be printed.",
+                    remedy="Rename the file. The others were read.",
+                )
+            )
+    return tuple(found)
+
+
+def _names(folder: Path) -> list[str]:
+    try:
+        with os.scandir(folder) as entries:
+            return [e.name for e in entries if e.is_file() and not e.name.startswith((".", "~$"))]
+    except (FileNotFoundError, NotADirectoryError):
+        return []
+
+
+def log_size(path: Path) -> int:
+    """Return the bytes of a log, 0 when it has gone."""
+    try:
+        return path.stat().st_size
+    except OSError:
+        return 0
+
+
+def by_day(days: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """Turn run -> day round: the days in order, those without a date last.
+
+    >>> by_day({"b": "2026-05-04", "a": "2026-05-04", "c": "undated"})
+    {'2026-05-04': ('a', 'b'), 'undated': ('c',)}
+    """
+    counts = Counter(days.values())
+    return {
+        day: tuple(sorted(run for run, own in days.items() if own == day))
+        for day in sorted(counts, key=lambda day: (day == UNDATED, day))
+    }
+
+
+def run_file(vehicle: str, room: str, run: str, ending: str = ".json") -> str:
+    """Path of a file of one run or one day, from the output folder."""
+    return f"processed/{vehicle}/{room}/{run}{ending}"
+
+
+def run_page_file(vehicle: str, run: str) -> str:
+    """Path of a run's page, from the output folder."""
+    return f"reports/{vehicle}/runs/{run}.html"
+
+
+def day_page_file(vehicle: str, day: str) -> str:
+    """Path of a trial day's page, from the output folder."""
+    return f"reports/{vehicle}/trials/{day}.html"

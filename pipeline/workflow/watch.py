@@ -1,0 +1,190 @@
+"""``rig2sea watch``: look at the raw folder again and again, and run when something whole is new.
+
+Looking is done by listing folders, which works on network shares and removable disks where
+notifications do not. What has been done is known from ``processed/``, so a restart loses nothing
+and repeats nothing.
+"""
+
+import os
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from pipeline.errors import InputError
+from pipeline.ingest.mcap_start import is_closed
+from pipeline.plan import RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
+from pipeline.provenance import read_envelope
+from pipeline.records.trial import PageReceipt
+from pipeline.workflow.outcome import Outcome
+from pipeline.workflow.pool_plan import ROOMS
+from pipeline.workflow.pool_runs import KIND, run_file, run_name
+from pipeline.workflow.progress import Progress
+from pipeline.workflow.run import Request, Result, run
+
+#: A log whose writer did not close it is taken for whole after so many times the settling time.
+UNCLOSED_FACTOR = 10.0
+Mark = tuple[int, int]
+
+
+@dataclass(frozen=True)
+class Habits:
+    """How often is looked, and how long a file must stay as it is to count as whole. [s]."""
+
+    every_s: float = 2.0
+    settle_s: float = 3.0
+
+
+@dataclass
+class Watcher:
+    """What was seen of the raw files, and what has been run.
+
+    `now_s` and `do_run` stand apart so that a test needs neither to wait nor to run.
+    """
+
+    request: Request
+    habits: Habits = field(default_factory=Habits)
+    now_s: Callable[[], float] = time.monotonic
+    do_run: Callable[[Request, Progress], Result] = run
+    _since: dict[Path, tuple[Mark, float]] = field(default_factory=dict)
+    _done: dict[str, frozenset[tuple[Path, Mark]]] = field(default_factory=dict)
+    _said: set[str] = field(default_factory=set)
+
+    def look(self) -> list[str]:
+        """Look once; run what is whole and new. Returns lines to print.
+
+        Raises
+        ------
+        StoppedError
+            When the run was stopped from outside.
+        """
+        try:
+            vehicles, problems = choose(self.request.vehicles, self.request.raw, self.request.out)
+        except UsageError:
+            vehicles, problems = (), ()  # the vehicle that was named may still come
+        lines = self._once(f"error: {problem}" for problem in problems)
+        seen = {one.name: self._files(one) for one in vehicles}
+        self._remember(path for files in seen.values() for path in files)
+        due, waiting = [], {}
+        for one in vehicles:
+            settled = frozenset(
+                (path, self._since[path][0]) for path in seen[one.name] if self._is_settled(path)
+            )
+            unsettled = {path for path in seen[one.name] if not self._is_settled(path)}
+            if self._must_wait(one, unsettled) or settled == self._done.get(one.name):
+                continue
+            due.append((one, settled))
+            waiting[one.name] = frozenset(
+                log for path in unsettled for log in _logs_of(path, seen[one.name])
+            )
+        if not due:
+            return lines
+        names = tuple(str(self.request.out / one.folder) for one, _ in due)
+        try:
+            result = self.do_run(
+                replace(self.request, vehicles=names, waiting=waiting), Progress(quiet=True)
+            )
+        except (InputError, UsageError) as error:
+            # another run is at work, or a folder cannot be written: it is tried again
+            return lines + self._once([f"error: {error}"])
+        for one, settled in due:
+            self._done[one.name] = settled
+        self._said = {text for text in self._said if not text.startswith("error: ")}
+        return lines + list(told(result, self.request.out)) + self._once(_errors(result))
+
+    @property
+    def still_coming(self) -> list[str]:
+        """Files that are still on their way."""
+        return [str(path) for path in self._since if not self._is_settled(path)]
+
+    def _files(self, vehicle: VehicleFolder) -> list[Path]:
+        folder = self.request.out / vehicle.folder
+        found = [folder / VEHICLE_FILE]
+        for kind in (*RAW_KINDS, KIND):
+            try:
+                with os.scandir(folder / kind) as entries:
+                    found += [
+                        folder / kind / entry.name
+                        for entry in entries
+                        if entry.is_file() and not entry.name.startswith((".", "~$"))
+                    ]
+            except (FileNotFoundError, NotADirectoryError):
+                continue
+        return sorted(found)
+
+    def _remember(self, paths: Iterable[Path]) -> None:
+        """Note since when each file is as it is now; forget those that are gone."""
+        now, seen = self.now_s(), {}
+        for path in paths:
+            try:
+                status = path.stat()
+            except OSError:
+                continue  # it went while we looked
+            mark = (status.st_size, status.st_mtime_ns)
+            known = self._since.get(path)
+            seen[path] = known if known is not None and known[0] == mark else (mark, now)
+        self._since = seen
+
+    def _is_settled(self, path: Path) -> bool:
+        known = self._since.get(path)
+        if known is None:
+            return False
+        still_s = self.now_s() - known[1]
+        if still_s < self.habits.settle_s:
+            return False
+        if path.suffix.lower() != ".mcap" or is_closed(path):
+            return True
+        return still_s >= UNCLOSED_FACTOR * self.habits.settle_s
+
+    def _must_wait(self, vehicle: VehicleFolder, unsettled: set[Path]) -> bool:
+        """Whether the vehicle cannot be run yet: a bench file comes, or a known log comes anew."""
+        pool = self.request.out / vehicle.folder / KIND
+        for path in unsettled:
+            if path.parent != pool:
+                return True
+            if path.suffix.lower() == ".mcap":
+                room = run_file(vehicle.name, ROOMS["pool_run"], run_name(path.name))
+                if (self.request.out / room).is_file():
+                    return True
+        return False
+
+    def _once(self, texts: Iterable[str]) -> list[str]:
+        """Return those that were not said before."""
+        new = [text for text in texts if text not in self._said]
+        self._said.update(new)
+        return new
+
+
+def _logs_of(path: Path, files: Iterable[Path]) -> list[str]:
+    """Return the log that a file belongs to: itself, or the one beside its notes."""
+    if path.suffix.lower() == ".mcap":
+        return [path.name]
+    stem = path.parent / path.stem
+    return [
+        one.name for one in files if one.suffix.lower() == ".mcap" and one.with_suffix("") == stem
+    ]
+
+
+def told(result: Result, out: Path) -> Iterable[str]:
+    """Yield a line for each new page of a run or day: what it says and where it is."""
+    for page in result.pages:
+        _, vehicle, kind, file = page.split("/", 3)
+        stage, what = ("run_page", "run") if kind == "runs" else ("trial_page", "trial day")
+        name = file.removesuffix(".html")
+        try:
+            receipt = out / run_file(vehicle, ROOMS[stage], name)
+            record = read_envelope(receipt, stage, PageReceipt).record
+        except InputError:
+            record = None
+        line = record.line if record is not None else "done"
+        yield f"{vehicle}: {what} {name}: {line}: {out / page}"
+    if result.done and not result.pages:
+        yield f"{', '.join(result.vehicles)}: up to date: {out / 'reports' / 'index.html'}"
+
+
+def _errors(result: Result) -> list[str]:
+    found = [f"error: {problem}" for problem in result.refused]
+    outcomes: tuple[Outcome, ...] = result.outcomes
+    found += [f"error: {p}" for one in outcomes for p in one.problems if p.severity == "error"]
+    found += [f"error: {e.vehicle}: {e.stage} {e.item}: {e.text}" for e in result.failed]
+    return found

@@ -1,0 +1,234 @@
+"""The page of a diagnosis says what the record says, in order, and lets nothing through."""
+
+import re
+from pathlib import Path
+
+import diagnosis_records
+import numpy as np
+import pytest
+from markupsafe import Markup
+
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
+from pipeline.records.diagnosis import Detail, DiagnosisRecord, Series, Verdict
+from pipeline.report import assets, plotting
+from pipeline.report.diagnosis_page import (
+    diagnosis_line,
+    diagnosis_page,
+    tone,
+    write_diagnosis_page,
+)
+from pipeline.report.figures.diagnosis_runs import curves, held_out
+from pipeline.report.figures.gap_map import gap_lead, map_rows
+from pipeline.report.sections.diagnosis_gap import MOST_DRAWN
+
+EVIL = '<script>alert("x")</script>'
+
+
+@pytest.fixture(scope="module")
+def record() -> DiagnosisRecord:
+    return diagnosis_records.diagnosis(channels=("w", "psi"), windows=4)
+
+
+@pytest.fixture(scope="module")
+def page(record: DiagnosisRecord) -> str:
+    return diagnosis_page(record, files=(("The record (JSON)", "diagnosis.json"),))
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the pictures out where a test is about words."""
+
+    def frame(name: str, alt: str, _paint: object, **_: object) -> Markup:
+        return Markup('<svg class="plot" id="{}" aria-label="{}"></svg>').format(name, alt)
+
+    monkeypatch.setattr(plotting, "draw", frame)
+
+
+def with_verdict(record: DiagnosisRecord, *effects: str) -> DiagnosisRecord:
+    verdict = Verdict(
+        effects=effects, probability=0.93, ambiguous_with=(), detail=Detail(), sentence="So."
+    )
+    return record.model_copy(update={"verdict": verdict})
+
+
+def test_the_verdict_comes_first_and_the_notes_before_the_rest(
+    page: str, record: DiagnosisRecord
+) -> None:
+    places = [page.index(record.verdict.sentence.split(":")[0]), page.index('id="notes"')]
+    places += [
+        page.index(f'id="{anchor}"')
+        for anchor in ("gap", "shrink", "ranking", "confusable", "next", "evidence", "files")
+    ]
+    assert places == sorted(places)
+
+
+def test_every_answer_interval_and_group_is_on_the_page(page: str, record: DiagnosisRecord) -> None:
+    for one in record.ranking:
+        assert one.effect.split("+")[0] in page
+    assert "force_n = 4.12\N{NO-BREAK SPACE}N (3.81 to 4.43)" in page
+    assert "payload and residual_buoyancy" in page
+    assert "Fly heave steps" in page
+    assert "7.3 standard deviations" in page
+    assert "skipped: neither shaft speed nor current was measured" in page
+    assert "94\N{NO-BREAK SPACE}% of what can be closed" in page
+    assert 'href="diagnosis.json"' in page
+
+
+def test_every_picture_has_a_sentence_above_it_and_a_text_for_those_who_do_not_see_it(
+    page: str,
+) -> None:
+    pictures = page.count('<svg class="plot"')
+    assert pictures == 4
+    assert len(re.findall(r'<p class="see">[^<]{20,}', page)) == pictures
+    assert len(re.findall(r'role="img" aria-label="[^"]{20,}"', page)) == pictures
+
+
+def test_without_assets_no_script_runs_and_the_pictures_are_there(page: str) -> None:
+    assert "<script defer" not in page
+    assert "script-src" not in page
+    scripts = re.findall(r"<script[^>]*>", page)
+    assert scripts == ['<script type="application/json" class="zoom-data">'] * 2
+    assert not re.search(r'(?:src|href)="https?:', page)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_with_assets_the_page_leads_to_one_shared_copy(
+    record: DiagnosisRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(assets, "_library", lambda: b"// library")
+    short = record.model_copy(update={"series": record.series[:1]})
+    path = tmp_path / "reports" / "v" / "diagnoses" / "a" / "index.html"
+    write_diagnosis_page(short, path, tmp_path / "reports" / "assets")
+    text = path.read_text(encoding="utf-8")
+    assert '<script defer src="../../../assets/plotly.min.js"></script>' in text
+    assert "script-src &#39;self&#39;" in text or "script-src 'self' file:;" in text
+    assert "unsafe-eval" not in text
+    assert (tmp_path / "reports" / "assets" / "zoom.js").is_file()
+    assert [one.name for one in path.parent.iterdir()] == ["index.html"]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_names_from_files_are_escaped(record: DiagnosisRecord) -> None:
+    one = record.series[0].model_copy(update={"run": EVIL})
+    ranking = (record.ranking[0].model_copy(update={"thruster": EVIL}), *record.ranking[1:])
+    poisoned = record.model_copy(
+        update={
+            "vehicle": EVIL,
+            "runs": (EVIL,),
+            "notes": (EVIL,),
+            "series": (one,),
+            "ranking": ranking,
+            "evidence": record.evidence.model_copy(update={"stages": {EVIL: EVIL}}),
+        }
+    )
+    text = diagnosis_page(poisoned)
+    assert "<script>alert" not in text
+    assert "&lt;script&gt;alert" in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_none_and_unknown_have_pages_of_their_own(record: DiagnosisRecord) -> None:
+    bare = record.model_copy(
+        update={
+            "series": (),
+            "confusable": (),
+            "next_run": None,
+            "gap": record.gap.model_copy(
+                update={
+                    "by_regime": (),
+                    "where": record.gap.where.model_copy(
+                        update={"channels": (), "regimes": (), "times": ()}
+                    ),
+                }
+            ),
+            "shrink": record.shrink.model_copy(update={"gap_closed": None, "ci95": None}),
+        }
+    )
+    healthy = with_verdict(bare, "none")
+    text = diagnosis_page(healthy)
+    assert (tone(healthy), tone(with_verdict(bare, "unknown"))) == ("good", "error")
+    assert "No channel stands out" in text
+    assert "nothing is added to the model" in text
+    assert "Probability 93" in text
+    unknown = diagnosis_page(with_verdict(bare, "unknown"))
+    assert "goes with speed (rank correlation −0.55)" in unknown
+    assert "vary speed on its own" in unknown
+
+
+def test_the_map_has_a_row_for_every_horizon_and_regime(record: DiagnosisRecord) -> None:
+    rows = map_rows(record)
+    assert [row.label for row in rows[:6]] == [
+        "all readings", "0.5 s ahead", "2 s ahead", "10 s ahead", "whole run", "speed, low"
+    ]  # fmt: skip
+    assert rows[5].range_text == "speed 0.00 to 0.20 m/s"
+    assert len(rows) == 5 + len(record.gap.by_regime)
+    assert [number for number, row in enumerate(rows) if row.begins] == [1, 5, 8, 11, 14]
+    assert gap_lead(record).startswith("Depth z is off most, 31 times the healthy floor; 61 %")
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_verdict_that_adds_nothing_is_drawn_as_one_curve(record: DiagnosisRecord) -> None:
+    first = record.series[0].model_copy(update={"after": record.series[0].before})
+    text = diagnosis_page(record.model_copy(update={"series": (first,)}))
+    assert '"name":"before"' in text
+    assert '"name":"after"' not in text
+    assert "with the answer added" not in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_of_very_many_figures_the_last_are_named_and_not_drawn(record: DiagnosisRecord) -> None:
+    first = record.series[0]
+    many = tuple(first.model_copy(update={"run": f"run-{k:02}"}) for k in range(MOST_DRAWN + 2))
+    text = diagnosis_page(record.model_copy(update={"series": many}))
+    assert text.count('class="zoom-data"') == MOST_DRAWN
+    assert f"Not drawn: w in run-{MOST_DRAWN}, w in run-{MOST_DRAWN + 1}." in text
+
+
+def test_windows_are_joined_with_a_break_and_angles_do_not_jump() -> None:
+    time_s = (0.0, 1.0)
+    first = Series(
+        run="a", channel="psi", unit="rad", time_s=time_s,
+        measured=(3.1, -3.1), before=(-3.1, -3.0), after=(3.1, -3.1),
+    )  # fmt: skip
+    later = first.model_copy(update={"time_s": (2.0, 3.0)})
+    (one,) = held_out((later, first))
+    assert one.unit == "deg"
+    assert one.time_s.tolist() == [0.0, 1.0, 2.0, 2.0, 3.0]
+    assert np.isnan(one.measured[2])
+    jump = np.degrees(2 * np.pi - 6.2)
+    assert one.measured[1] - one.measured[0] == pytest.approx(jump)
+    left = one.measured - one.before
+    assert left[:2] == pytest.approx([-jump, -np.degrees(0.1)])
+    assert one.errors[1] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_mooring_table_is_shown_over_its_codes(record: DiagnosisRecord) -> None:
+    code = (60.0, -60.0, 0.0)
+    curve = CodeSeries(
+        channel="thrust", unit="N", code=code, measured=(20.0, -18.0, 0.0),
+        before=(25.0, -20.0, 0.0), after=(20.0, -18.5, 0.0), held_out=(False, True, False),
+    )  # fmt: skip
+    values = {name: getattr(record, name) for name in type(record).model_fields}
+    shrink = record.shrink.model_copy(update={"before": 3.0, "after": 1.0, "noise_floor": 0.5})
+    values.update(series=(), runs=("new.xlsx",), shrink=shrink)
+    table = BenchDiagnosisRecord(**values, by_code=(curve,))
+    (one,) = curves(table)
+    assert one.time_s.tolist() == [-60.0, 0.0, 60.0]
+    text = diagnosis_page(table)
+    assert "over the control code" in text
+    assert "from 6.00 to 2.00 times the healthy floor" in text
+    assert "What to measure next" in text
+    assert "No healthy runs" not in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_same_record_gives_the_same_page(record: DiagnosisRecord) -> None:
+    short = record.model_copy(update={"series": record.series[:1]})
+    assert diagnosis_page(short) == diagnosis_page(short)
+
+
+def test_a_list_says_the_answer_in_one_line(record: DiagnosisRecord) -> None:
+    assert diagnosis_line(record) == (
+        "residual buoyancy (96 %), not to be told from payload; pool-1 and pool-2"
+    )

@@ -1,0 +1,123 @@
+"""Pages of runs and days: peaks are kept, tables are compared, what moved is marked."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.records.identification import IdentifiedParameter, VehicleIdentification
+from pipeline.records.trial import DayTables, PageReceipt, TrialDay
+from pipeline.report.day_results import DayResults, table_changes
+from pipeline.report.decimate import decimated
+from pipeline.report.results import VehicleResults
+from pipeline.report.trial_page import day_page, day_warnings
+
+CRUMBS = (("All vehicles", "../../index.html"),)
+
+
+@given(st.integers(0, 19_999), st.integers(0, 19_999), st.integers(2, 300))
+def test_decimation_keeps_every_peak(up: int, down: int, buckets: int) -> None:
+    time_s = np.linspace(0.0, 399.98, 20_000)
+    values = np.sin(time_s)
+    values[up], values[down] = 7.0, -7.0
+    shown_s, shown = decimated(time_s, values, buckets)
+    assert shown.min() == -7.0
+    assert up == down or shown.max() == 7.0
+    assert np.all(np.diff(shown_s) > 0)
+    assert shown.size <= 3 * buckets
+
+
+def test_decimation_leaves_gaps_open() -> None:
+    time_s = np.linspace(0.0, 199.98, 10_000)
+    values = np.ones(10_000)
+    values[4_000:6_000] = np.nan
+    shown_s, shown = decimated(time_s, values, 100)
+    assert np.isnan(shown[(shown_s > 81.0) & (shown_s < 119.0)]).all()
+    short_s, short = decimated(time_s[3_900:6_101:100], values[3_900:6_101:100], 100)
+    assert np.isnan(short).sum() == 1
+    assert short_s.size == 4
+
+
+def tables(day: str, shift: float, digest: str) -> DayTables:
+    code = (None, *(10.0 * n + shift * n for n in range(4)), None)
+    return DayTables(
+        vehicle="v", day=day, speed_mps=(0.0, 1.0), thrust_n=(-1.0, 0.0, 1.0, 2.0, 3.0, 4.0),
+        code=(code, code), tables_sha256=digest,
+    )  # fmt: skip
+
+
+def test_change_of_tables_is_counted_in_codes() -> None:
+    first, second = table_changes(tables("a", 0.0, "x"), tables("b", 0.5, "y"))
+    assert (first.largest_codes, first.at_thrust_n) == (1.5, 3.0)
+    assert first.mean_codes == pytest.approx(0.75)
+    assert first.thrusts == 4
+    assert second.speed_mps == 1.0
+
+
+def test_tables_on_another_grid_are_compared_between_their_thrusts() -> None:
+    before = DayTables(
+        vehicle="v", day="a", speed_mps=(0.0,), thrust_n=(0.0, 4.0), code=((0.0, 40.0),)
+    )
+    (change,) = table_changes(before, tables("b", 0.0, "y"))
+    assert change.largest_codes == pytest.approx(0.0, abs=1e-9)
+
+
+def parameter(value: float, half: float = 1.0, prior: float = 10.0) -> IdentifiedParameter:
+    interval = (value - half, value + half)
+    return IdentifiedParameter(
+        name="added_mass_surge", unit="kg", meaning="added mass <i>", value=value, std=half / 2,
+        ci95=interval, ci95_with_thrust=interval, prior_value=prior, prior_std=1.0,
+        posterior_over_prior=0.5, inflation=1.0, identified=True, reason="",
+    )  # fmt: skip
+
+
+def fit(value: float) -> VehicleIdentification:
+    return VehicleIdentification(
+        vehicle="v", runs=("r",), holdout=(), windows=9, holdout_windows=2, window_s=8.0,
+        readings=99, iterations=3, converged=True, thrust_uncertainty=0.0,
+        parameters=(parameter(value),), correlations=(), cannot_identify=(), next_manoeuvres=(),
+        noise=(), quality=(), notes=(),
+    )  # fmt: skip
+
+
+def day(results: VehicleResults, value: float, before: float | None = None) -> DayResults:
+    def trial(name: str, number: float) -> TrialDay:
+        return TrialDay(vehicle="v", day=name, runs=("r",), identification=fit(number))
+
+    return DayResults(
+        vehicle=results.vehicle,
+        day="2026-05-04",
+        trial=trial("2026-05-04", value),
+        earlier={} if before is None else {"2026-05-03": trial("2026-05-03", before)},
+        runs=(
+            PageReceipt(
+                kind="run", name="r", files={"reports/v/runs/r.html": ""}, title="r", errors=0,
+                warnings=0, line="60 s; <b>zig zag",
+            ),
+        ),
+        links={"r": "../runs/r.html"},
+        tables=tables("2026-05-04", 0.5, "y"),
+        tables_before=tables("2026-05-03", 0.0, "x"),
+    )  # fmt: skip
+
+
+def test_day_that_agrees_has_no_warning(results: VehicleResults) -> None:
+    assert day_warnings(day(results, 10.5, 10.2)) == ()
+
+
+def test_parameter_that_moved_is_named_first(results: VehicleResults) -> None:
+    moved, off = day_warnings(day(results, 15.0, 10.2))
+    assert moved.startswith("added_mass_surge: outside the intervals of 2026-05-03.")
+    assert "does not hold the vehicle file's value" in off
+
+
+def test_day_page_shows_trend_tables_and_runs_escaped(results: VehicleResults) -> None:
+    text = day_page(day(results, 15.0, 10.2), CRUMBS)
+    assert text == day_page(day(results, 15.0, 10.2), CRUMBS)
+    assert 'id="fig-trend"' in text
+    assert "added_mass_surge moved out of the intervals" in text
+    assert "codes changed by up to 1.5" in text
+    assert '<a href="../runs/r.html">r: 60 s; &lt;b&gt;zig zag</a>' in text
+    assert "added mass &lt;i&gt;" in text
+    first = day_page(day(results, 10.0), CRUMBS)
+    assert "A trend needs two trial days with a fit; this is the first." in first

@@ -1,0 +1,72 @@
+"""Names of runs are safe as paths and apart from each other; days come from the log."""
+
+import re
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from season_cases import FIRST_NS, write_log
+
+from pipeline.ingest.mcap_start import day_of, is_closed, log_start_ns
+from pipeline.plan import VehicleFolder
+from pipeline.workflow.pool_runs import pool_logs, pool_problems, run_name
+
+BOAT = VehicleFolder("boat", "raw/boat")
+
+
+@given(st.text(min_size=1, max_size=60))
+def test_name_is_safe_whatever_the_file_is_called(text: str) -> None:
+    name = run_name(text + ".mcap")
+    assert re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}", name)
+
+
+@given(st.lists(st.text(min_size=1, max_size=20), min_size=2, max_size=20, unique=True))
+def test_two_files_never_share_a_name(texts: list[str]) -> None:
+    names = [run_name(text + ".mcap") for text in texts]
+    assert len(set(names)) == len(names)
+
+
+def test_endings_that_differ_in_case_are_two_runs() -> None:
+    assert run_name("a.mcap") == "a"
+    assert run_name("a.MCAP") != "a"
+
+
+def test_what_lies_in_the_folder(tmp_path: Path) -> None:
+    pool = tmp_path / "raw/boat/pool"
+    for name in ("b.mcap", "a <i>{x}.mcap", ".hidden.mcap", "c.bag", "b.yaml", "readme.txt"):
+        write_log(pool / name, FIRST_NS)
+    logs = pool_logs(BOAT, tmp_path)
+    assert [Path(log.path).name for log in logs] == ["a <i>{x}.mcap", "b.mcap"]
+    assert logs[1].notes == "raw/boat/pool/b.yaml"
+    (problem,) = pool_problems(BOAT, tmp_path)
+    assert "c.bag" in str(problem)
+    assert "no MCAP log" in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("content", "start"),
+    [
+        (b"", None),
+        (b"hello, this is no log at all........", None),
+        (b"\x89MCAP0\r\n", None),
+        (b"\x89MCAP0\r\n\x06\x10\x00\x00\x00\x00\x00\x00\x00\x01", None),
+        (b"\x89MCAP0\r\n\x05\x16" + bytes(7 + 6) + (7).to_bytes(8, "little"), 7),
+        (b"\x89MCAP0\r\n\x06" + (16).to_bytes(8, "little") + b"\xff" * 16, 2**64 - 1),
+        (b"\x89MCAP0\r\n\x01" + b"\xff" * 8, None),
+    ],
+)  # fmt: skip
+def test_start_of_a_log_from_its_first_bytes(
+    tmp_path: Path, content: bytes, start: int | None
+) -> None:
+    path = tmp_path / "a.mcap"
+    path.write_bytes(content)
+    assert log_start_ns(path) == start
+
+
+def test_day_is_that_of_utc(tmp_path: Path) -> None:
+    midnight = 1_777_075_200_000_000_000
+    for start, day in ((midnight - 1, "2026-04-24"), (midnight, "2026-04-25")):
+        write_log(tmp_path / "a.mcap", start, closed=start == midnight)
+        assert day_of(log_start_ns(tmp_path / "a.mcap")) == day
+        assert is_closed(tmp_path / "a.mcap") == (start == midnight)
