@@ -3,7 +3,13 @@
 # make check  linters, types, import rules
 # make lock   write requirements.lock anew from pyproject.toml
 # make cross  install the cross-compiler and the emulator of the firmware tests (Debian, Ubuntu)
+# make drawing  draw the import contract of pyproject.toml into docs/architecture.md
+# make cluster  run the workflow on a Slurm of its own on this machine (root; minutes)
+# make wheel-test  build the wheel and use it in an empty environment (minutes)
+# make fuzz   search for files that a reader cannot stand (10 minutes, or MINUTES=60 make fuzz)
+# make faults kill runs at every point, fill the disk and so on (minutes; as root it tries more)
 # make bundled  write the raw files of the bundled vehicle anew
+# make benchmark  measure the simulation and renew docs/benchmarks.md; the reader of logs (minutes)
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -19,8 +25,9 @@ FIND_PYTHON := for p in python3.11 python3 python3.12 python3.13 python; do \
 PYTHON ?= $(shell $(FIND_PYTHON))
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 TESTS ?=
+MINUTES ?= 10
 
-.PHONY: run setup test check lock cross bundled clean
+.PHONY: run setup test check lock cross drawing cluster wheel-test fuzz faults bundled benchmark clean
 
 run: setup
 	@$(BIN)/rig2sea run
@@ -55,7 +62,7 @@ check: setup
 lock: setup
 	$(BIN)/uv pip compile --quiet --upgrade --python-version 3.11 --generate-hashes \
 	  --no-emit-index-url --no-emit-find-links --no-header --no-annotate \
-	  --extra dev pyproject.toml -o requirements.lock
+	  --extra dev --extra cluster pyproject.toml -o requirements.lock
 	@if grep -nE '://|^[[:space:]]*--(index|extra-index|find-links|trusted)' requirements.lock; then \
 	  echo "requirements.lock names a registry; it must hold names, versions and hashes alone." >&2; \
 	  exit 1; fi
@@ -63,8 +70,29 @@ lock: setup
 cross:
 	sh .ci/install_cross_tools.sh
 
+drawing: setup
+	$(BIN)/python .ci/draw_contract.py
+
+cluster: setup
+	RIG2SEA_CLUSTER=1 $(BIN)/python -m pytest -q -s tests/integration/test_cluster.py
+
+wheel-test: setup
+	PYTHON=$(abspath $(BIN))/python .ci/wheel_in_empty_environment.sh
+
+fuzz: setup
+	$(BIN)/python -m tests.fuzz --minutes $(MINUTES)
+
+faults: setup
+	$(BIN)/python tests/faults/run_faults.py
+
 bundled: setup
 	$(BIN)/python -m pipeline.bundled.mmt300_files --to raw/mmt300
+	$(BIN)/python -m pipeline.stages.bundled_runs --to raw/mmt300
+
+benchmark: setup
+	$(BIN)/python benchmarks/kernel.py --write
+	$(BIN)/python -m benchmarks.ingest_mcap
+	$(BIN)/python -m benchmarks.ingest_memory
 
 clean:
 	rm -rf processed/* processed/.rig2sea reports/* .snakemake .mypy_cache .ruff_cache \

@@ -3,17 +3,17 @@
 Everything heavy is imported inside the command that needs it, so that ``--help`` answers at once.
 """
 
+import io
 import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 from typing import Any, TypeVar
 
 import click
 
-from pipeline import __version__
-from pipeline.commands.effects import effects
-from pipeline.commands.new import new
-from pipeline.commands.simulate import simulate
+from pipeline import __version__, commands
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _LOG = "rig2sea-error.log"
@@ -118,7 +118,19 @@ def cli() -> None:
 @_folders
 @click.option("--cores", type=click.IntRange(1), metavar="N", help="Cores to use.  [default: all]")
 @click.option("--force", is_flag=True, help="Redo everything, changed or not.")
-def run(vehicles: tuple[str, ...], raw: Path, out: Path, cores: int | None, force: bool) -> None:
+@click.option(
+    "--profile",
+    metavar="NAME",
+    help='Where the jobs are executed: "slurm", or a folder of your own (docs/cluster.md).',
+)
+def run(  # noqa: PLR0917 - click passes every option by its name
+    vehicles: tuple[str, ...],
+    raw: Path,
+    out: Path,
+    cores: int | None,
+    force: bool,
+    profile: str | None,
+) -> None:
     r"""Bring tables, firmware and reports up to date; only what changed is redone.
 
     VEHICLE is a name under raw/ or a path to a folder that holds vehicle.yaml; without one, all
@@ -129,13 +141,15 @@ def run(vehicles: tuple[str, ...], raw: Path, out: Path, cores: int | None, forc
       rig2sea run
       rig2sea run mmt300 --cores 2
       rig2sea run ~/bench/t200 --out ~/bench/results
+      rig2sea run --profile slurm
     """
     from pipeline.workflow.progress import Progress
     from pipeline.workflow.run import Request
     from pipeline.workflow.run import run as run_workflow
     from pipeline.workflow.summary import summary
 
-    result = run_workflow(Request(vehicles, raw, out, cores, force), Progress())
+    request = Request(vehicles, raw, out, cores, force, profile=profile)
+    result = run_workflow(request, Progress())
     for paragraph in summary(result, out):
         click.echo(f"\n{paragraph}")
     raise click.exceptions.Exit(result.code)
@@ -231,11 +245,35 @@ def stage(
     raise click.exceptions.Exit(run_stage(name, vehicle, code, inputs, outputs))
 
 
-cli.add_command(simulate)
-cli.add_command(effects)
-cli.add_command(new)
+@cli.command(hidden=True)
+@click.argument("work")
+@click.option("--vehicle", required=True, help="Name of the vehicle.")
+@click.option("--done", type=click.Path(path_type=Path), required=True, help="Made at the end.")
+def stages(work: str, vehicle: str, done: Path) -> None:
+    r"""Run the stages of several pool runs in one process.
+
+    WORK is a JSON list of {"stage", "item", "code", "inputs", "outputs"}.
+    """
+    import json
+
+    from pipeline.provenance import write_atomically
+    from pipeline.stage_process import run_stages
+
+    code = run_stages(vehicle, json.loads(work))
+    if code == 0:
+        write_atomically(done, "done\n")
+    raise click.exceptions.Exit(code)
+
+
+# every file of pipeline/commands holds the command of its name
+for _name in sorted(module.name for module in iter_modules(commands.__path__)):
+    cli.add_command(getattr(import_module(f"{commands.__name__}.{_name}"), _name))
 
 
 def main() -> None:
     """Run the command line."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # a sign that the terminal's locale lacks is written as its number, not refused
+            stream.reconfigure(errors="backslashreplace")
     cli.main(prog_name="rig2sea")

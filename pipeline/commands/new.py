@@ -14,7 +14,10 @@ import click
     metavar="DIR",
     help="Folder that gets the vehicle's folder.  [default: raw]",
 )
-def new(vehicle: str, raw: Path) -> None:
+@click.option(
+    "--example", is_flag=True, help="Write the example vehicle of that name, with its raw files."
+)
+def new(vehicle: str, raw: Path, example: bool) -> None:
     r"""Write a raw folder to fill in: a commented vehicle.yaml and a form for each kind of test.
 
     What is there already is never overwritten.
@@ -23,9 +26,13 @@ def new(vehicle: str, raw: Path) -> None:
     Examples:
       rig2sea new myauv
       rig2sea new myauv --raw ~/bench/raw
+      rig2sea new mmt300 --example
     """
     from pipeline.workflow.new import write_new_vehicle
 
-    for path in write_new_vehicle(vehicle, raw):
+    for path in write_new_vehicle(vehicle, raw, example=example):
         click.echo(path)
-    click.echo(f"Now fill them in; {raw / vehicle / 'README.md'} says how.")
+    if example:
+        click.echo(f"{raw / vehicle / 'README.md'} says what they are. Next: rig2sea run {vehicle}")
+    else:
+        click.echo(f"Now fill them in; {raw / vehicle / 'README.md'} says how.")

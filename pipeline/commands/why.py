@@ -1,0 +1,43 @@
+"""``rig2sea why``."""
+
+from pathlib import Path
+
+import click
+
+
+@click.command()
+@click.argument("vehicle")
+@click.argument("cell", nargs=-1, required=True, metavar="CELL...")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@click.option(
+    "--raw",
+    type=click.Path(path_type=Path),
+    default=Path("raw"),
+    metavar="DIR",
+    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
+)
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path(),
+    metavar="DIR",
+    help="Folder that holds processed/.  [default: here]",
+)
+def why(vehicle: str, cell: tuple[str, ...], as_json: bool, raw: Path, out: Path) -> None:
+    r"""Show where a number of the tables came from, back to the sheets of the raw files.
+
+    CELL is a path as in tables.json, or table, coefficient and speed in m/s (Tables 2 and 4) or
+    number of the coefficient (Tables 1 and 3, from 0). Every file of the chain is shown with its
+    digest, the version and code that made it, and whether it still fits what it was made from.
+
+    \b
+    Examples:
+      rig2sea why mmt300 table4.KN1[2]
+      rig2sea why mmt300 table2 1.5 KF1
+      rig2sea why mmt300 table3 positive 1 --json
+    """
+    from pipeline.workflow.why import as_text, to_json
+    from pipeline.workflow.why import why as find
+
+    answer = find(vehicle, cell, raw, out)
+    click.echo(to_json(answer) if as_json else as_text(answer))

@@ -1,0 +1,34 @@
+"""What the documents say of the program is what the program is."""
+
+import importlib.util
+import re
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+DECISION = ROOT / "docs/decisions/0001-dependencies-and-workflow.md"
+
+
+def test_drawing_of_the_import_contract_is_the_contract() -> None:
+    spec = importlib.util.spec_from_file_location("draw_contract", ROOT / ".ci/draw_contract.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert "flowchart" in module.drawing()
+    assert (ROOT / "docs/architecture.md").read_text(encoding="utf-8") == module.page(), (
+        "the contract has changed: make drawing"
+    )
+
+
+def test_every_dependency_has_its_line() -> None:
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        project = tomllib.load(file)["project"]
+    listed = {*project["dependencies"]}
+    for extra in project["optional-dependencies"].values():
+        listed.update(extra)
+    names = {re.split(r"[\[<>=~!; ]", one)[0] for one in listed}
+    text = DECISION.read_text(encoding="utf-8")
+    rows = re.findall(r"(?m)^\| ([\w., -]+) \| .+ \|$", text)
+    justified = {name for row in rows for name in row.split(", ")} - {"package"}
+    assert justified == names
