@@ -5,6 +5,7 @@ to do. A problem that stops the work on a file is raised as `InputError`; one th
 collected as a `Problem` in the record of that file and shown by ``rig2sea check`` and the report.
 """
 
+import errno
 from dataclasses import dataclass
 from typing import Literal
 
@@ -77,3 +78,27 @@ class InputError(Rig2SeaError):
 
 class CannotComputeError(Rig2SeaError):
     """The input is readable, but the wanted result does not follow from it; the text says why."""
+
+
+_OF_THE_MACHINE = frozenset(
+    {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO, errno.ENOMEM}
+)
+
+
+def is_of_the_machine(error: BaseException) -> bool:
+    """Tell whether a full, broken or read-only disk stands behind an error.
+
+    Such an error says nothing of the input: it must not become a result that is believed when there
+    is room again.
+
+    >>> is_of_the_machine(OSError(errno.ENOSPC, "No space left")), is_of_the_machine(ValueError())
+    (True, False)
+    """
+    behind: BaseException | None = error
+    for _ in range(20):  # a chain may be a ring
+        if behind is None:
+            return False
+        if isinstance(behind, OSError) and behind.errno in _OF_THE_MACHINE:
+            return True
+        behind = behind.__cause__ or behind.__context__
+    return False

@@ -18,7 +18,7 @@ from pipeline.workflow.lock import only_run
 
 STAGES = (
     "load_test", "mooring", "open_water", "propeller", "drive", "static", "inverse", "allocation",
-    "tables", "firmware", "vehicle_page",
+    "validation", "tables", "firmware", "vehicle_page",
 )  # fmt: skip
 AFTER_OPEN_WATER = sorted(
     [("boat", s) for s in STAGES if s not in ("load_test", "mooring", "drive")]

@@ -4,7 +4,15 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.plan import UsageError, VehicleFolder, choose, discover, is_raw, seen_from
+from pipeline.plan import (
+    UsageError,
+    VehicleFolder,
+    choose,
+    discover,
+    is_raw,
+    is_vehicle_name,
+    seen_from,
+)
 
 
 @pytest.fixture
@@ -38,6 +46,37 @@ def test_folder_that_looks_like_a_vehicle_is_a_problem(raw: Path) -> None:
     dogs, cow = problems
     assert "cannot be the name of a vehicle" in str(dogs)
     assert "has mooring but no vehicle.yaml" in str(cow)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("design", "Design", "assets", "ASSETS"),  # folders of reports/
+        *("", ".", "..", "../ant", "/etc", "a/b", "a\\b", "a\0b", "a\n", "a b", "-a", "_a", "1a"),
+        *(
+            "a" * 49,
+            "\u0430nt",
+            "ant\u202e",
+            "\uff41nt",
+            "ant\u0301",
+            "a.b",
+            "a%2fb",
+            "$(a)",
+            "a;b",
+        ),
+    ],
+)
+def test_what_cannot_be_a_name(name: str) -> None:
+    assert not is_vehicle_name(name)
+
+
+def test_a_vehicle_named_as_a_folder_of_the_reports_is_refused(raw: Path) -> None:
+    (raw / "design").mkdir()
+    (raw / "design" / "vehicle.yaml").touch()
+    vehicles, (problem,) = discover(raw, raw.parent)
+    assert names(vehicles) == ["ant", "bee"]
+    assert 'name "design" cannot be the name of a vehicle' in problem.what
+    assert "folders of reports/ already" in problem.expected
 
 
 def test_absent_raw_folder_holds_nothing(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """A stage reads, computes, writes; without data it writes the reason, and the next passes it on."""
 
+import errno
 from pathlib import Path
 
 import pytest
@@ -97,6 +98,27 @@ def test_refused_file_is_recorded_as_an_error() -> None:
     assert (problem["severity"], problem["place"]["row"]) == ("error", 3)
 
 
+@pytest.mark.parametrize("code", [errno.ENOSPC, errno.EROFS, errno.EFBIG])
+@pytest.mark.parametrize("suppressed", [True, False])
+@pytest.mark.usefixtures("here")
+def test_full_disk_never_becomes_a_result(code: int, *, suppressed: bool) -> None:
+    """It would be believed when there is room again."""
+
+    def write() -> None:
+        raise OSError(code, "odd")
+
+    def compute() -> Record:
+        refusal = InputError.at(Place("a.html"), "cannot be written.")
+        try:
+            write()
+        except OSError as error:
+            raise refusal from (None if suppressed else error)
+
+    with pytest.raises(InputError, match="cannot be written"):
+        write_record(job("static"), compute)
+    assert not Path("processed/a/static.json").exists()
+
+
 @pytest.mark.usefixtures("here")
 def test_fault_of_our_own_is_not_taken_for_missing_data() -> None:
     def compute() -> Record:
@@ -162,3 +184,13 @@ def test_drive_stage_refuses_a_half_written_input() -> None:
     Path("processed/a/load_test.json").write_text('{"schema": "rig2sea/load_te')
     drive.run(job("drive", "processed/a/load_test.json"))
     assert "half-written" in str(written("drive")["why_not"])
+
+
+def test_copy_fetched_from_a_storage_has_the_name_of_the_result(tmp_path: Path) -> None:
+    raw = tmp_path / ".snakemake/storage/s3/bucket/raw/boat"
+    result = tmp_path / ".snakemake/storage/s3/bucket/processed/boat/drive.json"
+    for path in (raw / "vehicle.yaml", result):
+        path.parent.mkdir(parents=True)
+        path.touch()
+    job = Job("static", "boat", "", (raw / "vehicle.yaml", result), tmp_path / "static.json")
+    assert set(job.input_digests()) == {"raw/boat/vehicle.yaml", "processed/boat/drive.json"}
