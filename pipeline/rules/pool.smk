@@ -16,9 +16,7 @@ rule pool_batch:
         batch=PLAN.batch_pattern(),
     params:
         work=lambda wildcards: PLAN.batch_work(wildcards.vehicle, wildcards.batch),
-        content=lambda wildcards: PLAN.batch_content(
-            wildcards.vehicle, wildcards.batch
-        ),
+        content=lambda wildcards: PLAN.batch_content(wildcards.vehicle, wildcards.batch),
     shell:
         "{PYTHON} -m pipeline stages --vehicle {wildcards.vehicle} --done {output:q} "
         "{params.work:q} >{log:q} 2>&1"
