@@ -14,16 +14,23 @@ from typing import Any, TypeVar
 import click
 
 from pipeline import __version__, commands
+from pipeline.command_language import (
+    TranslatedGroup,
+    in_our_words,
+    language_option,
+    translate,
+)
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _LOG = "rig2sea-error.log"
 
 
-class _Cli(click.Group):
+class _Cli(TranslatedGroup):
     """Ends every command with one message and an exit code, never with a traceback."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:  # noqa: ANN401 - as click has it
         super().__init__(*args, **kwargs)
+        self.params.append(language_option())
         _keep_lines(self)
 
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
@@ -40,17 +47,17 @@ class _Cli(click.Group):
         except (click.exceptions.Exit, click.ClickException, click.Abort):
             raise
         except UsageError as error:
-            raise click.UsageError(str(error), ctx) from None
+            raise in_our_words(click.UsageError(str(error), ctx)) from None
         except Rig2SeaError as error:
-            click.echo(f"error: {error}", err=True)
+            click.echo(translate(f"error: {error}"), err=True)
             raise click.exceptions.Exit(1) from None
         except KeyboardInterrupt:
-            click.echo("Stopped. The next run goes on from here.", err=True)
+            click.echo(translate("Stopped. The next run goes on from here."), err=True)
             raise click.exceptions.Exit(1) from None
         except BrokenPipeError:
             raise  # click knows what to do when the reader of a pipe has gone
         except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one message
-            click.echo(_own_fault(error), err=True)
+            click.echo(translate(_own_fault(error)), err=True)
             raise click.exceptions.Exit(1) from None
 
 
@@ -151,7 +158,7 @@ def run(  # noqa: PLR0917 - click passes every option by its name
     request = Request(vehicles, raw, out, cores, force, profile=profile)
     result = run_workflow(request, Progress())
     for paragraph in summary(result, out):
-        click.echo(f"\n{paragraph}")
+        click.echo(f"\n{translate(paragraph)}")
     raise click.exceptions.Exit(result.code)
 
 
@@ -187,14 +194,14 @@ def check(paths: tuple[str, ...], vehicle: Path | None, raw: Path, as_json: bool
 
     findings = check_paths(paths, raw=raw, vehicle_file=vehicle, tell=_tell_on_terminal)
     _tell_on_terminal(None)
-    click.echo(to_json(findings) if as_json else as_text(findings))
+    click.echo(to_json(findings) if as_json else translate(as_text(findings)))
     raise click.exceptions.Exit(1 if findings.failed else 0)
 
 
 def _tell_on_terminal(path: str | None) -> None:
     """Show what is being read, on one line that goes away; say nothing into a file or a pipe."""
     if sys.stderr.isatty():
-        click.echo("\r\x1b[2K" + (f"reading {path}" if path else ""), err=True, nl=False)
+        click.echo("\r\x1b[2K" + (translate(f"reading {path}") if path else ""), err=True, nl=False)
 
 
 @cli.command()

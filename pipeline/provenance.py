@@ -23,7 +23,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from pipeline import __version__
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place, Problem, writing_remedy
+from pipeline.reader_language import ENGLISH, current
 
 if TYPE_CHECKING:
     from pipeline.records.base import Record
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 R = TypeVar("R", bound="Record")
 
 PACKAGE = Path(__file__).resolve().parent
+#: Whatever is made of this translates.
+LANGUAGE_MODULE = PACKAGE / "language" / "catalogue.py"
 #: A digest that no file has: stands for one that cannot be read, so that its return is noticed.
 UNREADABLE = "unreadable"
 _IMPORT = re.compile(
@@ -55,7 +58,8 @@ def code_digest(*modules: str) -> str:
     """Digest of all the code that these modules of the package are made of.
 
     Follows the imports inside the package (also those within functions), takes in the data files
-    (templates, styles) of every sub-package met, and the versions of the third-party packages.
+    (templates, styles) of every sub-package met, and the versions of the third-party packages. Code
+    that writes in the reader's language (a page) has another digest in each language.
     Imports are found by their text, which takes milliseconds; an import that stands in a comment
     or a string can only add a file too many, which costs a re-run and never a stale result.
 
@@ -83,6 +87,8 @@ def code_digest(*modules: str) -> str:
         digest.update(f"{member.relative_to(PACKAGE).as_posix()} {file_digest(member)}\n".encode())
     for package in sorted(outside):
         digest.update(f"{package} {_installed_version(package)}\n".encode())
+    if LANGUAGE_MODULE in members and current() != ENGLISH:
+        digest.update(f"language {current()}\n".encode())
     return digest.hexdigest()[:16]
 
 
@@ -193,7 +199,9 @@ def unwritable(path: Path, error: OSError) -> InputError:
         Place(str(path)),
         f"cannot be written: {error.strerror or error}.",
         expected="a folder with write permission and free space.",
-        remedy="Mend that or choose another folder with --out, then run again.",
+        remedy=writing_remedy(
+            error, "Mend that or choose another folder with --out, then run again."
+        ),
     )
 
 

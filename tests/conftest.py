@@ -11,6 +11,9 @@ from hypothesis import settings
 settings.register_profile("repeatable", derandomize=True, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
+# Messages are compared as they are written, whatever the language of whoever runs the tests.
+os.environ["RIG2SEA_LANGUAGE"] = "en"
+
 REPOSITORY = Path(__file__).resolve().parent.parent
 
 

@@ -6,6 +6,8 @@ from typing import Literal
 
 import click
 
+from pipeline.language import translate
+
 _CALCULATORS = ("balance", "propeller", "tether")
 
 
@@ -95,8 +97,8 @@ def design(  # noqa: PLR0917 - click passes every option by its name
         return
     page, data = write_design(request, found, out / "reports/design" if to is None else to)
     for warning in found.warnings:
-        click.echo(f"warning: {warning}", err=True)
-    click.echo("\n".join(result_lines(found)))
+        click.echo(translate(f"warning: {warning}"), err=True)
+    click.echo(translate("\n".join(result_lines(found))))
     click.echo(page)
     click.echo(data)
 

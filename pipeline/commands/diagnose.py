@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.language import translate
+
 if TYPE_CHECKING:
     from pipeline.records.diagnosis import DiagnosisRecord
 
@@ -87,13 +89,13 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
     if as_json:
         click.echo(json.dumps(files.record.model_dump(mode="json"), indent=1))
         return
-    click.echo(_text(files.record))
+    click.echo(translate(_text(files.record)))
     if files.corrected is not None:
-        click.echo(f"vehicle file with the effect: {files.corrected}")
+        click.echo(translate(f"vehicle file with the effect: {files.corrected}"))
     for overlay in files.overlays:
-        click.echo(f"measured and simulated with the effect: {overlay}")
+        click.echo(translate(f"measured and simulated with the effect: {overlay}"))
     click.echo(str(files.result))
-    click.echo(f"report: {files.page}")
+    click.echo(translate(f"report: {files.page}"))
 
 
 def _diagnose_tables(
@@ -117,12 +119,14 @@ def _diagnose_tables(
     if as_json:
         click.echo(json.dumps(record.model_dump(mode="json"), indent=1))
         return
-    click.echo(bench_text(record))
+    click.echo(translate(bench_text(record)))
     click.echo(str(result))
-    click.echo(f"report: {page}")
+    click.echo(translate(f"report: {page}"))
 
 
 def _text(record: "DiagnosisRecord") -> str:
+    from pipeline.report.diagnosis_words import closed_text
+
     lines = [record.verdict.sentence, ""]
     gaps = sorted(record.gap.channels.items(), key=lambda item: -item[1].ratio)
     lines.append(
@@ -142,7 +146,8 @@ def _text(record: "DiagnosisRecord") -> str:
         where = f" at {answer.thruster}" if answer.thruster else ""
         lines.append(f"  {answer.probability:6.1%}  {answer.effect}{where}  {values}".rstrip())
     shrink = record.shrink
-    closed = "" if shrink.gap_closed is None else f", {shrink.gap_closed:.0%} of the gap closed"
+    share = shrink.gap_closed
+    closed = "" if share is None else f", {closed_text(share)} of the gap closed"
     held = f"held out ({shrink.held_out}): {shrink.before:.2f} before, {shrink.after:.2f} after"
     lines += ["", f"{held}, in units of the healthy floor{closed}"]
     if record.next_run is not None:

@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from pipeline.language import translate
+
 
 @click.command()
 @click.argument("vehicle", required=False)
@@ -43,10 +45,12 @@ def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
         click.echo(json.dumps(body | {"vehicle": vehicle}, indent=1))
         return
     click.echo("\n\n".join(_lines(one, (reasons or {}).get(one["id"])) for one in listed))
-    click.echo("\nWrite ID:key=value[,key=value][@thruster]; docs/effects.md has the physics.")
+    click.echo(
+        translate("\nWrite ID:key=value[,key=value][@thruster]; docs/effects.md has the physics.")
+    )
     if reasons is not None:
         possible = [one["id"] for one in listed if one["id"] not in reasons]
-        click.echo(f"{vehicle} can have {len(possible)} of {len(listed)}.")
+        click.echo(translate(f"{vehicle} can have {len(possible)} of {len(listed)}."))
 
 
 def _reasons(vehicle: str, raw: Path) -> dict[str, str]:
@@ -62,15 +66,16 @@ def _reasons(vehicle: str, raw: Path) -> dict[str, str]:
 
 def _lines(effect: dict[str, Any], reason: str | None) -> str:
     target = "  (one thruster)" if effect["scope"] == "thruster" else ""
-    lines = [f"{effect['id']}{target}: {effect['title']}"]
+    lines = [f"{effect['id']}{translate(target)}: {translate(effect['title'])}"]
     if reason is not None:
-        lines += textwrap.wrap(f"no candidate: {reason}", 96, initial_indent="  ")
+        lines += textwrap.wrap(translate(f"no candidate: {reason}"), 96, initial_indent="  ")
     for one in effect["parameters"]:
         unit = "" if one["unit"] == "1" else f" [{one['unit']}]"
         low, high = one["plausible"]
-        lines.append(
+        text = (
             f"  {one['name']}{unit}: {one['meaning']}; neutral {one['neutral']:g}, plausible "
             f"{low:g} to {high:g}"
         )
-    lines.append(f"  shows in {' '.join(effect['channels'])}")
+        lines.append(translate(text))
+    lines.append(translate(f"  shows in {' '.join(effect['channels'])}"))
     return "\n".join(lines)

@@ -6,6 +6,8 @@ from typing import Literal
 
 import click
 
+from pipeline.language import translate
+
 
 @click.command()
 @click.argument("vehicle")
@@ -128,12 +130,12 @@ def identify(  # noqa: PLR0917 - click passes every option by its name
         click.echo(json.dumps(record.model_dump(mode="json"), indent=1))
         return
     for warning in record.warnings:
-        click.echo(f"warning: {warning}", err=True)
+        click.echo(translate(f"warning: {warning}"), err=True)
     for run in (*record.runs, *record.holdout):
         for warning in run.warnings:
-            click.echo(f"{run.name}: {warning}", err=True)
-    click.echo(identification_text(record))
+            click.echo(translate(f"{run.name}: {warning}"), err=True)
+    click.echo(translate(identification_text(record)))
     click.echo()
     if files.corrected is not None:
-        click.echo(f"vehicle file with these values: {files.corrected}")
+        click.echo(translate(f"vehicle file with these values: {files.corrected}"))
     click.echo(str(files.result))

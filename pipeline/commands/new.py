@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from pipeline.language import translate
+
 
 @click.command()
 @click.argument("vehicle")
@@ -33,6 +35,7 @@ def new(vehicle: str, raw: Path, example: bool) -> None:
     for path in write_new_vehicle(vehicle, raw, example=example):
         click.echo(path)
     if example:
-        click.echo(f"{raw / vehicle / 'README.md'} says what they are. Next: rig2sea run {vehicle}")
+        text = f"{raw / vehicle / 'README.md'} says what they are. Next: rig2sea run {vehicle}"
+        click.echo(translate(text))
     else:
-        click.echo(f"Now fill them in; {raw / vehicle / 'README.md'} says how.")
+        click.echo(translate(f"Now fill them in; {raw / vehicle / 'README.md'} says how."))

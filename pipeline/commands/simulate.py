@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from pipeline.language import translate
+
 if TYPE_CHECKING:
     from pipeline.stages.simulation import SimulationResult
 
@@ -121,7 +123,7 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
       rig2sea simulate --list
     """
     if show_list:
-        click.echo(_manoeuvres(as_json))
+        click.echo(_manoeuvres(as_json) if as_json else translate(_manoeuvres(as_json)))
         return
     if vehicle is None:
         raise click.UsageError("Missing argument 'VEHICLE'.")
@@ -156,8 +158,8 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
         click.echo(json.dumps(result.to_json(), indent=1))
         return
     for warning in result.warnings:
-        click.echo(f"warning: {warning}", err=True)
-    click.echo(_text(result))
+        click.echo(translate(f"warning: {warning}"), err=True)
+    click.echo(translate(_text(result)))
 
 
 def _text(result: "SimulationResult") -> str:

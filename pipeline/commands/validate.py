@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.language import translate
+
 if TYPE_CHECKING:
     from pipeline.records.validation import AllocatorValidation
 
@@ -64,9 +66,9 @@ def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path)
     if as_json:
         click.echo(json.dumps(body, indent=1))
         return
-    click.echo(_text(result.vehicle, result.record))
+    click.echo(translate(_text(result.vehicle, result.record)))
     pictures = result.page or f"Pictures: rig2sea run {result.vehicle}, then its report."
-    click.echo(f"\n{result.file}\n{pictures}")
+    click.echo(f"\n{result.file}\n{translate(str(pictures))}")
 
 
 def _text(vehicle: str, record: "AllocatorValidation") -> str:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import click
 
+from pipeline.language import translate
+
 
 @click.command()
 @click.argument("vehicles", nargs=-1, metavar="[VEHICLE]...")
@@ -75,14 +77,14 @@ def watch(  # noqa: PLR0917 - click passes every option by its name
             _say(watcher.look())
             _say([f"left for later, not whole yet: {path}" for path in watcher.still_coming])
             return
-        click.echo(f"Watching {raw}; Ctrl-C ends it.")
+        click.echo(translate(f"Watching {raw}; Ctrl-C ends it."))
         while True:
             _say(watcher.look())
             time.sleep(every_s)
     except (KeyboardInterrupt, StoppedError):
-        click.echo("Stopped watching. The next start goes on from here.", err=True)
+        click.echo(translate("Stopped watching. The next start goes on from here."), err=True)
 
 
 def _say(lines: list[str]) -> None:
     for line in lines:
-        click.echo(line, err=line.startswith("error: "))
+        click.echo(translate(line), err=line.startswith("error: "))

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import click
 
+from pipeline.language import translate
+
 
 @click.command()
 @click.argument("vehicle")
@@ -40,4 +42,4 @@ def why(vehicle: str, cell: tuple[str, ...], as_json: bool, raw: Path, out: Path
     from pipeline.workflow.why import why as find
 
     answer = find(vehicle, cell, raw, out)
-    click.echo(to_json(answer) if as_json else as_text(answer))
+    click.echo(to_json(answer) if as_json else translate(as_text(answer)))

@@ -6,7 +6,7 @@ from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, writing_remedy
 from pipeline.report.sections.closing import safe_link
 
 LIBRARY, ZOOM, FILTER = "plotly.min.js", "zoom.js", "filter.js"
@@ -43,8 +43,8 @@ def write_assets(folder: Path) -> None:
             raise InputError.at(
                 Place(str(target)),
                 f"the scripts of the pages cannot be written: {error.strerror}",
-                expected="a folder that may be written to",
-                remedy="Free the folder or choose another one with --out.",
+                expected="a folder with write permission and free space",
+                remedy=writing_remedy(error, "Free the folder or choose another one with --out."),
             ) from None
 
 

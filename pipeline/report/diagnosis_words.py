@@ -121,6 +121,26 @@ def probability_text(probability: float) -> str:
     return f"{100 * probability:.1f} %" if probability > 0.99 else percent(probability)
 
 
+def closed_text(share: float) -> str:
+    r"""Write the share of a gap that is closed; what falls below the healthy floor counts as all.
+
+    >>> closed_text(0.43), closed_text(1.19)
+    ('43 %', 'all')
+    """
+    return "all" if share >= 0.995 else percent(share)
+
+
+def closed_interval(ci95: tuple[float, float] | None) -> str:
+    """Write the interval of that share, where it says more than the share itself.
+
+    >>> closed_interval((0.8, 1.1)), closed_interval((1.02, 1.3)), closed_interval(None)
+    (' (95 % interval 80 % to all)', '', '')
+    """
+    if ci95 is None or closed_text(ci95[0]) == "all":
+        return ""
+    return f" (95 % interval {closed_text(ci95[0])} to {closed_text(ci95[1])})"
+
+
 def listed(names: tuple[str, ...] | list[str]) -> str:
     """Join names as a person does.
 

@@ -10,7 +10,9 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup, escape
 
-from pipeline.errors import InputError, Place
+from pipeline.errors import InputError, Place, writing_remedy
+from pipeline.language import ENGLISH, current, translate
+from pipeline.language.numerals import UNITS
 
 # only the symbols of the papers, and not inside a file's name: what is copied must stay right
 _SYMBOL = re.compile(
@@ -19,17 +21,19 @@ _SYMBOL = re.compile(
     r"(?![\w/\\-]|\.\w)"
 )
 _POWER = re.compile(r"\b([xynNV])\^([0-9ij])")
-_UNIT = re.compile(r"(?<=\d) (?=(?:%|N\b|mN\b|m/s|rpm\b|codes?\b|V\b))|(?<=N) (?=m\b)")
+_UNIT = re.compile(
+    r"(?<=\d) (?=(?:%|N\b|mN\b|m/s|rpm\b|codes?\b|V\b|м?Н\b|м/с|об/мин|ед\.|В\b))|(?<=N) (?=m\b)"
+)
 _NO_BREAK = "\N{NO-BREAK SPACE}"
 
 
 def symbols(text: str) -> Markup:
-    """Escape a text, set K_T0 and the like with a subscript, keep numbers with their units.
+    """Translate and escape a text, set K_T0 with a subscript, keep numbers with their units.
 
     >>> symbols("K_T0 < 1 and T_max")
     Markup('K<sub>T0</sub> &lt; 1 and T<sub>max</sub>')
     """
-    escaped = str(escape(text))
+    escaped = str(escape(translate(text)))
     escaped = _UNIT.sub(_NO_BREAK, escaped)
     escaped = _SYMBOL.sub(_subscript, escaped)
     return Markup(_POWER.sub(r"\1<sup>\2</sup>", escaped))  # noqa: S704 - escaped two lines above
@@ -42,7 +46,17 @@ def _subscript(match: re.Match[str]) -> str:
 
 def render(template: str, **context: object) -> str:
     """Fill a template; every value is escaped unless it is `Markup`."""
-    return _environment().get_template(template).render(**context).rstrip() + "\n"
+    text = _environment().get_template(template).render(language=current(), **context)
+    return text.rstrip() + "\n"
+
+
+def unit(cell: str) -> str:
+    """Translate a cell that holds a unit; one letter says what it is only here.
+
+    >>> unit("N")
+    'N'
+    """
+    return cell if current() == ENGLISH else UNITS.get(cell, cell)
 
 
 def write_page(text: str, path: Path) -> None:
@@ -64,8 +78,8 @@ def write_page(text: str, path: Path) -> None:
         raise InputError.at(
             Place(str(path)),
             f"the report cannot be written: {error.strerror}",
-            expected="a folder that may be written to",
-            remedy="Free the folder or choose another one with --out.",
+            expected="a folder with write permission and free space",
+            remedy=writing_remedy(error, "Free the folder or choose another one with --out."),
         ) from None
 
 
@@ -80,6 +94,9 @@ def _environment() -> jinja2.Environment:
         lstrip_blocks=True,
     )
     environment.filters["symbols"] = symbols
+    environment.filters["t"] = translate
+    environment.filters["unit"] = unit
+    environment.globals["_"] = translate
     style = root.joinpath("style.css").read_text(encoding="utf-8")
     environment.globals["style"] = Markup(style)  # noqa: S704 - our own file
     return environment

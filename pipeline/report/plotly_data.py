@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from markupsafe import escape
 
+from pipeline.language import ENGLISH, current, translate
 from pipeline.report import plotting
 from pipeline.report.decimate import thinned
 from pipeline.report.panels import ZOOM_BUCKETS, Panel, Trace
@@ -53,7 +54,10 @@ def plotly_figure(
         gap = min(0.04, 0.12 * share)
         bottom = 0.0 if number == len(panels) else top - share + gap
         layout[f"yaxis{suffix}"] = {
-            "title": {"text": str(escape(panel.label)).replace("\n", "<br>"), "standoff": 6},
+            "title": {
+                "text": str(escape(translate(panel.label))).replace("\n", "<br>"),
+                "standoff": 6,
+            },
             "domain": [round(bottom, 4), round(top, 4)],
             "gridcolor": _GRID,
             "zeroline": panel.band is not None and panel.middle == 0.0,
@@ -77,7 +81,7 @@ def _layout(x_label: str, height_px: int, panels: int, axis: Axis) -> dict[str, 
         own["range"] = list(axis.ends)
     if axis.names:
         own["tickvals"] = list(range(len(axis.names)))
-        own["ticktext"] = [str(escape(name)) for name in axis.names]
+        own["ticktext"] = [str(escape(translate(name))) for name in axis.names]
     return {
         "height": height_px,
         "margin": {"l": 64, "r": 12, "t": 62, "b": 78 if axis.names else 48},
@@ -85,6 +89,7 @@ def _layout(x_label: str, height_px: int, panels: int, axis: Axis) -> dict[str, 
         "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"family": "system-ui, sans-serif", "size": 12, "color": _INK},
         "hovermode": "x",
+        **({} if current() == ENGLISH else {"separators": ", "}),
         "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": plotting.SOFT, "activecolor": _INK},
         "legend": {
             "orientation": "h",
@@ -95,7 +100,7 @@ def _layout(x_label: str, height_px: int, panels: int, axis: Axis) -> dict[str, 
             "font": {"size": 11},
         },
         "xaxis": {
-            "title": {"text": str(escape(x_label)), "standoff": 8},
+            "title": {"text": str(escape(translate(x_label))), "standoff": 8},
             "anchor": f"y{panels}" if panels > 1 else "y",
             "gridcolor": _GRID,
             "zeroline": False,
@@ -157,7 +162,7 @@ def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> dict[str
     # a value with an interval is never left out
     whole = trace.bars is not None
     x, values = (trace.x, trace.values) if whole else thinned(trace.x, trace.values, buckets)
-    name = str(escape(trace.name))
+    name = str(escape(translate(trace.name)))
     bars = {}
     if trace.bars is not None:
         low, high = np.abs(trace.bars - trace.values)

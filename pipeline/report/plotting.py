@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup, escape
 
+from pipeline.language import ENGLISH, current, translate
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -92,9 +94,11 @@ def draw(name: str, alt: str, paint: Callable[[Figure], None], *, height_in: flo
     with mpl.rc_context(_STYLE):
         figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
         paint(figure)
+        if current() != ENGLISH:
+            _translate(figure)
         buffer = io.StringIO()
         figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": None})
-    return _inline(buffer.getvalue(), name, alt)
+    return _inline(buffer.getvalue(), name, translate(alt))
 
 
 def ordered_colours(count: int) -> list[str]:
@@ -133,6 +137,21 @@ def line_end_label(axes: Axes, x: Sequence[float], y: Sequence[float], text: str
     )
 
 
+def _translate(figure: Figure) -> None:
+    """Translate what is written on a figure, before the room for it is found."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import FixedFormatter
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            names = axis.get_major_formatter()
+            if isinstance(names, FixedFormatter):
+                names.seq = [translate(name) for name in names.seq]
+    for text in figure.findobj(Text):
+        if isinstance(text, Text) and text.get_text():
+            text.set_text(translate(text.get_text()))
+
+
 def _inline(svg: str, name: str, alt: str) -> Markup:
     svg = svg[svg.index("<svg") :]
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg, flags=re.DOTALL)
@@ -146,6 +165,8 @@ def _inline(svg: str, name: str, alt: str) -> Markup:
     svg = re.sub(r'(href="|url\()#', rf"\1#{name}-", svg)
     svg = svg.replace("'DejaVu Sans'", "'DejaVu Sans', Verdana, sans-serif")
     svg = re.sub(r"\n\s*", "\n", svg)
+    if current() != ENGLISH:  # the numbers at the axes
+        svg = re.sub(r">([\u2212-]?\d+)\.(\d+)<", r">\1,\2<", svg)
     width, height = re.findall(r'(?:width|height)="([\d.]+)pt"', svg)[:2]
     head = (
         f'<svg class="plot" role="img" aria-label="{escape(alt)}" '

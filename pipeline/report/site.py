@@ -98,6 +98,7 @@ def write_index(
     diagnosed: Sequence[tuple[str, tuple[tuple[str, str], ...]]] = (),
     *,
     designs: Sequence[tuple[str, str]] = (),
+    earlier: Sequence[tuple[str, str]] = (),
     assets: Path | None = None,
 ) -> None:
     """Write the index, vehicles in the order given.
@@ -112,6 +113,8 @@ def write_index(
         Vehicles that have diagnoses and no page of their own.
     designs : sequence of (label, address)
         Pages of design calculations.
+    earlier : sequence of (name, address)
+        Pages of vehicles that are gone or could not be run: left as they were.
     assets : Path, optional
         Folder of the scripts; without it the list cannot be filtered.
 
@@ -129,6 +132,7 @@ def write_index(
         pages=pages,
         diagnosed=diagnosed,
         designs=designs,
+        earlier=earlier,
         assets=address,
         scripts=(FILTER,),
     )

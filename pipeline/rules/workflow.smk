@@ -7,7 +7,12 @@ Usually started by `rig2sea run`; `snakemake --cores 2` in a folder that holds r
 import os
 import sys
 
+from pipeline import reader_language
 from pipeline.workflow.targets import Targets
+
+# The pages' language, for this process and for the jobs, wherever they are executed.
+reader_language.use(config.get("language") or reader_language.wanted(os.environ))
+os.environ[reader_language.VARIABLE] = reader_language.current()
 
 PLAN = Targets.from_config(config)
 PYTHON = sys.executable

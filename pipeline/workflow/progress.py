@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import TextIO
 
 from pipeline.journal import Event
+from pipeline.language import translate
 from pipeline.plan import TITLES
 
 _BAR_CELLS = 24
@@ -49,14 +50,14 @@ class Progress:
         if self.quiet:
             return
         clear = _CLEAR_LINE if self.stream.isatty() else ""
-        self.stream.write(f"{clear}{text}\n")
+        self.stream.write(f"{clear}{translate(text)}\n")
         self.stream.flush()
 
     def _draw_bar(self) -> None:
         if self.quiet or not self.stream.isatty() or not self.total:
             return
         filled = min(_BAR_CELLS, _BAR_CELLS * self.done // self.total)
-        now = ", ".join(TITLES.get(stage, stage) for _, stage, _ in self.running)
+        now = ", ".join(translate(TITLES.get(stage, stage)) for _, stage, _ in self.running)
         self.stream.write(
             f"{_CLEAR_LINE}[{'#' * filled}{'.' * (_BAR_CELLS - filled)}] "
             f"{self.done}/{self.total} {now}"[:100]
@@ -81,4 +82,4 @@ def _line(event: Event) -> str:
     if event.what == "failed":
         return f"{whose}{title}: failed. {event.text}"
     result = event.text or "done"
-    return f"{whose}{title}: {result} ({event.seconds:.1f} s)"
+    return f"{whose}{translate(title)}: {translate(result)} ({event.seconds:.1f} s)"

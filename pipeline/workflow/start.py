@@ -16,6 +16,8 @@ from typing import IO
 import pipeline
 from pipeline.errors import InputError, Place, Rig2SeaError
 from pipeline.journal import VARIABLE, Event, Reader
+from pipeline.reader_language import VARIABLE as LANGUAGE
+from pipeline.reader_language import current
 from pipeline.workflow.progress import Progress
 
 _POLL_S = 0.05
@@ -119,7 +121,7 @@ def _engine(
     `elsewhere`: its jobs are at work on other machines.
     """
     reading, writing = os.pipe()
-    environment = {**os.environ, VARIABLE: str(journal.absolute())}
+    environment = {**os.environ, VARIABLE: str(journal.absolute()), LANGUAGE: current()}
     with _stoppable():
         engine = subprocess.Popen(  # noqa: S603 - our own module with our own arguments
             [sys.executable, "-m", "pipeline.workflow.engine", str(reading), *arguments],

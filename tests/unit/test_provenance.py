@@ -1,6 +1,8 @@
 """Digests and envelopes: what is believed, what is refused, what makes a stage run again."""
 
+import errno
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -21,6 +23,7 @@ from pipeline.provenance import (
     read_raw_envelope,
     read_tables,
     tables_text,
+    unwritable,
     write_atomically,
     write_envelope,
 )
@@ -114,6 +117,15 @@ def test_place_that_cannot_be_written_is_one_message(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
     with pytest.raises(InputError, match=r"cannot be written: .*\n.*write permission"):
         write_atomically(tmp_path / "file" / "drive.json", "x")
+
+
+def test_a_full_disk_has_a_remedy_of_its_own() -> None:
+    full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    assert str(unwritable(Path("a.json"), full)).splitlines() == [
+        "a.json: cannot be written: No space left on device.",
+        "Expected a folder with write permission and free space.",
+        "The disk is full: free some space and run again. What is finished is kept.",
+    ]
 
 
 def test_unreadable_file_has_a_digest_of_its_own(tmp_path: Path) -> None:

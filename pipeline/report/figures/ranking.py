@@ -58,7 +58,7 @@ def ranking_figure(ranking: Sequence[RankedEffect], verdict: Verdict, lead: str)
             right = panels[1]
             for row, one in enumerate(drawn):
                 if one.gap_closed is not None:
-                    right.plot(100 * one.gap_closed, row, "o", color=colours[row], ms=5.5)
+                    right.plot(100 * min(one.gap_closed, 1.0), row, "o", color=colours[row], ms=5.5)
             right.axvline(0.0, color=plotting.SOFT, lw=0.8)
             right.tick_params(axis="y", length=0)
             right.set(xlabel="gap closed  [%]")

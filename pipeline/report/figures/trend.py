@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from pipeline.language import translate
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph
@@ -83,7 +84,7 @@ def _panel(days: Days, name: str) -> Panel:
     high = max(latest.prior_value, float(ends.max()))
     room = 0.12 * (high - low) or 1.0
     unit = latest.unit.replace("^2", "²")
-    words = name.replace("_", " ")
+    words = translate(name.replace("_", " "))
     short = words if len(words) <= LONGEST_LABEL else f"{words[: LONGEST_LABEL - 1]}…"
     return Panel(
         f"{short}\n[{unit}]",

@@ -37,7 +37,8 @@
     folds.forEach((fold, number) => {
       fold.open = words.length ? true : opened[number];
     });
-    found.textContent = words.length ? `${count} of ${entries.length} entries` : "";
+    const text = found.dataset.text.replace("{0}", count).replace("{1}", entries.length);
+    found.textContent = words.length ? text : "";
   };
 
   form.hidden = false;

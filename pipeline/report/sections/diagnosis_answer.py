@@ -6,6 +6,8 @@ from pipeline.records.diagnosis import DiagnosisRecord, RankedEffect
 from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
+    closed_interval,
+    closed_text,
     listed,
     of_bench,
     probability_text,
@@ -13,7 +15,7 @@ from pipeline.report.diagnosis_words import (
     what_it_is,
 )
 from pipeline.report.figures.ranking import ranking_figure
-from pipeline.report.numbers import fixed, general, percent, plural, with_interval
+from pipeline.report.numbers import fixed, general, plural, with_interval
 from pipeline.report.sections.diagnosis_gap import over_floor
 
 #: Answers shown in the open: so many, or as many as are this probable.
@@ -62,10 +64,8 @@ def verdict_facts(record: DiagnosisRecord) -> tuple[str, ...]:
     shrink = record.shrink
     named = verdict.effects not in {("none",), ("unknown",)}
     if shrink.gap_closed is not None and named:
-        text = f"On what took no part it closes {percent(shrink.gap_closed)} of the gap"
-        if shrink.ci95 is not None:
-            low, high = shrink.ci95
-            text += f" (95 % interval {percent(low)} to {percent(high)})"
+        text = f"On what took no part it closes {closed_text(shrink.gap_closed)} of the gap"
+        text += closed_interval(shrink.ci95)
         before, after = over_floor(shrink)
         lines.append(f"{text}: from {before} to {after} times the healthy floor.")
     if record.next_run is not None:
@@ -133,7 +133,7 @@ def _ranking_table(caption: str, ranking: list[RankedEffect], record: DiagnosisR
                 _what(one),
                 _sure(one),
                 _parameters(one),
-                "–" if one.gap_closed is None else percent(one.gap_closed),
+                "–" if one.gap_closed is None else closed_text(one.gap_closed),
                 fixed(one.log_evidence, 1),
             )
             for one in ranking

@@ -6,6 +6,8 @@ from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
 from pipeline.report.blocks import Block, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
     channel_name,
+    closed_interval,
+    closed_text,
     in_order,
     of_bench,
     ratio_text,
@@ -167,13 +169,10 @@ def _said(record: DiagnosisRecord) -> str:
             f"There is next to nothing to close: the vehicle file's model leaves {before} times "
             "the healthy floor."
         )
-    interval = ""
-    if shrink.ci95 is not None:
-        low, high = shrink.ci95
-        interval = f" (95 % interval {percent(low)} to {percent(high)})"
+    interval = closed_interval(shrink.ci95)
     return (
         f"Adding the answer brings the gap from {before} to {after} times the healthy floor, which "
-        f"closes {percent(shrink.gap_closed)} of what can be closed{interval}."
+        f"closes {closed_text(shrink.gap_closed)} of what can be closed{interval}."
     )
 
 
@@ -190,7 +189,7 @@ def _shrink_table(record: DiagnosisRecord) -> Table:
             general(factor * one.before, 3),
             general(factor * one.after, 3),
             general(factor * one.noise_floor, 3),
-            "–" if one.gap_closed is None else percent(one.gap_closed),
+            "–" if one.gap_closed is None else closed_text(one.gap_closed),
         )
 
     factor = 1.0 / max(record.shrink.noise_floor, 1e-12)

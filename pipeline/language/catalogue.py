@@ -1,0 +1,310 @@
+"""Messages with their translations, and how a text that was made from one is found again.
+
+A text is looked for as a whole, then as a template with values (which are translated in turn),
+then in parts: a list of known items, sentences, a place before a colon. What is not found stays
+English; its numbers are written as the reader expects them all the same.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from gettext import c2py
+
+from pipeline.language import phrases
+from pipeline.language.numerals import UNITS, has_words, in_russian, is_measured
+from pipeline.language.phrases import BRACKETED, SEMICOLON
+from pipeline.language.po import Entry
+from pipeline.language.template import Template, fill
+
+#: A line beyond this is no message of ours.
+_LONGEST = 4000
+_DEEPEST = 6
+_MOST_ITEMS = 16
+#: A template of so many is no chance match: it goes before everything else.
+_MANY_LETTERS = 20
+_MOST_REMEMBERED = 50_000
+#: So many pieces of a line are looked for: a hostile text costs no more than a long one.
+_MOST_PIECES = 400
+_SENTENCES = re.compile(
+    r"(?<=[.!?]) (?=[A-Z\"\d])(?<!\bfig\. )(?<!\bfigs\. )(?<!\beq\. )(?<!\beqs\. )"
+)
+#: A value that stays as it is: of an option, of a key, between quotation marks.
+_TYPED = re.compile(r"(?:=|--[\w-]+ |[\"'`])\{(\d+)\}")
+_EDGE = re.compile(r"^(\s*(?:[-•*>] )?)(.*?)(\s*)$", re.DOTALL)
+_PAIR = re.compile(r"\([^()]*\)")
+_COUNT = re.compile(r"\d+")
+_JOINTS = ("; ", ", ", ". ")
+#: Units that are names as well: of a column, a code, an axis.
+_AMBIGUOUS = frozenset({"N", "A", "V", "W", "code", "codes"})
+
+
+class Catalogue:
+    """Messages with their translations, arranged for finding.
+
+    Parameters
+    ----------
+    entries : list of Entry
+        The first is the head, which says how the language counts.
+    """
+
+    def __init__(self, entries: list[Entry]) -> None:
+        rule = re.search(r"plural=([^;\n]+)", entries[0].forms[0] if entries else "")
+        self._form_of = c2py(rule[1] if rule else "n != 1")
+        self._plain: dict[str, Entry] = {}
+        self._by_word: dict[str, list[tuple[Template, Entry]]] = {}
+        self._anywhere: list[tuple[str, Template, Entry]] = []
+        self._remembered: dict[tuple[str, bool], str | None] = {}
+        self._patience = _MOST_PIECES
+        for entry in entries[1:]:
+            if entry.translated:
+                for message in filter(None, (entry.message, entry.plural)):
+                    self._add(message, entry)
+                if entry.message[:2] in _JOINTS and entry.forms[0][:2] in _JOINTS:
+                    # "; a healthy vehicle leaves 3 N" is also an item of a list by itself
+                    plain = Entry(entry.message[2:], forms=(entry.forms[0][2:],))
+                    self._add(plain.message, plain)
+        for found in self._by_word.values():
+            found.sort(key=lambda one: -one[0].letters)
+        self._anywhere.sort(key=lambda one: -one[1].letters)
+
+    def _add(self, message: str, entry: Entry) -> None:
+        template = Template.of(message)
+        if not template.order:
+            self._plain[message] = entry
+        elif template.first_word:
+            self._by_word.setdefault(template.first_word, []).append((template, entry))
+        else:
+            self._anywhere.append((max(template.literals, key=len), template, entry))
+
+    def say(self, text: str) -> str:
+        """Translate a text of any number of lines.
+
+        Parameters
+        ----------
+        text : str
+            English.
+
+        Returns
+        -------
+        str
+            As much of it as is in the catalogue, translated.
+        """
+        if "\n" in text:
+            return "\n".join(self.say(line) for line in text.split("\n"))
+        found = _EDGE.match(text)
+        if found is None or not found[2]:
+            return text
+        if len(self._remembered) > _MOST_REMEMBERED:
+            self._remembered.clear()
+        self._patience = _MOST_PIECES
+        return f"{found[1]}{self._line(found[2], 0)}{found[3]}"
+
+    def _line(self, text: str, depth: int) -> str:
+        if len(text) > _LONGEST or depth > _DEEPEST:
+            return in_russian(text)
+        known = self._known(text, depth)
+        return known if known is not None else in_russian(self._in_parts(text, depth + 1))
+
+    def _known(self, text: str, depth: int, *, sure: bool = False) -> str | None:
+        """Translate a text that is in the catalogue, numbers need not be; None for any other.
+
+        `sure`: not even a value of it may be unknown, unless it is a name without blanks.
+        """
+        simple = self._simple(text)
+        if simple is not None or depth > _DEEPEST:
+            return simple
+        key = (text, sure)
+        if key not in self._remembered:
+            self._patience -= 1
+            found = self._composed(text, depth, sure=sure) if self._patience > 0 else None
+            # near the bottom the search is cut short: further up it may succeed
+            if found is None and (depth > _DEEPEST // 2 or self._patience <= 0):
+                return None
+            self._remembered[key] = found
+        return self._remembered[key]
+
+    def _simple(self, text: str) -> str | None:
+        """Translate a text that stands in the catalogue as it is, a unit or a number."""
+        if not has_words(text):
+            entry = self._plain.get(text)
+            return entry.forms[0] if entry is not None else in_russian(text)
+        for variant, ending in _variants(text):
+            entry = self._plain.get(variant)
+            if entry is not None:
+                return in_russian(_as_begun(text, entry.message, entry.forms[0])) + ending
+        if is_measured(text):
+            return in_russian(text)
+        for variant in (f"{text}.", f"{_turned(text)}."):
+            entry = self._plain.get(variant)
+            if entry is not None:
+                said = in_russian(entry.forms[0].removesuffix("."))
+                return _as_begun(text, entry.message, said)
+        return UNITS.get(text) if text not in _AMBIGUOUS else None
+
+    def _composed(self, text: str, depth: int, *, sure: bool) -> str | None:
+        """Translate a text that is put together: a label, a count, a list, a template."""
+
+        def known(part: str) -> str | None:
+            return self._known(part, depth + 1, sure=True)
+
+        ways: tuple[Callable[[], str | None], ...] = (
+            lambda: phrases.label(text, known),
+            lambda: phrases.span(text, known),
+            lambda: phrases.marked(text, known),
+            lambda: phrases.bracketed(text, known),
+            lambda: self._fitting(text, depth, sure=sure, least=_MANY_LETTERS),
+            lambda: phrases.items(text, known),
+            lambda: phrases.named_numbers(text, known),
+            lambda: self._fitting(text, depth, sure=sure),
+            lambda: phrases.counted(text, known),
+            lambda: self._sentences(text, depth, sure=sure),
+            lambda: None if sure else self._fitting(text, depth, sentences=True),
+        )
+        return next((said for way in ways if (said := way()) is not None), None)
+
+    def _fitting(
+        self,
+        text: str,
+        depth: int,
+        *,
+        sure: bool = False,
+        sentences: bool = False,
+        least: int = 0,
+    ) -> str | None:
+        """Translate by the template that fits best; a value may hold whole `sentences` or not.
+
+        `least`: letters that a template must have.
+        """
+        for variant, ending in ((text, ""), (text[:-1], ".")):
+            if ending and not text.endswith("."):
+                break
+            for template, entry in self._candidates(variant):
+                values = template.match(variant)
+                if values is None or template.letters < least:
+                    continue
+                if not sentences and any(_is_torn(one) for one in values.values()):
+                    continue
+                said = self._filled(template, entry, values, depth, sure=sure)
+                if said is not None:
+                    return _as_begun(variant, entry.message, said) + ending
+        return None
+
+    def _candidates(self, text: str) -> Iterator[tuple[Template, Entry]]:
+        yield from self._by_word.get(text.split(" ", 1)[0].lower(), ())
+        before, colon, after = text.partition(": ")
+        # a name with what is said of it: the name is no part of a message
+        of_a_name = bool(colon) and " " not in before and has_words(after)
+        for piece, template, entry in self._anywhere:
+            if piece in text and not (of_a_name and ":" not in template.between):
+                yield template, entry
+
+    def _filled(
+        self, template: Template, entry: Entry, values: dict[int, str], depth: int, *, sure: bool
+    ) -> str | None:
+        """Put the translated values into the translation; None when the match was by chance."""
+        form = entry.forms[0]
+        if entry.plural:
+            if not _COUNT.fullmatch(values[0]):
+                return None
+            form = entry.forms[min(self._form_of(int(values[0])), len(entry.forms) - 1)]
+        typed = {int(number) for number in _TYPED.findall(form)}
+        said: dict[int, str] = {}
+        for number, value in values.items():
+            core = value.strip()
+            if not core or number in typed:
+                said[number] = value
+                continue
+            known = self._known(core, depth + 1, sure=sure)
+            if known is None:
+                if (sure or template.is_weak) and " " in core:
+                    return None
+                known = self._line(core, depth + 1)
+            said[number] = value.replace(core, known, 1)
+        return in_russian(fill(form, said))
+
+    def _sentences(self, text: str, depth: int, *, sure: bool) -> str | None:
+        """Translate sentences that are all known, some of them together."""
+        parts = _SENTENCES.split(text)
+        if not 1 < len(parts) <= _MOST_ITEMS:
+            return None
+        for count in range(len(parts) - 1, 0, -1):
+            first = self._known(" ".join(parts[:count]), depth + 1, sure=sure)
+            if first is not None:
+                last = self._known(" ".join(parts[count:]), depth + 1, sure=sure)
+                return None if last is None else f"{first} {last}"
+        return None
+
+    def _in_parts(self, text: str, depth: int) -> str:
+        """Translate what of a text can be."""
+        boundary = _SENTENCES.search(text)
+        end = boundary.start() if boundary is not None else len(text)
+        at = text.find(": ", 0, end)
+        while at >= 0:
+            said = self._known(text[at + 2 :], depth)
+            if said is not None:
+                return f"{self._place(text[:at], depth)}: {said}"
+            at = text.find(": ", at + 2, end)
+        for signs, joint in ((_SENTENCES, " "), (SEMICOLON, "; ")):
+            parts = [part for part in signs.split(text) if part != joint]
+            if len(parts) > 1:
+                return joint.join(self._line(part, depth) for part in parts)
+        before, colon, after = text.partition(": ")
+        if colon:
+            return f"{self._place(before, depth)}: {self._line(after, depth)}"
+        return self._with_brackets(text, depth) or self._listed(text, depth)
+
+    def _listed(self, text: str, depth: int) -> str:
+        """Translate the items of a list, of which some are names."""
+        parts = text.split(", ")
+        if not 1 < len(parts) <= _MOST_ITEMS:
+            return text
+        known = [self._known(part, depth) for part in parts]
+        # many unknown ones are a sentence that is not in the catalogue
+        if sum(item is None for item in known) > len(known) // 2:
+            return text
+        return ", ".join(
+            self._line(part, depth) if item is None else item
+            for part, item in zip(parts, known, strict=True)
+        )
+
+    def _place(self, text: str, depth: int) -> str:
+        known = self._known(text, depth)
+        if known is not None:
+            return known
+        return ", ".join(self._line(part, depth) for part in text.split(", "))
+
+    def _with_brackets(self, text: str, depth: int) -> str:
+        """Translate ``name (value)``, where a part of it is known; empty for any other text."""
+        found = BRACKETED.fullmatch(text)
+        if found is None:
+            return ""
+        before, gap, inside, stop = found.groups()
+        whole = self._known(f"({inside})", depth)
+        if whole is None:
+            whole = f"({self._line(inside, depth)})"
+        return f"{self._line(before, depth)}{gap}{whole}{stop}"
+
+
+def _variants(text: str) -> Iterator[tuple[str, str]]:
+    """Yield a text as it could stand in the catalogue, and what to add to the translation."""
+    for one in (text, _turned(text)):
+        yield one, ""
+        if one.endswith("."):
+            yield one[:-1], "."
+
+
+def _is_torn(value: str) -> bool:
+    """Whether a value reaches over the end of a sentence or out of brackets: a match by chance."""
+    left = _PAIR.sub("", _PAIR.sub("", value))
+    return "(" in left or ")" in left or _SENTENCES.search(value) is not None
+
+
+def _turned(text: str) -> str:
+    """Begin with a small letter instead of a capital, or the other way."""
+    return text[:1].swapcase() + text[1:]
+
+
+def _as_begun(text: str, message: str, said: str) -> str:
+    """Let a translation begin with a capital, or not, as the text does."""
+    if text[:1] == message[:1] or text[:1].lower() != message[:1].lower():
+        return said
+    return said[:1].upper() + said[1:] if text[:1].isupper() else said[:1].lower() + said[1:]

@@ -1,0 +1,42 @@
+"""An English text -> the language chosen."""
+
+from functools import cache, lru_cache
+from pathlib import Path
+
+from pipeline.language.catalogue import Catalogue
+from pipeline.language.po import read_po
+from pipeline.reader_language import ENGLISH, current
+
+
+def translate(text: str) -> str:
+    """Say a text in the language of this process.
+
+    Parameters
+    ----------
+    text : str
+        English, of any number of lines.
+
+    Returns
+    -------
+    str
+        The text itself where the language is English.
+
+    Examples
+    --------
+    >>> translate("row 3")
+    'row 3'
+    """
+    language = current()
+    return text if language == ENGLISH or not text else _said(text, language)
+
+
+@lru_cache(maxsize=20_000)
+def _said(text: str, language: str) -> str:
+    return catalogue(language).say(text)
+
+
+@cache
+def catalogue(language: str) -> Catalogue:
+    """Return the catalogue of a language, read once."""
+    text = Path(__file__).with_name(f"{language}.po").read_text(encoding="utf-8")
+    return Catalogue(read_po(text))

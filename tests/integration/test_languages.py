@@ -1,0 +1,61 @@
+"""The same results, and pages in the language that was asked for."""
+
+import subprocess
+import sys
+
+from synthetic_bench import Bench, digest
+
+
+def run_in(bench: Bench, language: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(
+        [sys.executable, "-m", "pipeline", "run", "--cores", "1", "--language", language],
+        cwd=bench.root,
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=300,
+    )
+
+
+def processed(bench: Bench) -> dict[str, str]:
+    """Return the digest of every result but the page's receipt, which names the page's digest."""
+    folder = bench.root / "processed/boat"
+    return {
+        path.name: digest(path)
+        for path in folder.iterdir()
+        if path.is_file() and path.name != "vehicle_page.json"
+    }
+
+
+def test_a_language_is_a_matter_of_pages_and_messages(moored: Bench) -> None:
+    page = moored.root / "reports/boat/index.html"
+    english, results = page.read_bytes(), processed(moored)
+
+    done = run_in(moored, "ru")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "boat: отчёт: готово" in done.stdout or "boat: страница" in done.stdout, done.stdout
+    assert "Отчёт: reports/index.html" in done.stdout
+    assert moored.stages_run() == [("", "index_page"), ("boat", "vehicle_page")]
+    assert processed(moored) == results
+    text = page.read_text(encoding="utf-8")
+    assert '<html lang="ru">' in text
+    assert "Таблица 3. N = K" in text
+
+    again = run_in(moored, "ru")
+    assert "Делать нечего: все результаты свежие." in again.stdout
+    assert moored.stages_run() == []
+
+    # a file that cannot be read: named in Russian, kept in English
+    (moored.root / "raw/boat/mooring/broken.xlsx").write_bytes(b"PK\x03\x04 cut short")
+    refused = run_in(moored, "ru")
+    assert refused.returncode == 1
+    assert "broken.xlsx: книга повреждена или обрезана" in refused.stdout
+    assert "книга повреждена" in page.read_text(encoding="utf-8")
+    russian = processed(moored)
+    assert "the workbook is damaged" in str(moored.envelope("mooring"))
+
+    assert run_in(moored, "en").returncode == 1
+    assert moored.stages_run() == [("", "index_page"), ("boat", "vehicle_page")]
+    assert processed(moored) == russian
+    assert b'<html lang="en">' in page.read_bytes()
+    assert b"Table 3. N = K" in english
