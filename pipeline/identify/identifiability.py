@@ -14,6 +14,7 @@ from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.output_error import Reduced, Solution, reduce_windows
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED
 from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.thrust_doubt import NO_DOUBT, ThrustDoubt
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import Problem, derivatives
 from pipeline.identify.window_outputs import stack_windows
@@ -43,8 +44,9 @@ def manoeuvre_information(
     manoeuvre: str,
     duration_s: float,
     threads: int = 2,
+    thrust: ThrustDoubt = NO_DOUBT,
 ) -> FloatArray:
-    """Information on the parameters (p, p) that one run of a manoeuvre would bring.
+    """Information on the parameters and the thrust (p + q, p + q) that one run would bring.
 
     Counted in prior standard deviations, the priors left out; offsets of the run and first states
     of its windows are projected out.
@@ -59,13 +61,14 @@ def manoeuvre_information(
     table = table_of_log(measure(trajectory, packed, sensors, vector=vector), sensors)
     channels = channel_noise(sensors, [table])
     stack = stack_windows(packed, cut(packed, [table], channels), channels)
-    problem = Problem(stack, parameters, packed.vector, run_nuisance(stack, 1), threads)
+    shared = run_nuisance(stack, 1)
+    problem = Problem(stack, parameters, packed.vector, shared, threads, thrust)
     point = replace(problem.origin(), steps=steps)
     found = derivatives(problem, point)
     if not np.isfinite(found.parameters).all():
         raise CannotComputeError(f"{manoeuvre} cannot be simulated with the identified vehicle")
     reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))
-    return _without_shared(reduced, len(parameters))
+    return _without_shared(reduced, problem.size)
 
 
 def _without_shared(reduced: Reduced, count: int) -> FloatArray:
@@ -101,9 +104,9 @@ def best_manoeuvres(
     missing = [i for i, parameter in enumerate(found) if not parameter.identified]
     if not missing:
         return ()
-    parameters = solution.problem.parameters
-    count = len(parameters)
-    present = _without_shared(solution.reduced, count) + np.eye(count)
+    problem = solution.problem
+    parameters = problem.parameters
+    present = _without_shared(solution.reduced, problem.size) + problem.precision
     now = np.sqrt(np.diag(np.linalg.inv(present)))
     best: dict[int, ManoeuvreGain] = {}
     for name, manoeuvre in MANOEUVRES.items():
@@ -118,6 +121,7 @@ def best_manoeuvres(
                 manoeuvre=name,
                 duration_s=duration,
                 threads=threads,
+                thrust=problem.thrust,
             )
         except CannotComputeError:
             continue

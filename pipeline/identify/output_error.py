@@ -1,25 +1,27 @@
 r"""Windowed output error: Gauss-Newton on the compiled kernel, starts of windows projected out.
 
-With whitened residuals r_w of window w, its first state n_w, the parameters x and what the windows
-of a run share, s (offsets and wander of sensors, of prior precision P), all counted in prior
-standard deviations, the fit minimises
+With whitened residuals r_w of window w, its first state n_w, the parameters and the unknowns of the
+thrust x (prior precision Q) and what the windows of a run share, s (offsets and wander of sensors,
+of prior precision P), all counted in prior standard deviations, the fit minimises
 
 .. math::
 
-    \sum_w \rho(r_w(x, s, n_w)) + \sum_w |n_w|^2 + |x|^2 + s^T P s
+    \sum_w \rho(r_w(x, s, n_w)) + \sum_w |n_w|^2 + x^T Q x + s^T P s, \qquad x \ge l
 
-rho is Huber's. The first states enter their own window alone: each window's are eliminated from the
-normal equations (variable projection; Golub and Pereyra 2003), so the system that is solved has the
-size of (x, s), and only what a window shares enters its part of it.
+rho is Huber's, l the bounds (damping is not negative; `bounds`). The first states enter their own
+window alone: each window's are eliminated from the normal equations (variable projection; Golub and
+Pereyra 2003), so the system that is solved has the size of (x, s), and only what a window shares
+enters its part of it.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.bounds import bounded_step
 from pipeline.identify.window_derivatives import (
     Derivatives,
     Point,
@@ -28,15 +30,18 @@ from pipeline.identify.window_derivatives import (
     residuals,
 )
 from pipeline.identify.window_outputs import Stack
+from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 
 #: Beyond this many standard deviations a residual counts linearly (Huber).
 HUBER = 3.0
 #: A channel whose residuals scatter by more than this times their noise is far from its fit.
 FAR = 1.5
-_MOST_ITERATIONS, _MOST_HALVINGS = 30, 8
+MOST_STEPS, _MOST_HALVINGS = 30, 8
 #: Stop when a step is to lower the cost, a sum of squares of unit variance, by less than this.
 SMALLEST_GAIN = 0.02
+#: A step that keeps less than this share of what it promised is the last one.
+STALLED = 0.01
 #: Longest step of a parameter, in prior standard deviations.
 LONGEST_STEP = 3.0
 
@@ -55,14 +60,12 @@ class Reduced:
     """Normal equations of (x, s) after the starts are taken out.
 
     `information` (p + s, p + s) without the priors, `prior` (p + s, p + s) their precision,
-    `gradient` (p + s,); `thrust` (p + s,) is the cross product with the column of a common factor
-    on all thrusts; `pieces` are what each window adds.
+    `gradient` (p + s,); `pieces` are what each window adds. p counts the thrust's unknowns too.
     """
 
     information: FloatArray
     prior: FloatArray
     gradient: FloatArray
-    thrust: FloatArray
     pieces: tuple[Piece, ...]
 
 
@@ -73,17 +76,31 @@ class Solution:
     problem: Problem
     point: Point
     reduced: Reduced
-    residual: FloatArray
+    derivatives: Derivatives
+    gain: float
+    """What the last step promised off the cost."""
     cost: float
     iterations: int
     converged: bool
-    in_time: bool = True
-    """False where the fit was told to stop before it had settled."""
+    beyond: FloatArray
+    """(p,) how far beyond the bounds the unbounded optimum of the last step lies; zero inside."""
+    out_of_steps: bool = False
+    """Whether the steps were used up before the fit had settled."""
+
+    @property
+    def residual(self) -> FloatArray:
+        """Whitened residuals (rows,)."""
+        return self.derivatives.residual
 
     @property
     def vector(self) -> FloatArray:
         """Parameter vector at the solution."""
         return self.problem.vector(self.point.steps)
+
+    @property
+    def packed(self) -> PackedVehicle:
+        """The vehicle with the thrust curves at the solution."""
+        return self.problem.packed(self.point.steps)
 
 
 def softness_of(stack: Stack, residual: FloatArray) -> FloatArray:
@@ -124,13 +141,12 @@ def reduce_windows(
                 found.starts,
                 found.parameters,
                 problem.shared.columns,
-                found.thrust,
                 found.residual,
             ]
         )
         * root
     )
-    information, gradient, thrust = np.zeros((size, size)), np.zeros(size), np.zeros(size)
+    information, gradient = np.zeros((size, size)), np.zeros(size)
     pieces, back = [], []
     for number, (begin, end) in enumerate(pairwise(problem.stack.bounds)):
         own = design[begin:end]
@@ -142,15 +158,15 @@ def reduce_windows(
         beside[:, -1] -= point.starts[number]
         solved = np.linalg.solve(alone, beside)
         left = gram[12:, 12:] - gram[12:, :12] @ solved
-        piece = Piece(index, left[:-2, :-2], left[:-2, -1])
+        piece = Piece(index, left[:-1, :-1], left[:-1, -1])
         information[np.ix_(index, index)] += piece.information
         gradient[index] += piece.score
-        thrust[index] += left[:-2, -2]
         pieces.append(piece)
-        back.append((solved[:, -1], solved[:, :-2]))
-    prior = np.eye(size)
+        back.append((solved[:, -1], solved[:, :-1]))
+    prior = np.zeros((size, size))
+    prior[:count, :count] = problem.precision
     prior[count:, count:] = problem.shared.precision
-    return Reduced(information, prior, gradient, thrust, tuple(pieces)), back
+    return Reduced(information, prior, gradient, tuple(pieces)), back
 
 
 def total_cost(problem: Problem, residual: FloatArray, soft: FloatArray, point: Point) -> float:
@@ -159,13 +175,8 @@ def total_cost(problem: Problem, residual: FloatArray, soft: FloatArray, point: 
         return float("inf")
     size = np.abs(residual) / soft
     robust = np.where(size <= HUBER, size**2, HUBER * (2 * size - HUBER))
-    priors = point.steps @ point.steps + np.sum(point.starts**2)
+    priors = point.steps @ problem.precision @ point.steps + np.sum(point.starts**2)
     return float(np.sum(robust) + priors + problem.shared.cost(point.shared))
-
-
-def always() -> bool:
-    """Let a fit take its time."""
-    return True
 
 
 def solve(
@@ -173,7 +184,8 @@ def solve(
     begin: Point | None = None,
     *,
     smallest_gain: float = SMALLEST_GAIN,
-    go_on: Callable[[], bool] = always,
+    most_steps: int = MOST_STEPS,
+    before_this: Derivatives | None = None,
 ) -> Solution:
     """Minimise the cost by Gauss-Newton with step halving.
 
@@ -185,8 +197,10 @@ def solve(
         Where to start; the nominal vehicle and the measured first states otherwise.
     smallest_gain : float
         Stop when a step promises less than this off the cost.
-    go_on : callable
-        Asked after every step; the fit ends where it stands when the answer is no.
+    most_steps : int
+        The fit ends after so many where it stands.
+    before_this : Derivatives, optional
+        Of the same problem at the point to begin at, but for a step that led nowhere.
 
     Raises
     ------
@@ -199,37 +213,54 @@ def solve(
             f"the model of {problem.stack.packed.name} cannot be simulated from what was measured "
             "at the start of the windows; check units and signs of the channels"
         )
-    iteration, gain, in_time = 0, np.inf, True
-    while iteration < _MOST_ITERATIONS:
+    iteration, gain, out_of_steps = 0, np.inf, False
+    while iteration < most_steps:
         iteration += 1
-        found = derivatives(problem, point)
+        if iteration == 1 and before_this is not None:
+            found = replace(before_this, residual=residuals(problem, point))
+        else:
+            found = derivatives(problem, point)
         soft = softness_of(problem.stack, found.residual)
         weights = HUBER / np.maximum(np.abs(found.residual) / soft, HUBER) / soft**2
         reduced, back = reduce_windows(problem, found, point, weights)
-        step, gain = _shared_step(reduced, point)
+        step, gain, beyond = _shared_step(problem, reduced, point)
         before = total_cost(problem, found.residual, soft, point)
         point, cost = _search(problem, point, before, soft, step, _moves(reduced, step, back))
         # a step that promises little was the last one; so was one that led nowhere
         if cost >= before or (before - cost < smallest_gain and gain < 2 * smallest_gain):
             break
-        if not go_on():
-            in_time = False
+        # the model is so wrong that its derivatives lead nowhere; more such steps are for nothing
+        if before - cost < STALLED * gain:
             break
+    else:
+        out_of_steps = True
     # settled is what promises less than one unit of a cost of so many
-    converged = gain < max(1.0, smallest_gain if in_time else 0.0)
-    return Solution(problem, point, reduced, found.residual, cost, iteration, converged, in_time)
+    converged = gain < max(1.0, 0.0 if out_of_steps else smallest_gain)
+    return Solution(
+        problem, point, reduced, found, gain, cost, iteration, converged, beyond, out_of_steps
+    )
 
 
-def _shared_step(reduced: Reduced, point: Point) -> tuple[FloatArray, float]:
-    """Gauss-Newton step of (x, s) with their priors, and what it promises off the cost."""
+def _shared_step(
+    problem: Problem, reduced: Reduced, point: Point
+) -> tuple[FloatArray, float, FloatArray]:
+    """Gauss-Newton step of (x, s) with their priors and bounds, and what it promises off the cost.
+
+    Third comes how far the step of x without bounds lies from it.
+    """
     now = np.concatenate([point.steps, point.shared])
     pull = reduced.gradient - reduced.prior @ now
-    step = np.linalg.solve(reduced.information + reduced.prior, pull)
+    matrix = reduced.information + reduced.prior
     count = point.steps.size
+    lowest = np.full(now.size, -np.inf)
+    lowest[:count] = problem.lowest - point.steps
+    step, beyond = bounded_step(matrix, pull, lowest)
     longest = float(np.abs(step[:count]).max(initial=0.0))
     # far from the solution the linear model is not to be believed for long ways
     step *= min(1.0, LONGEST_STEP / max(longest, 1e-12))
-    return step, float(step @ pull)
+    # einsum, not matmul: BLAS would start threads of its own
+    gain = float(2.0 * step @ pull - np.einsum("i,ij,j->", step, matrix, step))
+    return step, gain, beyond[:count]
 
 
 def _moves(
@@ -253,7 +284,7 @@ def _search(  # noqa: PLR0917 - the state of one iteration
     moves: FloatArray,
 ) -> tuple[Point, float]:
     """Halve the step until the cost falls; the old point where it never does."""
-    count = len(problem.parameters)
+    count = problem.size
     share = 1.0
     for _ in range(_MOST_HALVINGS):
         trial = Point(

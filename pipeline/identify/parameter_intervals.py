@@ -10,6 +10,14 @@ of the windows' scores s_w (P the prior; neighbouring windows of one run, Bartle
 what the scatter between windows shows (White 1982; Newey and West 1987). It rests on the few dozen
 windows that tell of a parameter, and is itself uncertain by sqrt(2 / windows): it takes the place
 of the Fisher variance where it exceeds that by more than chance would (5 %), and never narrows.
+
+The unknowns of the thrust are part of H: the block of H^-1 that belongs to the parameters is what
+is left of them with the thrust integrated out. Integrating moves them, too: with a thrust that is
+larger by a factor g all forces of the hull are, and the data, which know them in proportion, leave
+the k parameters that they tell of a volume that grows as g^k. So the most likely point is not the
+middle: the posterior of the factors leans by k towards larger thrust, a shift of the factors, and
+of all that goes with them, of C_{.g} k u (Laplace's method with the volume as a factor; Tierney and
+Kadane 1986). Where a parameter is near its bound, the normal density is cut off there (`bounds`).
 """
 
 from collections.abc import Sequence
@@ -17,48 +25,55 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.identify.bounds import cut_off
 from pipeline.identify.output_error import Solution
+from pipeline.identify.thrust_doubt import ThrustDoubt
 from pipeline.identify.vehicle_parameters import FreeParameter
-from pipeline.records.identification import Correlation, IdentifiedParameter
+from pipeline.identify.window_derivatives import Problem
+from pipeline.records.identification import Correlation, IdentifiedParameter, ThrustFound
 from pipeline.types import BoolArray, FloatArray
 
 #: Above this ratio of posterior to prior standard deviation the runs say too little.
 NOT_IDENTIFIED = 0.7
 #: Correlations from here on are listed.
 CLOSE_PAIR = 0.9
+#: Share of the unknowns whose windows scatter by more than chance from which all are so widened.
+MANY = 0.25
 _NORMAL_95 = 1.959964
 
 
 @dataclass(frozen=True)
 class Posterior:
-    """Covariance of the parameters in prior standard deviations, and what widens it.
+    """What is known of the unknowns x, parameters (p,) first and then the thrust's (q,).
 
-    `inflation` (p,) factors on the standard deviations; `by_thrust` (p,) shift of each parameter
-    for one standard deviation of the thrust factor.
+    `covariance` (p + q, p + q) in prior standard deviations, `inflation` (p + q,) factors on the
+    standard deviations, `middle` (p + q,) how far the middle lies from the likeliest point; `std`,
+    `low`, `high` (p,) standard deviations and ends of the 95 % intervals of the parameters with
+    all of them and with their bounds, `known_std` (p,) standard deviations if the thrust were known
+    to be what the fit made of it.
     """
 
     covariance: FloatArray
     inflation: FloatArray
-    by_thrust: FloatArray
+    middle: FloatArray
+    std: FloatArray
+    low: FloatArray
+    high: FloatArray
+    known_std: FloatArray
 
-    @property
-    def std(self) -> FloatArray:
-        """Standard deviations (p,) with the inflation, in prior standard deviations."""
-        return np.asarray(np.sqrt(np.diag(self.covariance)) * self.inflation)
 
-
-def posterior_of(solution: Solution, thrust_uncertainty: float) -> Posterior:
+def posterior_of(solution: Solution) -> Posterior:
     """Posterior of the fitted parameters.
 
     Parameters
     ----------
     solution : Solution
         The fit.
-    thrust_uncertainty : float
-        Standard deviation of a common factor on all thrusts. [-]
     """
+    from scipy import stats
+
     problem, reduced = solution.problem, solution.reduced
-    count = len(problem.parameters)
+    count = problem.size
     inverse = np.linalg.inv(reduced.information + reduced.prior)
     inverse = (inverse + inverse.T) / 2
     shares, influences = [], []
@@ -72,22 +87,71 @@ def posterior_of(solution: Solution, thrust_uncertainty: float) -> Posterior:
     variance = np.diag(inverse)[:count]
     wider = variance - share.sum(axis=0) + scatter
     believed = scatter > share.sum(axis=0) * _by_chance(share)
-    ratio = np.where(believed, np.maximum(wider / variance, 1.0), 1.0)
-    shift = inverse @ reduced.thrust
-    return Posterior(inverse[:count, :count], np.sqrt(ratio), thrust_uncertainty * shift[:count])
+    if believed.mean() > MANY:
+        # not by chance in so many: residuals go together, also where one alone does not show it
+        believed = np.ones_like(believed)
+    # what so few windows show is itself uncertain: Student's quantile in place of the normal one
+    few = stats.t.ppf(0.975, _degrees(share)) / _NORMAL_95
+    ratio = np.where(believed, np.maximum(few**2 * wider / variance, 1.0), 1.0)
+    inflation = np.sqrt(ratio)
+    covariance = inverse[:count, :count]
+    return _with_intervals(solution, covariance, inflation)
+
+
+def _with_intervals(solution: Solution, covariance: FloatArray, inflation: FloatArray) -> Posterior:
+    """Intervals of the parameters from the covariance of all unknowns."""
+    own = len(solution.problem.parameters)
+    aside = covariance[:own, own:]
+    known = covariance[:own, :own]
+    if aside.shape[1]:
+        known = known - aside @ np.linalg.solve(covariance[own:, own:], aside.T)
+    middle = _middle(solution.problem, covariance, np.diag(known))
+    lowest = solution.problem.lowest[:own]
+    steps = np.maximum(solution.point.steps[:own] + middle[:own], lowest)
+    wide = (covariance * np.outer(inflation, inflation))[:own, :own]
+    std = np.sqrt(np.diag(wide))
+    low, high = steps - _NORMAL_95 * std, steps + _NORMAL_95 * std
+    free = solution.point.steps + solution.beyond + middle
+    cut = cut_off(free[:own], wide, lowest)
+    if cut is not None:
+        # an estimate at the bound is the likeliest value: its interval holds it
+        std, low, high = cut.std, np.minimum(cut.low, steps), np.maximum(cut.high, steps)
+    known_std = inflation[:own] * np.sqrt(np.maximum(np.diag(known), 0.0))
+    return Posterior(covariance, inflation, middle, std, low, high, np.minimum(known_std, std))
+
+
+def _middle(problem: Problem, covariance: FloatArray, known: FloatArray) -> FloatArray:
+    """How far the middle of the posterior (p + q,) lies from its likeliest point.
+
+    `known` (p,) is the variance that is left of each parameter if the thrust is known: one less it
+    is what the data tell of it. All but the lag of the thrusters are in proportion to the thrust.
+    """
+    thrust = problem.thrust
+    if not thrust.gains:
+        return np.zeros(len(covariance))
+    begin = len(problem.parameters)
+    forces = np.array([parameter.unit != "s" for parameter in problem.parameters])
+    told = float(np.sum((1.0 - known)[forces]))
+    lean = told * thrust.share / thrust.gains
+    return np.asarray(covariance[:, begin : begin + thrust.gains].sum(axis=1) * lean)
 
 
 def _by_chance(shares: FloatArray) -> FloatArray:
-    """95 % quantile of scattered over expected variance, from each window's share of it (w, p).
+    """95 % quantile of scattered over expected variance, from each window's share of it (w, p)."""
+    from scipy import stats
+
+    degrees = _degrees(shares)
+    return np.asarray(stats.chi2.ppf(0.95, degrees) / degrees)
+
+
+def _degrees(shares: FloatArray) -> FloatArray:
+    """Degrees of freedom (p,) of the scatter between windows, from each one's share of it (w, p).
 
     A sum of squares over m alike windows; m = (sum s)^2 / sum s^2, less a third for the products
     with the neighbour.
     """
-    from scipy import stats
-
     alike = shares.sum(axis=0) ** 2 / np.maximum(np.sum(shares**2, axis=0), 1e-300)
-    degrees = np.maximum(alike / 1.5, 1.0)
-    return np.asarray(stats.chi2.ppf(0.95, degrees) / degrees)
+    return np.asarray(np.maximum(alike / 1.5, 1.0))
 
 
 def _scatter(influences: FloatArray, consecutive: BoolArray) -> FloatArray:
@@ -103,15 +167,20 @@ def identified_parameters(
     parameters: Sequence[FreeParameter], steps: FloatArray, posterior: Posterior
 ) -> tuple[IdentifiedParameter, ...]:
     """Values with intervals, and a verdict with its reason for each."""
-    deviations = np.sqrt(np.diag(posterior.covariance))
-    correlation = posterior.covariance / np.outer(deviations, deviations)
+    correlation = _correlations(parameters, posterior)
     found = []
     for i, parameter in enumerate(parameters):
         scale = parameter.prior_std
-        value = parameter.nominal + scale * float(steps[i])
+        value = parameter.nominal + scale * float(steps[i] + posterior.middle[i])
         std = scale * float(posterior.std[i])
         ratio = float(posterior.std[i])
-        wide = scale * float(np.hypot(posterior.std[i], posterior.by_thrust[i]))
+        known = _NORMAL_95 * scale * float(posterior.known_std[i])
+        low, high = (
+            parameter.nominal + scale * float(end[i]) for end in (posterior.low, posterior.high)
+        )
+        if parameter.lowest is not None:
+            # what rounding leaves below the bound
+            value, low = max(value, parameter.lowest), max(low, parameter.lowest)
         others = np.abs(correlation[i])
         others[i] = 0.0
         partner = int(np.argmax(others))
@@ -122,8 +191,8 @@ def identified_parameters(
                 meaning=parameter.meaning,
                 value=value,
                 std=std,
-                ci95=(value - _NORMAL_95 * std, value + _NORMAL_95 * std),
-                ci95_with_thrust=(value - _NORMAL_95 * wide, value + _NORMAL_95 * wide),
+                ci95=(low, high),
+                ci95_thrust_known=(max(value - known, low), min(value + known, high)),
                 prior_value=parameter.nominal,
                 prior_std=scale,
                 posterior_over_prior=ratio,
@@ -131,7 +200,7 @@ def identified_parameters(
                 identified=ratio <= NOT_IDENTIFIED,
                 reason=_reason(
                     ratio,
-                    float(np.hypot(posterior.std[i], posterior.by_thrust[i])),
+                    float(posterior.known_std[i]),
                     parameters[partner].name,
                     float(correlation[i, partner]) if others[partner] > 0 else 0.0,
                 ),
@@ -140,22 +209,69 @@ def identified_parameters(
     return tuple(found)
 
 
-def _reason(ratio: float, with_thrust: float, partner: str, correlation: float) -> str:
+def thrust_found(
+    doubt: ThrustDoubt, steps: FloatArray, posterior: Posterior
+) -> tuple[ThrustFound, ...]:
+    """List what the fit made of the thrust: factors [1], and errors of the curves at knots [N].
+
+    Parameters
+    ----------
+    doubt : ThrustDoubt
+        The unknowns.
+    steps : ndarray, shape (p + q,)
+        All unknowns at the solution; those of the thrust come last.
+    posterior : Posterior
+        Their covariance.
+    """
+    begin = steps.size - doubt.size
+    deviations = np.sqrt(np.diag(posterior.covariance))[begin:] * posterior.inflation[begin:]
+    found = []
+    for i, (name, unit, scale) in enumerate(
+        zip(doubt.names, doubt.units, doubt.scales.tolist(), strict=True)
+    ):
+        moved = float(steps[begin + i] + posterior.middle[begin + i])
+        value = (1.0 if i < doubt.gains else 0.0) + scale * moved
+        half = _NORMAL_95 * scale * float(deviations[i])
+        found.append(
+            ThrustFound(
+                name=name,
+                unit=unit,
+                value=value,
+                ci95=(value - half, value + half),
+                prior_std=scale,
+            )
+        )
+    return tuple(found)
+
+
+def _correlations(parameters: Sequence[FreeParameter], posterior: Posterior) -> FloatArray:
+    count = len(parameters)
+    own = posterior.covariance[:count, :count]
+    deviations = np.sqrt(np.diag(own))
+    return np.asarray(own / np.outer(deviations, deviations))
+
+
+def _reason(ratio: float, known: float, partner: str, correlation: float) -> str:
     together = (
         f"; moves together with {partner} (correlation {correlation:+.2f})"
         if abs(correlation) >= CLOSE_PAIR
         else ""
     )
+    if ratio > 1.0:
+        return (
+            f"the windows of these runs contradict each other by more than the prior leaves open"
+            f"{together}"
+        )
+    if ratio > NOT_IDENTIFIED >= known:
+        return (
+            f"only as far as the thrust of the bench is trusted: {100 * ratio:.0f} % of the "
+            f"prior's standard deviation is left, {100 * known:.0f} % if the thrust were known"
+            f"{together}"
+        )
     if ratio > NOT_IDENTIFIED:
         return (
             f"the runs leave {100 * ratio:.0f} % of the prior's standard deviation: they hardly "
             f"excite it{together}"
-        )
-    if with_thrust > NOT_IDENTIFIED:
-        return (
-            f"only as far as the thrust of the bench is trusted: its uncertainty makes "
-            f"{100 * ratio:.0f} % of the prior's standard deviation {100 * with_thrust:.0f} %"
-            f"{together}"
         )
     return f"{100 * ratio:.1f} % of the prior's standard deviation is left{together}"
 
@@ -164,8 +280,7 @@ def close_pairs(
     parameters: Sequence[FreeParameter], posterior: Posterior
 ) -> tuple[Correlation, ...]:
     """Pairs of parameters whose estimates are correlated by `CLOSE_PAIR` or more."""
-    deviations = np.sqrt(np.diag(posterior.covariance))
-    matrix = posterior.covariance / np.outer(deviations, deviations)
+    matrix = _correlations(parameters, posterior)
     rows, columns = np.nonzero(np.triu(np.abs(matrix) >= CLOSE_PAIR, 1))
     pairs = [
         Correlation(

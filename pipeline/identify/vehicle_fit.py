@@ -4,16 +4,17 @@ Over short windows the motion is nearly linear in the parameters, so that the fi
 a poor start even where the vehicle is unstable.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
-from pipeline.identify.output_error import SMALLEST_GAIN, Solution, always, solve
+from pipeline.identify.output_error import MOST_STEPS, SMALLEST_GAIN, Solution, solve
 from pipeline.identify.parameter_intervals import Posterior, posterior_of
 from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.thrust_doubt import thrust_doubt
 from pipeline.identify.vehicle_parameters import FreeParameter, PriorWidths, free_parameters
 from pipeline.identify.window_derivatives import Problem, residuals
 from pipeline.identify.window_outputs import (
@@ -54,6 +55,27 @@ class Fit:
     channels: tuple[ChannelNoise, ...]
     held_out: tuple[Window, ...]
     window_s: float
+    steps: int
+    """Gauss-Newton steps in all."""
+    out_of_steps: bool = False
+    """Whether it was stopped because the steps that it was given were used up."""
+
+
+class _Steps:
+    """Gauss-Newton steps that are left: what a fit costs, whatever the machine does meanwhile."""
+
+    def __init__(self, most: int | None) -> None:
+        self.left, self.taken = most, 0
+
+    @property
+    def next(self) -> int:
+        """Most steps of the next solution; one at least, so that there is one."""
+        return MOST_STEPS if self.left is None else max(min(MOST_STEPS, self.left - self.taken), 1)
+
+    @property
+    def used_up(self) -> bool:
+        """Whether none is left."""
+        return self.left is not None and self.taken >= self.left
 
 
 def fit_vehicle(
@@ -67,9 +89,10 @@ def fit_vehicle(
     hold_out: bool = True,
     window_s: float | None = None,
     threads: int = 2,
-    go_on: Callable[[], bool] = always,
+    most_steps: int | None = None,
 ) -> Fit:
     """Fit alone, without judging it; parameters as `identify_vehicle`."""
+    steps = _Steps(most_steps)
     channels = channel_noise(sensors, runs)
     parameters = free_parameters(packed, uncertainty, widths, only)
     if not parameters:
@@ -90,25 +113,34 @@ def fit_vehicle(
         if not any(_overlap(window, other) for other in held)
     ]
     stack = stack_windows(packed, chained_windows(packed, packed.vector, first), channels)
-    problem = Problem(stack, parameters, packed.vector, run_nuisance(stack, len(runs)), threads)
+    problem = Problem(
+        stack,
+        parameters,
+        packed.vector,
+        run_nuisance(stack, len(runs)),
+        threads,
+        thrust_doubt(packed, uncertainty),
+    )
     rough = ROUGH_GAIN * stack.order.size
-    solution = _settled(problem, channels, {}, smallest_gain=rough, go_on=go_on)
+    solution = _settled(problem, channels, {}, steps, smallest_gain=rough)
     # once more with what is known now: thrusters' states, speeds that were not measured
-    vector = solution.vector
-    windows = chained_windows(packed, vector, cut(packed, runs, channels, window_s, vector=vector))
+    vector, found = solution.vector, solution.packed
+    windows = chained_windows(found, vector, cut(packed, runs, channels, window_s, vector=vector))
     held_at = {(w.run, w.begin_s) for w in held}
     kept = [w for w in windows if (w.run, w.begin_s) not in held_at]
     stack = stack_windows(packed, kept, channels)
     problem = replace(problem, stack=stack, shared=run_nuisance(stack, len(runs)))
     scale = solution.problem.stack.scale
-    solution = _settled(problem, channels, scale, solution.point.steps, go_on=go_on)
+    solution = _settled(problem, channels, scale, steps, solution.point.steps)
     return Fit(
         solution,
-        posterior_of(solution, uncertainty.thrust),
+        posterior_of(solution),
         parameters,
         channels,
         tuple(w for w in windows if (w.run, w.begin_s) in held_at),
         length,
+        steps.taken,
+        steps.used_up and solution.out_of_steps,
     )
 
 
@@ -116,10 +148,10 @@ def _settled(
     problem: Problem,
     channels: Sequence[ChannelNoise],
     scale: dict[str, float],
-    steps: FloatArray | None = None,
+    steps: _Steps,
+    begin_at: FloatArray | None = None,
     *,
     smallest_gain: float = SMALLEST_GAIN,
-    go_on: Callable[[], bool] = always,
 ) -> Solution:
     """Solve, widen the noise to what the residuals show, and solve again until it agrees.
 
@@ -136,18 +168,29 @@ def _settled(
         if solution is not None:
             begin = solution.point
         else:
-            begin = now.origin() if steps is None else replace(now.origin(), steps=steps)
+            begin = now.origin()
+            begin = begin if begin_at is None else replace(begin, steps=begin_at)
         if not np.isfinite(residuals(now, begin)).all():
             # what short windows found runs away over long ones
             begin = now.origin()
-        solution = solve(now, begin, smallest_gain=rough, go_on=go_on)
+        solution = solve(now, begin, smallest_gain=rough, most_steps=steps.next)
+        steps.taken += solution.iterations
         found = _widened(solution)
-        if _alike(found, scale) or not solution.in_time:
+        if _alike(found, scale) or steps.used_up:
             break
         scale = found
     assert solution is not None  # noqa: S101 - the loop has run
-    if rough > smallest_gain and solution.in_time:
-        return solve(solution.problem, solution.point, smallest_gain=smallest_gain, go_on=go_on)
+    if rough > smallest_gain and not steps.used_up:
+        # the last step may have been so small that derivatives are as they were
+        same = solution.derivatives if solution.gain < smallest_gain else None
+        solution = solve(
+            solution.problem,
+            solution.point,
+            smallest_gain=smallest_gain,
+            most_steps=steps.next,
+            before_this=same,
+        )
+        steps.taken += solution.iterations
     return solution
 
 

@@ -43,7 +43,10 @@ class PriorWidths:
 
 @dataclass(frozen=True)
 class FreeParameter:
-    """One parameter of the fit: nominal value and prior standard deviation in `unit`."""
+    """One parameter of the fit: nominal value and prior standard deviation in `unit`.
+
+    `lowest` is the smallest value that it may have; None: any.
+    """
 
     name: str
     unit: str
@@ -51,6 +54,7 @@ class FreeParameter:
     nominal: float
     prior_std: float
     write: Callable[[FloatArray, float], None]
+    lowest: float | None = None
 
 
 def free_parameters(
@@ -147,6 +151,7 @@ def _added_masses(packed: PackedVehicle, share: float) -> list[FreeParameter]:
 
 
 def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
+    """Linear and quadratic damping; a hull takes energy out, so neither is negative."""
     linear = np.diag(read(packed.vector, "linear_damping"))
     quadratic = read(packed.vector, "quadratic_damping")
     own = _inertias(packed)
@@ -175,6 +180,7 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
                 float(linear[axis]),
                 share * float(size),
                 linear_writer(axis),
+                0.0,
             )
         )
     for axis, name in enumerate(AXES):
@@ -187,6 +193,7 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
                 float(quadratic[axis]),
                 share * float(size),
                 quadratic_writer(axis),
+                0.0,
             )
         )
     return found

@@ -5,16 +5,17 @@ well each parameter is known, `window_prediction` judges the fit, `identifiabili
 next.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from pipeline.identify.black_box import fit_black_box
 from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
-from pipeline.identify.output_error import Solution, always
+from pipeline.identify.output_error import Solution
 from pipeline.identify.parameter_intervals import (
     close_pairs,
     identified_parameters,
+    thrust_found,
 )
 from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_vehicle
 from pipeline.identify.vehicle_parameters import PriorWidths
@@ -44,7 +45,7 @@ def identify_vehicle(
     window_s: float | None = None,
     suggest: bool = True,
     threads: int = 2,
-    go_on: Callable[[], bool] = always,
+    most_steps: int | None = None,
 ) -> VehicleIdentification:
     """Identify a vehicle's model from runs.
 
@@ -70,9 +71,9 @@ def identify_vehicle(
         Whether to compute which manoeuvre would identify what these runs do not.
     threads : int
         Simulations at a time.
-    go_on : callable
-        Asked after every step of the fit; it ends where it stands when the answer is no, and the
-        notes say so.
+    most_steps : int, optional
+        Gauss-Newton steps that the fit may take in all; it ends where it stands when they are used
+        up, and the notes say so.
 
     Returns
     -------
@@ -94,7 +95,7 @@ def identify_vehicle(
         hold_out=not holdout,
         window_s=window_s,
         threads=threads,
-        go_on=go_on,
+        most_steps=most_steps,
     )
     solution = fit.solution
     windows, judged_by = list(fit.held_out), runs
@@ -105,7 +106,7 @@ def identify_vehicle(
             holdout,
             None,
         )
-        windows = chained_windows(packed, solution.vector, windows)
+        windows = chained_windows(solution.packed, solution.vector, windows)
     code_max = np.abs(packed.code_limits).max(axis=1)
     quality = prediction_quality(
         packed,
@@ -115,6 +116,7 @@ def identify_vehicle(
         fit.channels,
         fit_black_box(runs, solution.problem.stack.windows, code_max),
         offsets=offsets,
+        found=solution.packed,
         threads=threads,
     )
     found = identified_parameters(fit.parameters, solution.point.steps, fit.posterior)
@@ -127,10 +129,11 @@ def identify_vehicle(
         holdout_windows=len(windows),
         window_s=fit.window_s,
         readings=int(solution.residual.size),
-        iterations=solution.iterations,
+        iterations=fit.steps,
         converged=solution.converged,
         thrust_uncertainty=doubts.thrust,
         parameters=found,
+        thrust=thrust_found(solution.problem.thrust, solution.point.steps, fit.posterior),
         correlations=close_pairs(fit.parameters, fit.posterior),
         cannot_identify=cannot_identify(found, gains),
         next_manoeuvres=gains or (),
@@ -158,7 +161,11 @@ def _noise_found(solution: Solution) -> tuple[ChannelNoiseFound, ...]:
 
 def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[str, ...]:
     notes = [
-        "Thrust is taken as the bench gives it; ci95_with_thrust says what its uncertainty adds.",
+        (
+            "Thrust is as uncertain as the vehicle file states: a factor for each thruster and the "
+            "shape of the curves are fitted beside the parameters and integrated out of their "
+            "intervals. They are no result and no part of a corrected vehicle file."
+        ),
         (
             "Added mass and dry mass act as one sum: the dry mass of the vehicle file is taken as "
             f"exact ({float(read(packed.vector, 'mass')):g} kg)."
@@ -187,10 +194,10 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
             "the model lacks something (or the sensor is worse than stated). The intervals hold "
             "for a model that is right; diagnose the runs before using these values."
         )
-    if not fit.solution.in_time:
+    if fit.out_of_steps:
         notes.append(
-            "The fit was stopped before it had settled: its time was up. Take fewer or shorter "
-            "runs, or give it all the time that it needs with `rig2sea identify`."
+            f"The fit was stopped after {fit.steps} steps, before it had settled. Take other runs, "
+            "or let it go on as long as it needs with `rig2sea identify`."
         )
     if not fit.solution.converged:
         notes.append("The fit did not settle: do not use these values.")

@@ -1,11 +1,13 @@
 """What the whole-vehicle fit solves: residuals of all windows, and their derivatives."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from pipeline.identify.run_nuisance import RunNuisance
+from pipeline.identify.thrust_doubt import NO_DOUBT, ThrustDoubt
 from pipeline.identify.vehicle_parameters import FreeParameter, values_from_steps, vector_with
 from pipeline.identify.window_outputs import (
     Stack,
@@ -13,7 +15,7 @@ from pipeline.identify.window_outputs import (
     observed_positions,
     whitened,
 )
-from pipeline.physics.parameters import read
+from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 
 #: Prior standard deviations of a window's first state about what was measured there: position
@@ -21,19 +23,47 @@ from pipeline.types import FloatArray
 START_POSITION, START_ATTITUDE, START_VELOCITY, START_RATE = 5.0, 0.2, 0.5, 0.2
 #: The same where the velocity was not measured and the model's own is taken.
 BLIND_VELOCITY = 0.2
-#: Steps of the forward differences, in prior standard deviations.
-_PARAMETER_STEP, _START_STEP = 1e-3, 1e-4
+#: Steps of the forward differences, in prior standard deviations. Small: a factor on all forces is
+#: the same as one on all masses, so hundreds of standard deviations of single parameters have to
+#: cancel along that direction, and what a long step leaves would pass for knowledge of it.
+_PARAMETER_STEP, _START_STEP = 1e-5, 1e-6
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is fitted: windows, free parameters, and what the windows of a run share."""
+    """What is fitted: windows, free parameters, what the windows of a run share, and the thrust.
+
+    The unknowns x of a point are the parameters (p,) and, after them, those of the thrust (q,).
+    """
 
     stack: Stack
     parameters: tuple[FreeParameter, ...]
     nominal: FloatArray
     shared: RunNuisance
     threads: int = 2
+    thrust: ThrustDoubt = NO_DOUBT
+
+    @property
+    def size(self) -> int:
+        """Number of the unknowns x."""
+        return len(self.parameters) + self.thrust.size
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Prior precision (p + q, p + q) of x."""
+        count = len(self.parameters)
+        found = np.eye(self.size)
+        found[count:, count:] = self.thrust.precision
+        return found
+
+    @cached_property
+    def lowest(self) -> FloatArray:
+        """Smallest value (p + q,) that each of x may have; -inf where there is none."""
+        found = np.full(self.size, -np.inf)
+        for i, parameter in enumerate(self.parameters):
+            if parameter.lowest is not None:
+                found[i] = (parameter.lowest - parameter.nominal) / parameter.prior_std
+        return found
 
     @property
     def start_scales(self) -> FloatArray:
@@ -48,8 +78,16 @@ class Problem:
         return scales
 
     def vector(self, steps: FloatArray) -> FloatArray:
-        """Parameter vector for parameters (p,) in prior standard deviations."""
-        return vector_with(self.nominal, self.parameters, values_from_steps(self.parameters, steps))
+        """Parameter vector for x (p + q,) in prior standard deviations."""
+        count = len(self.parameters)
+        values = values_from_steps(self.parameters, steps[:count])
+        vector = vector_with(self.nominal, self.parameters, values)
+        self.thrust.write(vector, steps[count:])
+        return vector
+
+    def packed(self, steps: FloatArray) -> PackedVehicle:
+        """Return the vehicle with the thrust curves of x (p + q,)."""
+        return self.thrust.packed(self.stack.packed, steps[len(self.parameters) :])
 
     def starts(self, moved: FloatArray) -> FloatArray:
         """First states (windows, STATE) for starts (windows, 12) in prior deviations."""
@@ -58,7 +96,7 @@ class Problem:
     def origin(self) -> "Point":
         """Nominal parameters, no offsets or wander, first states as measured."""
         return Point(
-            np.zeros(len(self.parameters)),
+            np.zeros(self.size),
             np.zeros(self.shared.size),
             np.zeros((len(self.stack.windows), 12)),
         )
@@ -66,7 +104,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Point:
-    """Where the fit stands: parameters (p,), shared unknowns (s,), starts (windows, 12)."""
+    """Where the fit stands: x (p + q,), shared unknowns (s,), starts (windows, 12)."""
 
     steps: FloatArray
     shared: FloatArray
@@ -77,14 +115,13 @@ class Point:
 class Derivatives:
     """Whitened residuals (rows,) and derivatives of the predictions at a point.
 
-    `parameters` (rows, p), `starts` (rows, 12) by the window's own start, `thrust` (rows,) by a
-    factor on all thrusts. Those by the shared unknowns are constant and lie with the problem.
+    `parameters` (rows, p + q) by x, `starts` (rows, 12) by the window's own start. Those by the
+    shared unknowns are constant and lie with the problem.
     """
 
     residual: FloatArray
     parameters: FloatArray
     starts: FloatArray
-    thrust: FloatArray
 
 
 def moved_starts(starts: FloatArray, by: FloatArray) -> FloatArray:
@@ -103,11 +140,12 @@ def moved_starts(starts: FloatArray, by: FloatArray) -> FloatArray:
     return moved
 
 
-def residuals(problem: Problem, point: Point, vector: FloatArray | None = None) -> FloatArray:
+def residuals(problem: Problem, point: Point) -> FloatArray:
     """Whitened residuals of all windows, one vector (rows,)."""
+    packed = problem.packed(point.steps)
     raw = innovations(
-        problem.stack,
-        problem.vector(point.steps) if vector is None else vector,
+        problem.stack if packed is problem.stack.packed else replace(problem.stack, packed=packed),
+        problem.vector(point.steps),
         problem.starts(point.starts),
     )
     return whitened(problem.stack, raw) - problem.shared.whitened(point.shared)
@@ -116,7 +154,7 @@ def residuals(problem: Problem, point: Point, vector: FloatArray | None = None) 
 def derivatives(problem: Problem, point: Point) -> Derivatives:
     """Forward differences, one simulation of all windows a column, over threads."""
     base = residuals(problem, point)
-    count = len(problem.parameters)
+    count = problem.size
     used = np.flatnonzero(problem.start_scales.any(axis=0))
 
     def column(index: int) -> FloatArray:
@@ -125,24 +163,19 @@ def derivatives(problem: Problem, point: Point) -> Derivatives:
             steps[index] += _PARAMETER_STEP
             moved = residuals(problem, Point(steps, point.shared, point.starts))
             return np.asarray((base - moved) / _PARAMETER_STEP)
-        if index == count:
-            vector = problem.vector(point.steps)
-            read(vector, "thrust_gain")[:] *= 1.0 + _PARAMETER_STEP
-            return np.asarray((base - residuals(problem, point, vector)) / _PARAMETER_STEP)
         starts = point.starts.copy()
-        starts[:, used[index - count - 1]] += _START_STEP
+        starts[:, used[index - count]] += _START_STEP
         moved = residuals(problem, Point(point.steps, point.shared, starts))
         return np.asarray((base - moved) / _START_STEP)
 
     with ThreadPoolExecutor(problem.threads) as pool:
-        columns = list(pool.map(column, range(count + 1 + used.size)))
+        columns = list(pool.map(column, range(count + used.size)))
     # a window that runs away as soon as it is touched says nothing about where to go
     columns = [np.where(np.isfinite(one), one, 0.0) for one in columns]
     by_start = np.zeros((base.size, 12))
-    by_start[:, used] = np.stack(columns[count + 1 :], axis=1)
+    by_start[:, used] = np.stack(columns[count:], axis=1)
     return Derivatives(
         base,
         np.stack(columns[:count], axis=1) if count else np.zeros((base.size, 0)),
         by_start,
-        columns[count],
     )

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
@@ -232,11 +231,25 @@ def predicted_reading(
 
 
 def turn_between(predicted: FloatArray, measured: FloatArray) -> FloatArray:
-    """Rotation vector (k, 3) in body axes from the predicted to the measured attitude."""
-    if np.isnan(predicted).any():
-        return np.full((len(predicted), 3), np.nan)
-    inverse = Rotation.from_quat(predicted[:, [1, 2, 3, 0]]).inv()
-    return np.asarray((inverse * Rotation.from_quat(measured[:, [1, 2, 3, 0]])).as_rotvec())
+    """Rotation vector (k, 3) in body axes from the predicted to the measured attitude (k, 4).
+
+    Quaternions (w, x, y, z) of any length above zero; a row that is not finite stays so.
+    """
+    # conj(p) m, by components: a third of the time of a general rotation library
+    (w0, x0, y0, z0), (w1, x1, y1, z1) = predicted.T, measured.T
+    w = w0 * w1 + x0 * x1 + y0 * y1 + z0 * z1
+    turn = np.empty((len(predicted), 3))
+    turn[:, 0] = w0 * x1 - x0 * w1 - y0 * z1 + z0 * y1
+    turn[:, 1] = w0 * y1 - y0 * w1 - z0 * x1 + x0 * z1
+    turn[:, 2] = w0 * z1 - z0 * w1 - x0 * y1 + y0 * x1
+    side = np.where(w < 0.0, -1.0, 1.0)
+    sine = np.sqrt(np.einsum("ij,ij->i", turn, turn))
+    angle = 2.0 * np.arctan2(sine, side * w)
+    small = sine < 1e-12 * np.abs(w)
+    factor = np.where(
+        small, 2.0 / np.where(small, side * w, 1.0), angle / np.where(small, 1.0, sine)
+    )
+    return np.asarray(turn * (side * factor)[:, None])
 
 
 def whitened(stack: Stack, raw: Sequence[FloatArray]) -> FloatArray:

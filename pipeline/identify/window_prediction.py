@@ -42,6 +42,7 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
     black_box: BlackBox | None,
     *,
     offsets: FloatArray | None = None,
+    found: PackedVehicle | None = None,
     threads: int = 2,
 ) -> tuple[ChannelQuality, ...]:
     """Errors per channel of the identified vehicle and of the baselines.
@@ -62,22 +63,25 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
         Fitted on the windows of the fit.
     offsets : ndarray, shape (runs, OFFSET_COUNT), optional
         The runs' offsets, zero otherwise.
+    found : PackedVehicle, optional
+        The identified vehicle, where its curves of thrust are not those of `packed`.
     """
     kept = [w for w in windows if _lead(w).readings]
     if not kept:
         return ()
     known = np.zeros((len(runs), OFFSET_COUNT)) if offsets is None else offsets
     whole = stack_windows(packed, kept, channels)
-    identified = _errors(packed, vector, kept, channels, known, whole, threads)
+    after = packed if found is None else found
+    identified = _errors(after, vector, kept, channels, known, whole, threads)
     nominal = _errors(packed, packed.vector, kept, channels, known, whole, threads)
     held = _held_errors(whole)
     learned = None if black_box is None else _black_box_errors(whole, runs, black_box)
     horizon = (1.0 - LEAD_SHARE) * float(np.mean([w.duration_s for w in kept]))
-    found = []
+    quality = []
     for number, rows in enumerate(whole.rows):
         later = _later(whole, number)
         box = None if learned is None else learned.get(rows.channel.quantity)
-        found.append(
+        quality.append(
             ChannelQuality(
                 channel=rows.channel.quantity,
                 unit=rows.channel.unit,
@@ -90,7 +94,7 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
                 rmse_black_box=None if box is None else _rms(_known(box[later])),
             )
         )
-    return tuple(found)
+    return tuple(quality)
 
 
 def _rms(values: FloatArray) -> float | None:
@@ -135,6 +139,7 @@ def _errors(  # noqa: PLR0917 - one caller
     threads: int,
 ) -> list[FloatArray]:
     """Estimate the starts from the lead, then predict all of each window."""
+    whole = replace(whole, packed=packed)
     lead = _shifted(stack_windows(packed, [_lead(w) for w in windows], channels), offsets)
     shared = run_nuisance(lead, len(offsets), offsets=False)
     problem = Problem(lead, (), vector, shared, threads)

@@ -10,10 +10,10 @@ Interval = tuple[float, float]
 class IdentifiedParameter(Record):
     """One parameter of the whole-vehicle fit, in `unit`.
 
-    `ci95` holds with the thrust as the bench gives it; `ci95_with_thrust` adds what the thrust's
-    stated uncertainty (a common factor) does to the value. `posterior_over_prior` near 1: the runs
-    say nothing that the vehicle file did not. `identified` is false above the limit of the fit, and
-    `reason` says why or how well.
+    `std` and `ci95` hold with the thrust as uncertain as the vehicle file states;
+    `ci95_thrust_known` is what would be left if the thrust were what the fit made of it.
+    `posterior_over_prior` near 1: the runs say nothing that the vehicle file did not. `identified`
+    is false above the limit of the fit, and `reason` says why or how well.
     """
 
     name: str
@@ -22,7 +22,7 @@ class IdentifiedParameter(Record):
     value: float
     std: float
     ci95: Interval
-    ci95_with_thrust: Interval
+    ci95_thrust_known: Interval
     prior_value: float
     prior_std: float
     posterior_over_prior: float
@@ -30,6 +30,19 @@ class IdentifiedParameter(Record):
     """Factor on the Fisher standard deviation, for residuals that go together."""
     identified: bool
     reason: str
+
+
+class ThrustFound(Record):
+    """What the fit made of an unknown of the thrust: a factor (unit 1), or an error of a curve (N).
+
+    No result: the prior `prior_std` is most of what is known of it.
+    """
+
+    name: str
+    unit: str
+    value: float
+    ci95: Interval
+    prior_std: float
 
 
 class Correlation(Record):
@@ -94,6 +107,7 @@ class VehicleIdentification(Record):
     converged: bool
     thrust_uncertainty: float
     parameters: tuple[IdentifiedParameter, ...]
+    thrust: tuple[ThrustFound, ...] = ()
     correlations: tuple[Correlation, ...]
     cannot_identify: tuple[str, ...]
     """One plain sentence a parameter."""
@@ -170,7 +184,7 @@ class RunRead(Record):
 class Identification(Record):
     """Everything that `rig2sea identify` found."""
 
-    schema_version: Literal[1] = 1
+    schema_version: Literal[2] = 2
     vehicle: str
     vehicle_file_sha256: str
     rig2sea_version: str

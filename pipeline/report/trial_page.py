@@ -103,7 +103,7 @@ def day_warnings(results: DayResults) -> tuple[str, ...]:
 
 
 def _against_file(one: IdentifiedParameter) -> bool:
-    low, high = one.ci95_with_thrust
+    low, high = one.ci95
     return not low <= one.prior_value <= high
 
 
@@ -175,7 +175,7 @@ def _identified(results: DayResults) -> Section:
         "Unit",
         "Value",
         "95 % interval",
-        "With the thrust's doubt",
+        "If the thrust were known",
         "Vehicle file",
         "What it is",
     )
@@ -186,8 +186,8 @@ def _identified(results: DayResults) -> Section:
         if not one.identified:
             continue
         value, interval = with_interval(one.value, one.ci95)
-        _, wider = with_interval(one.value, one.ci95_with_thrust)
-        row = [one.name, one.unit, value, interval, wider, general(one.prior_value, 3)]
+        _, known = with_interval(one.value, one.ci95_thrust_known)
+        row = [one.name, one.unit, value, interval, known, general(one.prior_value, 3)]
         if before is not None:
             row.append(general(old[one.name].value, 3) if one.name in old else "–")
         rows.append((*row, one.meaning))

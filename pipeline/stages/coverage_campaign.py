@@ -19,7 +19,13 @@ from pipeline.stages.simulated_vehicle import load_simulated
 
 
 def load_campaign(
-    vehicle: str, raw: Path, out: Path, *, manoeuvres: tuple[str, ...], run_s: float, thrust: bool
+    vehicle: str,
+    raw: Path,
+    out: Path,
+    *,
+    manoeuvres: tuple[str, ...],
+    run_s: float,
+    thrust: bool = True,
 ) -> Campaign:
     """Read the vehicle and what the bench gave of it."""
     one = load_simulated(vehicle, raw, out)
@@ -73,7 +79,9 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=300)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--workers", type=int, default=1)
-    parser.add_argument("--thrust", action="store_true", help="draw the thrust's factor too")
+    parser.add_argument(
+        "--exact-thrust", action="store_true", help="fly with the thrust as the bench says"
+    )
     parser.add_argument("--raw", type=Path, default=Path("raw"))
     parser.add_argument("--out", type=Path, default=Path(), help="folder that holds processed/")
     parser.add_argument("--to", type=Path, help="result file, one line a seed")
@@ -88,7 +96,7 @@ def main() -> None:
         wanted.out,
         manoeuvres=tuple(wanted.manoeuvres.split(",")),
         run_s=wanted.run_s,
-        thrust=wanted.thrust,
+        thrust=not wanted.exact_thrust,
     )
     file = wanted.to or Path(f"coverage-{campaign.packed.name}.jsonl")
     run_campaign(campaign, file, first=wanted.first, seeds=wanted.seeds, workers=wanted.workers)

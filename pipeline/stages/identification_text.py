@@ -34,14 +34,14 @@ def _whole(fit: VehicleIdentification) -> list[str]:
         f"  {'parameter':25} {'value':>10} {'95 % interval':>23} {'vehicle file':>21}  unit",
     ]
     for one in fit.parameters:
-        low, high = one.ci95_with_thrust
+        low, high = one.ci95
         prior = f"{one.prior_value:.4g} +- {one.prior_std:.2g}"
         mark = " " if one.identified else "?"
         lines.append(
             f"{mark} {one.name:25} {one.value:10.4g} {low:10.4g} ... {high:<8.4g} {prior:>21}  "
             f"{one.unit}"
         )
-    lines.append("  The intervals hold what the uncertainty of the bench's thrust adds.")
+    lines.append("  The intervals hold what the uncertainty of the bench's thrust does.")
     if fit.cannot_identify:
         lines += ["", "? These runs cannot identify:"]
         lines += [f"  {sentence}" for sentence in fit.cannot_identify]

@@ -28,7 +28,7 @@ def found(name: str, value: float) -> IdentifiedParameter:
         value=value,
         std=1.0,
         ci95=(0.0, 1.0),
-        ci95_with_thrust=(0.0, 1.0),
+        ci95_thrust_known=(0.0, 1.0),
         prior_value=0.0,
         prior_std=1.0,
         posterior_over_prior=0.1,

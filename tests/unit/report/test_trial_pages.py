@@ -66,7 +66,7 @@ def parameter(value: float, half: float = 1.0, prior: float = 10.0) -> Identifie
     interval = (value - half, value + half)
     return IdentifiedParameter(
         name="added_mass_surge", unit="kg", meaning="added mass <i>", value=value, std=half / 2,
-        ci95=interval, ci95_with_thrust=interval, prior_value=prior, prior_std=1.0,
+        ci95=interval, ci95_thrust_known=interval, prior_value=prior, prior_std=1.0,
         posterior_over_prior=0.5, inflation=1.0, identified=True, reason="",
     )  # fmt: skip
 

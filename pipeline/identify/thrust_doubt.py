@@ -1,0 +1,172 @@
+r"""What the bench leaves uncertain of the thrust, as unknowns of the fit.
+
+The vehicle file states one number, the standard uncertainty u of a thruster's thrust. It becomes
+
+- a factor 1 + u g_i for each thruster. Half of its variance is common to all thrusters of a
+  characteristic (one bench test, one fit), half is each thruster's own (one specimen against
+  another): corr(g_i, g_j) = 1/2, and 0 between thrusters of different characteristics;
+- the shape of the characteristic T(N, V): at 0.1, 0.3 and 0.6 of the largest code, at rest and at
+  half its highest speed, it may be off by u / 4 of its largest thrust, straight between. Small
+  thrusts are where a bench is worst, and a factor cannot say so: 0.2 N is 0.5 % of 42 N and a fifth
+  of 1 N; what a speed takes off is computed from another test than the thrust at rest.
+
+Fitted beside the parameters with this prior, they are integrated out: the covariance of the
+parameters that is left is that of the joint posterior (nuisance parameters; Gelman et al. 2013,
+Bayesian Data Analysis, section 3.1). They are no result, as little else tells a thruster that
+pushes harder from a vehicle that is lighter.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from pipeline.physics.parameters import read
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Uncertainty
+
+#: Correlation of the factors of two thrusters with one characteristic.
+ALIKE = 0.5
+#: Codes over the largest at which the curve may be off, and by how much of u at the largest thrust.
+KNOTS = (0.1, 0.3, 0.6)
+CURVE_SHARE = 0.25
+#: The second of the speeds at which it may be, over the highest of the table; beyond it the same.
+SPEED_KNOT = 0.5
+#: Below so many standard deviations of its error a thrust is off in proportion: a thruster that
+#: gives nothing in its dead zone gives nothing with another curve either.
+_FULL_FROM = 2.0
+_SMALLEST_FACTOR = 0.05
+
+
+@dataclass(frozen=True)
+class ThrustDoubt:
+    """Unknowns of the thrust (q,), counted in prior standard deviations.
+
+    The first `gains` are the factors of the thrusters, in their order; then come the knots of each
+    characteristic. `correlation` (q, q) is that of their prior; `curves` (q - gains, types, 2,
+    speeds, codes) what one standard deviation of a knot adds to the tables of thrust [N].
+    """
+
+    share: float
+    gains: int
+    names: tuple[str, ...]
+    errors_n: tuple[float, ...]
+    """Standard deviation of each knot [N]."""
+    correlation: FloatArray
+    curves: FloatArray
+
+    @property
+    def size(self) -> int:
+        """Number of unknowns."""
+        return len(self.names)
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each unknown."""
+        return ("1",) * self.gains + ("N",) * len(self.errors_n)
+
+    @property
+    def scales(self) -> FloatArray:
+        """Prior standard deviations (q,) in those units."""
+        return np.concatenate([np.full(self.gains, self.share), self.errors_n])
+
+    @cached_property
+    def precision(self) -> FloatArray:
+        """Inverse of the prior's covariance (q, q)."""
+        return np.asarray(np.linalg.inv(self.correlation), float)
+
+    def write(self, vector: FloatArray, steps: FloatArray) -> None:
+        """Write the factors of steps (q,) into a parameter vector, in place."""
+        if self.gains:
+            own = np.maximum(1.0 + self.share * steps[: self.gains], _SMALLEST_FACTOR)
+            read(vector, "thrust_gain")[: self.gains] *= own
+
+    def packed(self, packed: PackedVehicle, steps: FloatArray) -> PackedVehicle:
+        """Return the vehicle with the curves of steps (q,)."""
+        own = steps[self.gains :]
+        if not own.any():
+            return packed
+        tables = packed.thrust_tables + np.einsum("k,ktsvc->tsvc", own, self.curves)
+        return replace(packed, thrust_tables=tables)
+
+    def drawn(self, generator: np.random.Generator, largest: float) -> FloatArray:
+        """Draw steps (q,) from the prior, none further out than `largest` before correlation."""
+        draws = np.clip(generator.standard_normal(self.size), -largest, largest)
+        if not self.size:
+            return draws
+        return np.asarray(np.linalg.cholesky(self.correlation) @ draws, float)
+
+
+NO_DOUBT = ThrustDoubt(0.0, 0, (), (), np.zeros((0, 0)), np.zeros((0, 1, 2, 1, 1)))
+
+
+def thrust_doubt(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustDoubt:
+    """Set up the unknowns of a vehicle's thrust.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle as its file states it.
+    uncertainty : Uncertainty
+        Of the vehicle file; without doubt in the thrust there are no unknowns.
+
+    Returns
+    -------
+    ThrustDoubt
+        Factors of all thrusters; knots of the characteristics whose thrust is static. Where the
+        torque balance is solved in time the thrust is the propeller's, and has a factor alone.
+    """
+    share, count = uncertainty.thrust, len(packed.thruster_names)
+    if share <= 0.0 or not count:
+        return NO_DOUBT
+    kinds = read(packed.vector, "thruster_type")[:count].astype(int)
+    alike = np.where(kinds[:, None] == kinds, ALIKE, 0.0)
+    np.fill_diagonal(alike, 1.0)
+    in_time = read(packed.vector, "rotor_inertia")[:count] > 0.0
+    names = [f"thrust_{name}" for name in packed.thruster_names]
+    curves: list[FloatArray] = []
+    errors_n: list[float] = []
+    for kind in np.unique(kinds[~in_time]).tolist():
+        first = int(np.flatnonzero(kinds == kind)[0])
+        largest_code = float(read(packed.vector, "code_max")[first])
+        error_n = CURVE_SHARE * share * float(packed.thrust_tables[kind][:, 0].max())
+        added = _curves(packed, kind, largest_code, error_n)
+        names += [f"curve_{kind}_at_{place}" for place in added]
+        errors_n += [error_n] * len(added)
+        curves += added.values()
+    correlation = np.eye(len(names))
+    correlation[:count, :count] = alike
+    shape = (0, *packed.thrust_tables.shape)
+    return ThrustDoubt(
+        share,
+        count,
+        tuple(names),
+        tuple(errors_n),
+        correlation,
+        np.stack(curves) if curves else np.zeros(shape),
+    )
+
+
+def _curves(
+    packed: PackedVehicle, kind: int, largest_code: float, error_n: float
+) -> dict[str, FloatArray]:
+    """Compute what one standard deviation of each knot of a characteristic adds to the tables."""
+    tables = packed.thrust_tables[kind]
+    level = np.arange(tables.shape[2]) * packed.steps[kind, 1] / largest_code
+    rows = tables.shape[1]
+    under_way = np.minimum(np.arange(rows) / max(SPEED_KNOT * (rows - 1), 1.0), 1.0)
+    speeds = {"rest": 1.0 - under_way, "speed": under_way} if rows > 1 else {"rest": np.ones(1)}
+    found = {}
+    for number, knot in enumerate(KNOTS):
+        left = KNOTS[number - 1] if number else 0.0
+        last = number + 1 == len(KNOTS)
+        right = 1.0 if last else KNOTS[number + 1]
+        # beyond the last knot the error stays; the factor says what is off at full code
+        size = np.interp(level, [left, knot, right], [0.0, 1.0, 1.0 if last else 0.0])
+        inside = error_n * size * np.minimum(tables / (_FULL_FROM * error_n), 1.0)
+        for place, share in speeds.items():
+            added = np.zeros_like(packed.thrust_tables)
+            added[kind] = inside * share[:, None]
+            found[f"{100 * knot:.0f}_%_{place}"] = added
+    return found
