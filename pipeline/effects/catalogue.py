@@ -30,7 +30,8 @@ A parameter that is not named stays neutral. *Plausible* is where the value lies
 at work on a real vehicle; values outside *possible* are refused. *Shows in* names the channels in
 which the effect acts first: velocities u v w, rates p q r, attitude phi theta psi, depth z,
 position x y (body axes x forward, y starboard, z down; earth north, east, down). What follows from
-these by turning and drifting, in the end every channel, is not listed.
+these by turning and drifting, in the end every channel, is not listed. To add one:
+[add_an_effect.md](add_an_effect.md).
 
 A diagnosis can also answer
 """

@@ -9,6 +9,7 @@ from pipeline.types import FloatArray
 GRAVITY_MPS2 = 9.81
 NAMES = ("upper", "lower", "left", "right", "bow")
 #: A nominal model that lacks every term that can be lacking, with everything known and measured.
+#: Its thrusters have a lag; where the balance of the shafts is solved in time, `lagged` is False.
 CONTEXT = EffectContext(
     thruster_names=NAMES,
     thrust_falls_with_speed=False,
@@ -41,6 +42,7 @@ def sample_vector() -> FloatArray:
     for name in ("thrust_gain", "reverse_gain"):
         read(vector, name)[: len(NAMES)] = rng.uniform(0.8, 1.1, len(NAMES))
     read(vector, "lag")[: len(NAMES)] = 0.1
+    read(vector, "rotor_inertia")[: len(NAMES)] = 1.4e-4
     read(vector, "dead_zone")[1] = -0.0
     write(vector, "current", np.array([0.1, -0.0, 0.0]))
     write(vector, "dvl_scale", 1.01)

@@ -23,7 +23,8 @@ from pipeline.effects.library import (
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.physics.parameters import read
 
-IDS = [
+#: Ids that others rely on: none may go or change its name. A new effect need not be here.
+INTERFACE_IDS = [
     "advance_speed_loss",
     "dead_zone",
     "thruster_lag",
@@ -52,14 +53,15 @@ IDS = [
 COMPLETE = replace(CONTEXT, thrust_falls_with_speed=True, coriolis=True)
 
 
-def test_every_id_once() -> None:
-    assert list(effects()) == sorted(IDS)
-    assert [effect.id for effect in effects().values()] == sorted(IDS)
+def test_every_id_of_the_interface_is_there() -> None:
+    assert set(effects()) >= set(INTERFACE_IDS)
+    assert list(effects()) == sorted(effects())
+    assert all(id_ == effect.id for id_, effect in effects().items())
     assert set(VERDICTS) == {"none", "unknown"}
 
 
 def test_one_thruster_effects() -> None:
-    single = {id_ for id_, effect in effects().items() if effect.scope == "thruster"}
+    single = {id_ for id_ in INTERFACE_IDS if effects()[id_].scope == "thruster"}
     assert single == {"thruster_degraded", "thruster_misalignment"}
 
 
@@ -93,8 +95,8 @@ def test_an_inconsistent_file_is_named(change: dict[str, object], match: str) ->
 
 
 def test_all_are_candidates_where_everything_is_lacking_known_and_measured() -> None:
-    assert list(candidates(CONTEXT)) == sorted(IDS)
-    assert why_not(CONTEXT) == {}
+    assert set(candidates(CONTEXT)) >= set(INTERFACE_IDS)
+    assert set(candidates(CONTEXT)) | set(why_not(CONTEXT)) == set(effects())
 
 
 @pytest.mark.parametrize(
@@ -121,11 +123,11 @@ def test_all_are_candidates_where_everything_is_lacking_known_and_measured() -> 
     ],
 )
 def test_what_is_no_candidate_says_why(context: EffectContext, reasons: dict[str, str]) -> None:
-    given_reasons = why_not(context)
+    given_reasons = {id_: why for id_, why in why_not(context).items() if id_ in INTERFACE_IDS}
     assert set(given_reasons) == set(reasons)
     for id_, part in reasons.items():
         assert part in given_reasons[id_]
-    assert set(candidates(context)) == set(IDS) - set(reasons)
+    assert set(candidates(context)) & set(INTERFACE_IDS) == set(INTERFACE_IDS) - set(reasons)
 
 
 def test_input_is_not_changed() -> None:
@@ -140,7 +142,7 @@ def test_nothing_switched_on_is_the_nominal_bit_for_bit() -> None:
     vector = sample_vector()
     neutral = [
         EffectSpec(id_, effect.neutral_values(), "left" if effect.scope == "thruster" else None)
-        for id_, effect in effects().items()
+        for id_, effect in candidates(CONTEXT).items()
     ]
     assert same_bits(apply_effects(vector, [], CONTEXT), vector)
     assert same_bits(apply_effects(vector, neutral, CONTEXT), vector)
