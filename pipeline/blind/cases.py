@@ -20,6 +20,8 @@ from pipeline.vehicle.load import VEHICLE_FILE
 #: Case numbers are added to these; a campaign's seed times `SEED_STRIDE` comes on top.
 CALIBRATION_SEEDS, TEST_SEEDS = 0, 1_000_000
 SEED_STRIDE = 10_000_000
+#: Length of each run of a case. [s]
+RUN_S = 60.0
 #: Gap ratios that are aimed at.
 SEVERITIES = (2.0, 6.0, 20.0)
 #: Kinds of case and their parts of a campaign.
@@ -61,7 +63,12 @@ class Numbered:
 
 
 def case_of(
-    number: int, subjects: dict[str, Subject], seed: int, *, calibration: bool = False
+    number: int,
+    subjects: dict[str, Subject],
+    seed: int,
+    *,
+    calibration: bool = False,
+    run_s: float = RUN_S,
 ) -> Numbered:
     """Return the case with a number.
 
@@ -75,6 +82,8 @@ def case_of(
         Of the campaign.
     calibration : bool
         From the seeds for setting thresholds, not those for testing.
+    run_s : float
+        Length of each of its runs. [s]
     """
     first = CALIBRATION_SEEDS if calibration else TEST_SEEDS
     own = first + number + SEED_STRIDE * seed
@@ -98,7 +107,9 @@ def case_of(
     if any(one.startswith("dvl_") for one in what):
         missing = tuple(one for one in missing if one != "dvl")
     return Numbered(
-        number, vehicle, CaseSpec(kind, what, severity, manoeuvres, healthy, missing, seed=own)
+        number,
+        vehicle,
+        CaseSpec(kind, what, severity, manoeuvres, healthy, missing, duration_s=run_s, seed=own),
     )
 
 

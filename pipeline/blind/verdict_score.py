@@ -29,12 +29,13 @@ _REGIME_WORDS = {
 
 
 class IntervalScore(Record):
-    """One 95 % interval: whether the truth is in it, and its half-width over the truth."""
+    """One 95 % interval: is the truth in it, half-width over truth, error over half-width."""
 
     effect: str
     parameter: str
     inside: bool
     half_width_share: float | None
+    miss: float | None = None
 
 
 class CaseScore(Record):
@@ -240,6 +241,7 @@ def _intervals(label: CaseLabel, verdict: Mapping[str, Any]) -> tuple[IntervalSc
                     parameter=name,
                     inside=low <= value <= high,
                     half_width_share=0.5 * (high - low) / abs(value) if value else None,
+                    miss=abs(value - 0.5 * (low + high)) / max(0.5 * (high - low), 1e-12),
                 )
             )
     return tuple(out)

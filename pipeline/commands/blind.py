@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.language import translate
+
 if TYPE_CHECKING:
     from pipeline.stages.blind_campaign import BlindResult
 
@@ -42,6 +44,14 @@ if TYPE_CHECKING:
     show_default=True,
     help="Let the plain methods answer too.",
 )
+@click.option(
+    "--run-s",
+    type=click.FloatRange(20.0, 1800.0),
+    default=60.0,
+    show_default=True,
+    metavar="SECONDS",
+    help="Length of each of a case's six runs.",
+)
 @click.option("--keep-logs", is_flag=True, help="Write the logs of every case as well.")
 @click.option(
     "--page",
@@ -72,6 +82,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
     resume: bool,
     processes: int,
     baselines: bool,
+    run_s: float,
     keep_logs: bool,
     page: Path | None,
     as_json: bool,
@@ -95,13 +106,22 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
 
     request = BlindRequest(
         cases,
-        BlindPlace(raw, out, to, vehicles or USUAL, seed, baselines=baselines, keep_logs=keep_logs),
+        BlindPlace(
+            raw,
+            out,
+            to,
+            vehicles or USUAL,
+            seed,
+            baselines=baselines,
+            keep_logs=keep_logs,
+            run_s=run_s,
+        ),
         resume=resume,
         processes=processes,
     )
 
     def said(done: int, wanted: int, line: str) -> None:
-        click.echo(f"[{done}/{wanted}] {line}", err=True)
+        click.echo(f"[{done}/{wanted}] {translate(line)}", err=True)
 
     result = run_campaign(request, said)
     if page is not None:
@@ -111,7 +131,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
     if as_json:
         click.echo(json.dumps(result.to_json(), indent=1))
         return
-    click.echo(_text(result))
+    click.echo(translate(_text(result)))
     if page is not None:
         click.echo(str(page))
 

@@ -1,17 +1,17 @@
-"""From log evidence to probabilities and a set of answers, with thresholds from generated cases."""
+"""The answers of a search: each with its probability and the finding that stands for it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.confusability import ONE_ANSWER_DEG, angle_to
+from pipeline.diagnose.decision import Share
 from pipeline.diagnose.hypotheses import Finding
 from pipeline.diagnose.nil import matters
 from pipeline.diagnose.search import Judged, Search
-from pipeline.types import FloatArray
-
-NONE, UNKNOWN = "none", "unknown"
+from pipeline.diagnose.weighing import NONE, UNKNOWN, LevelEvidence, weigh
 
 
 @dataclass(frozen=True)
@@ -36,47 +36,58 @@ class Answers:
         """One answer by its name."""
         return next((one for one in self.ranking if one.name == name), None)
 
+    def reweighed(self, shares: Sequence[Share]) -> "Answers":
+        """Put the answers in the order of `shares`, with their probabilities.
 
-def answers(found: Search, calibration: Calibration) -> Answers:
-    """Weigh every hypothesis under every level of the outside force.
-
-    The evidence is tempered: its exponent is below 1, because models are never quite right. Mass
-    under a force that no healthy vehicle has goes to `unknown`, unless the effect takes away most
-    of the force that would be needed without it.
-    """
-    weights = _weights(found, calibration)
-    best: dict[str, tuple[float, Finding | None, Judged]] = {}
-    totals: dict[str, float] = {}
-    needed = _needed_force(found.judged, None)
-    for judged in found.judged:
-        for name, finding, gain in _hypotheses(found, judged):
-            log_evidence = calibration.exponent * (judged.nothing + gain)
-            log_evidence += weights[name.count("+")] if name != NONE else np.log(calibration.none)
-            log_evidence += float(np.log(judged.level.weight))
-            goes_to = name
-            if not judged.level.ordinary:
-                left = judged.level.size / max(needed, 1e-9)
-                if name == NONE or left > calibration.left_over:
-                    goes_to = UNKNOWN
-            totals[goes_to] = float(np.logaddexp(totals.get(goes_to, -np.inf), log_evidence))
-            if goes_to not in best or log_evidence > best[goes_to][0]:
-                best[goes_to] = (log_evidence, finding, judged)
-    highest = max(totals.values())
-    shares = {name: float(np.exp(value - highest)) for name, value in totals.items()}
-    whole = sum(shares.values())
-    nothing = max(one.nothing for one in found.judged if one.level.ordinary)
-    ranking = []
-    for name, share in shares.items():
-        _, finding, judged = best[name]
-        gain = 0.0 if finding is None else finding.log_evidence
-        ranking.append(
-            Candidate(name, share / whole, judged.nothing + gain - nothing, finding, judged)
+        An answer that is new among them has no finding.
+        """
+        new = replace(self.ranking[0], finding=None)
+        ranking = tuple(
+            replace(self.of(one.name) or new, name=one.name, probability=one.probability)
+            for one in shares
         )
-    ranking.sort(key=lambda one: (-one.probability, -one.log_evidence, one.name))
-    return Answers(tuple(ranking), ranking[0].judged.level.size)
+        return replace(self, ranking=ranking)
 
 
-def _hypotheses(found: Search, judged: Judged) -> list[tuple[str, Finding | None, float]]:
+def answers(found: Search, limits: Calibration, *, healthy_known: bool) -> Answers:
+    """Weigh every hypothesis under every level of the outside force; see `weigh`."""
+    evidence = evidence_of(found)
+    findings = [[finding for _, finding, _ in hypotheses(found, one)] for one in found.judged]
+    nothing = max(one.nothing for one in found.judged if one.level.ordinary)
+    ranking = tuple(
+        Candidate(
+            one.name,
+            one.probability,
+            evidence[one.level].nothing + evidence[one.level].gains[one.hypothesis][1] - nothing,
+            findings[one.level][one.hypothesis],
+            found.judged[one.level],
+        )
+        for one in weigh(evidence, effect_count(found), limits, healthy_known=healthy_known)
+    )
+    return Answers(ranking, ranking[0].judged.level.size)
+
+
+def evidence_of(found: Search) -> tuple[LevelEvidence, ...]:
+    """Return the numbers that are weighed."""
+    return tuple(
+        LevelEvidence(
+            one.level.size,
+            float(np.ptp(one.level.factor)) == 0.0,
+            one.level.ordinary,
+            one.level.weight,
+            one.nothing,
+            tuple((name, gain) for name, _, gain in hypotheses(found, one)),
+        )
+        for one in found.judged
+    )
+
+
+def effect_count(found: Search) -> int:
+    """Candidates that share the prior probability of a single effect."""
+    return len({effect for effect, _ in found.groups})
+
+
+def hypotheses(found: Search, judged: Judged) -> list[tuple[str, Finding | None, float]]:
     """Names, findings and gains under one level; the best target stands for an effect."""
     named: dict[str, tuple[Finding | None, float]] = {NONE: (None, 0.0)}
     for finding in (*judged.singles, *judged.pairs):
@@ -90,37 +101,16 @@ def _hypotheses(found: Search, judged: Judged) -> list[tuple[str, Finding | None
     return [(name, finding, gain) for name, (finding, gain) in named.items()]
 
 
-def _weights(found: Search, calibration: Calibration) -> FloatArray:
-    """Log prior of one single effect, and of one pair."""
-    count = len({effect for effect, _ in found.groups})
-    pair_count = max(count * (count - 1) / 2, 1)
-    return np.asarray(
-        np.log(np.array([calibration.single / max(count, 1), calibration.pair / pair_count]))
-    )
-
-
-def _needed_force(judged: Sequence[Judged], finding: Finding | None) -> float:
-    """Outside force that the readings want where no effect is at work."""
-    even = [one for one in judged if np.ptp(one.level.factor) == 0.0]
-    return max(even, key=lambda one: one.nothing).level.size if finding is None else 1.0
-
-
-def answer_set(found: Answers, calibration: Calibration) -> tuple[str, ...]:
-    """Smallest set of answers that holds the truth as often as was calibrated."""
-    chosen: list[str] = []
-    total = 0.0
-    for one in found.ranking:
-        chosen.append(one.name)
-        total += one.probability
-        if total >= calibration.set_level:
-            break
-    return tuple(chosen)
+def equals(found: Search, one: Candidate) -> tuple[str, ...]:
+    """Effects whose signature lies too close to what an answer explains to be told from it."""
+    if one.finding is None or one.name in {NONE, UNKNOWN}:
+        return ()
+    close = angles(found, one.finding, one.judged)
+    return tuple(name for name, angle in close.items() if angle <= ONE_ANSWER_DEG)
 
 
 def angles(found: Search, first: Finding, judged: Judged) -> Mapping[str, float]:
     """Angle of what a finding explains to every other effect, the smallest over targets. [deg]."""
-    from pipeline.diagnose.confusability import angle_to
-
     smallest: dict[str, float] = {}
     for group, members in found.groups.items():
         if group[0] in first.effects:

@@ -41,9 +41,13 @@ def sentence(
     closes = (
         ""
         if shrunk.gap_closed is None
-        else f"; it closes {_PERCENT * shrunk.gap_closed:.0f} % of the gap at {shrunk.held_out}"
+        else f"; it closes {_share(shrunk.gap_closed)} of the gap at {shrunk.held_out}"
     )
     return f"The cause is {said} {sure}{closes}.{also}"
+
+
+def _share(closed: float) -> str:
+    return "all" if closed >= 0.995 else f"{_PERCENT * closed:.0f} %"
 
 
 def _described(best: Ranked, effect: str) -> str:

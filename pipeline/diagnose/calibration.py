@@ -15,12 +15,17 @@ class _File(Record):
     none: float
     single: float
     pair: float
+    pair_share: float
     set_level: float
     left_over: float
     verdict: float
     most_force: float
     most_force_healthy: float
+    most_level: float
+    most_level_healthy: float
     most_gap: float
+    least_gap: float
+    interval_factor: float
     made_by: str
     cases: int
     seeds: str
@@ -36,6 +41,9 @@ class Calibration:
         Of the likelihood; below 1 because models are never quite right.
     none, single, pair : float
         Prior probability that nothing, one effect, two effects are at work.
+    pair_share : float
+        Share of what the best single effect explains that a second one must add: the flaws of a
+        model grow with what is explained, and look like a second effect.
     set_level : float
         Probability that the answer set must hold.
     left_over : float
@@ -45,20 +53,31 @@ class Calibration:
     most_force, most_force_healthy : float
         Outside force (rms over that of a healthy vehicle, worst axis) that an answer may leave,
         without and with healthy runs.
+    most_level, most_level_healthy : float
+        Level of the outside force up to which it counts as ordinary, without and with healthy runs.
     most_gap : float
         Held-out gap over the healthy floor that an answer may leave.
+    least_gap : float
+        Error of the worst channel over its healthy floor below which there is no gap.
+    interval_factor : float
+        By how much the intervals are wider than the linear Gaussian model has them.
     """
 
     exponent: float
     none: float
     single: float
     pair: float
+    pair_share: float
     set_level: float
     left_over: float
     verdict: float
     most_force: float
     most_force_healthy: float
+    most_level: float
+    most_level_healthy: float
     most_gap: float
+    least_gap: float
+    interval_factor: float
     source: str
 
 
@@ -72,12 +91,17 @@ def calibration() -> Calibration:
         found.none,
         found.single,
         found.pair,
+        found.pair_share,
         found.set_level,
         found.left_over,
         found.verdict,
         found.most_force,
         found.most_force_healthy,
+        found.most_level,
+        found.most_level_healthy,
         found.most_gap,
+        found.least_gap,
+        found.interval_factor,
         f"{found.cases} generated cases, seeds {found.seeds}: {found.made_by}"
         if found.cases
         else "not yet set from generated cases: the thresholds are a first guess",

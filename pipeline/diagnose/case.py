@@ -1,6 +1,6 @@
 """What is to be diagnosed, and the runs cut into windows ready for it."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,7 +21,7 @@ from pipeline.identify.windows import Window, cut
 from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -81,6 +81,8 @@ def setting_of(
     *,
     force_unit: FloatArray | None = None,
     threads: int = 2,
+    vector: FloatArray | None = None,
+    taken: Callable[[Sequence[Window]], BoolArray] | None = None,
 ) -> Setting:
     """Cut runs into windows and set up all unknowns.
 
@@ -96,6 +98,10 @@ def setting_of(
         Outside force of a healthy vehicle; `usual_force` otherwise. [N, N m]
     threads : int
         Simulations side by side.
+    vector : ndarray, optional
+        Parameter vector of the model that follows the motion; the nominal one otherwise.
+    taken : callable, optional
+        Says of each window whether it is taken; all are otherwise.
 
     Raises
     ------
@@ -106,7 +112,9 @@ def setting_of(
     if model is None:
         raise CannotComputeError(f"{case.name} has no model: section to compare the runs with")
     windows = windows_of(packed, runs, channels)
-    windows, pulls = follow(packed, runs, windows, channels)
+    if taken is not None:
+        windows = [one for one, is_in in zip(windows, taken(windows), strict=True) if is_in]
+    windows, pulls = follow(packed, runs, windows, channels, vector)
     stack = stack_windows(packed, windows, channels)
     sensors = case.vehicle.sensors
     dvl = None if sensors is None else sensors.dvl
@@ -133,6 +141,33 @@ def setting_of(
         characteristic_profiles(packed, stack.windows, bench.whole),
     )
     return replace(setting, extra=_voltage_offsets(setting, len(runs)))
+
+
+def led_by(
+    setting: Setting,
+    packed: PackedVehicle,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    vector: FloatArray,
+) -> Setting:
+    """Let the model at a parameter vector follow the measured motion."""
+    stack = setting.bench.stack
+    windows, pulls = follow(packed, runs, stack.windows, channels, vector)
+    stack = replace(stack, windows=tuple(windows))
+    return replace(setting, bench=replace(setting.bench, stack=stack, pulls=tuple(pulls)))
+
+
+def thinned(chosen: BoolArray, most: int) -> BoolArray:
+    """Keep at most so many of the chosen windows, two and two side by side, evenly spread."""
+    places = np.flatnonzero(chosen)
+    found = np.zeros(chosen.size, bool)
+    if places.size <= most:
+        found[places] = True
+        return found
+    twos = places.size // 2
+    first = 2 * np.unique(np.linspace(0, twos - 1, most // 2).astype(int))
+    found[places[np.concatenate([first, first + 1])]] = True
+    return found
 
 
 def usual_force(packed: PackedVehicle) -> FloatArray:

@@ -20,6 +20,8 @@ from pipeline.vehicle.model_schema import Uncertainty
 
 #: Size of a departure, as a share of the far end of the plausible range, that counts as 1.
 _UNIT_SHARE = 0.5
+#: No departure that is an effect goes further: two and a half times what is plausible.
+_FARTHEST = 5.0
 #: The same for the difference by which the signature is taken.
 _STEP_SHARE = 0.001
 
@@ -46,14 +48,18 @@ class Coordinate:
     def bounds(self) -> tuple[float, float]:
         """Where the departure may lie as one hypothesis of the effect, counted from neutral.
 
-        On a side of neutral where nothing is plausible it would be another effect.
+        On a side of neutral where nothing is plausible it would be another effect; far beyond what
+        is plausible, damping of twenty times the stated one, it would explain a current.
         """
         low, high = self.parameter.plausible
         neutral = self.parameter.neutral
         least, most = self.parameter.possible
         low = least if low < neutral else neutral
         high = most if high > neutral else neutral
-        return (low - neutral) / self.unit_size, (high - neutral) / self.unit_size
+        return (
+            max((low - neutral) / self.unit_size, -_FARTHEST),
+            min((high - neutral) / self.unit_size, _FARTHEST),
+        )
 
     @property
     def limits(self) -> tuple[float, float]:

@@ -1,50 +1,46 @@
 """The diagnosis of one case: the five parts of the answer, from runs to a record."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.diagnose.answer import NONE, UNKNOWN, Answers, answers
+from pipeline.diagnose.answer import Answers, answers, equals
+from pipeline.diagnose.approach import approach
 from pipeline.diagnose.calibration import Calibration, calibration
-from pipeline.diagnose.case import Case, channels_of, setting_of
+from pipeline.diagnose.case import Case, channels_of, led_by, setting_of, thinned
+from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
-from pipeline.diagnose.elimination import solve
+from pipeline.diagnose.consequences import AHEAD_S, consequence, look_ahead
+from pipeline.diagnose.decision import Left, Share, verdict_of, with_unknown, without_gap
 from pipeline.diagnose.forecast import (
     forecast,
     healthy_spread,
-    outlook,
-    smoothed_starts,
     whole_runs,
 )
 from pipeline.diagnose.gap import channel_gaps, gap_channels
 from pipeline.diagnose.healthy import learn
 from pipeline.diagnose.hopeless import refuse_hopeless
-from pipeline.diagnose.leftover import leftover
-from pipeline.diagnose.linear_model import vector_of
+from pipeline.diagnose.linear_model import Setting, vector_of
 from pipeline.diagnose.next_run import next_run
 from pipeline.diagnose.notes import notes_on
-from pipeline.diagnose.refine import refined
+from pipeline.diagnose.refine import possible_alone, refined
 from pipeline.diagnose.regime_gaps import regime_gaps
 from pipeline.diagnose.regimes import excess, regime_shares, regressors, time_shares
-from pipeline.diagnose.scales import Level, levels
-from pipeline.diagnose.search import Search, force_prior, ordinary_prior, search
+from pipeline.diagnose.scales import levels
+from pipeline.diagnose.search import Search, ordinary_prior, search
 from pipeline.diagnose.sentence import sentence
 from pipeline.diagnose.series import series_of
-from pipeline.diagnose.shrink import shrink
 from pipeline.diagnose.stages import stages_told
-from pipeline.diagnose.unexplained import leaves_too_much
 from pipeline.diagnose.verdict import (
-    departures_of,
-    effect_alone,
     ranking_of,
     specs_of,
-    verdict_of,
 )
+from pipeline.diagnose.weighing import UNKNOWN
 from pipeline.effects.specification import EffectSpec
+from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.window_derivatives import moved_starts
 from pipeline.identify.windows import Window
 from pipeline.records.diagnosis import (
     ChannelNoiseCheck,
@@ -56,14 +52,14 @@ from pipeline.records.diagnosis import (
     Where,
 )
 from pipeline.records.run_table import RunTable
-from pipeline.types import BoolArray
+from pipeline.types import BoolArray, FloatArray
 
 #: Answers that are judged at their own points.
 _REFINED = 6
+#: Windows that suffice for finding the point of linearisation.
+_ENOUGH = 16
 #: Every how manyth window is held out where no run is.
 _HELD_OUT = 4
-#: How far ahead the gap is looked at. [s]
-_AHEAD_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -96,8 +92,29 @@ def diagnose(case: Case, threads: int = 2, seed: int = 0) -> DiagnosisRecord:
     return diagnose_fully(case, threads, seed).record
 
 
-def diagnose_fully(case: Case, threads: int = 2, seed: int = 0) -> Diagnosis:
-    """Diagnose a case and keep what write-back needs; see `diagnose`."""
+def diagnose_fully(
+    case: Case,
+    threads: int = 2,
+    seed: int = 0,
+    keep: Callable[[CaseEvidence], None] | None = None,
+) -> Diagnosis:
+    """Diagnose a case and keep what write-back needs; see `diagnose`.
+
+    `keep` is given the evidence that was weighed, for setting the thresholds.
+    """
+    try:
+        return _diagnosed(case, threads, seed, keep)
+    except np.linalg.LinAlgError as error:
+        raise CannotComputeError(
+            f"the runs of {case.name} and its model are so far apart that the equations of the "
+            f"diagnosis have no solution ({error}). Check that the vehicle file belongs to these "
+            "runs: positions and signs of the thrusters, masses, sensor noise."
+        ) from None
+
+
+def _diagnosed(
+    case: Case, threads: int, seed: int, keep: Callable[[CaseEvidence], None] | None
+) -> Diagnosis:
     began = time.monotonic()
     refuse_hopeless(case)
     # the order in which runs are given must not matter
@@ -106,30 +123,41 @@ def diagnose_fully(case: Case, threads: int = 2, seed: int = 0) -> Diagnosis:
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
     healthy = learn(case, threads) if case.healthy else None
+    every_level = levels(healthy_known=healthy is not None)
+    known = None if healthy is None else healthy.force_unit
+
+    def few(windows: Sequence[Window]) -> BoolArray:
+        return thinned(_chosen(case, windows), _ENOUGH)
+
+    rough = setting_of(case, runs, channels, force_unit=known, threads=threads, taken=few)
+    prior = ordinary_prior(rough) if healthy is None else healthy.prior
+
+    def lead(setting: Setting, vector: FloatArray) -> Setting:
+        return led_by(setting, case.packed, runs, channels, vector)
+
+    near = approach(
+        rough,
+        lead,
+        prior,
+        every_level,
+        healthy_known=healthy is not None,
+    )
     setting = setting_of(
         case,
         runs,
         channels,
-        force_unit=None if healthy is None else healthy.force_unit,
+        force_unit=known,
         threads=threads,
+        vector=vector_of(rough, near.departures),
     )
     chosen = _chosen(case, setting.bench.stack.windows)
-    every_level = levels(healthy_known=healthy is not None)
-    prior = ordinary_prior(setting) if healthy is None else healthy.prior
-    found = search(
-        setting,
-        runs,
-        channels,
-        prior,
-        every_level,
-        chosen,
-        None if healthy is None else dict(healthy.widen),
-    )
-    found = refined(found, answers(found, thresholds), _REFINED)
-    answered = answers(found, thresholds)
-    return _told(
-        case, found, answered, thresholds, channels, runs, seed, began, healthy is not None
-    )
+    widen = None if healthy is None else dict(healthy.widen)
+    found = search(setting, near, every_level, chosen, widen)
+    known_well = healthy is not None
+    first = answers(found, thresholds, healthy_known=known_well)
+    found = refined(found, first, lead, _REFINED)
+    answered = possible_alone(found, answers(found, thresholds, healthy_known=known_well))
+    return _told(case, found, answered, thresholds, channels, runs, seed, began, keep)
 
 
 def _sorted(runs: Sequence[RunTable]) -> tuple[RunTable, ...]:
@@ -167,49 +195,48 @@ def _told(  # noqa: PLR0917 - one caller
     runs: Sequence[RunTable],
     seed: int,
     began: float,
-    healthy_known: bool,
+    keep: Callable[[CaseEvidence], None] | None,
 ) -> Diagnosis:
     """Put the answer together."""
     setting, top = found.setting, answered.ranking[0]
-    finding = top.finding if top.name not in {NONE, UNKNOWN} else None
-    best = departures_of(found, top, top.finding)
-    added = effect_alone(found, best, finding)
-    # starts from all readings, with forces free enough to follow whatever happened
-    wide = Level(np.full(6, max(4.0, 2.0 * answered.force_scale)), 1.0, False)
-    state = solve(found.grams, force_prior(setting, wide), best)
-    starts = smoothed_starts(
-        setting.bench.stack.windows,
-        moved_starts(setting.bench.stack.starts, state.starts * setting.problem.start_scales),
-    )
-    near_look = outlook(setting, runs, channels, starts, _AHEAD_S)
-    packed = case.packed
-    before = forecast(near_look, packed.vector, channels)
-    after = forecast(near_look, vector_of(setting, added), channels) if added.any() else before
-    ordinary = min((j.level.size for j in found.judged if j.level.ordinary), default=1.0)
-    ordinary = float(np.clip(answered.force_scale, ordinary, 1.0 if healthy_known else 2.0))
-    floors = replace(setting, force_unit=setting.force_unit * ordinary)
-    spread = healthy_spread(near_look, floors, found.prior, channels, before, seed)
-    whole_look = whole_runs(setting, runs, channels, starts)
-    whole = forecast(whole_look, packed.vector, channels)
-    whole_spread = healthy_spread(whole_look, floors, found.prior, channels, whole, seed)
-    gaps = channel_gaps(before, spread, whole, whole_spread)
-    carried = excess(before, spread, setting.bench.window_count, _AHEAD_S)
-    every = regressors(setting, runs)
-    held = ~found.chosen
+    healthy_known = bool(case.healthy)
     told = (
         "runs " + ", ".join(run.name for run in case.holdout)
         if case.holdout
         else f"every {_HELD_OUT}th window of the runs"
     )
-    closed = shrink(before, after, spread, held, told, seed)
-    left = leftover(found, found.grams, best, runs, every, answered.force_scale)
-    # with the ordinary departures that go with the answer: a turning rate that is off by what is
-    # ordinary is off by more at the end of a long lever arm, and that is no gap
-    fitted = forecast(near_look, vector_of(setting, best), channels)
-    judged = shrink(before, fitted, spread, held, told, seed)
-    answered = leaves_too_much(answered, left, judged, thresholds, healthy_known=healthy_known)
-    names, ambiguous = verdict_of(found, answered, thresholds)
-    ranking = ranking_of(found, answered, closed, top)
+    ahead = look_ahead(found, answered, runs, channels, told, seed, healthy_known=healthy_known)
+    every = regressors(setting, runs)
+    led_to = consequence(found, ahead, top, answered.force_scale, every)
+    whole_look = whole_runs(setting, runs, channels, ahead.starts)
+    whole = forecast(whole_look, case.packed.vector, channels)
+    whole_spread = healthy_spread(whole_look, ahead.floors, found.prior, channels, whole, seed)
+    gaps = channel_gaps(ahead.before, ahead.spread, whole, whole_spread)
+    worst_ratio = max((one.ratio for one in gaps.values()), default=0.0)
+    if keep is not None:
+        seen = case_evidence(
+            found,
+            answered,
+            ahead,
+            every,
+            thresholds,
+            worst_ratio,
+            healthy_known=healthy_known,
+        )
+        keep(seen)
+    carried = excess(ahead.before, ahead.spread, setting.bench.window_count, AHEAD_S)
+    closed, left = led_to.closed, led_to.left
+    judged = led_to.judged
+    shares = with_unknown(
+        [Share(one.name, one.probability) for one in answered.ranking],
+        Left(max(left.axes.values(), default=0.0), judged.before, judged.after, judged.gap_closed),
+        thresholds,
+        healthy_known=healthy_known,
+    )
+    shares = without_gap(shares, worst_ratio, thresholds)
+    names, ambiguous = verdict_of(shares, equals(found, top), thresholds)
+    answered = answered.reweighed(shares)
+    ranking = ranking_of(found, answered, closed, top, thresholds)
     first = ranking[0]
     ground = top.judged.ground
     record = DiagnosisRecord(
@@ -223,7 +250,7 @@ def _told(  # noqa: PLR0917 - one caller
                 regimes=regime_shares(every, carried),
                 times=time_shares(setting, runs, carried),
             ),
-            by_regime=regime_gaps(every, before, spread, _AHEAD_S),
+            by_regime=regime_gaps(every, ahead.before, ahead.spread, AHEAD_S),
         ),
         verdict=Verdict(
             effects=names,
@@ -254,9 +281,11 @@ def _told(  # noqa: PLR0917 - one caller
             calibrated=thresholds.source,
             healthy_runs=tuple(run.name for run in case.healthy),
         ),
-        series=series_of(near_look, runs, before, after, held, gap_channels(gaps)),
+        series=series_of(
+            ahead.near, runs, ahead.before, led_to.after, ahead.held, gap_channels(gaps)
+        ),
         notes=notes_on(case, found),
         elapsed_s=time.monotonic() - began,
     )
     known = names != (UNKNOWN,)
-    return Diagnosis(record, specs_of(found, added) if known else ())
+    return Diagnosis(record, specs_of(found, led_to.added) if known else ())

@@ -17,21 +17,22 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.windows import Window
-from pipeline.physics.parameters import read
+from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.kernel import STATE
+from pipeline.simulate.kernel import RK4, STATE
+from pipeline.simulate.kernel_follow import follow_window
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import run
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Bandwidth of the pull: turning is measured by gyros, going by a DVL that is slower. [rad/s]
 TURN_BANDWIDTH, GO_BANDWIDTH = 5.0, 2.5
 #: Pull towards the measured position. [1/s^2]
 _PLACE = 0.5
+#: Angle, way or place beyond which the pull grows no further. [rad, m, m/s^2]
+_MOST_OFF = 0.5
 #: A position less sure than this leads nowhere. [m]
 _SURE_M = 0.05
 #: Steps for which the pull is held.
@@ -89,7 +90,14 @@ def _pass(  # noqa: PLR0917 - one caller
     for window, ahead in zip(windows, known, strict=True):
         # goes on where the window before ended, so that the drives are where they were
         joins = last is not None and last == (window.run, round(window.begin_s, 6))
-        begin = state if joins and state is not None else window.start
+        begin = window.start
+        if joins and state is not None:
+            # but where it was measured to be: a velocity that is a little off would lead it away
+            begin = state.copy()
+            if "depth" in window.readings:
+                begin[2] = window.start[2]
+            if "position" in window.readings and not sure:
+                begin[:2] = window.start[:2]
         state, pull = _follow_window(
             packed, vector, runs[window.run], window, begin, place, ahead, sure
         )
@@ -119,52 +127,41 @@ def _follow_window(  # noqa: PLR0917 - one caller
     period = float(np.median(np.diff(table.time_s)))
     index = round(window.begin_s / period) + round(window.step_s / period) * np.arange(steps + 1)
     index = np.minimum(index, table.time_s.size - 1)
-    rate, rate_known = _channel(table, "angular_velocity", index, 3)
     # what the DVL shows is taken as this model has it: late, scaled, turned, from another place
     late = round(float(read(vector, "dvl_delay")) / period)
     told = np.clip(index + late, 0, table.time_s.size - 1)
     velocity, velocity_known = _channel(table, "velocity", told, 3)
     error = Rotation.from_euler("ZYX", read(vector, "dvl_rotation")[::-1])
     velocity = error.apply(velocity / max(float(read(vector, "dvl_scale")), 0.1))
-    place = place + read(vector, "dvl_lever_arm")
-    attitude, attitude_known = _channel(table, "attitude", index, 4)
-    position, position_known = _channel(table, "position", index, 3)
     late = round(_LATE_S / window.step_s)
     pull = ahead[np.minimum(np.arange(steps) + late, steps - 1)]
-    state, lag = begin.copy(), np.zeros(3)
-    for k in range(0, steps, _HELD):
-        end = min(k + _HELD, steps)
-        wanted = np.zeros(6)
-        omega = state[10:13]
-        if rate_known[k]:
-            wanted[3:] += 2 * TURN_BANDWIDTH * (rate[k] - omega)
-        turn = Rotation.from_quat(state[[4, 5, 6, 3]])
-        if attitude_known[k]:
-            tilt = (turn.inv() * Rotation.from_quat(attitude[k, [1, 2, 3, 0]])).as_rotvec()
-            wanted[3:] += TURN_BANDWIDTH**2 * np.clip(tilt, -0.5, 0.5)
-        if velocity_known[k]:
-            off = velocity[k] - np.cross(rate[k] if rate_known[k] else omega, place) - state[7:10]
-            lag += off * window.step_s * (end - k)
-            wanted[:3] += 2 * GO_BANDWIDTH * off + GO_BANDWIDTH**2 * np.clip(lag, -0.5, 0.5)
-        if sure and position_known[k]:
-            off = turn.inv().apply(position[k] - state[:3])
-            wanted[:3] += np.clip(_PLACE * off, -0.5, 0.5)
-        pull[k:end] += matrix @ wanted
-        try:
-            found = run(
-                packed,
-                window.command[k:end],
-                dt_s=window.step_s,
-                vector=vector,
-                start=state,
-                external=pull[k:end],
-            )
-        except CannotComputeError:
-            return None, pull
-        state = found.final_state
-        if not np.isfinite(state).all() or state.size != STATE:
-            return None, pull
-    return state, pull
+    command = np.zeros((steps, MOST_THRUSTERS))
+    command[:, : len(packed.thruster_names)] = window.command
+    states = np.empty((steps + 1, STATE))
+    sound = follow_window(
+        vector,
+        begin,
+        command,
+        float(window.step_s),
+        _HELD,
+        RK4,
+        matrix,
+        np.array([TURN_BANDWIDTH, GO_BANDWIDTH, _PLACE if sure else 0.0, _MOST_OFF]),
+        place + read(vector, "dvl_lever_arm"),
+        *_channel(table, "angular_velocity", index, 3),
+        velocity,
+        velocity_known,
+        *_channel(table, "attitude", index, 4),
+        *_channel(table, "position", index, 3),
+        packed.strips,
+        packed.thrust_tables,
+        packed.screws,
+        packed.torque_tables,
+        packed.steps,
+        states,
+        pull,
+    )
+    return (states[-1] if sound else None), pull
 
 
 def _channel(

@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.diagnose.case import Case, channels_of, setting_of
+from pipeline.diagnose.case import Case, channels_of, led_by, setting_of
 from pipeline.diagnose.elimination import force_posterior, grams, marginal, solve
 from pipeline.diagnose.evidence import Prior, fit, posterior
-from pipeline.diagnose.follow import follow
 from pipeline.diagnose.linear_model import realisable, vector_of
 from pipeline.diagnose.nil import reach, with_small
 from pipeline.diagnose.noise_check import noise_found, residual_with
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import force_prior, ordinary_prior
 from pipeline.diagnose.tangent import linear_model
+from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 
 _ROUNDS, _FORCE_STEPS = 2, 5
@@ -60,17 +60,12 @@ def learn(case: Case, threads: int = 2) -> Healthy:
             factor = np.maximum(np.sqrt(energy), _LEAST_FORCE)
         if round_number + 1 < _ROUNDS:
             departures = realisable(setting.coordinates, departures)
-            windows, pulls = follow(
-                case.packed,
-                case.healthy,
-                setting.bench.stack.windows,
-                channels,
-                vector_of(setting, departures),
-            )
-            stack = replace(setting.bench.stack, windows=tuple(windows))
-            setting = replace(
-                setting, bench=replace(setting.bench, stack=stack, pulls=tuple(pulls))
-            )
+            try:
+                vector = vector_of(setting, departures)
+            except CannotComputeError:
+                # values that no vehicle can have: the healthy runs are judged around the nominal
+                break
+            setting = led_by(setting, case.packed, case.healthy, channels, vector)
             point = replace(setting.origin(), departures=departures)
     forces = force_prior(setting, Level(factor, 1.0, True))
     found = posterior(marginal(normal, forces), stated)

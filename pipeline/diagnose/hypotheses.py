@@ -20,11 +20,11 @@ from pipeline.types import FloatArray, IntArray
 Group = tuple[str, str | None]
 #: Variances that a departure may have that is an effect, in units of half the plausible range, and
 #: the log of what a larger one costs: most effects are within the plausible range, not all.
-WIDTHS = ((1.0, 0.0), (10.0, 1.5), (100.0, 3.0), (1000.0, 4.5))
+WIDTHS = ((1.0, 0.0), (10.0, 1.5))
 #: A departure beyond this is tried with larger variances as well.
 _FAR = 2.0
 #: A departure that is this many standard deviations outside of what can be refutes its hypothesis.
-_IMPOSSIBLE = 4.0
+IMPOSSIBLE = 4.0
 #: Squared cosine of 15 degrees: closer signatures are no pair.
 _SAME = 0.93
 #: What a further parameter of the same effect must add to the log evidence.
@@ -142,7 +142,7 @@ def _judge_one(  # noqa: PLR0917 - one caller
     for place, one in enumerate(index):
         low, high = all_coordinates[one].bounds
         value, std = float(mean[place]), float(np.sqrt(covariance[place, place]))
-        if value < low - _IMPOSSIBLE * std or value > high + _IMPOSSIBLE * std:
+        if value < low - IMPOSSIBLE * std or value > high + IMPOSSIBLE * std:
             gain = -np.inf
             break
         gain += log_inside(value, std, low, high) - log_inside(0.0, before, low, high)
@@ -249,8 +249,9 @@ def _share_made(ground: Marginal, one: Finding, members: Sequence[int]) -> float
     whole = float(one.mean @ own @ one.mean)
     side = ground.information[np.ix_(index, one.which)] @ one.mean
     block = ground.information[np.ix_(index, index)]
-    block = block + 1e-9 * np.trace(block) * np.eye(len(index))
-    return float(side @ np.linalg.solve(block, side)) / max(whole, 1e-300)
+    # departures that nothing shows of make nothing
+    made = np.linalg.pinv(block, rcond=1e-9, hermitian=True) @ side
+    return float(side @ made) / max(whole, 1e-300)
 
 
 def _subset_price(groups: Mapping[Group, tuple[int, ...]], one: Finding) -> float:

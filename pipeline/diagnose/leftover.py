@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.diagnose.elimination import Grams, solve
-from pipeline.diagnose.regimes import Regressor
+from pipeline.diagnose.regimes import Regressor, rank_correlation
 from pipeline.diagnose.scales import AXES, Level
 from pipeline.diagnose.search import Search, force_prior
 from pipeline.records.diagnosis import Leftover
@@ -55,20 +55,12 @@ def _dependence(
         if known.sum() < 8:
             continue
         for values in (means, size):
-            value = _rank_correlation(values[known], one.values[known])
+            value = rank_correlation(values[known], one.values[known])
             if best is None or abs(value) > abs(best[0]):
                 best = (value, one.name)
     if best is None or abs(best[0]) < _TOLD:
         return None, None
     return best[1], float(best[0])
-
-
-def _rank_correlation(first: FloatArray, second: FloatArray) -> float:
-    a = np.argsort(np.argsort(first)).astype(float)
-    b = np.argsort(np.argsort(second)).astype(float)
-    if np.ptp(second) == 0.0:
-        return 0.0
-    return float(np.corrcoef(a, b)[0, 1])
 
 
 def _course(found: Search, size: FloatArray, means: FloatArray, runs: Sequence[RunTable]) -> str:
@@ -83,7 +75,7 @@ def _course(found: Search, size: FloatArray, means: FloatArray, runs: Sequence[R
         time_s = np.array([windows[k].begin_s for k in own])
         ratios = [energy[k:].mean() / max(energy[:k].mean(), 1e-9) for k in range(2, len(own) - 1)]
         k = int(np.argmax(ratios)) + 2
-        trend = abs(_rank_correlation(signed, time_s))
+        trend = abs(rank_correlation(signed, time_s))
         if trend > 0.8 and energy.mean() > 1.0:
             told.append(f"{run.name}: grows steadily")
         elif ratios[k - 2] > _BEGINS and energy[k:].mean() > 1.0:

@@ -26,12 +26,14 @@ from pipeline.diagnose.predictions import (
 from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.identify.window_derivatives import Problem, moved_starts
 from pipeline.identify.window_outputs import whitened
-from pipeline.types import FloatArray
+from pipeline.types import FloatArray, IntArray
 
 #: A lead below this (in units of half the plausible range) is too small to tell where it sits.
 LEAST_LEAD = 0.01
 #: How far beyond what an effect allows its mirror image is believed, in the same units.
-_BEYOND = 0.3
+BEYOND = 0.3
+#: No departure goes further: three times what is plausible, in the same units.
+_FARTHEST = 6.0
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,19 @@ class Setting:
 
 
 @dataclass(frozen=True)
+class Chain:
+    """How the motion goes on: of each piece its end and its readings by where it starts.
+
+    `ends` (windows, pieces, 12, 12), `readings` (entries, 12), both raw; `piece` (entries,) is the
+    piece of each reading.
+    """
+
+    ends: FloatArray
+    readings: FloatArray
+    piece: IntArray
+
+
+@dataclass(frozen=True)
 class LinearModel:
     """Weighted columns (rows, .) at a point, and the readings y counted from zero."""
 
@@ -97,6 +112,12 @@ class LinearModel:
     readings: FloatArray
     residual: FloatArray
     """Weighted residual at the point."""
+    chain: Chain
+
+    @property
+    def lost(self) -> float:
+        """Share of the readings that say nothing: there the simulation ran away."""
+        return float(np.mean(~(self.local != 0.0).any(axis=1)))
 
 
 def motion_at(setting: Setting, point: Point, vector: FloatArray | None = None) -> Motion:
@@ -139,7 +160,9 @@ def realisable(all_coordinates: Sequence[Coordinate], departures: FloatArray) ->
     for index, one in enumerate(all_coordinates):
         if one.lead is None:
             low, high = one.limits
-            found[index] = np.clip(found[index], low - _BEYOND, high + _BEYOND)
+            found[index] = np.clip(
+                found[index], max(low - BEYOND, -_FARTHEST), min(high + BEYOND, _FARTHEST)
+            )
     alone = plain(all_coordinates, found)
     for index, one in enumerate(all_coordinates):
         if one.lead is not None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.diagnose.answer import NONE, UNKNOWN, Answers
+from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.case import Case, channels_of, setting_of
 from pipeline.diagnose.elimination import grams, marginal
 from pipeline.diagnose.evidence import Prior
@@ -10,6 +10,7 @@ from pipeline.diagnose.hypotheses import with_ordinary
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Search, force_prior
 from pipeline.diagnose.tangent import linear_model
+from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import NextRun
 from pipeline.records.run_table import RunTable

@@ -18,7 +18,7 @@ def notes_on(case: Case, found: Search) -> tuple[str, ...]:
     have = {rows.channel.quantity for rows in found.setting.bench.stack.rows}
     notes = [f"no {name}: {cost}" for name, cost in _COSTS.items() if name not in have]
     notes.append(
-        f"what is ordinary was learned from {len(case.healthy)} healthy runs"
+        f"what is ordinary was learned from {_healthy_runs(len(case.healthy))}"
         if case.healthy
         else "no healthy runs were given: what is ordinary rests on the uncertainties and sensor "
         "figures of the vehicle file"
@@ -30,3 +30,7 @@ def notes_on(case: Case, found: Search) -> tuple[str, ...]:
         if one.widen > 1.0
     )
     return tuple(notes)
+
+
+def _healthy_runs(count: int) -> str:
+    return "1 healthy run" if count == 1 else f"{count} healthy runs"

@@ -1,8 +1,8 @@
 """Compare the best answers fairly: each judged at its own best point of the full model.
 
 The linear model is exact where it was taken, so the hypothesis it was taken at has an advantage
-over the others. Here every answer is simulated with its own most probable unknowns, and judged by
-the readings as they are seen from there.
+over the others. Here the model of every answer is led along the measured motion at its own most
+probable departures, and judged by the readings as they are seen from there.
 """
 
 from dataclasses import replace
@@ -11,25 +11,38 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.diagnose.answer import Answers
-from pipeline.diagnose.elimination import ForcePrior, Grams, marginal, solve
-from pipeline.diagnose.evidence import fit
-from pipeline.diagnose.hypotheses import Finding, judge, log_evidence_of, prior_of, with_ordinary
+from pipeline.diagnose.approach import Lead
+from pipeline.diagnose.decision import Share
+from pipeline.diagnose.elimination import Grams, marginal
+from pipeline.diagnose.evidence import Fit, fit
+from pipeline.diagnose.hypotheses import (
+    IMPOSSIBLE,
+    Finding,
+    judge,
+    log_evidence_of,
+    prior_of,
+    with_ordinary,
+)
 from pipeline.diagnose.linear_model import (
+    BEYOND,
     LinearModel,
-    Point,
-    readings_from_zero,
     realisable,
-    residual_at,
+    vector_of,
 )
 from pipeline.diagnose.search import Judged, Search, force_prior, part
+from pipeline.diagnose.tangent import led_readings
+from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
-from pipeline.types import FloatArray
 
+#: Probability from which an answer is looked at.
+_COUNTS = 1e-3
+#: A whitened reading this large is that of a simulation that ran away.
+_LOST = 1e7
 #: Simulations with which an answer's own point is found.
 _STEPS = 3
 
 
-def refined(found: Search, first: Answers, most: int) -> Search:
+def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
     """Search whose strongest hypotheses, and the one with nothing, are judged at their own points.
 
     Parameters
@@ -38,17 +51,20 @@ def refined(found: Search, first: Answers, most: int) -> Search:
         As it ended.
     first : Answers
         The answers of the linear model; the first `most` of them are taken, and `none`.
+    lead : callable
+        Leads the windows of a setting along the measured motion with the model at a vector.
     most : int
         How many.
     """
     wanted = [one for one in first.ranking if one.finding is not None][:most]
     changes: dict[tuple[int, ...], float] = {}
-    level = first.ranking[0].judged
-    nothing = _correction(found, level, None)
+    alone = first.of(NONE)
+    level = first.ranking[0].judged if alone is None else alone.judged
+    nothing = _correction(found, lead, level, None)
     changes[()] = nothing if np.isfinite(nothing) else 0.0
     for one in wanted:
         if one.finding is not None and one.finding.which not in changes:
-            changes[one.finding.which] = _correction(found, level, one.finding)
+            changes[one.finding.which] = _correction(found, lead, one.judged, one.finding)
     # what was not judged anew gets what a part of it got
     least = min(value for value in changes.values() if np.isfinite(value))
 
@@ -76,7 +92,7 @@ def refined(found: Search, first: Answers, most: int) -> Search:
     return replace(found, judged=judged)
 
 
-def _correction(found: Search, judged: Judged, finding: Finding | None) -> float:
+def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | None) -> float:
     """Log evidence of a hypothesis seen from its own point, less that of the linear model."""
     model, normal = found.model, found.grams
     prior = prior_of(found.prior, finding)
@@ -84,27 +100,57 @@ def _correction(found: Search, judged: Judged, finding: Finding | None) -> float
     before = _log_evidence(found, normal, judged, finding)
     for _ in range(_STEPS):
         left = marginal(part(normal, found.chosen), forces)
-        departures = fit(left, prior).mean
+        best = fit(left, prior)
+        if finding is not None and _impossible(found, finding, best):
+            return -np.inf
+        departures = realisable(model.setting.coordinates, best.mean)
         try:
-            point, residual = own_point(model, normal, forces, departures)
+            led = lead(model.setting, vector_of(model.setting, departures))
+            readings = led_readings(model, led, departures)
         except CannotComputeError:
             # no vehicle can have these values
             return -np.inf
-        if not np.isfinite(residual).all():
+        said = (model.local != 0.0).any(axis=1)
+        if not (np.abs(readings[said]) < _LOST).all():
             return -np.inf
-        seen = replace(model, readings=readings_from_zero(model, point, residual))
-        normal = _with_readings(found.grams, seen)
+        normal = _with_readings(found.grams, replace(model, readings=np.where(said, readings, 0.0)))
     return _log_evidence(found, normal, judged, finding) - before
 
 
-def own_point(
-    model: LinearModel, normal: Grams, forces: ForcePrior, departures: FloatArray
-) -> tuple[Point, FloatArray]:
-    """Most probable point at given departures, and the residual simulated there."""
-    possible = realisable(model.setting.coordinates, departures)
-    best = solve(normal, forces, possible)
-    point = Point(best.starts, best.forces, best.shared, possible)
-    return point, residual_at(model.setting, point)
+def possible_alone(found: Search, answered: Answers) -> Answers:
+    """Take out answers whose values no vehicle can have; their probability goes to `unknown`.
+
+    An effect that explains the readings only beyond what can be is not what happened.
+    """
+    impossible = {
+        one.name
+        for one in answered.ranking
+        if one.finding is not None
+        and one.probability > _COUNTS
+        and _impossible(
+            found, one.finding, fit(one.judged.found, prior_of(found.prior, one.finding))
+        )
+    }
+    if not impossible:
+        return answered
+    shares = {one.name: one.probability for one in answered.ranking if one.name not in impossible}
+    gone = 1.0 - sum(shares.values())
+    shares[UNKNOWN] = shares.get(UNKNOWN, 0.0) + gone
+    ordered = sorted(shares.items(), key=lambda row: (-row[1], row[0]))
+    return answered.reweighed([Share(name, value) for name, value in ordered])
+
+
+def _impossible(found: Search, finding: Finding, best: Fit) -> bool:
+    """Whether a departure of a hypothesis, the ordinary part included, is beyond what can be."""
+    for index in finding.which:
+        one = found.setting.coordinates[index]
+        if one.lead is not None:
+            continue
+        low, high = one.bounds
+        far = IMPOSSIBLE * float(best.std[index]) + BEYOND
+        if not low - far <= best.mean[index] <= high + far:
+            return True
+    return False
 
 
 def _with_readings(normal: Grams, model: LinearModel) -> Grams:

@@ -7,6 +7,7 @@ import numpy as np
 
 from pipeline.diagnose.forecast import Forecast
 from pipeline.diagnose.linear_model import Setting
+from pipeline.identify.windows import Window
 from pipeline.physics.parameters import read
 from pipeline.records.diagnosis import RegimeShare, TimeShare
 from pipeline.records.run_table import RunTable
@@ -50,10 +51,10 @@ def regressors(setting: Setting, runs: Sequence[RunTable]) -> list[Regressor]:
             )
         return np.array(found)
 
-    level = np.array([float(np.sqrt(np.mean((w.command / largest) ** 2))) for w in windows])
+    level = np.array([float(np.mean(np.abs(w.command) / largest)) for w in windows])
     sign = np.array([float(np.mean(np.sign(w.command))) for w in windows])
     every = [
-        Regressor("speed_mps", "m/s", mean("velocity", 0, size=True)),
+        Regressor("speed_mps", "m/s", _speed(windows, runs)),
         Regressor("surge_mps", "m/s", mean("velocity", 0)),
         Regressor("turn_rate_radps", "rad/s", mean("angular_velocity", 2, size=True)),
         Regressor("depth_m", "m", mean("depth", 0)),
@@ -68,6 +69,21 @@ def regressors(setting: Setting, runs: Sequence[RunTable]) -> list[Regressor]:
         for one in every
         if np.isfinite(one.values).sum() >= 4 and np.ptp(one.values[np.isfinite(one.values)]) > 1e-9
     ]
+
+
+def _speed(windows: Sequence[Window], runs: Sequence[RunTable]) -> FloatArray:
+    """Mean size of the velocity in each window (windows,). [m/s]."""
+    found = []
+    for window in windows:
+        run = runs[window.run]
+        if "velocity" not in run.values:
+            found.append(np.nan)
+            continue
+        inside = (run.time_s >= window.begin_s) & (run.time_s < window.begin_s + window.duration_s)
+        sizes = np.linalg.norm(run.values["velocity"][inside & run.valid["velocity"]], axis=1)
+        sizes = sizes[np.isfinite(sizes)]
+        found.append(float(sizes.mean()) if sizes.size else np.nan)
+    return np.array(found)
 
 
 def _wall_distance(setting: Setting, runs: Sequence[RunTable]) -> FloatArray:
@@ -108,7 +124,10 @@ def excess(
 
 
 def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[RegimeShare, ...]:
-    """Ranges of the regressors in which more of the gap lies than of the time."""
+    """Ranges of the regressors in which more of the gap lies than of the time.
+
+    First the regressor with which the gap of a window goes most closely.
+    """
     whole = float(carried.sum())
     if whole <= 0.0:
         return ()
@@ -116,6 +135,7 @@ def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[Regi
     for one in every:
         known = np.isfinite(one.values)
         edges = np.quantile(one.values[known], [0.0, 1 / 3, 2 / 3, 1.0])
+        goes_with = rank_correlation(carried[known], one.values[known])
         for low, high in ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3)):
             inside = known & (one.values >= edges[low]) & (one.values <= edges[high])
             share = float(carried[inside].sum()) / whole
@@ -128,6 +148,7 @@ def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[Regi
                         range=(float(edges[low]), float(edges[high])),
                         share=share,
                         share_of_time=time,
+                        correlation=goes_with,
                     )
                 )
     best: dict[str, RegimeShare] = {}
@@ -137,7 +158,16 @@ def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[Regi
             known_row.share / known_row.share_of_time
         ):
             best[row.regressor] = row
-    return tuple(sorted(best.values(), key=lambda row: -row.share / row.share_of_time))
+    return tuple(sorted(best.values(), key=lambda row: -abs(row.correlation or 0.0)))
+
+
+def rank_correlation(first: FloatArray, second: FloatArray) -> float:
+    """Spearman's correlation of two series (k,); 0 where one does not vary."""
+    if np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
+        return 0.0
+    a = np.argsort(np.argsort(first)).astype(float)
+    b = np.argsort(np.argsort(second)).astype(float)
+    return float(np.corrcoef(a, b)[0, 1])
 
 
 def time_shares(

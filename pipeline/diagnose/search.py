@@ -1,4 +1,4 @@
-"""Find what explains the runs: linearise, judge every hypothesis, go there, linearise again."""
+"""Judge every hypothesis on all windows, linear around one point."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,7 +7,6 @@ import numpy as np
 
 from pipeline.diagnose.elimination import ForcePrior, Grams, Marginal, grams, marginal, solve
 from pipeline.diagnose.evidence import Prior
-from pipeline.diagnose.follow import follow
 from pipeline.diagnose.hypotheses import (
     Finding,
     Group,
@@ -22,15 +21,11 @@ from pipeline.diagnose.linear_model import (
     LinearModel,
     Setting,
     realisable,
-    vector_of,
 )
-from pipeline.diagnose.nil import reach, with_small
 from pipeline.diagnose.noise_check import NoiseFound, noise_found, residual_with, widened
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.tangent import linear_model
 from pipeline.errors import CannotComputeError
-from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
 #: Linearisations at most.
@@ -43,6 +38,8 @@ _MOST_ORDINARY = 4.0
 _FIRST_EFFECTS = 4
 #: Effects judged under forces along one axis: the strongest of the others.
 _STRONG = 6
+#: Share of the time in which the simulation may run away.
+_MOST_LOST = 0.3
 #: Levels of the force under which pairs are built.
 _LEVELS_WITH_PAIRS = 2
 
@@ -80,6 +77,17 @@ class Search:
     def setting(self) -> Setting:
         """What stayed the same."""
         return self.model.setting
+
+
+@dataclass(frozen=True)
+class Near:
+    """Point near which the search goes on: departures (g,), and what goes with it."""
+
+    departures: FloatArray
+    prior: Prior
+    reach: FloatArray
+    """As of `Search`."""
+    rounds: int
 
 
 def ordinary_prior(setting: Setting) -> Prior:
@@ -165,7 +173,7 @@ def strongest(judged: Sequence[Judged]) -> tuple[Judged, Finding | None]:
     return best, value(best)[1]
 
 
-def _sober(departures: FloatArray, prior: Prior, finding: Finding | None) -> FloatArray:
+def sober(departures: FloatArray, prior: Prior, finding: Finding | None) -> FloatArray:
     """Keep ordinary departures ordinary: the next linearisation is not to be led astray."""
     most = _MOST_ORDINARY * np.sqrt(np.diag(prior.covariance))
     kept = prior.mean + np.clip(departures - prior.mean, -most, most)
@@ -174,25 +182,21 @@ def _sober(departures: FloatArray, prior: Prior, finding: Finding | None) -> Flo
     return np.asarray(kept)
 
 
-def search(  # noqa: PLR0917 - one caller
+def search(
     setting: Setting,
-    runs: Sequence[RunTable],
-    channels: Sequence[ChannelNoise],
-    prior: Prior,
+    near: Near,
     every_level: Sequence[Level],
     chosen: BoolArray,
     widen: dict[str, float] | None = None,
 ) -> Search:
-    """Linearise around what explains the runs best until that stays the same.
+    """Judge all hypotheses on all windows, linear around the point that was found.
 
     Parameters
     ----------
     setting : Setting
-        Windows of all runs, those held out among them.
-    runs, channels
-        What was measured, for following it.
-    prior : Prior
-        Of the ordinary departures.
+        Windows of all runs, those held out among them, following with the model at the point.
+    near : Near
+        The point.
     every_level : sequence of Level
         Levels of the outside force.
     chosen : ndarray of bool, shape (windows,)
@@ -202,42 +206,17 @@ def search(  # noqa: PLR0917 - one caller
     """
     groups = groups_of(setting.coordinates)
     ordinary = [one for one in every_level if one.ordinary or np.ptp(one.factor) == 0.0]
-    point = setting.origin()
-    for rounds in range(1, MOST_ROUNDS + 1):
-        model = linear_model(setting, point)
-        if rounds == 1:
-            moved_by = reach(model, prior)
-            prior = prior if widen is not None else with_small(prior, moved_by, setting)
-        normal = grams(model)
-        judged = judge_all(
-            setting, part(normal, chosen), prior, ordinary, groups, with_pairs=rounds > 1
+    model = linear_model(setting, replace(setting.origin(), departures=near.departures))
+    if model.lost > _MOST_LOST:
+        raise CannotComputeError(
+            f"the simulation runs away in {model.lost:.0%} of the time, whatever the effect. Check "
+            "that the vehicle file belongs to these runs: masses, thruster positions and signs."
         )
-        best, finding = strongest(judged)
-        departures = total_departures(best.found, prior, finding)
-        departures = realisable(setting.coordinates, _sober(departures, prior, finding))
-        try:
-            vector = vector_of(setting, departures)
-        except CannotComputeError:
-            break
-        moved = float(np.abs(departures - point.departures).max())
-        if rounds == MOST_ROUNDS or moved < _SETTLED:
-            break
-        windows, pulls = follow(
-            setting.bench.stack.packed,
-            runs,
-            setting.bench.stack.windows,
-            channels,
-            vector,
-        )
-        setting = replace(
-            setting,
-            bench=replace(
-                setting.bench,
-                stack=replace(setting.bench.stack, windows=tuple(windows)),
-                pulls=tuple(pulls),
-            ),
-        )
-        point = replace(setting.origin(), departures=departures)
+    normal = grams(model)
+    judged = judge_all(setting, part(normal, chosen), near.prior, ordinary, groups, with_pairs=True)
+    best, finding = strongest(judged)
+    departures = total_departures(best.found, near.prior, finding)
+    departures = realisable(setting.coordinates, sober(departures, near.prior, finding))
     # the noise is judged where the outside force may explain everything that is slow
     high = replace(best.level, factor=np.maximum(best.level.factor, 2.0))
     best_values = solve(normal, force_prior(setting, high), departures)
@@ -246,5 +225,7 @@ def search(  # noqa: PLR0917 - one caller
     factors = {q: n.widen for q, n in noise.items()} if widen is None else widen
     model = widened(model, residual, factors)
     normal = grams(model)
-    judged = judge_all(setting, part(normal, chosen), prior, every_level, groups, with_pairs=True)
-    return Search(model, normal, prior, judged, groups, noise, rounds, chosen, moved_by)
+    judged = judge_all(
+        setting, part(normal, chosen), near.prior, every_level, groups, with_pairs=True
+    )
+    return Search(model, normal, near.prior, judged, groups, noise, near.rounds, chosen, near.reach)

@@ -33,6 +33,9 @@ def shrink(  # noqa: PLR0917 - one caller
     for row, name in enumerate(names):
         own = held_out[before.window[name]]
         own &= np.isfinite(before.errors[name]) & np.isfinite(after.errors[name])
+        if not own.any():
+            # nothing of it can be predicted
+            continue
         floor = float(np.sqrt(np.mean(spread[name][own]) + before.sensor[name] ** 2))
         owner = before.window[name][own]
         counts[row] = np.bincount(owner, minlength=windows)

@@ -19,6 +19,7 @@ import numpy as np
 
 from pipeline.diagnose.linear_model import (
     LEAST_LEAD,
+    Chain,
     LinearModel,
     Point,
     Setting,
@@ -50,6 +51,10 @@ _FORCE_STEP = 0.1
 _PROFILE_STEP = 0.01
 #: The same of the pull, of which all is taken away.
 _PULL_STEP = 1e-3
+#: Departure below which a wide step is taken, and that step: a quarter of the plausible range.
+_AT_NEUTRAL, _WIDE_STEP = 0.02, 0.5
+#: A whitened derivative or residual this large is that of a simulation that ran away.
+_LOST = 1e7
 #: Departure of a lead while the departure that needs it is moved.
 _LEAD_STEP = 0.02
 
@@ -81,6 +86,7 @@ class _Base:
     starts: FloatArray
     forces: FloatArray
     known: _Known
+    wide: bool
 
     def from_start(self, index: int) -> Pass:
         """Move the starts in one of twelve directions."""
@@ -112,6 +118,8 @@ class _Base:
         """Move one departure off where it is."""
         setting, one = self.setting, self.setting.coordinates[number]
         moved, known, vector, by = self.point.departures.copy(), self.known, self.vector, one.step
+        if self.wide and one.lead is None and abs(moved[number]) < _AT_NEUTRAL:
+            by = _WIDE_STEP * np.sign(one.step)
         if one.lead is not None:
             if abs(moved[one.lead]) < LEAST_LEAD:
                 # without its lead it does nothing: taken where the lead is at its own step
@@ -135,22 +143,38 @@ class _Base:
         return _way(known, _known(setting, changed, begin, self.forces), by)
 
 
-def linear_model(setting: Setting, point: Point) -> LinearModel:
-    """Linearise along the motion at a point."""
+def linear_model(
+    setting: Setting,
+    point: Point,
+    *,
+    wide: bool = False,
+    known: LinearModel | None = None,
+    renew: Sequence[int] | None = None,
+) -> LinearModel:
+    """Linearise along the motion at a point.
+
+    Of the departures only those of `renew` are taken anew where a linear model of the same windows
+    is known already. With `wide` the signature of a departure that is at neutral is that of a
+    plausible one: the secant. Drag in a current, or a dead zone, has next to no derivative where it
+    is not there.
+    """
     bench = setting.bench
     vector = vector_of(setting, point.departures)
     motion = motion_at(setting, point, vector)
     # the pieces follow the same motion: their starts are its states
     starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
-    base = _Base(setting, point, vector, starts, forces, _known(setting, vector, starts, forces))
+    seen = _known(setting, vector, starts, forces)
+    base = _Base(setting, point, vector, starts, forces, seen, wide)
+    anew = list(range(len(setting.coordinates)) if renew is None or known is None else renew)
     tasks: list[Callable[[], Pass]] = [partial(base.from_start, k) for k in range(12)]
     tasks += [partial(base.from_force, k) for k in range(6)]
-    tasks += [partial(base.from_departure, k) for k in range(len(setting.coordinates))]
+    tasks += [partial(base.from_departure, k) for k in anew]
     tasks += [partial(base.from_profile, k) for k in range(setting.profiles.shape[2])]
     if point.pull != 0.0:
         tasks.append(base.from_pull)
     passes = over_threads(bench, tasks)
-    return chained(setting, point, passes, residual_of(setting, point, vector, motion))
+    residual = residual_of(setting, point, vector, motion)
+    return chained(setting, point, passes, residual, known, anew)
 
 
 def _way(first: _Known, second: _Known, by: float) -> Pass:
@@ -182,8 +206,13 @@ def _between(first: FloatArray, second: FloatArray) -> FloatArray:
     return found
 
 
-def chained(
-    setting: Setting, point: Point, passes: Sequence[Pass], residual: FloatArray
+def chained(  # noqa: PLR0917 - one caller
+    setting: Setting,
+    point: Point,
+    passes: Sequence[Pass],
+    residual: FloatArray,
+    known: LinearModel | None,
+    anew: Sequence[int],
 ) -> LinearModel:
     """Follow the derivatives through the pieces of each window and whiten them."""
     bench, pieces = setting.bench, setting.bench.pieces
@@ -219,24 +248,96 @@ def chained(
         columns[:, 12 + forces :] += own[:, 18:]
         raw[rows] = columns
     white = _whitened_columns(bench, raw) * setting.row_scale[:, None]
-    every, profiles = len(setting.coordinates), setting.profiles.shape[2]
+    every, profiles = len(anew), setting.profiles.shape[2]
     first = 12 + forces + every
     weight = setting.row_scale[:, None]
+    departures = white[:, 12 + forces : first]
+    if known is not None:
+        departures = known.departures.copy()
+        departures[:, list(anew)] = white[:, 12 + forces : first]
     model = LinearModel(
         setting,
         point,
         white[:, : 12 + forces],
         setting.shared.columns * weight,
         np.concatenate([setting.extra * weight, white[:, first : first + profiles]], axis=1),
-        white[:, 12 + forces : first],
+        departures,
         np.zeros(0),
         residual,
+        Chain(a, readings[:, :12].copy(), owner),
     )
     free = residual
     if count > every + profiles:
         # the pull is taken away: what it moved is missing
         free = residual + white[:, -1]
-    return replace(model, readings=readings_from_zero(model, point, free))
+    return _without_lost(replace(model, readings=readings_from_zero(model, point, free)))
+
+
+def led_readings(model: LinearModel, setting: Setting, departures: FloatArray) -> FloatArray:
+    """Compute the readings from zero as a model at other departures sees them, led likewise.
+
+    Only the residual and what the pull takes away are simulated anew; how the motion goes on is
+    taken from `model`, since it is the same motion. Unlike a simulation without the pull this runs
+    away for no hypothesis, however wrong.
+
+    Parameters
+    ----------
+    model : LinearModel
+        Linear around that motion.
+    setting : Setting
+        The same windows, led by the model at the departures.
+    departures : ndarray, shape (g,)
+        Where that model is.
+
+    Returns
+    -------
+    ndarray, shape (rows,)
+        Not finite where the simulation ran away all the same.
+    """
+    bench = setting.bench
+    point = replace(setting.origin(), departures=departures)
+    vector = vector_of(setting, departures)
+    motion = motion_at(setting, point, vector)
+    starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
+    known = _known(setting, vector, starts, forces)
+    taken = _Base(setting, point, vector, starts, forces, known, False).from_pull()
+    ends = taken.ends.reshape(bench.window_count, bench.pieces, 12)
+    moved = np.zeros_like(ends)
+    for i in range(1, bench.pieces):
+        moved[:, i] = np.einsum("wij,wj->wi", model.chain.ends[:, i - 1], moved[:, i - 1])
+        moved[:, i] += ends[:, i - 1]
+    raw = taken.readings + np.einsum(
+        "ek,ek->e", model.chain.readings, moved.reshape(-1, 12)[model.chain.piece]
+    )
+    white = _whitened_columns(bench, raw[:, None])[:, 0] * setting.row_scale
+    residual = residual_of(setting, point, vector, motion)
+    return readings_from_zero(model, point, residual + white)
+
+
+def _without_lost(model: LinearModel) -> LinearModel:
+    """Let windows say nothing in which the simulation ran away: all their rows become zero."""
+    parts = (model.local, model.shared, model.extra, model.departures, model.readings[:, None])
+    sound = np.all([(np.abs(part) < _LOST).all(axis=1) for part in parts], axis=0)
+    sound &= np.abs(model.residual) < _LOST
+    if sound.all():
+        return model
+    window = model.setting.shared.window
+    lost = np.zeros(model.setting.bench.window_count, bool)
+    lost[window[~sound]] = True
+    kept = ~lost[window]
+
+    def zeroed(values: FloatArray) -> FloatArray:
+        return np.where(kept if values.ndim == 1 else kept[:, None], values, 0.0)
+
+    return replace(
+        model,
+        local=zeroed(model.local),
+        shared=zeroed(model.shared),
+        extra=zeroed(model.extra),
+        departures=zeroed(model.departures),
+        readings=zeroed(model.readings),
+        residual=zeroed(model.residual),
+    )
 
 
 def _piece_of_entry(bench: Bench) -> IntArray:

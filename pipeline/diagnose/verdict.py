@@ -2,40 +2,20 @@
 
 import numpy as np
 
-from pipeline.diagnose.answer import NONE, UNKNOWN, Answers, Candidate, angles
+from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.calibration import Calibration
-from pipeline.diagnose.confusability import ONE_ANSWER_DEG
 from pipeline.diagnose.coordinates import specs_at
 from pipeline.diagnose.evidence import posterior
 from pipeline.diagnose.hypotheses import Finding, prior_of
 from pipeline.diagnose.linear_model import plain, realisable
 from pipeline.diagnose.search import Search
+from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.effects.effect import AXES
 from pipeline.effects.specification import EffectSpec
 from pipeline.records.diagnosis import ParameterEstimate, RankedEffect, Shrink
 from pipeline.types import FloatArray
 
 _NORMAL_95 = 1.959964
-
-
-def verdict_of(
-    found: Search, answered: Answers, thresholds: Calibration
-) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the first answer, and what these runs cannot tell from it."""
-    top = answered.ranking[0]
-    names = tuple(top.name.split("+"))
-    others: list[str] = []
-    if top.probability < thresholds.verdict:
-        total = top.probability
-        for one in answered.ranking[1:]:
-            if total >= thresholds.set_level:
-                break
-            others.extend(one.name.split("+"))
-            total += one.probability
-    if top.finding is not None and top.name not in {NONE, UNKNOWN}:
-        close = angles(found, top.finding, top.judged)
-        others.extend(name for name, angle in close.items() if angle <= ONE_ANSWER_DEG)
-    return names, tuple(dict.fromkeys(name for name in others if name not in names))
 
 
 def departures_of(found: Search, one: Candidate, finding: Finding | None) -> FloatArray:
@@ -59,12 +39,12 @@ def specs_of(found: Search, added: FloatArray) -> tuple[EffectSpec, ...]:
 
 
 def ranking_of(
-    found: Search, answered: Answers, closed: Shrink, top: Candidate
+    found: Search, answered: Answers, closed: Shrink, top: Candidate, limits: Calibration
 ) -> tuple[RankedEffect, ...]:
     """Every answer with its parameters; those that were never probable have probability 0."""
     rows = []
     for one in answered.ranking:
-        parameters, thruster, axes = _parameters(found, one)
+        parameters, thruster, axes = _parameters(found, one, limits.interval_factor)
         rows.append(
             RankedEffect(
                 effect=one.name,
@@ -86,7 +66,7 @@ def ranking_of(
 
 
 def _parameters(
-    found: Search, one: Candidate
+    found: Search, one: Candidate, factor: float
 ) -> tuple[dict[str, ParameterEstimate], str | None, tuple[str, ...]]:
     """Values with intervals of an answer's parameters, its thruster and its axes."""
     if one.finding is None:
@@ -101,8 +81,14 @@ def _parameters(
     for index in which:
         coordinate = every[index]
         lead = 1.0 if coordinate.lead is None else max(abs(left.mean[coordinate.lead]), 1e-6)
-        value = coordinate.parameter.neutral + coordinate.unit_size * float(alone[index])
-        half = _NORMAL_95 * coordinate.unit_size * float(std[index]) / lead
+        neutral = coordinate.parameter.neutral
+        value = neutral + coordinate.unit_size * float(alone[index])
+        # the vehicle's own ordinary departure cannot be told from the effect's; a factor's grows
+        # with the factor
+        own = float(np.sqrt(found.prior.covariance[index, index])) if coordinate.ordinary else 0.0
+        own *= abs(value / neutral) if neutral else 1.0
+        spread = float(np.hypot(factor * std[index] / lead, own))
+        half = _NORMAL_95 * coordinate.unit_size * spread
         name = coordinate.parameter.name
         if coordinate.parameter.name in AXES:
             axes.append(name)

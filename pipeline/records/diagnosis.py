@@ -31,6 +31,8 @@ class RegimeShare(Record):
     range: Interval
     share: float
     share_of_time: float
+    correlation: float | None = None
+    """Rank correlation of the gap in a window with the regressor."""
 
 
 class TimeShare(Record):

@@ -10,6 +10,9 @@ from pipeline.simulate.kernel_pieces import simulate_pieces
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 
+#: No state of a vehicle is as large, in whatever unit.
+_RUN_AWAY = 1e9
+
 
 @dataclass(frozen=True)
 class Pieces:
@@ -81,4 +84,9 @@ def run_pieces(
         accelerations,
         thrusts,
     )
+    # numbers that only a run-away motion has would overflow in what is made of them
+    lost = ~(np.abs(states) < _RUN_AWAY).all(axis=1) | ~(np.abs(accelerations) < _RUN_AWAY).all(
+        axis=1
+    )
+    states[lost], accelerations[lost] = np.nan, np.nan
     return states, accelerations

@@ -138,6 +138,7 @@ def _claim(request: BlindRequest, lines_file: Path) -> None:
         "seed": place.seed,
         "vehicles": list(place.vehicles),
         "calibration": place.calibration,
+        "run_s": place.run_s,
         "code": code_digest(*_MODULES),
     }
     file = place.to / "campaign.json"

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from pipeline.blind.cases import Numbered, case_of, write_case
+from pipeline.blind.cases import RUN_S, Numbered, case_of, write_case
 from pipeline.blind.generate import GeneratedCase, generate
 from pipeline.blind.label import open_label, seal
 from pipeline.blind.subject import Subject
@@ -18,6 +18,9 @@ from pipeline.effects.library import candidates
 from pipeline.errors import CannotComputeError
 from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
 from pipeline.stages.blind_subjects import load_subject
+
+if TYPE_CHECKING:
+    from pipeline.diagnose.case_evidence import CaseEvidence
 
 #: From a case, as an engineer would have it, and the effects that are left out of the library, to
 #: the content of ``diagnosis.json``.
@@ -36,6 +39,7 @@ class BlindPlace:
     baselines: bool = True
     keep_logs: bool = False
     calibration: bool = False
+    run_s: float = RUN_S
 
 
 @cache
@@ -55,17 +59,23 @@ def packed_of(subject: Subject) -> PackedVehicle:
 
 
 def diagnose_in_memory(
-    case: GeneratedCase, packed: PackedVehicle, without: tuple[str, ...]
+    case: GeneratedCase,
+    packed: PackedVehicle,
+    without: tuple[str, ...],
+    keep: "Callable[[CaseEvidence], None] | None" = None,
 ) -> Mapping[str, Any]:
-    """Diagnose a case's tables; data that are called hopeless give ``{"refused": reason}``."""
+    """Diagnose a case's tables; data that are called hopeless give ``{"refused": reason}``.
+
+    `keep` is given the evidence that was weighed.
+    """
     from pipeline.diagnose.case import Case
-    from pipeline.diagnose.engine import diagnose
+    from pipeline.diagnose.engine import diagnose_fully
 
     library = {
         name: effect for name, effect in candidates(packed.context).items() if name not in without
     }
     try:
-        record = diagnose(
+        found = diagnose_fully(
             Case(
                 name=case.subject.name,
                 vehicle=case.subject.vehicle,
@@ -77,10 +87,11 @@ def diagnose_in_memory(
             ),
             threads=1,
             seed=0,
+            keep=keep,
         )
     except CannotComputeError as error:
         return {"refused": str(error)}
-    content: dict[str, Any] = record.model_dump(mode="json", exclude={"series"})
+    content: dict[str, Any] = found.record.model_dump(mode="json", exclude={"series"})
     return content
 
 
@@ -106,7 +117,9 @@ def run_case(
         ``number`` and either ``score`` or ``not_made``.
     """
     subjects = subjects_of(place)
-    numbered = case_of(number, subjects, place.seed, calibration=place.calibration)
+    numbered = case_of(
+        number, subjects, place.seed, calibration=place.calibration, run_s=place.run_s
+    )
     try:
         case = generate(subjects[numbered.vehicle], numbered.spec)
     except CannotComputeError as error:
@@ -126,7 +139,10 @@ def _judge(
     packed = packed_of(case.subject)
     without = numbered.spec.what if numbered.spec.kind == "leave_one_out" else ()
     begin = time.perf_counter()
-    content = diagnose(case, packed, without)
+    try:
+        content = diagnose(case, packed, without)
+    except Exception as error:  # noqa: BLE001 - a fault of the program is no right answer, and told
+        content = {"refused": f"fault of the program: {type(error).__name__}: {error}"[:500]}
     elapsed_s = time.perf_counter() - begin
     verdict = place.to / "verdicts" / numbered.name / "diagnosis.json"
     _write_json(verdict, content)

@@ -60,7 +60,10 @@ def _write(path: Path, text: str) -> None:
 def _text(result: BlindResult, request: BlindRequest) -> str:
     place = request.place
     vehicles = " ".join(f"--vehicle {name}" for name in place.vehicles)
-    command = f"rig2sea blind --cases {request.cases} --seed {place.seed} {vehicles} --to DIR"
+    command = (
+        f"rig2sea blind --cases {request.cases} --seed {place.seed} --run-s {place.run_s:g} "
+        f"{vehicles} --to DIR"
+    )
     left = result.score.refused
     lines = [
         "# The blind check",
@@ -68,6 +71,7 @@ def _text(result: BlindResult, request: BlindRequest) -> str:
         "<!-- Written by rig2sea blind --page; do not edit. -->",
         "",
         f"{result.done} cases of {', '.join(place.vehicles)}, seed {place.seed};",
+        f"six runs of {place.run_s:g} s in each, two of them held out;",
         f"{result.not_made} could not be flown, {left} were refused as hopeless. Again with",
         "",
         f"    {command}",

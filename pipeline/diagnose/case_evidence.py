@@ -1,0 +1,100 @@
+"""What a diagnosis weighed, as numbers: with it thresholds are set without diagnosing again."""
+
+from collections.abc import Sequence
+
+from pipeline.diagnose.answer import Answers, effect_count, equals, evidence_of
+from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.consequences import Ahead, consequence
+from pipeline.diagnose.decision import Left
+from pipeline.diagnose.regimes import Regressor
+from pipeline.diagnose.search import Search
+from pipeline.diagnose.weighing import NONE, UNKNOWN, LevelEvidence
+from pipeline.records.base import Record
+
+#: Answers whose consequences are kept.
+_MOST = 4
+
+
+class KeptLevel(Record):
+    """One level of the outside force; see `LevelEvidence`."""
+
+    size: float
+    even: bool
+    ordinary: bool
+    weight: float
+    nothing: float
+    gains: tuple[tuple[str, float], ...]
+
+    def evidence(self) -> LevelEvidence:
+        """As it is weighed."""
+        return LevelEvidence(
+            self.size, self.even, self.ordinary, self.weight, self.nothing, self.gains
+        )
+
+
+class KeptConsequence(Record):
+    """What an answer leaves: outside force, held-out gap before and after, its equals by angle."""
+
+    force: float
+    before: float
+    after: float
+    gap_closed: float | None
+    alike: tuple[str, ...]
+
+    def left(self) -> Left:
+        """As it is decided by."""
+        return Left(self.force, self.before, self.after, self.gap_closed)
+
+
+class CaseEvidence(Record):
+    """All that the thresholds act on."""
+
+    healthy: bool
+    effect_count: int
+    interval_factor: float
+    worst_ratio: float
+    levels: tuple[KeptLevel, ...]
+    consequences: dict[str, KeptConsequence]
+
+
+def case_evidence(  # noqa: PLR0917 - one caller
+    found: Search,
+    answered: Answers,
+    ahead: Ahead,
+    every: Sequence[Regressor],
+    limits: Calibration,
+    worst_ratio: float,
+    *,
+    healthy_known: bool,
+) -> CaseEvidence:
+    """Collect the evidence of a search, and the consequences of its first answers."""
+    named = [one for one in answered.ranking if one.name != UNKNOWN]
+    wanted = named[:_MOST] + [one for one in named[_MOST:] if one.name == NONE]
+    kept = {}
+    for one in wanted:
+        led_to = consequence(found, ahead, one, one.judged.level.size, every)
+        kept[one.name] = KeptConsequence(
+            force=max(led_to.left.axes.values(), default=0.0),
+            before=led_to.judged.before,
+            after=led_to.judged.after,
+            gap_closed=led_to.judged.gap_closed,
+            alike=equals(found, one),
+        )
+    return CaseEvidence(
+        healthy=healthy_known,
+        effect_count=effect_count(found),
+        interval_factor=limits.interval_factor,
+        worst_ratio=worst_ratio,
+        levels=tuple(
+            KeptLevel(
+                size=one.size,
+                even=one.even,
+                ordinary=one.ordinary,
+                weight=one.weight,
+                nothing=one.nothing,
+                gains=one.gains,
+            )
+            for one in evidence_of(found)
+        ),
+        consequences=kept,
+    )

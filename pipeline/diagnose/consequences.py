@@ -1,0 +1,142 @@
+"""What an answer leads to on the runs: the gap with it, and the force that it leaves."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.diagnose.answer import Answers, Candidate
+from pipeline.diagnose.elimination import solve
+from pipeline.diagnose.forecast import Forecast, Outlook, forecast, healthy_spread, outlook
+from pipeline.diagnose.forecast import smoothed_starts as smoothed
+from pipeline.diagnose.leftover import leftover
+from pipeline.diagnose.linear_model import Setting, vector_of
+from pipeline.diagnose.regimes import Regressor
+from pipeline.diagnose.scales import Level
+from pipeline.diagnose.search import Search, force_prior
+from pipeline.diagnose.shrink import shrink
+from pipeline.diagnose.verdict import departures_of, effect_alone
+from pipeline.diagnose.weighing import NONE, UNKNOWN
+from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.window_derivatives import moved_starts
+from pipeline.records.diagnosis import Leftover, Shrink
+from pipeline.records.run_table import RunTable
+from pipeline.types import BoolArray, FloatArray
+
+#: How far ahead the gap is looked at. [s]
+AHEAD_S = 10.0
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """The windows as they are predicted: by the vehicle file, and by healthy vehicles like it.
+
+    Attributes
+    ----------
+    starts : ndarray, shape (windows, STATE)
+        Best known starts of the windows.
+    floors : Setting
+        With the ordinary outside force.
+    held : ndarray of bool, shape (windows,)
+        Those that took no part in choice and fit; `held_told` says in words which.
+    """
+
+    runs: tuple[RunTable, ...]
+    channels: tuple[ChannelNoise, ...]
+    starts: FloatArray
+    floors: Setting
+    near: Outlook
+    before: Forecast
+    spread: dict[str, FloatArray]
+    held: BoolArray
+    held_told: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class Consequence:
+    """What one answer leads to.
+
+    Attributes
+    ----------
+    added : ndarray, shape (g,)
+        Departures of the effects alone: what goes into the corrected vehicle file.
+    after : Forecast
+        With them.
+    closed : Shrink
+        Held-out gap before and after.
+    judged : Shrink
+        The same with the ordinary departures that go with the answer: a turning rate that is off by
+        what is ordinary is off by more at the end of a long lever arm, and that is no gap.
+    left : Leftover
+        Outside force that stays.
+    """
+
+    added: FloatArray
+    after: Forecast
+    closed: Shrink
+    judged: Shrink
+    left: Leftover
+
+
+def look_ahead(  # noqa: PLR0917 - one caller
+    found: Search,
+    answered: Answers,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    held_told: str,
+    seed: int,
+    *,
+    healthy_known: bool,
+) -> Ahead:
+    """Predict the windows from starts estimated with all readings.
+
+    The forces are free enough for the starts to follow whatever happened.
+    """
+    setting, top = found.setting, answered.ranking[0]
+    wide = Level(np.full(6, max(4.0, 2.0 * answered.force_scale)), 1.0, False)
+    state = solve(found.grams, force_prior(setting, wide), departures_of(found, top, top.finding))
+    starts = smoothed(
+        setting.bench.stack.windows,
+        moved_starts(setting.bench.stack.starts, state.starts * setting.problem.start_scales),
+    )
+    near = outlook(setting, runs, channels, starts, AHEAD_S)
+    before = forecast(near, setting.bench.stack.packed.vector, channels)
+    ordinary = min((j.level.size for j in found.judged if j.level.ordinary), default=1.0)
+    ordinary = float(np.clip(answered.force_scale, ordinary, 1.0 if healthy_known else 2.0))
+    floors = replace(setting, force_unit=setting.force_unit * ordinary)
+    spread = healthy_spread(near, floors, found.prior, channels, before, seed)
+    return Ahead(
+        tuple(runs),
+        tuple(channels),
+        starts,
+        floors,
+        near,
+        before,
+        spread,
+        ~found.chosen,
+        held_told,
+        seed,
+    )
+
+
+def consequence(
+    found: Search, ahead: Ahead, one: Candidate, force_scale: float, every: Sequence[Regressor]
+) -> Consequence:
+    """Predict the windows with an answer, and estimate the force that it leaves."""
+    finding = one.finding if one.name not in {NONE, UNKNOWN} else None
+    best = departures_of(found, one, one.finding)
+    added = effect_alone(found, best, finding)
+    setting, before = found.setting, ahead.before
+    after = before
+    if added.any():
+        after = forecast(ahead.near, vector_of(setting, added), ahead.channels)
+    fitted = forecast(ahead.near, vector_of(setting, best), ahead.channels)
+    told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
+    return Consequence(
+        added,
+        after,
+        shrink(before, after, *told),
+        shrink(before, fitted, *told),
+        leftover(found, found.grams, best, ahead.runs, every, force_scale),
+    )

@@ -1,0 +1,126 @@
+"""From weighed answers to what is said: one answer, several that cannot be told apart, or unknown.
+
+Only numbers: a diagnosis and the setting of its thresholds decide by the same function.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.weighing import NONE, UNKNOWN
+
+#: Share of their probability that answers keep where there is no gap.
+_STILL = 0.2
+#: Beyond this many times the limit more force makes `unknown` no surer.
+_MOST_TIMES = 10.0
+
+
+@dataclass(frozen=True)
+class Share:
+    """An answer and its probability."""
+
+    name: str
+    probability: float
+
+
+@dataclass(frozen=True)
+class Left:
+    """What the first answer leaves.
+
+    Attributes
+    ----------
+    force : float
+        Outside force over a healthy vehicle's, on the worst axis.
+    before, after : float
+        Held-out gap over the healthy floor, without and with the answer.
+    gap_closed : float or None
+        Share of the gap that is gone; None where there is next to none.
+    """
+
+    force: float
+    before: float
+    after: float
+    gap_closed: float | None
+
+
+def without_gap(
+    ranking: Sequence[Share], worst_ratio: float, limits: Calibration
+) -> tuple[Share, ...]:
+    """Put `none` first where the vehicle file predicts every channel as well as a healthy vehicle.
+
+    With enough readings the flaws of any model are significant. What is no gap needs no cause.
+
+    Parameters
+    ----------
+    ranking : sequence of Share
+        Answers, most probable first.
+    worst_ratio : float
+        Error of the worst channel over its healthy floor.
+    limits : Calibration
+        Thresholds.
+    """
+    if worst_ratio >= limits.least_gap or ranking[0].name == NONE:
+        return tuple(ranking)
+    others = tuple(
+        replace(one, probability=one.probability * _STILL) for one in ranking if one.name != NONE
+    )
+    return Share(NONE, 1.0 - sum(one.probability for one in others)), *others
+
+
+def with_unknown(
+    ranking: Sequence[Share], left: Left, limits: Calibration, *, healthy_known: bool
+) -> tuple[Share, ...]:
+    """Put `unknown` first where the best answer leaves what no healthy vehicle does.
+
+    The outside force that an answer leaves is compared with that of a healthy vehicle, axis by
+    axis; a fault that starts in mid-run or comes and goes leaves much of it at some times. An
+    effect must also shrink the held-out gap: one that makes it worse explains nothing.
+    """
+    top = ranking[0]
+    if top.name == UNKNOWN:
+        return tuple(ranking)
+    most = limits.most_force_healthy if healthy_known else limits.most_force
+    too_much = left.force > most
+    if top.name != NONE and left.before > limits.most_gap:
+        explained = left.gap_closed if left.gap_closed is not None else 0.0
+        too_much = too_much or (left.after > limits.most_gap and explained < 0.5)
+    if not too_much:
+        return tuple(ranking)
+    # what the evidence says within the library still counts, among what is left
+    times = min(left.force / most, _MOST_TIMES)
+    unknown = max(times / (1.0 + times), 0.5)
+    others = (
+        replace(one, probability=one.probability * (1.0 - unknown))
+        for one in ranking
+        if one.name != UNKNOWN
+    )
+    return Share(UNKNOWN, unknown), *others
+
+
+def verdict_of(
+    ranking: Sequence[Share], alike: Sequence[str], limits: Calibration
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the first answer, and what these runs cannot tell from it.
+
+    Parameters
+    ----------
+    ranking : sequence of Share
+        Answers, most probable first.
+    alike : sequence of str
+        Effects whose signature lies too close to what the first answer explains.
+    limits : Calibration
+        Thresholds.
+    """
+    top = ranking[0]
+    names = tuple(top.name.split("+"))
+    others: list[str] = []
+    if top.probability < limits.verdict:
+        total = top.probability
+        for one in ranking[1:]:
+            if total >= limits.set_level:
+                break
+            others.extend(one.name.split("+"))
+            total += one.probability
+    if top.name not in {NONE, UNKNOWN}:
+        others.extend(alike)
+    return names, tuple(dict.fromkeys(name for name in others if name not in names))

@@ -1,0 +1,144 @@
+"""Thresholds from generated cases: what mistakes cost, and the search for the least cost."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.case_evidence import CaseEvidence
+from pipeline.diagnose.decision import Share, verdict_of, with_unknown, without_gap
+from pipeline.diagnose.weighing import NONE, UNKNOWN, weigh
+
+#: Values that are tried, one threshold after the other.
+TRIED: dict[str, tuple[float, ...]] = {
+    "exponent": (0.15, 0.25, 0.35, 0.5, 0.7, 0.85, 1.0),
+    "none": (0.3, 0.45, 0.6, 0.75, 0.9, 0.97),
+    "pair": (0.001, 0.005, 0.02, 0.05, 0.1),
+    "pair_share": (0.0, 0.02, 0.05, 0.1, 0.2, 0.4),
+    "left_over": (0.1, 0.2, 0.3, 0.45, 0.6, 0.8),
+    "verdict": (0.5, 0.7, 0.8, 0.9, 0.95, 0.99),
+    "set_level": (0.9, 0.95, 0.99, 0.999),
+    "most_force": (1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 9.0),
+    "most_force_healthy": (1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 9.0),
+    "most_level": (2.0, 4.0, 8.0, 16.0),
+    "most_level_healthy": (2.0, 3.0, 6.0, 12.0),
+    "least_gap": (0.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7),
+    "most_gap": (1.2, 1.35, 1.5, 1.75, 2.0, 3.0),
+}
+#: Cost of each mistake; a wrong confident answer is worse than none.
+FALSE_ALARM, FALSE_ALARM_SHARED = 12.0, 5.0
+CONFIDENTLY_WRONG, WRONG_FIRST, MISSED = 10.0, 3.0, 2.0
+FURTHER_MEMBER = 0.25
+#: A gap below this is no mistake when missed. In healthy floors.
+HARDLY_A_GAP = 1.15
+_ROUNDS = 3
+
+
+@dataclass(frozen=True)
+class Known:
+    """A generated case: what was weighed, and what was true.
+
+    Attributes
+    ----------
+    evidence : CaseEvidence
+        Of the diagnosis.
+    truth : tuple of str
+        Right answer: `none`, effects, or `unknown`.
+    gap_ratio : float
+        Gap over the healthy floor that the fault opens.
+    overlaps : tuple of str
+        Effects that are a right answer as well.
+    """
+
+    evidence: CaseEvidence
+    truth: tuple[str, ...]
+    gap_ratio: float
+    overlaps: tuple[str, ...] = ()
+
+
+def decide(one: CaseEvidence, limits: Calibration) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the verdict on a case, and what it cannot be told from, as a diagnosis would."""
+    levels = [level.evidence() for level in one.levels]
+    weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
+    shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
+    led_to = one.consequences.get(shares[0].name)
+    alike: tuple[str, ...] = ()
+    if led_to is not None:
+        shares = with_unknown(shares, led_to.left(), limits, healthy_known=one.healthy)
+        alike = led_to.alike
+    return verdict_of(without_gap(shares, one.worst_ratio, limits), alike, limits)
+
+
+def cost(one: Known, limits: Calibration) -> float:
+    """Cost of a verdict; 0 for the right one, alone."""
+    names, others = decide(one.evidence, limits)
+    told = set(names) | set(others)
+    return _mistake(one, names, told) + FURTHER_MEMBER * len(others)
+
+
+def _mistake(one: Known, names: tuple[str, ...], told: set[str]) -> float:
+    inside = set(one.truth) <= told or bool(set(one.overlaps) & told)
+    if names == tuple(sorted(one.truth)) or set(one.overlaps) & set(names):
+        return 0.0
+    if one.truth == (NONE,):
+        return FALSE_ALARM_SHARED if NONE in told else FALSE_ALARM
+    if names == (NONE,):
+        if one.gap_ratio < HARDLY_A_GAP:
+            return 0.0
+        return MISSED if inside else MISSED + WRONG_FIRST
+    if inside or (UNKNOWN in names and len(one.truth) > 1):
+        return WRONG_FIRST
+    return CONFIDENTLY_WRONG if len(told) == len(names) else CONFIDENTLY_WRONG - MISSED
+
+
+def total_cost(cases: Sequence[Known], limits: Calibration) -> float:
+    """Cost of all cases."""
+    return float(np.sum([cost(one, limits) for one in cases]))
+
+
+def _with(limits: Calibration, name: str, value: float) -> Calibration:
+    changed: dict[str, Any] = {name: value}
+    return replace(limits, **changed)
+
+
+def interval_factor(misses: Sequence[float]) -> float:
+    """Factor by which intervals must be widened to hold 95 % of the truths.
+
+    The conformal quantile: with n errors the ceil(0.95 (n + 1))-th smallest.
+
+    Parameters
+    ----------
+    misses : sequence of float
+        Error over the half-width of the interval, of each.
+
+    Examples
+    --------
+    >>> interval_factor([0.1 * k for k in range(1, 40)])
+    3.8
+    """
+    if not misses:
+        return 1.0
+    place = min(ceil(0.95 * (len(misses) + 1)), len(misses))
+    return float(np.round(np.sort(misses)[place - 1], 2))
+
+
+def search_thresholds(cases: Sequence[Known], first: Calibration) -> tuple[Calibration, float]:
+    """Thresholds of least cost, by trying one after the other until none gets better.
+
+    Among equals the value next to the middle of those as good is taken: far from where it matters.
+    """
+    best, least = first, total_cost(cases, first)
+    for _ in range(_ROUNDS):
+        before = least
+        for name, values in TRIED.items():
+            trials = [_with(best, name, value) for value in values]
+            costs = np.array([total_cost(cases, one) for one in trials])
+            good = np.flatnonzero(costs <= costs.min() + 1e-9)
+            if costs.min() <= least:
+                best, least = trials[int(good[len(good) // 2])], float(costs.min())
+        if least >= before - 1e-9:
+            break
+    return best, least

@@ -1,0 +1,130 @@
+"""Lead the model along a measured motion, compiled: the force that this takes, window by window."""
+
+from typing import Any
+
+import numpy as np
+
+from pipeline.simulate.compiled import compiled
+from pipeline.simulate.kernel import simulate
+
+Array = Any
+
+
+@compiled
+def turned_back(quaternion: Array, vector: Array) -> Array:
+    """Turn a vector (3,) from the world into the body, R(q)^T v."""
+    w, x, y, z = quaternion
+    out = np.empty(3)
+    # v + 2 u x (u x v - w v), the rotation by the conjugate
+    a = y * vector[2] - z * vector[1] - w * vector[0]
+    b = z * vector[0] - x * vector[2] - w * vector[1]
+    c = x * vector[1] - y * vector[0] - w * vector[2]
+    out[0] = vector[0] + 2.0 * (y * c - z * b)
+    out[1] = vector[1] + 2.0 * (z * a - x * c)
+    out[2] = vector[2] + 2.0 * (x * b - y * a)
+    return out
+
+
+@compiled
+def turn_towards(quaternion: Array, wanted: Array) -> Array:
+    """Rotation vector (3,), in the body, from one attitude to another, both (w, x, y, z)."""
+    w0, x0, y0, z0 = quaternion
+    w1, x1, y1, z1 = wanted
+    w = w0 * w1 + x0 * x1 + y0 * y1 + z0 * z1
+    out = np.empty(3)
+    out[0] = w0 * x1 - x0 * w1 - y0 * z1 + z0 * y1
+    out[1] = w0 * y1 - y0 * w1 - z0 * x1 + x0 * z1
+    out[2] = w0 * z1 - z0 * w1 - x0 * y1 + y0 * x1
+    if w < 0.0:
+        w = -w
+        out = -out
+    size = np.sqrt(np.sum(out**2))
+    # the angle over the sine of its half; 2 where both vanish
+    factor = 2.0 * np.arctan2(size, w) / size if size > 1e-9 else 2.0
+    return out * factor
+
+
+@compiled
+def follow_window(
+    p: Array,
+    begin: Array,
+    commands: Array,
+    dt: float,
+    held: int,
+    method: int,
+    mass: Array,
+    gains: Array,
+    place: Array,
+    rate: Array,
+    rate_known: Array,
+    velocity: Array,
+    velocity_known: Array,
+    attitude: Array,
+    attitude_known: Array,
+    position: Array,
+    position_known: Array,
+    strips: Array,
+    thrust_tables: Array,
+    screws: Array,
+    torque_tables: Array,
+    steps: Array,
+    states: Array,
+    pull: Array,
+) -> bool:
+    """Simulate commands (m, 12) from a state, pulled towards what was measured at each step.
+
+    `gains` holds the bandwidth of turning and of going, the pull towards the place, and the most by
+    which an angle, a way or a place may be off. `pull` (m, 6) is known in advance and grows by what
+    is needed beyond it; it is held for `held` steps. Of `states` (m + 1, STATE) the last row is
+    where the window ends. False where the motion leaves the finite numbers.
+    """
+    count = commands.shape[0]
+    turning, going, placing, most = gains
+    accelerations, thrusts = np.empty((held + 1, 6)), np.empty((held + 1, 12))
+    lag, wanted, off = np.zeros(3), np.zeros(6), np.zeros(3)
+    states[0] = begin
+    for k in range(0, count, held):
+        end = min(k + held, count)
+        state = states[k]
+        wanted[:] = 0.0
+        omega = state[10:13]
+        if rate_known[k]:
+            wanted[3:] += 2.0 * turning * (rate[k] - omega)
+        if attitude_known[k]:
+            tilt = turn_towards(state[3:7], attitude[k])
+            for i in range(3):
+                wanted[3 + i] += turning**2 * min(max(tilt[i], -most), most)
+        if velocity_known[k]:
+            about = rate[k] if rate_known[k] else omega
+            off[0] = velocity[k, 0] - about[1] * place[2] + about[2] * place[1] - state[7]
+            off[1] = velocity[k, 1] - about[2] * place[0] + about[0] * place[2] - state[8]
+            off[2] = velocity[k, 2] - about[0] * place[1] + about[1] * place[0] - state[9]
+            for i in range(3):
+                lag[i] += off[i] * dt * (end - k)
+                wanted[i] += 2.0 * going * off[i] + going**2 * min(max(lag[i], -most), most)
+        if placing > 0.0 and position_known[k]:
+            away = turned_back(state[3:7], position[k] - state[:3])
+            for i in range(3):
+                wanted[i] += min(max(placing * away[i], -most), most)
+        push = mass @ wanted
+        for j in range(k, end):
+            pull[j] += push
+        simulate(
+            p,
+            states[k].copy(),
+            commands[k:end],
+            pull[k:end],
+            dt,
+            method,
+            strips,
+            thrust_tables,
+            screws,
+            torque_tables,
+            steps,
+            states[k : end + 1],
+            accelerations[: end - k + 1],
+            thrusts[: end - k + 1],
+        )
+        if not np.isfinite(states[end]).all():
+            return False
+    return True

@@ -1,0 +1,169 @@
+"""Weighing, deciding and the search for thresholds: numbers in, one answer out."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.case_evidence import CaseEvidence, KeptConsequence, KeptLevel
+from pipeline.diagnose.decision import Left, Share, verdict_of, with_unknown, without_gap
+from pipeline.diagnose.threshold_search import Known, cost, search_thresholds, total_cost
+from pipeline.diagnose.weighing import LevelEvidence, Weighed, weigh
+
+LIMITS = Calibration(
+    exponent=1.0,
+    none=0.5,
+    single=0.4,
+    pair=0.1,
+    pair_share=0.0,
+    set_level=0.99,
+    left_over=0.3,
+    verdict=0.9,
+    most_force=3.0,
+    most_force_healthy=2.0,
+    most_level=2.0,
+    most_level_healthy=3.0,
+    most_gap=1.5,
+    least_gap=1.3,
+    interval_factor=1.0,
+    source="",
+)
+
+
+def level(
+    nothing: float, *gains: tuple[str, float], size: float = 1.0, ordinary: bool = True
+) -> LevelEvidence:
+    return LevelEvidence(size, True, ordinary, 0.5, nothing, (("none", 0.0), *gains))
+
+
+def weighed(
+    every: Sequence[LevelEvidence], limits: Calibration = LIMITS, *, healthy: bool = False
+) -> tuple[Weighed, ...]:
+    return weigh(every, 4, limits, healthy_known=healthy)
+
+
+def test_two_hypotheses_are_weighed_as_bayes_says() -> None:
+    found = weighed([level(-3.0, ("lift", 1.0))])
+    shares = {one.name: one.probability for one in found}
+    odds = np.exp(1.0) * (0.4 / 4) / 0.5
+    assert shares["lift"] / shares["none"] == pytest.approx(odds, rel=1e-12)
+    assert sum(shares.values()) == pytest.approx(1.0)
+
+
+def test_exponent_tempers() -> None:
+    found = weighed([level(0.0, ("lift", 2.0))], replace(LIMITS, exponent=0.5))
+    shares = {one.name: one.probability for one in found}
+    assert shares["lift"] / shares["none"] == pytest.approx(np.e * 0.1 / 0.5, rel=1e-12)
+
+
+def test_pairs_share_their_own_prior() -> None:
+    found = weighed([level(0.0, ("lift", 5.0), ("lift+tether", 5.0))])
+    shares = {one.name: one.probability for one in found}
+    assert shares["lift"] / shares["lift+tether"] == pytest.approx((0.4 / 4) / (0.1 / 6))
+
+
+def test_second_effect_must_add_a_share_of_what_the_first_explains() -> None:
+    every = [level(0.0, ("lift", 100.0), ("lift+tether", 109.0))]
+    assert weighed(every)[0].name == "lift+tether"
+    assert weighed(every, replace(LIMITS, pair_share=0.1))[0].name == "lift"
+
+
+def test_force_that_no_healthy_vehicle_has_is_unknown() -> None:
+    found = weighed([level(-50.0), level(0.0, size=8.0, ordinary=False)])
+    assert found[0].name == "unknown"
+    assert found[0].probability > 0.99
+
+
+def test_effect_that_takes_most_of_the_force_away_is_the_answer() -> None:
+    every = [
+        level(-500.0, ("tether", 300.0)),
+        level(-80.0, ("tether", 110.0), size=4.0, ordinary=False),
+        level(0.0, ("tether", 0.0), size=64.0, ordinary=False),
+    ]
+    assert weighed(every)[0].name == "tether"
+    assert weighed(every, replace(LIMITS, left_over=0.01))[0].name == "unknown"
+
+
+def test_what_counts_as_ordinary_rests_on_what_is_known_of_healthy_vehicles() -> None:
+    every = [level(-50.0), level(0.0, size=3.0, ordinary=False)]
+    assert weighed(every)[0].name == "unknown"
+    assert weighed(every, healthy=True)[0].name == "none"
+
+
+SHARES = (Share("lift", 0.8), Share("tether", 0.15), Share("none", 0.05))
+
+
+def test_answer_below_the_threshold_names_the_others() -> None:
+    assert verdict_of(SHARES, (), LIMITS) == (("lift",), ("tether", "none"))
+    assert verdict_of(SHARES, (), replace(LIMITS, verdict=0.7)) == (("lift",), ())
+    assert verdict_of(SHARES, (), replace(LIMITS, set_level=0.9)) == (("lift",), ("tether",))
+
+
+def test_what_cannot_be_told_apart_is_named_however_sure() -> None:
+    sure = (Share("lift", 0.999), Share("none", 0.001))
+    assert verdict_of(sure, ("payload",), LIMITS) == (("lift",), ("payload",))
+
+
+@pytest.mark.parametrize(("healthy", "first"), [(False, "lift"), (True, "unknown")])
+def test_force_left_is_judged_by_what_is_known_of_healthy_vehicles(
+    healthy: bool, first: str
+) -> None:
+    found = with_unknown(SHARES, Left(2.5, 3.0, 1.0, 1.0), LIMITS, healthy_known=healthy)
+    assert found[0].name == first
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+
+
+def test_answer_that_closes_no_gap_is_none() -> None:
+    worse = with_unknown(SHARES, Left(1.0, 4.0, 3.9, 0.03), LIMITS, healthy_known=False)
+    assert worse[0].name == "unknown"
+    assert [one.name for one in worse[1:]] == ["lift", "tether", "none"]
+
+
+def test_no_gap_needs_no_cause() -> None:
+    found = without_gap(SHARES, 1.2, LIMITS)
+    assert found[0].name == "none"
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    assert without_gap(SHARES, 1.4, LIMITS) == SHARES
+
+
+def case(truth: str, gain: float, ratio: float = 5.0) -> Known:
+    levels = (
+        KeptLevel(
+            size=1.0,
+            even=True,
+            ordinary=True,
+            weight=1.0,
+            nothing=0.0,
+            gains=(("none", 0.0), ("lift", gain), ("tether", gain - 2.0)),
+        ),
+    )
+    left = KeptConsequence(force=1.0, before=3.0, after=1.0, gap_closed=1.0, alike=())
+    evidence = CaseEvidence(
+        healthy=False,
+        effect_count=2,
+        interval_factor=1.0,
+        worst_ratio=ratio,
+        levels=levels,
+        consequences={"none": left, "lift": left, "tether": left},
+    )
+    return Known(evidence, (truth,), ratio)
+
+
+def test_costs_are_in_the_order_of_harm() -> None:
+    right, shared = cost(case("lift", 50.0), LIMITS), cost(case("tether", 50.0), LIMITS)
+    wrong = cost(case("payload", 50.0), LIMITS)
+    assert right < shared < wrong
+    assert cost(case("none", 50.0), LIMITS) > wrong
+    assert cost(case("lift", -50.0, ratio=1.05), LIMITS) == 0.0
+
+
+def test_search_finds_thresholds_that_make_fewer_mistakes() -> None:
+    # healthy vehicles with evidence of 6 nats for an effect, sick ones with 60 or more
+    cases = [case("none", 6.0)] * 5 + [case("lift", 80.0)] * 5
+    before = total_cost(cases, LIMITS)
+    found, least = search_thresholds(cases, LIMITS)
+    assert before > 0.0
+    assert least < before
+    assert total_cost(cases, found) == pytest.approx(least)
