@@ -67,7 +67,9 @@ class Row:
 def main() -> None:
     """Measure and print, or write the page."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--runs", type=int, nargs="+", default=[10, 100])
+    parser.add_argument(
+        "--runs", type=int, nargs="*", default=[10, 100], help="None: write what --json has."
+    )
     parser.add_argument("--most-computed", type=int, default=200)
     parser.add_argument("--write", action="store_true", help="Write the page and the plot.")
     parser.add_argument("--json", type=Path, help="Add the figures to those of this file.")

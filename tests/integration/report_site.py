@@ -1,0 +1,102 @@
+"""Every kind of page of a report from small records; a module of the tests."""
+
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from pipeline.bundled.design import design_example
+from pipeline.report import index_entry, write_index, write_vehicle_page
+from pipeline.report.day_results import DayResults
+from pipeline.report.design_page import write_design_page
+from pipeline.report.diagnosis_page import write_diagnosis_page
+from pipeline.report.results import TrialDayLink, VehicleResults
+from pipeline.report.run_page import write_run_page
+from pipeline.report.trial_page import write_day_page
+from pipeline.stages.design import DesignRequest, compute_design
+
+#: Kind of page -> where the workflow would put it.
+PLACES = {
+    "index": "index.html",
+    "vehicle": "synthetic/index.html",
+    "run": "synthetic/runs/zig-zag.html",
+    "trial": "synthetic/trials/2026-05-04.html",
+    "diagnosis": "synthetic/diagnoses/a/index.html",
+    "design": "design/pilgrim-balance.html",
+}
+KINDS = tuple(PLACES)
+
+
+def write_site(reports: Path) -> None:
+    """Write a page of every kind into a folder of reports."""
+    found = {kind: reports / place for kind, place in PLACES.items()}
+    assets = reports / "assets"
+    up = (("All vehicles", "../../index.html"), ("synthetic", "../index.html"))
+    results, day = _results()
+    write_vehicle_page(results, found["vehicle"], assets=assets)
+    run = _module("run_records").run_results(results.vehicle)
+    write_run_page(run, found["run"], up, assets)
+    write_day_page(day, found["trial"], up, assets)
+    diagnosis = _module("diagnosis_records").diagnosis(channels=("w", "psi", "z"), windows=6)
+    write_diagnosis_page(diagnosis, found["diagnosis"], assets)
+    write_design_page(_design(reports.parent), found["design"], (("Index", "../index.html"),))
+    entry = index_entry(results, "synthetic/index.html")
+    more = {
+        "days": tuple(_from_index(one) for one in reversed(results.trials)),
+        "trend_href": "synthetic/index.html#trend",
+        "diagnoses": (("residual buoyancy (96 %); pool-1", "synthetic/diagnoses/a/index.html"),),
+    }
+    write_index(
+        [type(entry)(**{**entry.__dict__, **more})],
+        found["index"],
+        [("raft", (("tether (80 %); r-1", "raft/diagnoses/b/index.html"),))],
+        designs=(("Pilgrim: steady motion", "design/pilgrim-balance.html"),),
+        assets=assets,
+    )
+
+
+def _results() -> tuple[VehicleResults, DayResults]:
+    """Return the synthetic vehicle with two trial days, and the later of them."""
+    results = _module("synthetic_records").full_results()
+    trials = _module("test_trial_pages")
+    day = trials.day(results, 15.0, 10.2)
+    runs = {"2026-05-03": "heave-steps", "2026-05-04": "zig-zag"}
+    links = tuple(
+        TrialDayLink(
+            name=name,
+            title=f"Trial day {name}",
+            line="1 run; no warnings",
+            href=f"trials/{name}.html",
+            runs=((f"{run}: 60 s; depth to the bottom and back", f"runs/{run}.html"),),
+            parameters=(trials.parameter(value),),
+        )
+        for (name, run), value in zip(runs.items(), (10.2, 15.0), strict=True)
+    )
+    return type(results)(**{**results.__dict__, "trials": links}), day
+
+
+def _from_index(day: TrialDayLink) -> TrialDayLink:
+    runs = tuple((label, f"synthetic/{address}") for label, address in day.runs)
+    return TrialDayLink(day.name, day.title, day.line, f"synthetic/{day.href}", runs)
+
+
+def _design(folder: Path) -> Any:  # noqa: ANN401 - one of three records
+    path = folder / "pilgrim.yaml"
+    path.write_bytes(design_example("balance", "pilgrim").read_bytes())
+    return compute_design(DesignRequest("balance", path))
+
+
+def _module(name: str) -> ModuleType:
+    """Load a module of records that stands beside the unit tests of the pages."""
+    folder = Path(__file__).parents[1] / "unit/report"
+    known = f"{name}_for_browser"
+    if known in sys.modules:
+        return sys.modules[known]
+    spec = importlib.util.spec_from_file_location(known, folder / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[known] = module
+    spec.loader.exec_module(module)
+    return module
