@@ -102,3 +102,14 @@ def is_of_the_machine(error: BaseException) -> bool:
             return True
         behind = behind.__cause__ or behind.__context__
     return False
+
+
+def writing_remedy(error: OSError, otherwise: str) -> str:
+    """Return what to do about a place that cannot be written; a full disk has a remedy of its own.
+
+    >>> writing_remedy(PermissionError(errno.EACCES, "Permission denied"), "Make it writable.")
+    'Make it writable.'
+    """
+    if error.errno in (errno.ENOSPC, errno.EDQUOT):
+        return "The disk is full: free some space and run again. What is finished is kept."
+    return otherwise

@@ -23,7 +23,7 @@ TITLES = {
     "load_test": "load test",
     "mooring": "mooring test",
     "open_water": "open-water test",
-    "propeller": "propeller curves (Table 1)",
+    "propeller": "propeller characteristic (Table 1)",
     "drive": "drive characteristic",
     "static": "static characteristic (Table 2)",
     "inverse": "inverse characteristic (Tables 3 and 4)",

@@ -1,6 +1,7 @@
 """A raw folder to fill in: a commented ``vehicle.yaml``, a form for each kind of test, what to do.
 
-The forms have names and units and no number: a reader knows a blank one by its first cell.
+The forms have names and units and no number: a reader knows a blank one by its first cell. Notes of
+pool runs have a template beside where the logs go.
 """
 
 from pathlib import Path
@@ -8,7 +9,12 @@ from pathlib import Path
 from pipeline.bundled.workbook_bytes import SheetContents, workbook_bytes
 from pipeline.vehicle.forms import FORM_MARK
 
-_TEXTS = ("vehicle.yaml", "README.md")
+#: File of the vehicle's folder -> its form.
+_TEXTS = {
+    "vehicle.yaml": "vehicle.yaml",
+    "README.md": "README.md",
+    "pool/README.md": "pool_README.md",
+}
 #: Kind of test -> (name, unit) of each column; the readers need the first three (mooring: two).
 COLUMNS: dict[str, tuple[tuple[str, str | None], ...]] = {
     "load_test": (
@@ -48,12 +54,12 @@ def new_vehicle_files(name: str) -> dict[str, bytes]:
     Examples
     --------
     >>> list(new_vehicle_files("boat"))[:3]
-    ['vehicle.yaml', 'README.md', 'load_test/load_test.xlsx']
+    ['vehicle.yaml', 'README.md', 'pool/README.md']
     """
     forms = Path(__file__).parent / "forms"
     texts = {
-        file: (forms / file).read_text(encoding="utf-8").replace("@NAME@", name).encode()
-        for file in _TEXTS
+        file: (forms / form).read_text(encoding="utf-8").replace("@NAME@", name).encode()
+        for file, form in _TEXTS.items()
     }
     return texts | {f"{kind}/{kind}.xlsx": _form(kind) for kind in COLUMNS}
 

@@ -8,6 +8,7 @@ from scipy.optimize import nnls
 
 from pipeline.design.tether_held import held_footprint
 from pipeline.design.tether_input import TetherInput
+from pipeline.design.tether_needs import buoyancy_n, hull_drag_vector_n, needs_of, plain
 from pipeline.design.tether_printed import printed_tables
 from pipeline.design.tether_thrusters import HeldVehicle
 from pipeline.errors import CannotComputeError
@@ -22,7 +23,6 @@ from pipeline.physics.tether_footprint import (
 from pipeline.physics.tether_power import hull_drag_n, largest_pull
 from pipeline.records.design import (
     CableShape,
-    DriveNeed,
     EquivalentEffect,
     FootprintRow,
     FootprintVariant,
@@ -71,31 +71,6 @@ def make_footprint(one: TetherInput) -> Footprint:
     )
 
 
-def hull_drag_vector_n(one: TetherInput, held: HeldVehicle | None) -> FloatArray:
-    """Force of the water on the hull, paper's axes: eq. (4), or the vehicle's damping. [N]."""
-    through = np.array(one.vehicle_velocity_mps) - np.array(one.current_mps)
-    if one.hull is not None:
-        return -np.array(
-            [
-                hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
-                for v, c in zip(through, one.hull.drag_coefficients, strict=True)
-            ]
-        )
-    if held is None:
-        raise CannotComputeError("State hull: in the design file.")
-    body = held.drag_n(held.to_body(ned_from_paper(through)))
-    c, s = np.cos(held.heading_rad), np.sin(held.heading_rad)
-    ned = np.array([c * body[0] - s * body[1], s * body[0] + c * body[1], body[2]])
-    return paper_from_ned(ned)
-
-
-def buoyancy_n(one: TetherInput, held: HeldVehicle | None) -> float:
-    """Residual buoyancy of file or vehicle, up. [N]."""
-    if one.hull is not None:
-        return one.hull.residual_buoyancy_n
-    return 0.0 if held is None else held.buoyancy_n
-
-
 def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDesign:
     """Compute everything that ``rig2sea design tether`` shows.
 
@@ -131,7 +106,7 @@ def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDe
         _variant(variant, angles, solutions[variant], drag, lift, held, through)
         for variant in looked_at
     )
-    needs = _needs(one, variants, held)
+    needs = needs_of(one, variants, held)
     printed, warnings = printed_tables(one, variants, needs)
     return TetherDesign(
         name=one.name,
@@ -189,72 +164,14 @@ def _variant(  # noqa: PLR0917
         rows.append(
             FootprintRow(
                 angle_deg=angle,
-                on_vehicle_n=_tuple(pull),
-                on_garage_n=_tuple(paper_from_ned(solution.force_on_end_n)),
-                required_n=_tuple(-pull - drag - np.array([0.0, lift, 0.0])),
+                on_vehicle_n=plain(pull),
+                on_garage_n=plain(paper_from_ned(solution.force_on_end_n)),
+                required_n=plain(-pull - drag - np.array([0.0, lift, 0.0])),
                 use=use,
             )
         )
     return FootprintVariant(
         variant=variant, rows=tuple(rows), largest_pull_n=largest_pull(np.array(pulls))
-    )
-
-
-def _tuple(values: FloatArray) -> tuple[float, ...]:
-    return tuple(float(v) for v in values)
-
-
-def _needs(
-    one: TetherInput, variants: Sequence[FootprintVariant], held: HeldVehicle | None
-) -> tuple[DriveNeed, ...]:
-    """Tables 5 and 6 from the printed pulls, where there are, and from each of ours."""
-    pulls: list[tuple[str, tuple[float, ...]]] = []
-    if one.published is not None and one.published.largest_pull_n is not None:
-        pulls.append(("printed pulls", one.published.largest_pull_n[:3]))
-    pulls += [(one_of.variant, one_of.largest_pull_n[:3]) for one_of in variants]
-    return tuple(drive_need(one, basis, (p[0], p[1], p[2]), held) for basis, p in pulls)
-
-
-def drive_need(
-    one: TetherInput,
-    basis: str,
-    pull_n: tuple[float, float, float],
-    held: HeldVehicle | None = None,
-) -> DriveNeed:
-    r"""Needed forces and powers, eqs. (3) to (6), from the largest pulls.
-
-    .. math:: F_i = T_i + R_i + Q_i, \qquad N_i = F_i V_i, \qquad N_{cons} = N_i / (\eta_p \eta_d)
-    """
-    own, current = np.abs(one.vehicle_velocity_mps), np.abs(one.current_mps)
-    pull = np.array(pull_n)
-    if one.current_from_any_side:
-        level = float(np.hypot(current[0], current[2]))
-        speed = own + np.array([level, current[1], level])
-        pull[[0, 2]] = max(pull[0], pull[2])
-    else:
-        speed = np.abs(np.array(one.vehicle_velocity_mps) - np.array(one.current_mps))
-    if one.hull is not None:
-        drag = np.array(
-            [
-                hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
-                for v, c in zip(speed, one.hull.drag_coefficients, strict=True)
-            ]
-        )
-    elif held is not None:
-        drag = np.abs(held.drag_n(np.array([speed[0], speed[2], speed[1]])))[[0, 2, 1]]
-    else:
-        raise CannotComputeError("State hull: in the design file.")
-    force = pull + drag + np.array([0.0, abs(buoyancy_n(one, held)), 0.0])
-    towing = force * speed
-    return DriveNeed(
-        basis=basis,
-        pull_n=_tuple(pull),
-        drag_n=_tuple(drag),
-        force_n=_tuple(force),
-        towing_power_w=_tuple(towing),
-        consumed_power_w=_tuple(
-            towing / (one.drive.propeller_efficiency * one.drive.drive_efficiency)
-        ),
     )
 
 
@@ -272,10 +189,10 @@ def _shapes(
         shapes.append(
             CableShape(
                 angle_deg=angle,
-                x_m=_tuple(place[:, 0]),
-                y_m=_tuple(place[:, 1]),
-                z_m=_tuple(place[:, 2]),
-                tension_n=_tuple(solution.tension_size_n[::2]),
+                x_m=plain(place[:, 0]),
+                y_m=plain(place[:, 1]),
+                z_m=plain(place[:, 2]),
+                tension_n=plain(solution.tension_size_n[::2]),
             )
         )
     return tuple(shapes)

@@ -3,7 +3,7 @@
 import os
 from pathlib import Path
 
-from pipeline.errors import CannotComputeError
+from pipeline.errors import CannotComputeError, writing_remedy
 from pipeline.export.c_source import Identity, render_header, render_source
 from pipeline.export.grid_check import check_characteristic
 from pipeline.export.self_test import render_self_test
@@ -63,7 +63,7 @@ def write_firmware(
     except OSError as error:
         raise CannotComputeError(
             f"{folder}: the firmware of {name} cannot be written: {error.strerror or error}.\n"
-            "Make the folder writable, free some space, or name another folder."
+            + writing_remedy(error, "Make the folder writable, or name another folder.")
         ) from error
 
 

@@ -10,7 +10,7 @@ from typing import IO, TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.errors import CannotComputeError
+from pipeline.errors import CannotComputeError, writing_remedy
 from pipeline.export.cdr import serialise
 from pipeline.export.log_topics import (
     ATMOSPHERIC_PRESSURE_PA,
@@ -142,7 +142,7 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], None], what: str) -> No
     except OSError as error:
         raise CannotComputeError(
             f"{path}: {what} cannot be written: {error.strerror or error}.\n"
-            "Make the folder writable, free some space, or name another file."
+            + writing_remedy(error, "Make the folder writable, or name another file.")
         ) from error
 
 

@@ -67,6 +67,7 @@ def read_table(
     problems += wrong
     readings, wrong = _check_codes(block, readings, drive.code_min, drive.code_max)
     problems += wrong
+    problems += _check_whole_codes(block, readings)
     problems += check_powers(block, readings)
     problems += check_magnitudes(
         block, readings, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
@@ -140,6 +141,27 @@ def _sweeps(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading], l
 
 def _at(code: float | None) -> str:
     return "" if code is None else f", code {code:g}"
+
+
+def _check_whole_codes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
+    """Tell of a code column with fractions: it is often a current or a share."""
+    if "code" not in block.columns or "%" in block.columns["code"].unit:
+        return []
+    odd = [one for one in readings if one.code is not None and not one.code.is_integer()]
+    if not odd:
+        return []
+    codes = sorted({one.code for one in odd if one.code is not None})
+    return [
+        Problem(
+            "warning",
+            block.place(odd[0].row, "code"),
+            f"code {', '.join(f'{code:g}' for code in codes[:6])}: a control code is a whole "
+            f"number. The {len(odd)} points are fitted at the codes as they stand.",
+            "whole numbers, as the drive is sent them, or a share with % in the column's name.",
+            "Correct the codes, write % into the name, or state the right column in vehicle.yaml "
+            "under columns: load_test: code.",
+        )
+    ]
 
 
 def _check_codes(

@@ -16,6 +16,7 @@ import numpy as np
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import Block, BrokenChunkError, block_by_index, unpack, walk
 from pipeline.ingest.mcap_directory import Directory, check_start
+from pipeline.ingest.mcap_faults import LogFaults
 from pipeline.ingest.mcap_records import (
     CHANNEL,
     CHUNK,
@@ -52,7 +53,7 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
 class McapFile:
-    """A log on disk. `problems` collects what is wrong while it is read."""
+    """A log on disk."""
 
     def __init__(self, path: Path, shown_as: str) -> None:
         """Look at both ends of the file.
@@ -71,7 +72,7 @@ class McapFile:
         """
         self.path = path
         self.place = Place(shown_as)
-        self.problems: list[Problem] = []
+        self._faults = LogFaults(self.place)
         self.directory = Directory()
         self.size = 0
         self.read_bytes = 0
@@ -79,8 +80,6 @@ class McapFile:
         self._end = 0
         self._at = 0
         self._unpacked = 0
-        self._cut_at: int | None = None
-        self._faults: set[str] = set()
         with self._open() as stream:
             self.size = stream.seek(0, io.SEEK_END)
             stream.seek(0)
@@ -88,6 +87,11 @@ class McapFile:
             self._read_summary(stream)
         if not self.directory.indexed:
             self._scan()
+
+    @property
+    def problems(self) -> list[Problem]:
+        """What was found wrong while it was read."""
+        return self._faults.problems
 
     def blocks(self, wanted: frozenset[int]) -> Iterator[Block]:
         """Yield the messages of some channels in the order of the file.
@@ -149,7 +153,7 @@ class McapFile:
         found.counts = {number: counts.get(number, 0) for number in found.channels}
         lost = sum(count for number, count in counts.items() if number not in found.channels)
         if lost:
-            self._fault(
+            self._faults.add(
                 f"{lost} messages belong to topics that are not described before them; left out."
             )
 
@@ -172,12 +176,13 @@ class McapFile:
             elif length <= MAX_CHUNK_BYTES:
                 loose += RECORD_HEAD.pack(opcode, length) + stream.read(length)
             else:
-                self._fault(f"a message of {length} bytes at byte {begin} is passed over.")
+                self._faults.add(f"a message of {length} bytes at byte {begin} is passed over.")
         if loose:
             yield self._loose(loose)
-        self.read_bytes = min(self._at, self.size) if self._cut_at is None else self._cut_at
+        whole = self._faults.cut_at
+        self.read_bytes = min(self._at, self.size) if whole is None else whole
         if not self.directory.complete:
-            self._cut(self.read_bytes, "")
+            self._faults.cut(self.read_bytes, self.size)
 
     def _records(self, stream: BinaryIO) -> Iterator[tuple[int, int, int]]:
         """Yield opcode, place of the content and its length, up to the end of the data.
@@ -194,7 +199,8 @@ class McapFile:
             if opcode in (DATA_END, FOOTER):
                 return
             if begin + length > self._end and opcode != CHUNK:
-                self._cut(self._at, "" if opcode < 0x80 else f"(no record is {opcode:#x}) ")
+                how = "" if opcode < 0x80 else f"(no record is {opcode:#x}) "
+                self._faults.cut(self._at, self.size, how)
                 return
             self._at = begin + length
             yield opcode, begin, length
@@ -205,7 +211,7 @@ class McapFile:
         if opcode not in (HEADER, SCHEMA, CHANNEL, METADATA):
             return
         if length > most:
-            self._fault(f"a record of {length} bytes at byte {begin} is passed over.")
+            self._faults.add(f"a record of {length} bytes at byte {begin} is passed over.")
             return
         content = memoryview(stream.read(length))
         try:
@@ -217,7 +223,7 @@ class McapFile:
             else:
                 self.directory.note(opcode, content)
         except BrokenRecordError as error:
-            self._fault(f"a record at byte {begin} is broken: {error}.")
+            self._faults.add(f"a record at byte {begin} is broken: {error}.")
 
     def _loose(self, loose: bytearray) -> Block:
         """Make a block of messages that stand outside of chunks."""
@@ -235,13 +241,13 @@ class McapFile:
             head = parse_chunk_head(memoryview(stream.read(min(length, MOST_OF_CHUNK_HEAD))))
         except BrokenRecordError as error:
             if is_cut:
-                self._cut(begin - RECORD_HEAD.size, "")
+                self._faults.cut(begin - RECORD_HEAD.size, self.size)
             else:
-                self._fault(f"{where} is broken ({error}); its messages were left out.")
+                self._faults.add(f"{where} is broken ({error}); its messages were left out.")
             return None
         refusal = self._refusal(head, length)
         if refusal:
-            self._fault(f"{where} {refusal}; its messages were left out.")
+            self._faults.add(f"{where} {refusal}; its messages were left out.")
             return None
         if is_cut:
             return self._cut_chunk(stream, begin, head)
@@ -258,7 +264,7 @@ class McapFile:
             data = unpack(head, stream.read(head.size))
         except BrokenChunkError as error:
             seconds = (head.end_time_ns - head.start_time_ns) / 1e9
-            self._fault(
+            self._faults.add(
                 f"{where}, {seconds:.1f} s of the run, is damaged: {error}; its messages were left "
                 "out."
             )
@@ -286,12 +292,12 @@ class McapFile:
         if block is None:
             # where the file was cut off, the index of the last chunk may be cut, too
             if index and self.directory.complete:
-                self._fault(
+                self._faults.add(
                     f"the message index of {where} does not agree with it; its records were walked."
                 )
             block = walk(data)
         if block.fault:
-            self._fault(f"in {where} {block.fault}; what follows in it was left out.")
+            self._faults.add(f"in {where} {block.fault}; what follows in it was left out.")
         return block
 
     def _cut_chunk(self, stream: BinaryIO, begin: int, head: ChunkHead) -> Block | None:
@@ -303,8 +309,9 @@ class McapFile:
         except BrokenChunkError:
             block = None
         rescued = 0 if block is None else sum(part.size.size for part in block.messages.values())
-        self._cut(
+        self._faults.cut(
             begin - RECORD_HEAD.size,
+            self.size,
             f"in the middle of a chunk, of which {rescued} messages were rescued, ",
         )
         return None if block is None else self.directory.take_in(block)
@@ -328,28 +335,3 @@ class McapFile:
                 known = index.get(number)
                 index[number] = offsets if known is None else np.concatenate([known, offsets])
         return index
-
-    # ------------------------------------------------------------------ faults
-
-    def _cut(self, at: int, how: str) -> None:
-        share = 100.0 * at / self.size if self.size else 0.0
-        if self._cut_at is not None:
-            return  # said by an earlier pass
-        self._cut_at = at
-        self.problems.append(
-            Problem(
-                "warning",
-                self.place,
-                f"the log ends {how}at byte {self.size} without its closing record: the recorder "
-                f"was stopped hard, or the copy is not complete. Whole records were read up to "
-                f"byte {at} ({share:.0f} %).",
-                "a file that ends with 89 4D 43 41 50 30 0D 0A.",
-                "Copy it again; if it is no longer elsewhere, mcap recover FILE makes an index.",
-            )
-        )
-
-    def _fault(self, what: str) -> None:
-        """Say a fault once, however many passes meet it."""
-        if what not in self._faults:
-            self._faults.add(what)
-            self.problems.append(Problem("warning", self.place, what))

@@ -1,6 +1,7 @@
 """The diagnosis of a mooring table as text for a terminal."""
 
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+from pipeline.report.diagnosis_words import closed_text
 
 
 def bench_text(record: BenchDiagnosisRecord) -> str:
@@ -23,7 +24,8 @@ def bench_text(record: BenchDiagnosisRecord) -> str:
         )
         lines.append(f"  {answer.probability:6.1%}  {answer.effect}  {values}".rstrip())
     shrink = record.shrink
-    closed = "" if shrink.gap_closed is None else f", {shrink.gap_closed:.0%} of the gap closed"
+    share = shrink.gap_closed
+    closed = "" if share is None else f", {closed_text(share)} of the gap closed"
     lines += ["", f"held out ({shrink.held_out}):"]
     lines.append(
         f"  {shrink.before:.3g} N before, {shrink.after:.3g} N after, where a healthy thruster may "

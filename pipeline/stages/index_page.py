@@ -7,6 +7,7 @@ from pathlib import Path
 from pipeline.errors import InputError
 from pipeline.provenance import read_envelope
 from pipeline.report.results import TrialDayLink
+from pipeline.report.sections.closing import safe_link
 from pipeline.report.site import IndexEntry, Status, write_index
 from pipeline.stages.design_links import design_links
 from pipeline.stages.diagnosis_links import diagnosis_links
@@ -48,11 +49,17 @@ def write_whole_index(receipts: Iterable[Path], index: Path) -> None:
         for record in records
         if record is not None
     ]
+    known = {entry.name for entry in entries}
     write_index(
         sorted(entries, key=lambda entry: entry.href),
         index,
         sorted(diagnoses.items()),
         designs=design_links(reports),
+        earlier=tuple(
+            (page.parent.name, safe_link(page.relative_to(reports).as_posix()))
+            for page in sorted(reports.glob("*/index.html"))
+            if page.parent.name not in known
+        ),
         assets=reports / "assets",
     )
 

@@ -28,7 +28,7 @@ def remove_stale(vehicle: VehicleFolder, out: Path, *, pages: bool = True) -> li
     out : Path
         The folder of ``processed/`` and ``reports/``.
     pages : bool
-        Whether the vehicle's page is made in this execution, and so looked at.
+        Whether pages are made in this execution, and so looked at.
 
     Returns
     -------
@@ -41,7 +41,8 @@ def remove_stale(vehicle: VehicleFolder, out: Path, *, pages: bool = True) -> li
         When a folder stands where a result belongs.
     """
     folder = out / "processed" / vehicle.name
-    for left in (*folder.glob(".*.part"), *(out / "reports" / "assets").glob(".*.part")):
+    assets = (out / "reports" / "assets").glob(".*.part") if pages else ()
+    for left in (*folder.glob(".*.part"), *assets):
         if left.is_file():
             left.unlink(missing_ok=True)
     for left in folder.glob(".firmware.*"):
@@ -62,7 +63,7 @@ def remove_stale(vehicle: VehicleFolder, out: Path, *, pages: bool = True) -> li
         elif path.is_file():
             _bring_back_from_the_future(path)
     index = out / "reports" / "index.html"
-    if index.is_file() and index.stat().st_mtime > time.time():
+    if pages and index.is_file() and index.stat().st_mtime > time.time():
         os.utime(index, (0, 0))  # nothing tells what it was made from: it is made anew
     return removed
 

@@ -4,8 +4,10 @@ A season has hundreds of runs. The engine is told of those that have something t
 are finished files to it, so a run costs what is new and not what there is.
 """
 
+from bisect import bisect_left
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +60,11 @@ class PoolPlan:
     stale: tuple[str, ...] = ()
     batches: tuple[Batch, ...] = ()
 
+    @cached_property
+    def _dated(self) -> tuple[str, ...]:
+        """The days that are known, in order."""
+        return tuple(sorted(day for day in self.days if day != UNDATED))
+
     def to_config(self) -> dict[str, Any]:
         """Return plain values for the engine's configuration."""
         return {
@@ -100,7 +107,7 @@ class PoolPlan:
             return [vehicle_file, *bench, *of_runs("pool_run", runs)]
         if stage == "day_tables":
             return [vehicle_file, processed_file(one, "inverse")]
-        earlier = [day for day in self.days if day < item and day != UNDATED]
+        earlier = self._dated[: bisect_left(self._dated, item)]
         before = [run_file(one, ROOMS["trial_day"], day) for day in earlier[-TREND_DAYS:]]
         tables = [run_file(one, ROOMS["day_tables"], day) for day in (*earlier[-1:], item)]
         own = run_file(one, ROOMS["trial_day"], item)

@@ -3,7 +3,6 @@
 import hashlib
 import os
 import re
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -136,11 +135,10 @@ def by_day(days: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
     >>> by_day({"b": "2026-05-04", "a": "2026-05-04", "c": "undated"})
     {'2026-05-04': ('a', 'b'), 'undated': ('c',)}
     """
-    counts = Counter(days.values())
-    return {
-        day: tuple(sorted(run for run, own in days.items() if own == day))
-        for day in sorted(counts, key=lambda day: (day == UNDATED, day))
-    }
+    found: dict[str, list[str]] = {}
+    for run, day in sorted(days.items()):
+        found.setdefault(day, []).append(run)
+    return {day: tuple(found[day]) for day in sorted(found, key=lambda day: (day == UNDATED, day))}
 
 
 def run_file(vehicle: str, room: str, run: str, ending: str = ".json") -> str:

@@ -10,7 +10,9 @@ from pipeline.errors import InputError, Place, Problem
 from pipeline.journal import Event
 from pipeline.plan import VehicleFolder, choose, processed_file
 from pipeline.provenance import unwritable, write_atomically
+from pipeline.reader_language import current
 from pipeline.workflow.freshness import remove_stale
+from pipeline.workflow.gone import forget_gone
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.lock import only_run
 from pipeline.workflow.outcome import Outcome, outcome_of
@@ -105,8 +107,13 @@ def run(request: Request, progress: Progress) -> Result:
             remedy="Put one there, or say where the raw folder is with --raw.",
         )
     with only_run(state / "lock"):
-        _writable(request.out / "reports")
-        sound, unsound = _sound(chosen, request.out)
+        # a part of the work writes no pages: their folder need not even be there
+        tops = ("processed",) if request.only else ("processed", "reports")
+        for top in tops:
+            _writable(request.out / top)
+        for name in () if request.only else forget_gone(state, request.out, chosen):
+            progress.say(f"{name}: its raw folder is gone. Its results and pages stay.")
+        sound, unsound = _sound(chosen, request.out, tops)
         complete = True
         known = KnownFiles.load(state / "known_files.json")
         plans: dict[str, PoolPlan] = {}
@@ -165,9 +172,12 @@ def _writable(folder: Path) -> None:
 
 
 def _sound(
-    vehicles: Sequence[VehicleFolder], out: Path
+    vehicles: Sequence[VehicleFolder], out: Path, tops: Sequence[str]
 ) -> tuple[list[VehicleFolder], tuple[Problem, ...]]:
-    """Separate the vehicles that can be run from the reasons why others cannot."""
+    """Separate the vehicles that can be run from the reasons why others cannot.
+
+    `tops` names the folders of `out` in which each vehicle's own has to be writable.
+    """
     from pipeline.vehicle.load import load_vehicle
 
     sound: list[VehicleFolder] = []
@@ -176,7 +186,7 @@ def _sound(
         path = out / vehicle.vehicle_file
         try:
             load_vehicle(path)
-            for top in ("processed", "reports"):
+            for top in tops:
                 _writable(out / top / vehicle.name)
         except InputError as error:
             problems.append(error.problem)
@@ -224,6 +234,8 @@ class _Execution:
                 if one.name in self.plans
             },
             "only": list(self.request.only),
+            # a part of the work makes no pages
+            **({} if self.request.only else {"language": current()}),
         }
 
 

@@ -55,7 +55,9 @@ def _without_data(outcome: Outcome) -> Iterator[str]:
 def _first_gap(reason: str) -> str:
     """Return the reason of the first gap, for a result that lacks an earlier one."""
     root = reason.partition(": ")[2] if reason.startswith(MISSING) else reason
-    return root[:1].upper() + root[1:]
+    first = root.partition(" ")[0]
+    # a sentence begins with a capital, the name of a file does not
+    return root if "." in first else root[:1].upper() + root[1:]
 
 
 def _warnings(outcome: Outcome) -> Iterator[str]:

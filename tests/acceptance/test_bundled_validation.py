@@ -1,11 +1,11 @@
 """mmt300 flown with the tables that the run made: the paper's claim in numbers."""
 
-import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
-from workflow_runs import Finished, run_once
+from bundled_bench import run_of_mmt300
+from workflow_runs import Finished
 
 SPEEDS = [0.0, 0.5, 1.0, 1.5, 2.0]
 
@@ -13,13 +13,7 @@ SPEEDS = [0.0, 0.5, 1.0, 1.5, 2.0]
 @pytest.fixture(scope="module")
 def flown(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Any:  # noqa: ANN401 - JSON
     """The record of the bundled run, which other tests share."""
-
-    def fill(raw: Path) -> None:
-        # one of its pool runs is enough here
-        rest = shutil.ignore_patterns("2024-05-15-*", "*-surge-*", "*-heave-*")
-        shutil.copytree(repository / "raw/mmt300", raw / "mmt300", ignore=rest)
-
-    finished: Finished = run_once(tmp_path_factory, "bundled", fill)
+    finished = Finished(run_of_mmt300(repository, tmp_path_factory))
     return finished.record("mmt300", "validation")
 
 

@@ -6,15 +6,15 @@ neither the results nor the vehicle file are compared with themselves.
 """
 
 import re
-import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
+from bundled_bench import run_of_mmt300
 from shared_runs import digests
-from workflow_runs import Finished, firmware_code, run_once
+from workflow_runs import Finished, firmware_code
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -73,13 +73,7 @@ class Family:
 @pytest.fixture(scope="session")
 def bundled(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The bundled vehicle, run."""
-
-    def fill(raw: Path) -> None:
-        # one of its pool runs is enough here
-        rest = shutil.ignore_patterns("2024-05-15-*", "*-surge-*", "*-heave-*")
-        shutil.copytree(repository / "raw/mmt300", raw / "mmt300", ignore=rest)
-
-    return run_once(tmp_path_factory, "bundled", fill)
+    return Finished(run_of_mmt300(repository, tmp_path_factory))
 
 
 @pytest.fixture(scope="module")

@@ -15,17 +15,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from fault_hook import renamed, run_with_hook
-from synthetic_bench import Bench, make_vehicle
+from synthetic_bench import Bench, make_moored, make_vehicle
 
 _DAY_S = 86_400
 
 
 def small(root: Path) -> Bench:
     """A vehicle whose run takes a few seconds: a mooring test alone."""
-    make_vehicle(root / "raw/boat")
-    for part in ("load_test", "open_water"):
-        for file in (root / "raw/boat" / part).iterdir():
-            file.unlink()
+    make_moored(root / "raw/boat")
     return Bench(root)
 
 

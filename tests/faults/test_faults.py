@@ -8,8 +8,7 @@ from pathlib import Path
 import fault_cases as faults
 import pytest
 from fault_hook import renamed, run_with_hook
-from shared_runs import once, rig2sea
-from synthetic_bench import Bench
+from synthetic_bench import Bench, moored_bench
 
 POINT = "processed/boat/vehicle_page.json"
 
@@ -17,13 +16,7 @@ POINT = "processed/boat/vehicle_page.json"
 @pytest.fixture(scope="module")
 def clean(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     """What an undisturbed run leaves; other tests share it."""
-
-    def build(root: Path) -> None:
-        faults.small(root)
-        done = rig2sea(root, "run")
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    return Bench(once(tmp_path_factory, "undisturbed", build))
+    return Bench(moored_bench(tmp_path_factory)[0])
 
 
 def test_full_disk_then_the_clock_set_back_then_killed_and_still_repaired(

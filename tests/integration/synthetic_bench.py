@@ -3,12 +3,16 @@
 import hashlib
 import json
 import math
+import shutil
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import openpyxl
+import pytest
+from shared_runs import once
 
 VEHICLE = """\
 name: boat
@@ -86,6 +90,13 @@ def make_vehicle(folder: Path) -> None:
     write_mooring(folder / "mooring/bollard.csv")
 
 
+def make_moored(folder: Path) -> None:
+    """Write a vehicle folder with a mooring test alone: every stage runs, and none for long."""
+    make_vehicle(folder)
+    for kind in ("load_test", "open_water"):
+        shutil.rmtree(folder / kind)
+
+
 @dataclass(frozen=True)
 class Bench:
     """A working folder with ``raw/`` in which the workflow is run."""
@@ -140,3 +151,23 @@ class Bench:
 
 def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def run_bench(
+    factory: pytest.TempPathFactory, name: str, make: Callable[[Path], None]
+) -> tuple[Path, str]:
+    """Run the workflow on a vehicle once for all tests; return the bench and what was printed."""
+
+    def build(folder: Path) -> None:
+        make(folder / "bench/raw/boat")
+        done = Bench(folder / "bench").run()
+        assert done.returncode == 0, done.stdout + done.stderr
+        (folder / "printed.txt").write_text(done.stdout, encoding="utf-8")
+
+    folder = once(factory, name, build)
+    return folder / "bench", (folder / "printed.txt").read_text(encoding="utf-8")
+
+
+def moored_bench(factory: pytest.TempPathFactory) -> tuple[Path, str]:
+    """Run the workflow once on a mooring test alone."""
+    return run_bench(factory, "moored", make_moored)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from shared_runs import once, rig2sea
 
 from pipeline.bundled.design import design_example, design_examples
 from pipeline.cli import cli
@@ -140,19 +139,6 @@ def test_markup_in_a_file_does_not_reach_the_page(tmp_path: Path) -> None:
     page = (tmp_path / "reports/design/pilgrim-balance.html").read_text(encoding="utf-8")
     assert "<img" not in page
     assert "&lt;img" in page
-
-
-@pytest.fixture(scope="session")
-def bench_folder(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which mmt300 was run; shared with the tests of the simulation."""
-
-    def build(folder: Path) -> None:
-        no_runs = shutil.ignore_patterns("pool")
-        shutil.copytree(repository / "raw/mmt300", folder / "raw/mmt300", ignore=no_runs)
-        done = rig2sea(folder, "run", "mmt300")
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    return once(tmp_path_factory, "simulated_mmt300", build)
 
 
 def test_a_vehicle_with_tables_tells_codes_and_what_saturates(

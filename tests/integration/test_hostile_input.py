@@ -4,14 +4,9 @@ Every bad file is checked alone (``rig2sea check``), and all of them together ar
 good ones (``rig2sea run``).
 """
 
+import contextlib
 import json
-import os
 import re
-import signal
-import subprocess
-import sys
-import time
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -20,8 +15,11 @@ from typing import Any
 import hostile_files as bad
 import openpyxl
 import pytest
+from click.testing import CliRunner
 from shared_runs import digests, once, rig2sea
-from synthetic_bench import Bench, digest, make_vehicle
+from synthetic_bench import Bench, digest, make_moored, make_vehicle
+
+from pipeline.cli import cli
 
 #: File -> (severity, what the message must say). An error leaves the table out and fails the
 #: command; a warning leaves a row or a sheet's points out of the fits.
@@ -106,8 +104,11 @@ def named(folder: Path, name: str) -> Path:
 
 def fill(raw: Path) -> None:
     """Good files beside bad ones, one code, curves that never meet, two with nothing wrong."""
-    for name in ("boat", "one_code", "adrift", "sound", "blocked"):
+    for name in ("boat", "one_code", "adrift"):
         make_vehicle(raw / name)
+        named(raw / name, name)
+    for name in ("sound", "blocked"):  # what their mooring test alone gives takes no time
+        make_moored(raw / name)
         named(raw / name, name)
     for name, write in bad.LOAD_TEST.items():
         write(raw / "boat/load_test" / f"{name}.xlsx")
@@ -120,9 +121,6 @@ def fill(raw: Path) -> None:
     path.write_text(
         path.read_text("utf-8").replace("diameter_m: 0.14", "diameter_m: 0.05"), "utf-8"
     )
-    for part in ("load_test", "open_water"):  # what its mooring test alone gives takes no time
-        for file in (raw / "sound" / part).iterdir():
-            file.unlink()
 
 
 @dataclass(frozen=True)
@@ -178,8 +176,9 @@ def test_check_says_one_thing_about_a_bad_file(hostile: Path, file: str) -> None
     severity, expected = EXPECTED[file]
     name = f"raw/boat/{file}"
     before = digest(hostile / name)
-    done = rig2sea(hostile, "check", name)
-    assert done.returncode == (1 if severity == "error" else 0), done.stdout
+    with contextlib.chdir(hostile):
+        done = CliRunner().invoke(cli, ("check", name), prog_name="rig2sea")
+    assert done.exit_code == (1 if severity == "error" else 0), done.stdout
     assert "Traceback" not in done.stdout + done.stderr
     assert done.stderr == ""
     ((said_severity, said),) = MESSAGE.findall(done.stdout)
@@ -271,22 +270,13 @@ def test_second_run_repeats_the_messages_and_does_nothing(ran: Ran) -> None:
     assert sorted(MESSAGE.findall(again.stdout)) == sorted(MESSAGE.findall(ran.text))
 
 
-# --- The machine is hostile: unwritable places, killed half-way ----------------------------------
-
-
-def small(root: Path) -> Bench:
-    """A vehicle whose run takes a few seconds: a mooring test alone."""
-    make_vehicle(root / "raw/boat")
-    for part in ("load_test", "open_water"):
-        for file in (root / "raw/boat" / part).iterdir():
-            file.unlink()
-    return Bench(root)
+# --- The machine is hostile: places that cannot be written; tests/faults has more ----------------
 
 
 @pytest.mark.parametrize("taken", ["processed", "reports", "reports/boat", "processed/boat"])
-def test_a_file_where_a_folder_should_be(tmp_path: Path, taken: str) -> None:
-    bench = small(tmp_path)
-    place = tmp_path / taken
+def test_a_file_where_a_folder_should_be(fresh_moored: Bench, taken: str) -> None:
+    bench = fresh_moored
+    place = bench.root / taken
     place.parent.mkdir(exist_ok=True)
     place.write_text("in the way", encoding="utf-8")
     before = bench.raw_contents()
@@ -303,65 +293,9 @@ def test_a_file_where_a_folder_should_be(tmp_path: Path, taken: str) -> None:
     assert bench.raw_contents() == before
 
 
-def test_export_to_a_file(tmp_path: Path) -> None:
-    bench = small(tmp_path)
-    (tmp_path / "firmware").write_text("in the way", encoding="utf-8")
-    done = rig2sea(tmp_path, "export", "boat", "--to", "firmware")
+def test_export_to_a_file(moored: Bench) -> None:
+    (moored.root / "firmware").write_text("in the way", encoding="utf-8")
+    done = rig2sea(moored.root, "export", "boat", "--to", "firmware")
     assert done.returncode in (1, 2)
     assert "Traceback" not in done.stdout + done.stderr
     assert "firmware" in done.stderr
-    assert bench.raw_contents()
-
-
-@pytest.fixture(scope="module")
-def clean(tmp_path_factory: pytest.TempPathFactory) -> Bench:
-    """What an undisturbed run leaves."""
-
-    def build(root: Path) -> None:
-        done = small(root).run()
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    return Bench(once(tmp_path_factory, "undisturbed", build))
-
-
-def test_killed_half_way(tmp_path: Path, clean: Bench, age: Callable[[Path], None]) -> None:
-    """SIGKILL to the command and to every process it started, in the middle of a stage."""
-    bench = small(tmp_path)
-    journal = tmp_path / "processed/.rig2sea/journal.jsonl"
-    run = subprocess.Popen(
-        [sys.executable, "-m", "pipeline", "run", "--cores", "1"],
-        cwd=tmp_path,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-    end = time.monotonic() + 60
-    while not (journal.exists() and '"inverse"' in journal.read_text(encoding="utf-8")):
-        assert run.poll() is None, "the run ended before it could be killed"
-        assert time.monotonic() < end
-        time.sleep(0.01)
-    for process in (run.pid, *at_work(tmp_path)):
-        try:
-            os.kill(process, signal.SIGKILL)
-        except ProcessLookupError:
-            continue
-    run.wait(30)
-    written = sorted((tmp_path / "processed/boat").glob("*.json"))
-    assert 0 < len(written) < len(list((clean.root / "processed/boat").glob("*.json")))
-    # what is left of a file on a disk that was full or lost its power
-    os.truncate(written[0], written[0].stat().st_size // 2)
-    age(written[0])
-    done = bench.run()
-    assert done.returncode == 0, done.stdout + done.stderr
-    assert bench.contents() == clean.contents()
-
-
-def at_work(folder: Path) -> list[int]:
-    """Processes whose working folder is this one."""
-    found = []
-    for process in Path("/proc").glob("[0-9]*"):
-        try:
-            if (process / "cwd").resolve(strict=True) == folder.resolve():
-                found.append(int(process.name))
-        except OSError:
-            continue
-    return found

@@ -2,7 +2,6 @@
 
 import contextlib
 import json
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -12,7 +11,7 @@ from bundled_models import NAMES
 from click.testing import CliRunner
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
-from shared_runs import once, rig2sea
+from shared_runs import rig2sea
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.cli import cli
@@ -21,19 +20,6 @@ from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.types import FloatArray
 
 Done = subprocess.CompletedProcess[str]
-
-
-@pytest.fixture(scope="session")
-def bench_folder(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which mmt300 was run: its bench results are there."""
-
-    def build(folder: Path) -> None:
-        no_runs = shutil.ignore_patterns("pool")
-        shutil.copytree(repository / "raw/mmt300", folder / "raw/mmt300", ignore=no_runs)
-        done = rig2sea(folder, "run", "mmt300")
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    return once(tmp_path_factory, "simulated_mmt300", build)
 
 
 def command(folder: Path, *arguments: str) -> Done:

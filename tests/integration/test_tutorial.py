@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from shared_runs import once, rig2sea
 
 WORKBOOK = "T200-Public-Performance-Data-10-20V-September-2019.xlsx"
 _BLOCK = re.compile(r"(?m)^(?:<!-- test: (.+) -->\n)?```(console|yaml|csv)\n((?:.*\n)*?)```$")
@@ -68,19 +67,6 @@ def missing(shown: str, came: str) -> str | None:
 @pytest.fixture(scope="module")
 def page(repository: Path) -> str:
     return (repository / "docs/tutorial.md").read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def bench_folder(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder in which mmt300 was run, without its pool runs; other tests use it as well."""
-
-    def build(folder: Path) -> None:
-        no_runs = shutil.ignore_patterns("pool")
-        shutil.copytree(repository / "raw/mmt300", folder / "raw/mmt300", ignore=no_runs)
-        done = rig2sea(folder, "run", "mmt300")
-        assert done.returncode == 0, done.stdout + done.stderr
-
-    return once(tmp_path_factory, "simulated_mmt300", build)
 
 
 @pytest.fixture(scope="module")

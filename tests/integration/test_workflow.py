@@ -3,7 +3,6 @@
 import json
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import time
@@ -11,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from synthetic_bench import Bench, make_vehicle, write_open_water
+from synthetic_bench import Bench, make_vehicle, write_mooring, write_open_water
 
 from pipeline.errors import InputError
 from pipeline.workflow.lock import only_run
@@ -20,10 +19,13 @@ STAGES = (
     "load_test", "mooring", "open_water", "propeller", "drive", "static", "inverse", "allocation",
     "validation", "tables", "firmware", "vehicle_page",
 )  # fmt: skip
-AFTER_OPEN_WATER = sorted(
-    [("boat", s) for s in STAGES if s not in ("load_test", "mooring", "drive")]
-    + [("", "index_page")]
-)
+EVERYTHING = sorted([("boat", stage) for stage in STAGES] + [("", "index_page")])
+AFTER_OPEN_WATER = [one for one in EVERYTHING if one[1] not in ("load_test", "mooring", "drive")]
+AFTER_MOORING = [
+    one
+    for one in EVERYTHING
+    if one[1] not in ("load_test", "open_water", "propeller", "drive", "static")
+]
 
 
 def test_complete_run_leaves_every_result(finished: Bench, printed: str) -> None:
@@ -41,11 +43,6 @@ def test_complete_run_leaves_every_result(finished: Bench, printed: str) -> None
     for stage in ("load test", "report", "index of reports"):
         assert sum(line.startswith((f"boat: {stage}", stage)) for line in printed.split("\n")) == 1
     assert printed.rstrip().endswith("Report: reports/index.html")
-
-
-def test_results_hold_no_time_and_no_absolute_path(finished: Bench, fresh: Bench) -> None:
-    assert fresh.run("--cores", "1").returncode == 0
-    assert fresh.contents() == finished.contents()
 
 
 def test_second_run_does_nothing(finished: Bench) -> None:
@@ -75,136 +72,130 @@ def test_changed_file_redoes_what_depends_on_it(
     assert tables["table1"]["KT"][0] == pytest.approx(0.139 * 1.02, rel=0.002)  # type: ignore[index]
 
 
-def test_change_is_noticed_without_the_memory_of_the_engine(
-    finished: Bench, age: Callable[[Path], None]
+def test_new_and_removed_files_are_noticed_without_the_memory_of_the_engine(
+    moored: Bench, age: Callable[[Path], None]
 ) -> None:
-    shutil.rmtree(finished.root / ".snakemake")
-    path = finished.root / "raw/boat/mooring/bollard.csv"
-    path.write_text(path.read_text().replace("127,35", "127,36"))
-    age(path)
-    finished.run()
-    assert ("boat", "mooring") in finished.stages_run()
-    assert ("boat", "inverse") in finished.stages_run()
-    assert ("boat", "static") not in finished.stages_run()
-
-
-def test_new_and_removed_files_are_noticed(finished: Bench, age: Callable[[Path], None]) -> None:
-    before = finished.contents()
-    second = finished.root / "raw/boat/open_water/second.csv"
-    write_open_water(second, scale=1.01)
+    before = moored.contents()
+    second = moored.root / "raw/boat/mooring/second.csv"
+    write_mooring(second)
+    second.write_text(second.read_text().replace("127,35", "127,36"))
     age(second)
-    finished.run()
-    assert finished.stages_run() == AFTER_OPEN_WATER
+    shutil.rmtree(moored.root / ".snakemake")
+    moored.run()
+    assert moored.stages_run() == AFTER_MOORING
+    assert moored.contents() != before
     second.unlink()
-    finished.run()
-    assert finished.stages_run() == AFTER_OPEN_WATER
-    assert finished.contents() == before
+    moored.run()
+    assert moored.stages_run() == AFTER_MOORING
+    assert moored.contents() == before
 
 
-def test_half_written_results_are_made_again(finished: Bench) -> None:
-    before = finished.contents()
+def test_half_written_results_are_made_again(moored: Bench) -> None:
+    before = moored.contents()
     names = (
-        "processed/boat/static.json",
+        "processed/boat/inverse.json",
         "processed/boat/tables.json",
         "processed/boat/firmware/boat_thruster.c",
         "reports/boat/index.html",
     )
     for name in names:
-        path = finished.root / name
+        path = moored.root / name
         os.truncate(path, path.stat().st_size // 2)
-    (finished.root / "processed/boat/.rest.json.abc.part").write_text("{")
-    done = finished.run()
+    (moored.root / "processed/boat/.rest.json.abc.part").write_text("{")
+    done = moored.run()
     assert done.returncode == 0, done.stdout
-    assert finished.contents() == before
+    assert moored.contents() == before
 
 
 @pytest.mark.parametrize("name", ["reports/boat/index.html", "processed/boat/firmware.json"])
-def test_edited_or_lost_result_alone_is_made_again(finished: Bench, name: str) -> None:
-    before = finished.contents()
-    (finished.root / name).unlink()
-    assert finished.run().returncode == 0
-    assert finished.contents() == before
-    assert ("boat", "static") not in finished.stages_run()
+def test_edited_or_lost_result_alone_is_made_again(moored: Bench, name: str) -> None:
+    before = moored.contents()
+    (moored.root / name).unlink()
+    assert moored.run().returncode == 0
+    assert moored.contents() == before
+    assert ("boat", "inverse") not in moored.stages_run()
 
 
-def test_broken_files_are_named_and_the_rest_is_done(finished: Bench) -> None:
-    before = finished.contents()
-    (finished.root / "raw/boat/load_test/broken.xlsx").write_bytes(b"PK\x03\x04 cut short")
-    (finished.root / "raw/boat/mooring/empty.csv").touch()
-    (finished.root / "raw/boat/mooring/{code}.csv").touch()
+def test_broken_files_are_named_and_the_rest_is_done(moored: Bench) -> None:
+    (moored.root / "raw/boat/load_test").mkdir()
+    (moored.root / "raw/boat/load_test/broken.xlsx").write_bytes(b"PK\x03\x04 cut short")
+    (moored.root / "raw/boat/mooring/empty.csv").touch()
+    (moored.root / "raw/boat/mooring/{code}.csv").touch()
     for _ in range(2):  # the second run has nothing to do and still says what is wrong
-        done = finished.run()
+        done = moored.run()
         assert done.returncode == 1
         assert "error: raw/boat/load_test/broken.xlsx" in done.stdout
         assert "error: raw/boat/mooring/empty.csv" in done.stdout
         assert "error: raw/boat/mooring/{code}.csv: the file's name holds" in done.stdout
         assert "Traceback" not in done.stdout + done.stderr
-    assert finished.envelope("tables")["table4"] is not None
-    page = (finished.root / "reports/boat/index.html").read_text(encoding="utf-8")
+    assert moored.envelope("tables")["table3"] is not None
+    page = (moored.root / "reports/boat/index.html").read_text(encoding="utf-8")
     assert "broken.xlsx" in page
-    for name in ("broken.xlsx", "empty.csv", "{code}.csv"):
-        next((finished.root / "raw").rglob(name)).unlink()
-    assert finished.run().returncode == 0
-    assert finished.contents() == before
 
 
-def test_vehicle_that_cannot_be_read_does_not_stop_the_others(finished: Bench) -> None:
-    before = finished.contents()
-    make_vehicle(finished.root / "raw/other")
-    bad = finished.root / "raw/other/vehicle.yaml"
+def test_vehicle_that_cannot_be_read_does_not_stop_the_others(moored: Bench) -> None:
+    before = moored.contents()
+    make_vehicle(moored.root / "raw/other")
+    bad = moored.root / "raw/other/vehicle.yaml"
     bad.write_text(bad.read_text().replace("density_kgpm3", "density"))
-    (finished.root / "raw/third/mooring").mkdir(parents=True)
-    done = finished.run()
+    (moored.root / "raw/third/mooring").mkdir(parents=True)
+    done = moored.run()
     assert done.returncode == 1
     assert "raw/other/vehicle.yaml" in done.stdout
     assert 'unknown key "density"' in done.stdout
     assert "raw/third: has mooring but no vehicle.yaml." in done.stdout
-    assert finished.contents() == before
+    assert moored.contents() == before
 
 
-def test_mooring_alone_gives_what_it_can(fresh: Bench) -> None:
-    for kind in ("load_test", "open_water"):
-        shutil.rmtree(fresh.root / "raw/boat" / kind)
-    done = fresh.run()
-    assert done.returncode == 0
-    tables = fresh.envelope("tables")
+def test_mooring_alone_gives_what_it_can(moored: Bench, moored_printed: str) -> None:
+    tables = moored.envelope("tables")
     assert tables["table1"] is None
     assert tables["table3"] is not None
-    assert "There are no open-water files in raw/boat/open_water." in done.stdout
-    assert done.stdout.count("There are no load-test files in raw/boat/load_test.\n") == 1
+    assert "There are no open-water files in raw/boat/open_water." in moored_printed
+    assert moored_printed.count("There are no load-test files in raw/boat/load_test.\n") == 1
 
 
-def test_vehicle_by_path_and_other_folders(fresh: Bench, tmp_path: Path) -> None:
-    for kind in ("load_test", "open_water"):
-        shutil.rmtree(fresh.root / "raw/boat" / kind)
+def test_vehicle_by_path_and_other_folders(moored: Bench, tmp_path: Path) -> None:
     elsewhere = tmp_path / "bench of today/launch"
     elsewhere.parent.mkdir()
-    shutil.copytree(fresh.root / "raw/boat", elsewhere)
-    raw = fresh.raw_contents()
-    done = fresh.run(str(elsewhere), "--out", "results of today")
+    shutil.copytree(moored.root / "raw/boat", elsewhere)
+    out = moored.root / "results of today"
+    out.mkdir()
+    for top in ("processed", "reports"):
+        (moored.root / top).rename(out / top)
+    shutil.rmtree(out / "processed/.rig2sea")  # which remembers where the vehicle was
+    raw = moored.raw_contents()
+    done = moored.run(str(elsewhere), "--out", "results of today")
     assert done.returncode == 0, done.stdout
-    out = fresh.root / "results of today"
     assert (out / "reports/launch/index.html").exists()
     text = (out / "processed/launch/mooring.json").read_text()
     assert "raw/launch/mooring/bollard.csv" in text
     assert str(tmp_path) not in text
-    # a second vehicle joins; the index leads to both, and the first is not run again
-    done = fresh.run("boat", "--out", "results of today")
-    assert done.returncode == 0, done.stdout
+    # the index leads to both, and the first is not run again
     index = (out / "reports/index.html").read_text()
     assert "boat/index.html" in index
     assert "launch/index.html" in index
-    assert {vehicle for vehicle, _ in Bench(out).stages_run()} == {"", "boat"}
-    assert fresh.raw_contents() == raw
-    assert not (fresh.root / "processed").exists()
+    assert {vehicle for vehicle, _ in Bench(out).stages_run()} == {"", "launch"}
+    assert moored.raw_contents() == raw
+    assert not (moored.root / "processed").exists()
+    # it is deleted: it leaves the list of vehicles, its page stays and is told apart
+    shutil.rmtree(elsewhere)
+    done = moored.run("boat", "--out", "results of today")
+    assert done.returncode == 0, done.stdout
+    assert Bench(out).stages_run() == [("", "index_page")]
+    listed, _, earlier = (out / "reports/index.html").read_text().partition('id="earlier"')
+    assert "boat/index.html" in listed
+    assert "launch" not in listed
+    assert "launch/index.html" in earlier
+    assert (out / "reports/launch/index.html").exists()
 
 
-def test_second_run_in_the_same_folder_is_refused(finished: Bench) -> None:
-    with only_run(finished.root / "processed/.rig2sea/lock"):
-        done = finished.run()
+def test_second_run_in_the_same_folder_is_refused(moored: Bench) -> None:
+    with only_run(moored.root / "processed/.rig2sea/lock"):
+        done = moored.run()
         assert done.returncode == 1
         assert f"another rig2sea is at work here (process {os.getpid()})" in done.stderr
-    assert finished.run().returncode == 0
+    assert moored.run().returncode == 0
 
 
 def test_lock_of_a_dead_process_blocks_nobody(tmp_path: Path) -> None:
@@ -214,10 +205,9 @@ def test_lock_of_a_dead_process_blocks_nobody(tmp_path: Path) -> None:
         pass
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_run_killed_half_way_is_completed_by_the_next(
-    fresh: Bench, finished: Bench, number: signal.Signals
-) -> None:
+def test_run_ended_half_way_is_completed_by_the_next(fresh_moored: Bench, moored: Bench) -> None:
+    """By the signal that asks; `tests/faults` kills it."""
+    fresh = fresh_moored
     journal = fresh.root / "processed/.rig2sea/journal.jsonl"
     run = subprocess.Popen(
         [sys.executable, "-m", "pipeline", "run"],
@@ -229,9 +219,9 @@ def test_run_killed_half_way_is_completed_by_the_next(
     while not (journal.exists() and '"done"' in journal.read_text()):
         assert run.poll() is None, "the run ended before it could be killed"
         time.sleep(0.02)
-    run.send_signal(number)
+    run.terminate()
     _, said = run.communicate(timeout=60)
-    assert run.returncode == (-number if number == signal.SIGKILL else 1)
+    assert run.returncode == 1
     assert "Traceback" not in said
     _until_nothing_is_at_work(fresh.root)
     stages = [json.loads(line) for line in journal.read_text().splitlines()]
@@ -239,7 +229,7 @@ def test_run_killed_half_way_is_completed_by_the_next(
 
     done = fresh.run()
     assert done.returncode == 0, done.stdout + done.stderr
-    assert fresh.contents() == finished.contents()
+    assert fresh.contents() == moored.contents()
 
 
 def _until_nothing_is_at_work(folder: Path) -> None:
@@ -259,9 +249,9 @@ def _works_in(process: Path, folder: Path) -> bool:
         return False
 
 
-def test_place_that_cannot_be_written_is_one_message(fresh: Bench) -> None:
-    (fresh.root / "reports").write_text("in the way")
-    done = fresh.run()
+def test_place_that_cannot_be_written_is_one_message(fresh_moored: Bench) -> None:
+    (fresh_moored.root / "reports").write_text("in the way")
+    done = fresh_moored.run()
     assert done.returncode == 1
     assert done.stdout == ""
     assert done.stderr.startswith("error: reports")
@@ -269,26 +259,26 @@ def test_place_that_cannot_be_written_is_one_message(fresh: Bench) -> None:
     assert "Traceback" not in done.stderr
 
 
-def test_folder_in_the_place_of_a_result_is_one_message(fresh: Bench) -> None:
-    (fresh.root / "processed/boat/mooring.json/in the way").mkdir(parents=True)
-    done = fresh.run()
+def test_folder_in_the_place_of_a_result_is_one_message(fresh_moored: Bench) -> None:
+    (fresh_moored.root / "processed/boat/mooring.json/in the way").mkdir(parents=True)
+    done = fresh_moored.run()
     assert done.returncode == 1
     assert done.stdout == ""
     assert done.stderr.startswith("error: processed/boat/mooring.json: cannot be written")
 
 
-def test_force_redoes_everything(finished: Bench) -> None:
-    before = finished.contents()
-    assert finished.run("--force").returncode == 0
-    assert finished.stages_run() == sorted([("boat", s) for s in STAGES] + [("", "index_page")])
-    assert finished.contents() == before
+def test_force_redoes_everything(moored: Bench) -> None:
+    before = moored.contents()
+    assert moored.run("--force").returncode == 0
+    assert moored.stages_run() == EVERYTHING
+    assert moored.contents() == before
 
 
-def test_export_copies_the_firmware(finished: Bench, tmp_path: Path) -> None:
+def test_export_copies_the_firmware(moored: Bench, tmp_path: Path) -> None:
     def export(*arguments: str) -> "subprocess.CompletedProcess[str]":
         return subprocess.run(
             [sys.executable, "-m", "pipeline", "export", *arguments],
-            cwd=finished.root,
+            cwd=moored.root,
             capture_output=True,
             text=True,
             check=False,
@@ -297,14 +287,13 @@ def test_export_copies_the_firmware(finished: Bench, tmp_path: Path) -> None:
     to = tmp_path / "to"
     done = export("boat", "--to", str(to))
     assert done.returncode == 0, done.stdout + done.stderr
-    source = finished.root / "processed/boat/firmware"
+    source = moored.root / "processed/boat/firmware"
     assert {p.name: p.read_bytes() for p in to.iterdir()} == {
         p.name: p.read_bytes() for p in source.iterdir()
     }
     assert {path.suffix for path in to.iterdir()} == {".h", ".c", ".json", ".csv"}
 
-    shutil.rmtree(finished.root / "raw/boat/mooring")
-    shutil.rmtree(finished.root / "raw/boat/open_water")
+    shutil.rmtree(moored.root / "raw/boat/mooring")
     done = export("boat", "--to", str(tmp_path / "none"))
     assert done.returncode == 1
     assert "boat has no firmware tables." in done.stderr

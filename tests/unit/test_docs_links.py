@@ -1,5 +1,6 @@
 """Every link of the documents leads somewhere, and every command and page is named."""
 
+import importlib.util
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +19,7 @@ PAGES = sorted(
     ]
 )
 _CODE = re.compile(r"(?ms)^```.*?^```$|^<!--.*?-->$|^(?: {4}|\t).*?$|`[^`\n]*`")
+_CALL = re.compile(r"(?:^|[`$=]\s*|\s)(rig2sea|make|python -m) ([a-z][\w.-]*(?:\s[^`#]*)?)")
 _LINK = re.compile(r"!?\[(?:[^\[\]]|\[[^\[\]]*\])*\]\(([^()\s]*)\)")
 _HEADING = re.compile(r"(?m)^#{1,6} +(.+?) *$")
 
@@ -77,6 +79,49 @@ def test_the_readme_has_every_command() -> None:
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     shown = {name for name, command in cli.commands.items() if not command.hidden}
     assert set(re.findall(r"(?m)^\| `rig2sea (\w+)` \|", text)) == shown
+
+
+def commands(text: str) -> Iterator[tuple[str, str]]:
+    """Yield (program, the rest of the line) of all that the code of a page calls."""
+    for code in _CODE.findall(text):
+        for line in code.replace("\\\n", " ").splitlines():
+            for found in _CALL.finditer(line):
+                yield found[1], found[2]
+
+
+def wrong_call(program: str, rest: str) -> str | None:
+    """Return what is wrong with a call, if anything."""
+    name = rest.split(maxsplit=1)[0]
+    if program == "make":
+        targets = re.findall(r"(?m)^([a-z-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"))
+        return None if name in targets else f"make {name}: there is no such target"
+    if program == "python -m":
+        found = importlib.util.find_spec(name)
+        return None if found is not None else f"python -m {name}: there is no such module"
+    command = cli.commands.get(name)
+    if command is None:
+        return f"rig2sea {name}: there is no such command"
+    parts = [command, *getattr(command, "commands", {}).values()]
+    known = {option for part in parts for param in part.params for option in param.opts}
+    asked = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", rest))
+    odd = sorted(asked - known - {"--help"})
+    return f"rig2sea {name}: there is no {', '.join(odd)}" if odd else None
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_commands_of_a_page_exist(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    assert [odd for call in commands(text) if (odd := wrong_call(*call)) is not None] == []
+
+
+def test_a_bad_command_is_found() -> None:
+    text = "`rig2sea fly x`, `make hay`\n\n    rig2sea run boat --cors 2\n\nrig2sea turns"
+    assert [wrong_call(*call) for call in commands(text)] == [
+        "rig2sea fly: there is no such command",
+        "make hay: there is no such target",
+        "rig2sea run: there is no --cors",
+    ]
+    assert wrong_call("python -m", "benchmarks.nothing") is not None
 
 
 def test_a_bad_link_is_found(tmp_path: Path) -> None:

@@ -4,6 +4,11 @@ import importlib.util
 import re
 import tomllib
 from pathlib import Path
+from typing import get_args
+
+from pydantic import BaseModel
+
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 
 ROOT = Path(__file__).parents[2]
 DECISION = ROOT / "docs/decisions/0001-dependencies-and-workflow.md"
@@ -19,6 +24,26 @@ def test_drawing_of_the_import_contract_is_the_contract() -> None:
     assert (ROOT / "docs/architecture.md").read_text(encoding="utf-8") == module.page(), (
         "the contract has changed: make drawing"
     )
+
+
+def test_every_key_of_a_diagnosis_is_documented() -> None:
+    text = (ROOT / "docs/formats_diagnosis.md").read_text(encoding="utf-8")
+    told = {word for code in re.findall(r"`([^`\n]+)`", text) for word in re.findall(r"\w+", code)}
+    assert keys(BenchDiagnosisRecord) - told == set()
+
+
+def keys(model: type[BaseModel]) -> set[str]:
+    """Names of the fields of a record and of all records in it."""
+    found = set(model.model_fields)
+    for field in model.model_fields.values():
+        found |= {key for inner in records_in(field.annotation) for key in keys(inner)}
+    return found
+
+
+def records_in(annotation: object) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [one for part in get_args(annotation) for one in records_in(part)]
 
 
 def test_every_dependency_has_its_line() -> None:

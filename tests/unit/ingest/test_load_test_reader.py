@@ -157,6 +157,19 @@ def test_codes_out_of_range_are_not_fitted(tmp_path: Path) -> None:
     assert {point.code for point in fitted(record)} == {60.0}
 
 
+@pytest.mark.parametrize(("head", "told"), [("code", True), ("code, %", False)])
+def test_codes_with_fractions_are_told_unless_they_are_shares(
+    tmp_path: Path, head: str, told: bool
+) -> None:
+    lines = "\n".join(f"{code};{n};{m}" for code in (40.5, 60) for n, m in sweep(int(code)))
+    record = read_text(tmp_path, f"{head};rpm;torque [N m]\n{lines}\n")
+    found = [one for one in record.problems if "is a whole number" in one.what]
+    assert [(one.place.row, one.place.column) for one in found] == [(2, "A")] * told
+    if told:
+        assert found[0].what.startswith("code 40.5: ")
+        assert {point.code for point in fitted(record)} == {40.5, 60.0}
+
+
 def test_one_code_only(tmp_path: Path) -> None:
     record = read(tmp_path, {"Code 90": rows_of(90)})
     problem = said(record, "one control code only (90)")

@@ -11,6 +11,7 @@ from pipeline.check.files import check_paths
 from pipeline.errors import InputError
 from pipeline.plan import RAW_KINDS, UsageError
 from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.run_notes import read_run_notes
 from pipeline.workflow.new import write_new_vehicle
 
 LONGEST = "a" * 48
@@ -34,6 +35,16 @@ def test_every_optional_line_is_valid_and_fits_the_rest(tmp_path: Path) -> None:
     assert len(vehicle.thrusters) == 4
     assert vehicle.columns.load_test.warm_up_s == 10.0
     assert check_paths([str(path)], raw=tmp_path).vehicles[0].notes == ()
+
+
+def test_template_of_the_notes_is_valid_notes(tmp_path: Path) -> None:
+    write_new_vehicle("boat", tmp_path)
+    text = (tmp_path / "boat/pool/README.md").read_text(encoding="utf-8")
+    notes = tmp_path / "boat/pool/run.yaml"
+    notes.write_text(text.partition("```yaml\n")[2].partition("```")[0], encoding="utf-8")
+    read = read_run_notes(notes, "boat/pool/run.yaml")
+    assert None not in dict(read).values(), "every key is shown"
+    assert read.ballast
 
 
 def test_same_name_gives_the_same_bytes() -> None:

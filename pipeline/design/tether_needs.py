@@ -1,0 +1,97 @@
+"""What a vehicle on a tether needs: Kostenko and Mokeeva 2009, eqs. (3) to (6), Tables 5 and 6."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.design.tether_input import TetherInput
+from pipeline.design.tether_thrusters import HeldVehicle
+from pipeline.errors import CannotComputeError
+from pipeline.physics.tether_footprint import ned_from_paper, paper_from_ned
+from pipeline.physics.tether_power import hull_drag_n
+from pipeline.records.design import DriveNeed, FootprintVariant
+from pipeline.types import FloatArray
+
+
+def hull_drag_vector_n(one: TetherInput, held: HeldVehicle | None) -> FloatArray:
+    """Force of the water on the hull, paper's axes: eq. (4), or the vehicle's damping. [N]."""
+    through = np.array(one.vehicle_velocity_mps) - np.array(one.current_mps)
+    if one.hull is not None:
+        return -np.array(
+            [
+                hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
+                for v, c in zip(through, one.hull.drag_coefficients, strict=True)
+            ]
+        )
+    if held is None:
+        raise CannotComputeError("State hull: in the design file.")
+    body = held.drag_n(held.to_body(ned_from_paper(through)))
+    c, s = np.cos(held.heading_rad), np.sin(held.heading_rad)
+    ned = np.array([c * body[0] - s * body[1], s * body[0] + c * body[1], body[2]])
+    return paper_from_ned(ned)
+
+
+def buoyancy_n(one: TetherInput, held: HeldVehicle | None) -> float:
+    """Residual buoyancy of file or vehicle, up. [N]."""
+    if one.hull is not None:
+        return one.hull.residual_buoyancy_n
+    return 0.0 if held is None else held.buoyancy_n
+
+
+def needs_of(
+    one: TetherInput, variants: Sequence[FootprintVariant], held: HeldVehicle | None
+) -> tuple[DriveNeed, ...]:
+    """Tables 5 and 6 from the printed pulls, where there are, and from each of ours."""
+    pulls: list[tuple[str, tuple[float, ...]]] = []
+    if one.published is not None and one.published.largest_pull_n is not None:
+        pulls.append(("printed pulls", one.published.largest_pull_n[:3]))
+    pulls += [(one_of.variant, one_of.largest_pull_n[:3]) for one_of in variants]
+    return tuple(drive_need(one, basis, (p[0], p[1], p[2]), held) for basis, p in pulls)
+
+
+def drive_need(
+    one: TetherInput,
+    basis: str,
+    pull_n: tuple[float, float, float],
+    held: HeldVehicle | None = None,
+) -> DriveNeed:
+    r"""Needed forces and powers, eqs. (3) to (6), from the largest pulls.
+
+    .. math:: F_i = T_i + R_i + Q_i, \qquad N_i = F_i V_i, \qquad N_{cons} = N_i / (\eta_p \eta_d)
+    """
+    own, current = np.abs(one.vehicle_velocity_mps), np.abs(one.current_mps)
+    pull = np.array(pull_n)
+    if one.current_from_any_side:
+        level = float(np.hypot(current[0], current[2]))
+        speed = own + np.array([level, current[1], level])
+        pull[[0, 2]] = max(pull[0], pull[2])
+    else:
+        speed = np.abs(np.array(one.vehicle_velocity_mps) - np.array(one.current_mps))
+    if one.hull is not None:
+        drag = np.array(
+            [
+                hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
+                for v, c in zip(speed, one.hull.drag_coefficients, strict=True)
+            ]
+        )
+    elif held is not None:
+        drag = np.abs(held.drag_n(np.array([speed[0], speed[2], speed[1]])))[[0, 2, 1]]
+    else:
+        raise CannotComputeError("State hull: in the design file.")
+    force = pull + drag + np.array([0.0, abs(buoyancy_n(one, held)), 0.0])
+    towing = force * speed
+    return DriveNeed(
+        basis=basis,
+        pull_n=plain(pull),
+        drag_n=plain(drag),
+        force_n=plain(force),
+        towing_power_w=plain(towing),
+        consumed_power_w=plain(
+            towing / (one.drive.propeller_efficiency * one.drive.drive_efficiency)
+        ),
+    )
+
+
+def plain(values: FloatArray) -> tuple[float, ...]:
+    """Return a vector as a record holds it."""
+    return tuple(float(v) for v in values)

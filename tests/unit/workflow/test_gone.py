@@ -1,0 +1,50 @@
+"""A vehicle that was deleted leaves the index; one that lies elsewhere does not."""
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pipeline.plan import VehicleFolder, processed_file
+from pipeline.workflow.gone import forget_gone
+
+
+@pytest.fixture
+def state(tmp_path: Path) -> Path:
+    return tmp_path / "processed/.rig2sea"
+
+
+def vehicle(root: Path, name: str, folder: str) -> VehicleFolder:
+    """Write a vehicle with its receipt."""
+    (root / folder).mkdir(parents=True)
+    (root / folder / "vehicle.yaml").touch()
+    receipt = root / processed_file(name, "vehicle_page")
+    receipt.parent.mkdir(parents=True, exist_ok=True)
+    receipt.touch()
+    return VehicleFolder(name, folder)
+
+
+def test_who_is_deleted_goes_and_who_lies_elsewhere_stays(tmp_path: Path, state: Path) -> None:
+    here = vehicle(tmp_path, "here", "raw/here")
+    gone = vehicle(tmp_path, "gone", "raw/gone")
+    elsewhere = vehicle(tmp_path, "elsewhere", str(tmp_path / "far/elsewhere"))
+    assert forget_gone(state, tmp_path, (here, gone, elsewhere)) == ()
+    index = tmp_path / "reports/index.html"
+    index.parent.mkdir()
+    index.touch()
+    shutil.rmtree(tmp_path / "raw/gone")
+    # an execution of one vehicle only
+    assert forget_gone(state, tmp_path, (here,)) == ("gone",)
+    left = {path.parent.name for path in tmp_path.glob("processed/*/vehicle_page.json")}
+    assert left == {"here", "elsewhere"}
+    assert not index.exists()
+    assert forget_gone(state, tmp_path, (here,)) == (), "it is told once"
+
+
+@pytest.mark.parametrize("memory", [b"", b"[1]", b'{"../x": "y", "a": 3}', b"\xff", b"{" * 5000])
+def test_a_broken_memory_misses_nobody(tmp_path: Path, state: Path, memory: bytes) -> None:
+    here = vehicle(tmp_path, "here", "raw/here")
+    state.mkdir(parents=True)
+    (state / "places.json").write_bytes(memory)
+    assert forget_gone(state, tmp_path, (here,)) == ()
+    assert (tmp_path / processed_file("here", "vehicle_page")).exists()
