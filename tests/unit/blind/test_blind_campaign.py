@@ -91,7 +91,7 @@ def test_the_page_names_the_command_and_has_its_pictures(place: BlindPlace, tmp_
     result = run_campaign(request)
     write_page(result, request, tmp_path / "docs" / "blind_check.md")
     text = (tmp_path / "docs" / "blind_check.md").read_text()
-    assert "rig2sea blind --cases 2 --seed 0 --vehicle rov8" in text
+    assert "rig2sea blind --cases 2 --seed 0 --run-s 60 --vehicle rov8" in text
     assert "false alarm on none" in text
     for name in ("blind-confusion.svg", "blind-rates.svg"):
         assert f"images/{name}" in text
