@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 
+#: Effects that only what is measured shows, not how the vehicle moves.
+MEASUREMENT = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
 #: Share of their probability that answers keep where there is no gap.
 _STILL = 0.2
 #: Beyond this many times the limit more force makes `unknown` no surer.
@@ -48,7 +50,9 @@ def without_gap(
 ) -> tuple[Share, ...]:
     """Put `none` first where the vehicle file predicts every channel as well as a healthy vehicle.
 
-    With enough readings the flaws of any model are significant. What is no gap needs no cause.
+    With enough readings the flaws of any model are significant. What is no gap needs no cause. An
+    error of measurement is told all the same: the sensors contradict each other, whatever moves the
+    vehicle, and the prediction starts from what they show.
 
     Parameters
     ----------
@@ -59,7 +63,8 @@ def without_gap(
     limits : Calibration
         Thresholds.
     """
-    if worst_ratio >= limits.least_gap or ranking[0].name == NONE:
+    top = ranking[0].name
+    if worst_ratio >= limits.least_gap or top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
     others = tuple(
         replace(one, probability=one.probability * _STILL) for one in ranking if one.name != NONE

@@ -4,11 +4,10 @@ from collections.abc import Sequence
 
 from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.case import Case
+from pipeline.diagnose.decision import MEASUREMENT
 from pipeline.diagnose.search import Search
 from pipeline.identify.channel_noise import was_measured
 from pipeline.records.run_table import RunTable
-
-MEASUREMENT = ("dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale")
 
 
 def stages_told(

@@ -126,6 +126,8 @@ def test_no_gap_needs_no_cause() -> None:
     assert found[0].name == "none"
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert without_gap(SHARES, 1.4, LIMITS) == SHARES
+    contradiction = (Share("dvl_scale", 0.9), Share("none", 0.1))
+    assert without_gap(contradiction, 1.0, LIMITS) == contradiction
 
 
 def case(truth: str, gain: float, ratio: float = 5.0) -> Known:

@@ -1,0 +1,24 @@
+"""A small fixed part of the blind check: cases of the separate truth, with their verdicts."""
+
+from pathlib import Path
+
+import pytest
+
+from pipeline.blind.generate import CaseSpec, generate
+from pipeline.stages.blind_case import diagnose_in_memory, packed_of
+from pipeline.stages.blind_subjects import load_subject
+
+
+@pytest.mark.parametrize(
+    ("kind", "what", "seed"),
+    [("none", (), 501), ("single", ("dvl_scale",), 503)],
+)
+def test_verdict_on_a_case_of_the_separate_truth(
+    kind: str, what: tuple[str, ...], seed: int
+) -> None:
+    subject = load_subject("rov8", Path("raw"), Path())
+    case = generate(
+        subject, CaseSpec(kind, what, severity=6.0, healthy=0, duration_s=24.0, seed=seed)
+    )
+    verdict = diagnose_in_memory(case, packed_of(case.subject), ())["verdict"]
+    assert tuple(verdict["effects"]) == case.label.truth
