@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.command_options import AS_JSON, OUT, RAW
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -59,21 +60,9 @@ if TYPE_CHECKING:
     metavar="FILE.md",
     help="Write the result as a page with pictures, too.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that holds processed/.  [default: here]",
-)
+@AS_JSON
+@RAW
+@OUT
 def blind(  # noqa: PLR0917 - click passes every option by its name
     cases: int,
     seed: int,

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.command_options import OUT, RAW
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -35,20 +36,8 @@ if TYPE_CHECKING:
     help="Folder of the results.  [default: processed/VEHICLE/diagnosis]",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print diagnosis.json.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that holds processed/.  [default: here]",
-)
+@RAW
+@OUT
 def diagnose(  # noqa: PLR0917 - click passes every option by its name
     vehicle: str,
     runs: tuple[str, ...],

@@ -7,19 +7,14 @@ from typing import Any
 
 import click
 
+from pipeline.command_options import AS_JSON, RAW
 from pipeline.language import translate
 
 
 @click.command()
 @click.argument("vehicle", required=False)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
-)
+@AS_JSON
+@RAW
 def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
     r"""List the effects: what each is, its parameters with units, the channels it shows in.
 

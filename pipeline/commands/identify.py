@@ -6,6 +6,7 @@ from typing import Literal
 
 import click
 
+from pipeline.command_options import OUT, RAW
 from pipeline.language import translate
 
 
@@ -64,20 +65,8 @@ from pipeline.language import translate
     help="Folder of the results.  [default: processed/VEHICLE/identification]",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print identification.json.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that holds processed/.  [default: here]",
-)
+@RAW
+@OUT
 def identify(  # noqa: PLR0917 - click passes every option by its name
     vehicle: str,
     runs: tuple[str, ...],

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
+from pipeline.command_options import AS_JSON, OUT, RAW
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -71,21 +72,9 @@ if TYPE_CHECKING:
     help="Integration step in seconds.  [default: 0.02, less where a shaft needs it]",
 )
 @click.option("--list", "show_list", is_flag=True, help="List the manoeuvres and end.")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that holds processed/.  [default: here]",
-)
+@AS_JSON
+@RAW
+@OUT
 def simulate(  # noqa: PLR0917 - click passes every option by its name
     vehicle: str | None,
     manoeuvre: str | None,

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.command_options import AS_JSON, RAW
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -21,14 +22,8 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Also write the result there, as --json prints it.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
-)
+@AS_JSON
+@RAW
 @click.option(
     "--out",
     type=click.Path(path_type=Path),

@@ -4,27 +4,16 @@ from pathlib import Path
 
 import click
 
+from pipeline.command_options import AS_JSON, OUT, RAW
 from pipeline.language import translate
 
 
 @click.command()
 @click.argument("vehicle")
 @click.argument("cell", nargs=-1, required=True, metavar="CELL...")
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a VEHICLE that is a name is looked for.  [default: raw]",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that holds processed/.  [default: here]",
-)
+@AS_JSON
+@RAW
+@OUT
 def why(vehicle: str, cell: tuple[str, ...], as_json: bool, raw: Path, out: Path) -> None:
     r"""Show where a number of the tables came from, back to the sheets of the raw files.
 
