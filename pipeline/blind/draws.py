@@ -47,7 +47,7 @@ def _line(effect: str, steps: Mapping[str, float], most: float, **more: object) 
     def at(size: float) -> Values:
         return {name: size * step for name, step in direction.items()}
 
-    return Drawn(effect, at, most, **more)  # type: ignore[arg-type]
+    return Drawn(effect, at, most, **more)  # type: ignore[arg-type]  # fields of Drawn by name
 
 
 def _factor(effect: str, powers: Mapping[str, float], most: float, **more: object) -> Drawn:
@@ -57,12 +57,12 @@ def _factor(effect: str, powers: Mapping[str, float], most: float, **more: objec
     def at(size: float) -> Values:
         return {name: float(np.exp(size * rate)) for name, rate in rates.items()}
 
-    return Drawn(effect, at, most, **more)  # type: ignore[arg-type]
+    return Drawn(effect, at, most, **more)  # type: ignore[arg-type]  # fields of Drawn by name
 
 
 def _loss(effect: str, name: str, most: float, **more: object) -> Drawn:
     """One parameter that falls from one."""
-    return Drawn(effect, lambda size: {name: 1.0 - size}, most, **more)  # type: ignore[arg-type]
+    return Drawn(effect, lambda size: {name: 1.0 - size}, most, **more)  # type: ignore[arg-type]  # fields of Drawn by name
 
 
 def _sign(rng: np.random.Generator, up: float = 0.5) -> float:

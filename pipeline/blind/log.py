@@ -154,7 +154,7 @@ def write_log(path: Path, log: Log, vehicle: Vehicle, start_time_ns: int) -> Non
                 writer = Writer(stream)
                 writer.start(profile="ros2", library="")
                 _write(writer, topics, log, start_time_ns)
-                writer.finish()  # type: ignore[no-untyped-call]
+                writer.finish()  # type: ignore[no-untyped-call]  # mcap has no annotations
             temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)

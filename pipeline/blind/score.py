@@ -218,7 +218,7 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
         baselines={
             name: confusion(
                 [one for one in scores if name in one.baselines],
-                lambda one, name=name: one.baselines[name],  # type: ignore[misc]
+                lambda one, name=name: one.baselines[name],  # type: ignore[misc]  # defaults of a lambda have no type
             )
             for name in names
         },

@@ -58,7 +58,7 @@ def workbook_bytes(sheets: Sequence[SheetContents]) -> bytes:
 
 def _saved(sheets: Sequence[SheetContents]) -> io.BytesIO:
     from openpyxl import Workbook  # type: ignore[import-untyped]  # it has no stubs
-    from openpyxl.utils import get_column_letter  # type: ignore[import-untyped]
+    from openpyxl.utils import get_column_letter  # type: ignore[import-untyped]  # openpyxl has no annotations
 
     workbook = Workbook()
     workbook.remove(workbook.worksheets[0])

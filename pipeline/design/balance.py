@@ -80,7 +80,7 @@ def thruster_loads(
     along = surge_n / (4.0 * np.cos(delta))
     turn = condition.heading_moment_nm / (2.0 * condition.heading_arm_m * np.sin(delta))
     lift = vertical_n / (2.0 * np.sin(delta))
-    return tuple(float(f) for f in (along - turn, along + turn, along + lift, along - lift))  # type: ignore[return-value]
+    return tuple(float(f) for f in (along - turn, along + turn, along + lift, along - lift))  # type: ignore[return-value]  # four of them
 
 
 def inflows_mps(speed_mps: float, alpha_rad: float, angle_deg: float) -> tuple[float, ...]:

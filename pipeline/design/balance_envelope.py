@@ -65,7 +65,7 @@ def saturation_points(
         ),
     )
     return tuple(
-        _first(name, unit, start, end, lambda x, at=at: _worst(hull, at(x), limits))  # type: ignore[misc]
+        _first(name, unit, start, end, lambda x, at=at: _worst(hull, at(x), limits))  # type: ignore[misc]  # defaults of a lambda have no type
         for name, unit, start, end, at in vary
         if start != end
     )

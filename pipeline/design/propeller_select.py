@@ -154,7 +154,7 @@ def _optimise(
         vectorized=True,
         updating="deferred",
     )
-    fine = minimize(  # type: ignore[call-overload]
+    fine = minimize(  # type: ignore[call-overload]  # the stubs lack this overload
         lambda y: float(value(y)),
         np.asarray(coarse.x, float),
         method="SLSQP",

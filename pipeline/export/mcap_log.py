@@ -162,7 +162,7 @@ def _write(
     channels = register_topics(writer, topics)
     for source, row, time_ns, message in messages_in_order(topics, start_time_ns):
         writer.add_message(channels[source], time_ns, message, time_ns, row)
-    writer.finish()  # type: ignore[no-untyped-call]
+    writer.finish()  # type: ignore[no-untyped-call]  # mcap has no annotations
 
 
 def register_topics(writer: "Writer", topics: Sequence[Topic]) -> list[int]:

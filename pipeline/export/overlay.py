@@ -121,7 +121,7 @@ def _write(
     for name, entries in recorded.metadata.items():
         writer.add_metadata(_RECORDED_RUN if name == _RUN else name, dict(entries))
     writer.add_metadata(_RUN, made)
-    writer.finish()  # type: ignore[no-untyped-call]
+    writer.finish()  # type: ignore[no-untyped-call]  # mcap has no annotations
 
 
 def _up_to(

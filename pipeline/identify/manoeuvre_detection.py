@@ -75,7 +75,7 @@ def _driven(signals: Signals, part: Range) -> list[ManoeuvreFound]:
         kind = broadband(signals, begin, end)
         if kind is not None:
             text = f"commands of many frequencies; {', '.join(kind.axes)} move"
-            name: ManoeuvreName = kind.name  # type: ignore[assignment]
+            name: ManoeuvreName = kind.name  # type: ignore[assignment]  # the kinds are those of the Literal
             found.append(_found(signals, (begin, end), name, text, kind.confidence))
     for inner in _rest(part, loud):
         groups = _chosen(groups_of(signals, *inner))

@@ -125,7 +125,7 @@ def _unpack_zstd(packed: bytes, size: int, *, cut: bool) -> bytes:
 
 
 def _unpack_lz4(packed: bytes, size: int, *, cut: bool) -> bytes:
-    import lz4.frame  # type: ignore[import-untyped]
+    import lz4.frame  # type: ignore[import-untyped]  # lz4 has no annotations
 
     parts: list[bytes] = []
     left = size + 1

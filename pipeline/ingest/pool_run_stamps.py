@@ -32,9 +32,9 @@ def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
         if numbers.dtype.itemsize == 8:
             # beyond 292 years it is no time; the product would wrap round
             most = np.iinfo(np.int64).max // unit_ns
-            no_time = numbers > numbers.dtype.type(most)  # type: ignore[operator]
+            no_time = numbers > numbers.dtype.type(most)  # type: ignore[operator]  # numpy cannot know the kind of the array
             if numbers.dtype.kind == "i":
-                no_time |= numbers < numbers.dtype.type(-most)  # type: ignore[operator]
+                no_time |= numbers < numbers.dtype.type(-most)  # type: ignore[operator]  # numpy cannot know the kind of the array
             ticks = np.where(no_time, 0, numbers).astype(np.int64) * unit_ns
             return np.asarray(np.where(no_time, NO_STAMP, ticks))
         return np.asarray(numbers.astype(np.int64) * unit_ns)

@@ -162,7 +162,7 @@ def _compile(function: Function, **settings: Any) -> Function:  # noqa: ANN401 (
             "unnoticed: name the file kernel_*.py, or import it in one"
         )
     # the stubs do not know the setting, which numba reads when a function is compiled
-    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]  # set at run time
     compile_it = numba.njit(cache=True, nogil=True, error_model="numpy", **settings)
     return cast("Function", compile_it(function))
 

@@ -151,7 +151,7 @@ def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:
         lines.append("No key of this file can say: " + " ".join(rest))
     return updated_vehicle_text(
         one.file.read_text(encoding="utf-8"),
-        changes_as_stated(changes, one.vehicle.frame),  # type: ignore[arg-type]
+        changes_as_stated(changes, one.vehicle.frame),
         "\n".join(lines),
     )
 

@@ -23,7 +23,7 @@ AXES: dict[Frame, str] = {
     "ros": "x forward, y to port, z up (REP 103)",
 }
 Rows = tuple[Vector3, Vector3, Vector3]
-_Change = float | tuple[float, ...]
+_Change = float | str | bool | tuple[float, ...]
 _MATRIX = "model.added_mass.matrix"
 _VECTORS = ("position_m", "direction", "centre_of_mass_m", "centre_of_buoyancy_m", "attachment_m")
 #: Frame -> rows of C: SNAME coordinates of a vector by its stated ones.

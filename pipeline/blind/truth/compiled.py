@@ -43,7 +43,7 @@ def cache_folder() -> Path:
 def _compile(function: Function, **settings: Any) -> Function:  # noqa: ANN401 (numba's settings)
     import numba
 
-    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]  # set at run time
     compile_it = numba.njit(cache=True, nogil=True, error_model="numpy", **settings)
     return cast("Function", compile_it(function))
 

@@ -124,7 +124,7 @@ def _benched(
             shaft_lag_s=stated.lag_s,
             rotor_kgm2=1.0,
             inverse=inverse,
-            **common,  # type: ignore[arg-type]
+            **common,  # type: ignore[arg-type]  # fields of the law by name
         )
     # the stated lag is that of the whole: what the rotor takes of it the controller does not
     half = shaft[0, code.size // 2]
@@ -137,7 +137,7 @@ def _benched(
         shaft_lag_s=0.0,
         rotor_kgm2=stated.rotor_inertia_kgm2,
         inverse=inverse,
-        **common,  # type: ignore[arg-type]
+        **common,  # type: ignore[arg-type]  # fields of the law by name
     )
 
 

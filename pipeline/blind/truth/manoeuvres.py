@@ -194,7 +194,7 @@ def _tasks(scene: Scene, count: int, rng: np.random.Generator) -> FloatArray:
     )
     if scene.pool:
         for k, most in enumerate((POOL_NORTH_M, POOL_EAST_M)):
-            steps = _levels(count, (8, 16), lambda most=most: rng.uniform(-most, most), rng)  # type: ignore[misc]
+            steps = _levels(count, (8, 16), lambda most=most: rng.uniform(-most, most), rng)  # type: ignore[misc]  # defaults of a lambda have no type
             out[:, PLACE + 1 + k] = _ramped(steps, 0.5)
     else:
         speeds = _levels(count, (10, 25), lambda: rng.uniform(-0.2, 1.1), rng)
