@@ -8,10 +8,9 @@ from pipeline.effects.specification import EffectSpec
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
+from pipeline.vehicle.frames import Change
 from pipeline.vehicle.model_schema import FromBollard, Model
 from pipeline.vehicle.schema import Vehicle
-
-Change = float | str | bool | tuple[float, ...]
 
 
 def file_changes(

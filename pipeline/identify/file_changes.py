@@ -8,12 +8,10 @@ from pipeline.identify.vehicle_parameters import AXES
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.simulate.pack import added_mass_matrix
 from pipeline.types import FloatArray
-from pipeline.vehicle.frames import changes_as_stated
+from pipeline.vehicle.frames import Change, changes_as_stated
 from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.schema import Vehicle
 
-#: What a key of the file is set to.
-Change = float | tuple[float, ...]
 _CENTRE = ("trim_x", "trim_y", "metacentric_height")
 
 

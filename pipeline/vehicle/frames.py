@@ -23,7 +23,8 @@ AXES: dict[Frame, str] = {
     "ros": "x forward, y to port, z up (REP 103)",
 }
 Rows = tuple[Vector3, Vector3, Vector3]
-_Change = float | str | bool | tuple[float, ...]
+#: What a key of the file is set to.
+Change = float | str | bool | tuple[float, ...]
 _MATRIX = "model.added_mass.matrix"
 _VECTORS = ("position_m", "direction", "centre_of_mass_m", "centre_of_buoyancy_m", "attachment_m")
 #: Frame -> rows of C: SNAME coordinates of a vector by its stated ones.
@@ -81,7 +82,7 @@ def in_sname(vehicle: Vehicle) -> Vehicle:
     )
 
 
-def changes_as_stated(changes: Mapping[str, _Change], frame: Frame) -> dict[str, _Change]:
+def changes_as_stated(changes: Mapping[str, Change], frame: Frame) -> dict[str, Change]:
     """Turn values that are to be written into a vehicle file from SNAME into its own frame.
 
     Parameters
@@ -102,7 +103,7 @@ def changes_as_stated(changes: Mapping[str, _Change], frame: Frame) -> dict[str,
     if frame == "sname":
         return dict(changes)
     rows = TO_SNAME[frame]
-    found: dict[str, _Change] = {}
+    found: dict[str, Change] = {}
     for path, value in changes.items():
         head, _, rest = path.partition(f"{_MATRIX}.")
         if not head and rest and isinstance(value, float):
