@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.effects.specification import EffectSpec
 from pipeline.physics.parameters import read
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, inertia_tensor, point_inertia
 from pipeline.types import FloatArray
 from pipeline.vehicle.frames import Change
 from pipeline.vehicle.model_schema import FromBollard, Model
@@ -44,8 +44,7 @@ def file_changes(
     changes |= _thrusters(vehicle, model, packed, vector)
     if differs("dvl_lever_arm") and vehicle.sensors is not None and vehicle.sensors.dvl is not None:
         place = np.array(vehicle.sensors.dvl.position_m) + read(vector, "dvl_lever_arm")
-        for axis in range(3):
-            changes[f"sensors.dvl.position_m.{axis}"] = float(place[axis])
+        changes["sensors.dvl.position_m"] = tuple(place.tolist())
     return changes
 
 
@@ -58,8 +57,8 @@ def _hull(model: Model, old: FloatArray, vector: FloatArray) -> dict[str, Change
             for axis in np.flatnonzero(np.diag(matrix) != np.diag(before)).tolist():
                 changes[f"model.added_mass.diagonal.{axis}"] = float(matrix[axis, axis])
         else:
-            for row in range(6):
-                changes[f"model.added_mass.matrix.{row}"] = tuple(matrix[row].tolist())
+            for row, column in np.argwhere(matrix != before).tolist():
+                changes[f"model.added_mass.matrix.{row}.{column}"] = float(matrix[row, column])
     ways = {
         "linear": (np.diag(read(vector, "linear_damping")), np.diag(read(old, "linear_damping"))),
         "quadratic": (read(vector, "quadratic_damping"), read(old, "quadratic_damping")),
@@ -71,24 +70,42 @@ def _hull(model: Model, old: FloatArray, vector: FloatArray) -> dict[str, Change
 
 
 def _body(model: Model, vehicle: Vehicle, old: FloatArray, vector: FloatArray) -> dict[str, Change]:
-    """Mass, centre of mass and displaced volume of the dry body (payloads on board stay)."""
-    body = model.rigid_body
+    """Mass, volume, their centres and the inertia of the dry body (payloads on board stay)."""
+    body, stated = model.rigid_body, "model.rigid_body"
     changes: dict[str, Change] = {}
-    more = float(read(vector, "mass") - read(old, "mass"))
-    lift = float(read(vector, "buoyancy") - read(old, "buoyancy"))
+
+    def more(name: str) -> FloatArray:
+        return np.asarray(read(vector, name) - read(old, name))
+
+    def more_of(size: str, centre: str) -> FloatArray:
+        now, before = read(vector, size) * read(vector, centre), read(old, size) * read(old, centre)
+        return np.asarray(now - before)
+
     weight_per_volume = vehicle.water.density_kgpm3 * vehicle.water.gravity_mps2
-    if more != 0.0:
-        changes["model.rigid_body.mass_kg"] = body.mass_kg + more
-    if lift != 0.0:
-        changes["model.rigid_body.displaced_volume_m3"] = (
-            body.displaced_volume_m3 + lift / weight_per_volume
-        )
-    moment = read(vector, "mass") * read(vector, "centre_of_mass")
-    moment = moment - read(old, "mass") * read(old, "centre_of_mass")
+    mass = body.mass_kg + float(more("mass"))
+    volume = body.displaced_volume_m3 + float(more("buoyancy")) / weight_per_volume
+    if mass != body.mass_kg:
+        changes[f"{stated}.mass_kg"] = mass
+    if volume != body.displaced_volume_m3:
+        changes[f"{stated}.displaced_volume_m3"] = volume
+    centre = np.array(body.centre_of_mass_m)
+    moment = more_of("mass", "centre_of_mass")
     if np.abs(moment).max() > 0.0:
-        place = (body.mass_kg * np.array(body.centre_of_mass_m) + moment) / (body.mass_kg + more)
-        for axis in range(3):
-            changes[f"model.rigid_body.centre_of_mass_m.{axis}"] = float(place[axis])
+        centre = (body.mass_kg * centre + moment) / mass
+        changes[f"{stated}.centre_of_mass_m"] = tuple(centre.tolist())
+    lift = more_of("buoyancy", "centre_of_buoyancy") / weight_per_volume
+    if np.abs(lift).max() > 0.0:
+        place = (body.displaced_volume_m3 * np.array(body.centre_of_buoyancy_m) + lift) / volume
+        changes[f"{stated}.centre_of_buoyancy_m"] = tuple(place.tolist())
+    before = inertia_tensor(body.inertia_kgm2)
+    # the vector has it about the body's origin, the file about the centre of mass
+    about_origin = before + point_inertia(body.mass_kg, np.array(body.centre_of_mass_m))
+    tensor = about_origin + more("inertia") - point_inertia(mass, centre)
+    if not np.allclose(tensor, before, rtol=1e-9, atol=1e-9):
+        changes[f"{stated}.inertia_kgm2"] = (
+            *np.diag(tensor).tolist(),
+            *(-float(tensor[row, column]) for row, column in ((0, 1), (0, 2), (1, 2))),
+        )
     return changes
 
 

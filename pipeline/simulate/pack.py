@@ -148,7 +148,7 @@ def pack_vehicle(vehicle: Vehicle, bench: BenchModel | None = None) -> PackedVeh
 def write_body(vector: FloatArray, model: Model, gravity: float, density: float) -> None:
     """Write body, attached payloads, added mass and damping into a vector, in place."""
     body = model.rigid_body
-    parts = [(body.mass_kg, np.array(body.centre_of_mass_m), _tensor(body.inertia_kgm2))]
+    parts = [(body.mass_kg, np.array(body.centre_of_mass_m), inertia_tensor(body.inertia_kgm2))]
     volumes = [(body.displaced_volume_m3, np.array(body.centre_of_buoyancy_m))]
     for payload in model.payloads:
         if payload.attached:
@@ -157,10 +157,7 @@ def write_body(vector: FloatArray, model: Model, gravity: float, density: float)
             volumes.append((payload.volume_m3, place))
     mass = sum(m for m, _, _ in parts)
     volume = sum(v for v, _ in volumes)
-    inertia = sum(
-        (tensor + m * (r @ r * np.eye(3) - np.outer(r, r)) for m, r, tensor in parts),
-        np.zeros((3, 3)),
-    )
+    inertia = sum((tensor + point_inertia(m, r) for m, r, tensor in parts), np.zeros((3, 3)))
     write(vector, "mass", mass)
     write(vector, "centre_of_mass", sum((m * r for m, r, _ in parts), np.zeros(3)) / mass)
     write(vector, "inertia", inertia)
@@ -181,8 +178,15 @@ def added_mass_matrix(model: Model) -> FloatArray:
     return np.array(model.added_mass.matrix)
 
 
-def _tensor(inertia: tuple[float, ...]) -> FloatArray:
-    xx, yy, zz, xy, xz, yz = inertia
+def point_inertia(mass_kg: float, place_m: FloatArray) -> FloatArray:
+    """Inertia (3, 3) about the origin of a mass at a place (3,), the parallel-axis theorem's."""
+    r = place_m
+    return np.asarray(mass_kg * (r @ r * np.eye(3) - np.outer(r, r)))
+
+
+def inertia_tensor(inertia_kgm2: tuple[float, ...]) -> FloatArray:
+    """Tensor (3, 3) of I_xx, I_yy, I_zz and the integrals of xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = inertia_kgm2
     return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
 
 

@@ -25,7 +25,7 @@ AXES: dict[Frame, str] = {
 Rows = tuple[Vector3, Vector3, Vector3]
 #: What a key of the file is set to.
 Change = float | str | bool | tuple[float, ...]
-_MATRIX = "model.added_mass.matrix"
+_MATRIX, _INERTIA = "model.added_mass.matrix", "inertia_kgm2"
 _VECTORS = ("position_m", "direction", "centre_of_mass_m", "centre_of_buoyancy_m", "attachment_m")
 #: Frame -> rows of C: SNAME coordinates of a vector by its stated ones.
 TO_SNAME: dict[Frame, Rows] = {
@@ -88,8 +88,8 @@ def changes_as_stated(changes: Mapping[str, Change], frame: Frame) -> dict[str, 
     Parameters
     ----------
     changes : mapping
-        Dotted path of the file -> new value, in SNAME: whole vectors (``..._m``) and single entries
-        of the added-mass matrix. Anything else is the same in every frame.
+        Dotted path of the file -> new value, in SNAME: whole vectors (``..._m``), the whole inertia
+        and single entries of the added-mass matrix. Anything else is the same in every frame.
     frame : {"sname", "paper", "ros"}
         The file's.
 
@@ -116,6 +116,10 @@ def changes_as_stated(changes: Mapping[str, Change], frame: Frame) -> dict[str, 
                 sum(c * float(part) for c, part in zip(column, value, strict=True)) + 0.0
                 for column in columns
             )
+        elif path.endswith(f".{_INERTIA}") and isinstance(value, tuple):
+            xx, yy, zz, xy, xz, yz = value
+            inverse = tuple(zip(*rows, strict=True))
+            found[path] = _turned((xx, yy, zz, xy, xz, yz), inverse)
         else:
             found[path] = value
     return found
@@ -261,11 +265,16 @@ def _about(axis: int, angle_rad: float) -> "FloatArray":
 
 
 def _inertia(inertia_kgm2: Vector6, frame: Frame) -> Vector6:
-    """Turn I_xx, I_yy, I_zz and the integrals of xy, xz, yz."""
+    """Turn I_xx, I_yy, I_zz and the integrals of xy, xz, yz into SNAME."""
+    return _turned(inertia_kgm2, TO_SNAME[frame])
+
+
+def _turned(inertia_kgm2: Vector6, rows: Sequence[Sequence[float]]) -> Vector6:
+    """C I C^T of an inertia, `rows` those of C."""
     import numpy as np
 
     xx, yy, zz, xy, xz, yz = inertia_kgm2
-    c = np.array(TO_SNAME[frame])
+    c = np.array(rows)
     tensor = c @ np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]]) @ c.T
     (a, d, e), (_, b, f), (_, _, g) = (tensor + 0.0).tolist()
     return (a, b, g, -d + 0.0, -e + 0.0, -f + 0.0)
