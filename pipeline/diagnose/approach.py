@@ -8,8 +8,8 @@ import numpy as np
 from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.evidence import Prior
-from pipeline.diagnose.hypotheses import Finding, groups_of, total_departures
-from pipeline.diagnose.linear_model import Setting, realisable, vector_of
+from pipeline.diagnose.hypotheses import Finding, Group, groups_of, judge_freely, total_departures
+from pipeline.diagnose.linear_model import LinearModel, Setting, realisable, vector_of
 from pipeline.diagnose.nil import reach, with_small
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Near, judge_all, sober, strongest
@@ -20,10 +20,14 @@ from pipeline.types import FloatArray
 #: Effects whose own points are gone to from the nominal model: as they are estimated under an
 #: outside force of at most `_QUIET`, and under any.
 _TRIED, _TRIED_LOUD, _QUIET = 4, 1, 4.0
-#: Linearisations on the way to an effect's own point.
-_STEPS = 3
+#: Linearisations on the way to an effect's own point, and further ones for the best.
+_STEPS, _FURTHER = 3, 5
 #: A departure that moved by less than this (in units of half the plausible range) has settled.
 _SETTLED = 0.02
+#: Log evidence that is lost at least on a way that leads nowhere.
+_RUN_AWAY = 1000.0
+#: Log evidence that is worth no further step.
+_NO_MORE = 3.0
 
 Lead = Callable[[Setting, FloatArray], Setting]
 
@@ -35,6 +39,8 @@ class _Trial:
     departures: FloatArray
     best: Judged
     finding: Finding | None
+    far: bool = False
+    """What is stated may be anywhere."""
 
     @property
     def value(self) -> float:
@@ -44,8 +50,15 @@ class _Trial:
 
     def goes_to(self, every: Sequence[Coordinate], prior: Prior) -> FloatArray:
         """Most probable departures, where a vehicle can be."""
-        total = total_departures(self.best.found, prior, self.finding)
-        return realisable(every, sober(total, prior, self.finding))
+        finding = self.finding
+        if finding is not None:
+            finding = _with_all(self.best, every, finding)
+        total = total_departures(self.best.found, prior, finding)
+        near = sober(total, prior, finding)
+        if self.far:
+            stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
+            near[stated] = total[stated]
+        return realisable(every, near)
 
 
 def approach(
@@ -83,35 +96,77 @@ def approach(
     prior = prior if healthy_known else with_small(prior, moved_by, setting)
     judged = judge_all(setting, grams(model), prior, even, groups, with_pairs=False)
     best = _Trial(np.zeros(len(every)), *strongest(judged))
-    stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
-    wanted: list[tuple[Judged, Finding | None]] = [(best.best, None)]
+    follow = _Follower(setting, lead, prior, even, model, groups)
+    # nothing but what is stated, which may be far out; then the same, kept ordinary
+    wanted: list[tuple[Judged, Finding | None]] = [(best.best, None), (best.best, None)]
     # under a small force an effect must explain the readings by itself, as a true one does
     quiet = [one for one in judged if one.level.size <= _QUIET]
     for some, most in ((quiet, _TRIED), (judged, _TRIED_LOUD)):
-        wanted += _strongest_effects(some, most)
-    for under, finding in wanted:
-        own = {} if finding is None else {finding.groups[0]: groups[finding.groups[0]]}
+        found = _strongest_effects(some, most)
+        wanted += [row for row in found if all(row[1] is not known for _, known in wanted)]
+    for number, (under, finding) in enumerate(wanted):
+        trial = _Trial(np.zeros(len(every)), under, finding, far=number == 0)
+        best = max(best, *follow.steps(trial, _STEPS), key=lambda one: one.value)
+    best = max(best, *follow.steps(best, _FURTHER), key=lambda one: one.value)
+    return Near(best.departures, prior, moved_by, _STEPS)
+
+
+@dataclass(frozen=True)
+class _Follower:
+    """Follows a hypothesis from the nominal `model` to its own point."""
+
+    setting: Setting
+    lead: Lead
+    prior: Prior
+    every_level: Sequence[Level]
+    model: LinearModel
+    groups: dict[Group, tuple[int, ...]]
+
+    def steps(self, trial: _Trial, most: int) -> list[_Trial]:
+        """Go at most so many steps, and return every point that was reached."""
+        setting, every = self.setting, self.setting.coordinates
+        own: dict[Group, tuple[int, ...]] = {}
+        if trial.finding is not None:
+            own = {trial.finding.groups[0]: self.groups[trial.finding.groups[0]]}
+        stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
         renew = sorted({*stated, *(k for members in own.values() for k in members)})
-        trial = _Trial(np.zeros(len(every)), under, finding)
-        for _ in range(_STEPS):
-            at = trial.goes_to(every, prior)
+        reached, begun = [trial], trial.value
+        for _ in range(most):
+            at = trial.goes_to(every, self.prior)
+            moved = float(np.abs(at - trial.departures).max())
+            if moved < _SETTLED:
+                break
             try:
-                led = lead(setting, vector_of(setting, at))
+                led = self.lead(setting, vector_of(setting, at))
             except CannotComputeError:
                 break
             point = replace(led.origin(), departures=at)
-            there = linear_model(led, point, known=model, renew=renew)
-            if there.lost > model.lost:
+            there = linear_model(led, point, known=self.model, renew=renew)
+            if there.lost > self.model.lost:
                 # a vehicle that cannot do what was seen, and less to explain
                 break
-            alone = judge_all(setting, grams(there), prior, even, own, with_pairs=False)
-            moved = float(np.abs(at - trial.departures).max())
-            trial = _Trial(at, *_of_effect(alone))
-            if trial.value > best.value:
-                best = trial
-            if moved < _SETTLED:
+            levels = self.every_level
+            alone = judge_all(setting, grams(there), self.prior, levels, own, with_pairs=False)
+            before, trial = trial.value, _Trial(at, *_of_effect(alone), far=trial.far)
+            reached.append(trial)
+            ran_away = trial.value < begun - max(_RUN_AWAY, abs(begun))
+            if ran_away or abs(trial.value - before) < _NO_MORE:
                 break
-    return Near(best.departures, prior, moved_by, _STEPS)
+        return reached
+
+
+def _with_all(judged: Judged, every: Sequence[Coordinate], finding: Finding) -> Finding:
+    """Return a finding with all parameters of its effect, as wide as they may be.
+
+    From afar a few of them seem to suffice; a payload without its place goes astray.
+    """
+    members = groups_of(every)[finding.groups[0]]
+    index = np.array(members, int)
+    wide = np.ones(index.size)
+    gain, mean, covariance = judge_freely(judged.ground, index, wide)
+    if not np.isfinite(gain):
+        return finding
+    return Finding(finding.groups, members, gain, mean, covariance, wide)
 
 
 def _of_effect(judged: Sequence[Judged]) -> tuple[Judged, Finding | None]:

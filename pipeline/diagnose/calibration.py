@@ -25,6 +25,8 @@ class _File(Record):
     most_level_healthy: float
     most_gap: float
     least_gap: float
+    most_none_gap: float
+    most_none_gap_healthy: float
     interval_factor: float
     made_by: str
     cases: int
@@ -59,6 +61,9 @@ class Calibration:
         Held-out gap over the healthy floor that an answer may leave.
     least_gap : float
         Error of the worst channel over its healthy floor below which there is no gap.
+    most_none_gap, most_none_gap_healthy : float
+        The same, above which there is one whatever the evidence says; without and with healthy
+        runs.
     interval_factor : float
         By how much the intervals are wider than the linear Gaussian model has them.
     """
@@ -77,6 +82,8 @@ class Calibration:
     most_level_healthy: float
     most_gap: float
     least_gap: float
+    most_none_gap: float
+    most_none_gap_healthy: float
     interval_factor: float
     source: str
 
@@ -101,6 +108,8 @@ def calibration() -> Calibration:
         found.most_level_healthy,
         found.most_gap,
         found.least_gap,
+        found.most_none_gap,
+        found.most_none_gap_healthy,
         found.interval_factor,
         f"{found.cases} generated cases, seeds {found.seeds}: {found.made_by}"
         if found.cases

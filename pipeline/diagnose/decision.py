@@ -13,6 +13,8 @@ from pipeline.diagnose.weighing import NONE, UNKNOWN
 MEASUREMENT = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
 #: Share of their probability that answers keep where there is no gap.
 _STILL = 0.2
+#: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
+_FAR_BEYOND = 2.0
 #: Beyond this many times the limit more force makes `unknown` no surer.
 _MOST_TIMES = 10.0
 
@@ -70,6 +72,53 @@ def without_gap(
         replace(one, probability=one.probability * _STILL) for one in ranking if one.name != NONE
     )
     return Share(NONE, 1.0 - sum(one.probability for one in others)), *others
+
+
+def with_gap(
+    ranking: Sequence[Share],
+    worst_ratio: float,
+    effect_count: int,
+    limits: Calibration,
+    *,
+    healthy_known: bool,
+) -> tuple[Share, ...]:
+    """Take `none` from its first place where the vehicle file predicts far worse than it should.
+
+    What is stated as uncertain could explain the readings, at values that hardly any healthy
+    vehicle has. A gap this large is one all the same: where the readings speak for another answer
+    at all, the others share the place. Where they speak for none of them, and the gap is larger
+    still, it is `unknown`.
+
+    Parameters
+    ----------
+    ranking : sequence of Share
+        Answers, most probable first.
+    worst_ratio : float
+        Error of the worst channel over its healthy floor.
+    effect_count : int
+        Effects that share the prior probability of a single one.
+    limits : Calibration
+        Thresholds.
+    healthy_known : bool
+        The floor was learned from healthy runs.
+    """
+    most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
+    top, others = ranking[0], [one for one in ranking if one.name != NONE]
+    if worst_ratio <= most or top.name != NONE:
+        return tuple(ranking)
+    none = top.probability * _STILL
+    second = max((one.probability for one in others), default=0.0)
+    if second / top.probability <= limits.single / max(effect_count, 1) / limits.none:
+        # not even as probable as before the readings were seen
+        if worst_ratio <= _FAR_BEYOND * most:
+            return tuple(ranking)
+        return Share(UNKNOWN, 1.0 - none), Share(NONE, none)
+    grown = (1.0 - none) / sum(one.probability for one in others)
+    shares = [
+        replace(one, probability=none if one.name == NONE else grown * one.probability)
+        for one in ranking
+    ]
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 
 def with_unknown(

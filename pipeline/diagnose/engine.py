@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.diagnose.answer import Answers, answers, equals
+from pipeline.diagnose.answer import Answers, answers, effect_count, equals
 from pipeline.diagnose.approach import approach
 from pipeline.diagnose.calibration import Calibration, calibration
 from pipeline.diagnose.case import Case, channels_of, led_by, setting_of, thinned
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
 from pipeline.diagnose.consequences import AHEAD_S, consequence, look_ahead
-from pipeline.diagnose.decision import Left, Share, verdict_of, with_unknown, without_gap
+from pipeline.diagnose.decision import Left, Share, verdict_of, with_gap, with_unknown, without_gap
 from pipeline.diagnose.forecast import (
     forecast,
     healthy_spread,
@@ -198,8 +198,7 @@ def _told(  # noqa: PLR0917 - one caller
     keep: Callable[[CaseEvidence], None] | None,
 ) -> Diagnosis:
     """Put the answer together."""
-    setting, top = found.setting, answered.ranking[0]
-    healthy_known = bool(case.healthy)
+    setting, healthy_known = found.setting, bool(case.healthy)
     told = (
         "runs " + ", ".join(run.name for run in case.holdout)
         if case.holdout
@@ -207,7 +206,6 @@ def _told(  # noqa: PLR0917 - one caller
     )
     ahead = look_ahead(found, answered, runs, channels, told, seed, healthy_known=healthy_known)
     every = regressors(setting, runs)
-    led_to = consequence(found, ahead, top, answered.force_scale, every)
     whole_look = whole_runs(setting, runs, channels, ahead.starts)
     whole = forecast(whole_look, case.packed.vector, channels)
     whole_spread = healthy_spread(whole_look, ahead.floors, found.prior, channels, whole, seed)
@@ -224,11 +222,17 @@ def _told(  # noqa: PLR0917 - one caller
             healthy_known=healthy_known,
         )
         keep(seen)
+    weighed = [Share(one.name, one.probability) for one in answered.ranking]
+    count = effect_count(found)
+    shares = with_gap(weighed, worst_ratio, count, thresholds, healthy_known=healthy_known)
+    answered = answered.reweighed(shares)
+    top = answered.ranking[0]
+    led_to = consequence(found, ahead, top, answered.force_scale, every)
     carried = excess(ahead.before, ahead.spread, setting.bench.window_count, AHEAD_S)
     closed, left = led_to.closed, led_to.left
     judged = led_to.judged
     shares = with_unknown(
-        [Share(one.name, one.probability) for one in answered.ranking],
+        shares,
         Left(max(left.axes.values(), default=0.0), judged.before, judged.after, judged.gap_closed),
         thresholds,
         healthy_known=healthy_known,

@@ -38,9 +38,9 @@ _SURE_M = 0.05
 #: Steps for which the pull is held.
 _HELD = 4
 #: How often the motion is followed: each time the force of the time before is known in advance.
-_PASSES = 2
+_PASSES = 4
 #: By how much the pull lags behind what caused it. [s]
-_LATE_S = 0.16
+_LATE_S = 0.12
 
 
 def follow(

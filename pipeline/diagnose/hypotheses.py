@@ -23,6 +23,8 @@ Group = tuple[str, str | None]
 WIDTHS = ((1.0, 0.0), (10.0, 1.5))
 #: A departure beyond this is tried with larger variances as well.
 _FAR = 2.0
+#: Times that the size of a product is taken from its lead.
+_LEAD_ROUNDS = 2
 #: A departure that is this many standard deviations outside of what can be refutes its hypothesis.
 IMPOSSIBLE = 4.0
 #: Squared cosine of 15 degrees: closer signatures are no pair.
@@ -44,8 +46,8 @@ class Finding:
     log_evidence: float
     mean: FloatArray
     covariance: FloatArray
-    variance: float = 1.0
-    """Of each of its departures before the readings were seen."""
+    variance: FloatArray
+    """(k,) of each of its departures before the readings were seen."""
 
     @property
     def std(self) -> FloatArray:
@@ -79,8 +81,8 @@ def with_ordinary(found: Marginal, prior: Prior) -> Marginal:
     )
 
 
-def with_wide(found: Marginal, which: Sequence[int], variance: float) -> Marginal:
-    """Integrate out wide departures as well: the ground on which a second effect stands."""
+def with_wide(found: Marginal, which: Sequence[int], variance: FloatArray) -> Marginal:
+    """Integrate out wide departures (k,) as well: the ground on which a second effect stands."""
     root = np.zeros((found.score.size, len(which)))
     root[list(which), np.arange(len(which))] = np.sqrt(variance)
     return _absorbed(found, root)
@@ -107,45 +109,76 @@ def log_evidence_of(ground: Marginal) -> float:
 
 def judge(
     ground: Marginal, all_coordinates: Sequence[Coordinate], which: Sequence[int]
-) -> tuple[float, FloatArray, FloatArray, float]:
-    """Gain in log evidence, mean (k,), covariance (k, k) and variance of wide departures."""
+) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    """Gain in log evidence, mean (k,), covariance (k, k) and variance (k,) of wide departures."""
     index = np.array(which, int)
-    information, score = ground.information[np.ix_(index, index)], ground.score[index]
-    found = _judge_one(information, score, all_coordinates, index, *WIDTHS[0])
+    found = _judge_width(ground, all_coordinates, index, *WIDTHS[0])
     if float(np.abs(found[1]).max()) > _FAR:
-        others = (
-            _judge_one(information, score, all_coordinates, index, *width) for width in WIDTHS[1:]
-        )
+        others = (_judge_width(ground, all_coordinates, index, *width) for width in WIDTHS[1:])
         found = max(found, *others, key=lambda one: one[0])
     return found
 
 
-def _judge_one(  # noqa: PLR0917 - one caller
-    information: FloatArray,
-    score: FloatArray,
-    all_coordinates: Sequence[Coordinate],
-    index: IntArray,
-    variance: float,
-    price: float,
-) -> tuple[float, FloatArray, FloatArray, float]:
-    precision = information + np.eye(index.size) / variance
+def judge_freely(
+    ground: Marginal, index: IntArray, variance: FloatArray
+) -> tuple[float, FloatArray, FloatArray]:
+    """Gain, mean (k,) and covariance (k, k) of departures of these variances, without bounds."""
+    precision = ground.information[np.ix_(index, index)] + np.diag(1.0 / variance)
     try:
         root = np.linalg.inv(np.linalg.cholesky(precision))
     except np.linalg.LinAlgError:
         # information that is lost in rounding
-        return -np.inf, np.zeros(index.size), np.eye(index.size), variance
-    covariance = root.T @ root
+        return -np.inf, np.zeros(index.size), np.eye(index.size)
+    covariance, score = root.T @ root, ground.score[index]
     mean = covariance @ score
-    gain = 0.5 * float(score @ mean) - price
-    gain += float(np.log(np.diag(root)).sum()) - 0.5 * index.size * log(variance)
-    before = float(np.sqrt(variance))
+    gain = 0.5 * float(score @ mean)
+    gain += float(np.log(np.diag(root)).sum() - 0.5 * np.log(variance).sum())
+    return gain, mean, covariance
+
+
+def _judge_width(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    index: IntArray,
+    width: float,
+    price: float,
+) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    """Judge under one variance of what acts by itself.
+
+    A product, the moment of a payload, is no larger than its lead makes it: next to no mass has
+    next to no moment, wherever it sits.
+    """
+    variance = np.full(index.size, width)
+    found = _judge_one(ground, all_coordinates, index, variance, price)
+    leads = [all_coordinates[one].lead for one in index]
+    if all(lead is None for lead in leads):
+        return found
+    for _ in range(_LEAD_ROUNDS):
+        for place, lead in enumerate(leads):
+            if lead is not None:
+                at = int(np.flatnonzero(index == lead)[0])
+                variance[place] = width * (found[1][at] ** 2 + found[2][at, at])
+        found = _judge_one(ground, all_coordinates, index, variance.copy(), price)
+    return found
+
+
+def _judge_one(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    index: IntArray,
+    variance: FloatArray,
+    price: float,
+) -> tuple[float, FloatArray, FloatArray, FloatArray]:
+    gain, mean, covariance = judge_freely(ground, index, variance)
+    gain -= price
+    before = np.sqrt(variance)
     for place, one in enumerate(index):
         low, high = all_coordinates[one].bounds
         value, std = float(mean[place]), float(np.sqrt(covariance[place, place]))
         if value < low - IMPOSSIBLE * std or value > high + IMPOSSIBLE * std:
             gain = -np.inf
             break
-        gain += log_inside(value, std, low, high) - log_inside(0.0, before, low, high)
+        gain += log_inside(value, std, low, high) - log_inside(0.0, float(before[place]), low, high)
     return gain, mean, covariance, variance
 
 
@@ -158,7 +191,7 @@ def best_subset(
 ) -> Finding:
     """Best subset of an effect's parameters, found by adding one at a time."""
     chosen: list[int] = []
-    best: tuple[float, FloatArray, FloatArray, float] | None = None
+    best: tuple[float, FloatArray, FloatArray, FloatArray] | None = None
     while len(chosen) < len(members):
         trials = []
         for one in members:
@@ -177,7 +210,7 @@ def best_subset(
         chosen.append(one)
         best = (gain, mean, covariance, variance)
     if best is None:
-        return Finding((group,), (), 0.0, np.zeros(0), np.zeros((0, 0)))
+        return Finding((group,), (), 0.0, np.zeros(0), np.zeros((0, 0)), np.zeros(0))
     return Finding((group,), tuple(sorted(chosen)), *best)
 
 
@@ -265,7 +298,7 @@ def prior_of(prior: Prior, finding: Finding | None) -> Prior:
     if finding is None:
         return prior
     which = np.array(finding.which, int)
-    return widened(prior, which, np.full(which.size, finding.variance))
+    return widened(prior, which, finding.variance)
 
 
 def total_departures(found: Marginal, prior: Prior, finding: Finding | None) -> FloatArray:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import rankdata
 
 from pipeline.diagnose.forecast import Forecast
 from pipeline.diagnose.linear_model import Setting
@@ -162,12 +163,10 @@ def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[Regi
 
 
 def rank_correlation(first: FloatArray, second: FloatArray) -> float:
-    """Spearman's correlation of two series (k,); 0 where one does not vary."""
+    """Spearman's correlation of two series (k,), ties at their mean; 0 where one does not vary."""
     if np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
         return 0.0
-    a = np.argsort(np.argsort(first)).astype(float)
-    b = np.argsort(np.argsort(second)).astype(float)
-    return float(np.corrcoef(a, b)[0, 1])
+    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
 
 
 def time_shares(

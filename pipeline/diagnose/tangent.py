@@ -51,8 +51,8 @@ _FORCE_STEP = 0.1
 _PROFILE_STEP = 0.01
 #: The same of the pull, of which all is taken away.
 _PULL_STEP = 1e-3
-#: Departure below which a wide step is taken, and that step: a quarter of the plausible range.
-_AT_NEUTRAL, _WIDE_STEP = 0.02, 0.5
+#: Departure below which a wide step is taken, and that step: a twentieth of the plausible range.
+_AT_NEUTRAL, _WIDE_STEP = 0.02, 0.1
 #: A whitened derivative or residual this large is that of a simulation that ran away.
 _LOST = 1e7
 #: Departure of a lead while the departure that needs it is moved.
@@ -118,7 +118,8 @@ class _Base:
         """Move one departure off where it is."""
         setting, one = self.setting, self.setting.coordinates[number]
         moved, known, vector, by = self.point.departures.copy(), self.known, self.vector, one.step
-        if self.wide and one.lead is None and abs(moved[number]) < _AT_NEUTRAL:
+        unstated = one.ordinary == 0.0 and one.lead is None
+        if self.wide and unstated and abs(moved[number]) < _AT_NEUTRAL:
             by = _WIDE_STEP * np.sign(one.step)
         if one.lead is not None:
             if abs(moved[one.lead]) < LEAST_LEAD:
@@ -154,9 +155,9 @@ def linear_model(
     """Linearise along the motion at a point.
 
     Of the departures only those of `renew` are taken anew where a linear model of the same windows
-    is known already. With `wide` the signature of a departure that is at neutral is that of a
-    plausible one: the secant. Drag in a current, or a dead zone, has next to no derivative where it
-    is not there.
+    is known already. With `wide` the signature of a departure that is at neutral, and of which
+    nothing is stated, is that of a plausible one: the secant. Drag in a current, or a dead zone,
+    has next to no derivative where it is not there.
     """
     bench = setting.bench
     vector = vector_of(setting, point.departures)

@@ -2,14 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import ceil
 from typing import Any
 
 import numpy as np
 
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case_evidence import CaseEvidence
-from pipeline.diagnose.decision import Share, verdict_of, with_unknown, without_gap
+from pipeline.diagnose.decision import Share, verdict_of, with_gap, with_unknown, without_gap
 from pipeline.diagnose.weighing import NONE, UNKNOWN, weigh
 
 #: Values that are tried, one threshold after the other.
@@ -26,6 +25,8 @@ TRIED: dict[str, tuple[float, ...]] = {
     "most_level": (2.0, 4.0, 8.0, 16.0),
     "most_level_healthy": (2.0, 3.0, 6.0, 12.0),
     "least_gap": (0.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7),
+    "most_none_gap": (2.0, 2.5, 3.0, 4.0, 6.0),
+    "most_none_gap_healthy": (1.5, 2.0, 2.5, 3.0, 4.0),
     "most_gap": (1.2, 1.35, 1.5, 1.75, 2.0, 3.0),
 }
 #: Cost of each mistake; a wrong confident answer is worse than none.
@@ -64,6 +65,7 @@ def decide(one: CaseEvidence, limits: Calibration) -> tuple[tuple[str, ...], tup
     levels = [level.evidence() for level in one.levels]
     weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
+    shares = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
     led_to = one.consequences.get(shares[0].name)
     alike: tuple[str, ...] = ()
     if led_to is not None:
@@ -107,8 +109,6 @@ def _with(limits: Calibration, name: str, value: float) -> Calibration:
 def interval_factor(misses: Sequence[float]) -> float:
     """Factor by which intervals must be widened to hold 95 % of the truths.
 
-    The conformal quantile: with n errors the ceil(0.95 (n + 1))-th smallest.
-
     Parameters
     ----------
     misses : sequence of float
@@ -116,13 +116,12 @@ def interval_factor(misses: Sequence[float]) -> float:
 
     Examples
     --------
-    >>> interval_factor([0.1 * k for k in range(1, 40)])
-    3.8
+    >>> interval_factor([0.1 * k for k in range(1, 41)])
+    3.9
     """
     if not misses:
         return 1.0
-    place = min(ceil(0.95 * (len(misses) + 1)), len(misses))
-    return float(np.round(np.sort(misses)[place - 1], 2))
+    return float(np.round(np.quantile(misses, 0.95, method="higher"), 2))
 
 
 def search_thresholds(cases: Sequence[Known], first: Calibration) -> tuple[Calibration, float]:

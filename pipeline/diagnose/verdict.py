@@ -16,6 +16,8 @@ from pipeline.records.diagnosis import ParameterEstimate, RankedEffect, Shrink
 from pipeline.types import FloatArray
 
 _NORMAL_95 = 1.959964
+#: Share of a departure by which the model, linear or not, is off besides the noise of the readings.
+_MODEL_SHARE = 0.015
 
 
 def departures_of(found: Search, one: Candidate, finding: Finding | None) -> FloatArray:
@@ -82,12 +84,16 @@ def _parameters(
         coordinate = every[index]
         lead = 1.0 if coordinate.lead is None else max(abs(left.mean[coordinate.lead]), 1e-6)
         neutral = coordinate.parameter.neutral
-        value = neutral + coordinate.unit_size * float(alone[index])
+        # what the healthy runs showed of a stated parameter is not the effect's
+        departure = float(alone[index])
+        departure -= float(found.prior.mean[index]) if coordinate.ordinary else 0.0
+        value = neutral + coordinate.unit_size * departure
         # the vehicle's own ordinary departure cannot be told from the effect's; a factor's grows
         # with the factor
         own = float(np.sqrt(found.prior.covariance[index, index])) if coordinate.ordinary else 0.0
         own *= abs(value / neutral) if neutral else 1.0
-        spread = float(np.hypot(factor * std[index] / lead, own))
+        read_off = float(np.hypot(std[index] / lead, _MODEL_SHARE * departure))
+        spread = float(np.hypot(factor * read_off, own))
         half = _NORMAL_95 * coordinate.unit_size * spread
         name = coordinate.parameter.name
         if coordinate.parameter.name in AXES:

@@ -85,3 +85,24 @@ def test_two_effects_of_one_signature_are_no_pair(every: tuple[Coordinate, ...])
 
 def test_effects_of_the_case_are_those_tried(every: tuple[Coordinate, ...]) -> None:
     assert {one.effect.id for one in every} == set(EFFECTS)
+
+
+@pytest.fixture(scope="module")
+def heavy() -> tuple[Coordinate, ...]:
+    case = small_case(seconds=1.0, manoeuvres=("hover",), effects=("payload",))
+    assert case.vehicle.model is not None
+    return coordinates(case.packed, case.candidates, case.vehicle.model.uncertainty)
+
+
+def test_a_payload_of_no_mass_has_no_moment(heavy: tuple[Coordinate, ...]) -> None:
+    mass, place = index_of(heavy, "payload:mass_kg"), index_of(heavy, "payload:y_m")
+    assert heavy[place].lead == mass
+    alone, _, _, _ = judge(planted(heavy, {place: 0.5}), heavy, [mass, place])
+    with_mass, mean, _, variance = judge(
+        planted(heavy, {mass: 0.5, place: 0.5}), heavy, [mass, place]
+    )
+    # the same moment needs a mass: without one it explains less than half
+    assert alone < 0.5 * with_mass
+    assert mean == pytest.approx([0.5, 0.5], rel=0.02)
+    # a place one plausible range away at the mass that was found
+    assert variance[1] == pytest.approx(0.25, rel=0.05)

@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case_evidence import CaseEvidence, KeptConsequence, KeptLevel
-from pipeline.diagnose.decision import Left, Share, verdict_of, with_unknown, without_gap
+from pipeline.diagnose.decision import Left, Share, verdict_of, with_gap, with_unknown, without_gap
 from pipeline.diagnose.threshold_search import Known, cost, search_thresholds, total_cost
 from pipeline.diagnose.weighing import LevelEvidence, Weighed, weigh
 
@@ -27,6 +27,8 @@ LIMITS = Calibration(
     most_level_healthy=3.0,
     most_gap=1.5,
     least_gap=1.3,
+    most_none_gap=3.0,
+    most_none_gap_healthy=2.0,
     interval_factor=1.0,
     source="",
 )
@@ -128,6 +130,31 @@ def test_no_gap_needs_no_cause() -> None:
     assert without_gap(SHARES, 1.4, LIMITS) == SHARES
     contradiction = (Share("dvl_scale", 0.9), Share("none", 0.1))
     assert without_gap(contradiction, 1.0, LIMITS) == contradiction
+
+
+NONE_FIRST = (Share("none", 0.9), Share("lift", 0.08), Share("tether", 0.02))
+
+
+@pytest.mark.parametrize(
+    ("ratio", "healthy", "first"),
+    [(2.5, False, "none"), (2.5, True, "lift"), (3.5, False, "lift")],
+)
+def test_gap_that_no_healthy_vehicle_has_is_one(ratio: float, healthy: bool, first: str) -> None:
+    found = with_gap(NONE_FIRST, ratio, 10, LIMITS, healthy_known=healthy)
+    assert found[0].name == first
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    shares = {one.name: one.probability for one in found}
+    # the others keep their places among each other
+    assert shares["lift"] / shares["tether"] == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(("ratio", "first"), [(5.0, "none"), (7.0, "unknown")])
+def test_gap_that_nothing_explains_is_unknown_where_it_is_large(ratio: float, first: str) -> None:
+    # the prior odds are 0.04 to 0.5: the readings speak against the effect
+    ranking = (Share("none", 0.96), Share("lift", 0.04))
+    found = with_gap(ranking, ratio, 10, LIMITS, healthy_known=False)
+    assert found[0].name == first
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
 
 
 def case(truth: str, gain: float, ratio: float = 5.0) -> Known:

@@ -1,0 +1,47 @@
+"""The way from the nominal model to the point of a strong fault."""
+
+import numpy as np
+import pytest
+from diagnosis_cases import small_case
+
+from pipeline.diagnose.approach import approach
+from pipeline.diagnose.case import channels_of, led_by, setting_of
+from pipeline.diagnose.linear_model import Setting
+from pipeline.diagnose.scales import levels
+from pipeline.diagnose.search import ordinary_prior
+from pipeline.types import FloatArray
+
+
+def reached(fault: str, effects: tuple[str, ...]) -> dict[str, float]:
+    """Departures of the point that is gone to, by the names of their coordinates."""
+    case = small_case((fault,), effects=effects)
+    channels = channels_of(case.vehicle, case.runs)
+    setting = setting_of(case, case.runs, channels)
+
+    def lead(at: Setting, vector: FloatArray) -> Setting:
+        return led_by(at, case.packed, case.runs, channels, vector)
+
+    near = approach(
+        setting, lead, ordinary_prior(setting), levels(healthy_known=False), healthy_known=False
+    )
+    return {
+        one.name: float(value)
+        for one, value in zip(setting.coordinates, near.departures, strict=True)
+    }
+
+
+def test_payload_is_reached_with_its_place() -> None:
+    found = reached(
+        "payload:mass_kg=2.25,volume_m3=0.0005,x_m=0.0,y_m=0.065,z_m=0.15",
+        ("payload", "residual_buoyancy", "cg_shift", "added_mass"),
+    )
+    # counted in half the plausible range; a place as the product with the mass
+    assert found["payload:mass_kg"] == pytest.approx(0.225, abs=0.05)
+    assert found["payload:y_m"] == pytest.approx(0.225 * 0.065 / 0.25, abs=0.015)
+    assert found["payload:z_m"] == pytest.approx(0.225 * 0.15 / 0.25, abs=0.03)
+
+
+def test_shift_far_beyond_what_is_stated_is_reached() -> None:
+    found = reached("cg_shift:dy_m=0.009", ("cg_shift", "residual_buoyancy", "lift"))
+    assert found["cg_shift:dy_m"] == pytest.approx(0.009 / 0.025, rel=0.1)
+    assert np.abs([value for name, value in found.items() if "residual" in name]).max() < 0.1
