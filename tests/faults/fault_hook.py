@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 _HOOK = """\
-import os, re, signal, sys
+import os, re, signal, sys, time
 
 os.environ.setdefault("FAULT_RUN", str(os.getpid()))
 _log, _at, _root = os.environ["FAULT_LOG"], os.environ["FAULT_AT"], os.environ["FAULT_ROOT"]
@@ -26,6 +26,8 @@ def _listen(event, arguments):
         file.write(name + "\\n")
     if name == _at:
         os.kill(int(os.environ["FAULT_RUN"]), signal.SIGKILL)
+        # the rest ends with the run; a stage that ended by itself before would be cleared away
+        time.sleep(20)
         os.kill(os.getpid(), signal.SIGKILL)
 
 sys.addaudithook(_listen)
