@@ -20,12 +20,23 @@ from pipeline.types import FloatArray
 #: Effects whose own points are gone to from the nominal model: as they are estimated under an
 #: outside force of at most `_QUIET`, and under any.
 _TRIED, _TRIED_LOUD, _QUIET = 4, 1, 4.0
+#: Sizes of the departures to which the first secants are taken: of the weak and of the strong.
+_WEAK, _STRONG = 0.1, 1.0
 #: Linearisations on the way to an effect's own point, and further ones for the best.
-_STEPS, _FURTHER = 3, 5
+_STEPS, _STEPS_ANEW, _FURTHER = 2, 3, 3
+#: Effects and pairs that are looked at anew from the best point.
+_ANEW = 2
 #: A departure that moved by less than this (in units of half the plausible range) has settled.
 _SETTLED = 0.02
 #: Log evidence that is lost at least on a way that leads nowhere.
 _RUN_AWAY = 1000.0
+#: Log evidence by which a way is behind the best when it is left.
+_BEHIND = 100.0
+#: Share by which a signature changes between weak and strong when the strong is tried by itself,
+#: and where.
+_BENT, _PROBED = 0.3, 2.0
+#: Log evidence that a second effect must add.
+_SECOND = 10.0
 #: Log evidence that is worth no further step.
 _NO_MORE = 3.0
 
@@ -41,17 +52,21 @@ class _Trial:
     finding: Finding | None
     far: bool = False
     """What is stated may be anywhere."""
+    settled: bool = False
+    """Only the parameters that have been found are let go, not all of the effect."""
 
     @property
     def value(self) -> float:
         """Log evidence of the strongest, with the prior of its level."""
         gain = 0.0 if self.finding is None else self.finding.log_evidence
+        if self.finding is not None and len(self.finding.groups) > 1:
+            gain -= _SECOND
         return self.best.nothing + gain + float(np.log(self.best.level.weight))
 
     def goes_to(self, every: Sequence[Coordinate], prior: Prior) -> FloatArray:
         """Most probable departures, where a vehicle can be."""
         finding = self.finding
-        if finding is not None:
+        if finding is not None and not self.settled:
             finding = _with_all(self.best, every, finding)
         total = total_departures(self.best.found, prior, finding)
         near = sober(total, prior, finding)
@@ -91,22 +106,38 @@ def approach(
     """
     every, groups = setting.coordinates, groups_of(setting.coordinates)
     even = [one for one in every_level if np.ptp(one.factor) == 0.0]
-    model = linear_model(setting, setting.origin(), wide=True)
+    model = linear_model(setting, setting.origin(), wide=_WEAK)
+    unstated = [k for k, one in enumerate(every) if one.ordinary == 0.0 and one.lead is None]
+    strong = linear_model(setting, setting.origin(), wide=_STRONG, known=model, renew=unstated)
     moved_by = reach(model, prior)
     prior = prior if healthy_known else with_small(prior, moved_by, setting)
-    judged = judge_all(setting, grams(model), prior, even, groups, with_pairs=False)
+    judged, far = (
+        judge_all(setting, grams(one), prior, even, groups, with_pairs=False)
+        for one in (model, strong)
+    )
     best = _Trial(np.zeros(len(every)), *strongest(judged))
     follow = _Follower(setting, lead, prior, even, model, groups)
     # nothing but what is stated, which may be far out; then the same, kept ordinary
     wanted: list[tuple[Judged, Finding | None]] = [(best.best, None), (best.best, None)]
     # under a small force an effect must explain the readings by itself, as a true one does
-    quiet = [one for one in judged if one.level.size <= _QUIET]
-    for some, most in ((quiet, _TRIED), (judged, _TRIED_LOUD)):
+    loud = [*judged, *far]
+    quiet = [one for one in loud if one.level.size <= _QUIET]
+    for some, most in ((quiet, _TRIED), (loud, _TRIED_LOUD)):
         found = _strongest_effects(some, most)
         wanted += [row for row in found if all(row[1] is not known for _, known in wanted)]
     for number, (under, finding) in enumerate(wanted):
         trial = _Trial(np.zeros(len(every)), under, finding, far=number == 0)
-        best = max(best, *follow.steps(trial, _STEPS), key=lambda one: one.value)
+        best = max(best, *follow.steps(trial, _STEPS, best.value), key=lambda one: one.value)
+    for group, index in _bent(every, groups, model, strong):
+        at = best.departures if best.finding is None else np.zeros(len(every))
+        at = at.copy()
+        at[index] = _PROBED * np.sign(every[index].step)
+        probe = follow.seen_from(realisable(every, at), (group,))
+        if probe is not None and probe.value > best.value:
+            best = max(follow.steps(probe, _STEPS), key=lambda one: one.value)
+    for trial in follow.anew(best):
+        best = max(best, *follow.steps(trial, _STEPS_ANEW, best.value), key=lambda one: one.value)
+    best = replace(best, settled=True)
     best = max(best, *follow.steps(best, _FURTHER), key=lambda one: one.value)
     return Near(best.departures, prior, moved_by, _STEPS)
 
@@ -122,45 +153,109 @@ class _Follower:
     model: LinearModel
     groups: dict[Group, tuple[int, ...]]
 
-    def steps(self, trial: _Trial, most: int) -> list[_Trial]:
-        """Go at most so many steps, and return every point that was reached."""
-        setting, every = self.setting, self.setting.coordinates
-        own: dict[Group, tuple[int, ...]] = {}
-        if trial.finding is not None:
-            own = {trial.finding.groups[0]: self.groups[trial.finding.groups[0]]}
-        stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
-        renew = sorted({*stated, *(k for members in own.values() for k in members)})
+    def steps(self, trial: _Trial, most: int, known: float = -np.inf) -> list[_Trial]:
+        """Go at most so many steps, and return every point that was reached.
+
+        `known` is the log evidence of the best point so far: a way that has found nothing near it
+        after its second step is left.
+        """
+        every = self.setting.coordinates
+        own = () if trial.finding is None else trial.finding.groups
         reached, begun = [trial], trial.value
-        for _ in range(most):
+        for number in range(most):
             at = trial.goes_to(every, self.prior)
             moved = float(np.abs(at - trial.departures).max())
             if moved < _SETTLED:
                 break
-            try:
-                led = self.lead(setting, vector_of(setting, at))
-            except CannotComputeError:
+            seen = self.seen_from(at, own)
+            if seen is None:
                 break
-            point = replace(led.origin(), departures=at)
-            there = linear_model(led, point, known=self.model, renew=renew)
-            if there.lost > self.model.lost:
-                # a vehicle that cannot do what was seen, and less to explain
-                break
-            levels = self.every_level
-            alone = judge_all(setting, grams(there), self.prior, levels, own, with_pairs=False)
-            before, trial = trial.value, _Trial(at, *_of_effect(alone), far=trial.far)
+            before = trial.value
+            trial = replace(seen, far=trial.far, settled=trial.settled)
             reached.append(trial)
             ran_away = trial.value < begun - max(_RUN_AWAY, abs(begun))
-            if ran_away or abs(trial.value - before) < _NO_MORE:
+            behind = number > 0 and trial.value < min(begun, known) - _BEHIND
+            if ran_away or behind or abs(trial.value - before) < _NO_MORE:
                 break
         return reached
 
+    def seen_from(self, at: FloatArray, own: Sequence[Group]) -> _Trial | None:
+        """Judge some effects at a point; None where the vehicle cannot do what it did."""
+        every = self.setting.coordinates
+        groups = {group: self.groups[group] for group in own}
+        stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
+        renew = sorted({*stated, *(k for members in groups.values() for k in members)})
+        there = self._linear_at(at, renew)
+        if there is None:
+            return None
+        judged = judge_all(
+            self.setting,
+            grams(there),
+            self.prior,
+            self.every_level,
+            groups,
+            with_pairs=len(groups) > 1,
+        )
+        return _Trial(at, *_of_effects(judged, own))
+
+    def anew(self, best: _Trial) -> list[_Trial]:
+        """Judge all effects and pairs at the best point, and return the strongest."""
+        at = best.departures
+        there = self._linear_at(at, range(len(self.setting.coordinates)))
+        if there is None:
+            return []
+        judged = judge_all(
+            self.setting, grams(there), self.prior, self.every_level, self.groups, with_pairs=True
+        )
+        found: dict[tuple[Group, ...], _Trial] = {}
+        for one in judged:
+            for finding in (*one.singles[:1], *one.pairs[:1]):
+                trial = _Trial(at, one, finding)
+                known = found.get(finding.groups)
+                if finding.which and (known is None or known.value < trial.value):
+                    found[finding.groups] = trial
+        ordered = sorted(found.values(), key=lambda one: -one.value)
+        return ordered[:_ANEW]
+
+    def _linear_at(self, at: FloatArray, renew: Sequence[int]) -> LinearModel | None:
+        """Lead the windows with the model at a point, and linearise there."""
+        try:
+            led = self.lead(self.setting, vector_of(self.setting, at))
+        except CannotComputeError:
+            return None
+        point = replace(led.origin(), departures=at)
+        there = linear_model(led, point, known=self.model, renew=renew)
+        # a vehicle that runs away more often has less to explain
+        return there if there.lost <= self.model.lost else None
+
+
+def _bent(
+    every: Sequence[Coordinate],
+    groups: dict[Group, tuple[int, ...]],
+    weak: LinearModel,
+    strong: LinearModel,
+) -> list[tuple[Group, int]]:
+    """Effects of one parameter that act otherwise when they are strong, and that parameter.
+
+    A dead zone takes away all of a small code: beyond that it takes no more.
+    """
+    found = []
+    for group, members in groups.items():
+        if len(members) != 1 or group[1] is not None or every[members[0]].ordinary > 0.0:
+            continue
+        near, far = (one.departures[:, members[0]] for one in (weak, strong))
+        if float(np.linalg.norm(far - near)) > _BENT * float(np.linalg.norm(far)):
+            found.append((group, members[0]))
+    return found
+
 
 def _with_all(judged: Judged, every: Sequence[Coordinate], finding: Finding) -> Finding:
-    """Return a finding with all parameters of its effect, as wide as they may be.
+    """Return a finding with all parameters of its effects, as wide as they may be.
 
     From afar a few of them seem to suffice; a payload without its place goes astray.
     """
-    members = groups_of(every)[finding.groups[0]]
+    groups = groups_of(every)
+    members = tuple(sorted(k for group in finding.groups for k in groups[group]))
     index = np.array(members, int)
     wide = np.ones(index.size)
     gain, mean, covariance = judge_freely(judged.ground, index, wide)
@@ -169,11 +264,12 @@ def _with_all(judged: Judged, every: Sequence[Coordinate], finding: Finding) -> 
     return Finding(finding.groups, members, gain, mean, covariance, wide)
 
 
-def _of_effect(judged: Sequence[Judged]) -> tuple[Judged, Finding | None]:
-    """Level under which the one effect that was looked at is strongest, and what is found of it."""
+def _of_effects(judged: Sequence[Judged], own: Sequence[Group]) -> tuple[Judged, Finding | None]:
+    """Level under which the effects looked at are strongest, and what is found of them."""
     rows: list[tuple[float, Judged, Finding | None]] = []
     for one in judged:
-        found = next((f for f in one.singles if f.which and np.isfinite(f.log_evidence)), None)
+        findings = one.pairs if len(own) > 1 and one.pairs else one.singles
+        found = next((f for f in findings if f.which and np.isfinite(f.log_evidence)), None)
         gain = 0.0 if found is None else found.log_evidence
         rows.append((one.nothing + gain + float(np.log(one.level.weight)), one, found))
     _, best, finding = max(rows, key=lambda row: row[0])

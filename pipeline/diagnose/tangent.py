@@ -8,6 +8,10 @@ of six axes, or with one departure a little off. That gives for each piece how i
 
 and how the readings within move; the rest is linear algebra along the window. So the outside force
 may change every half second at no further cost in simulation.
+
+An outside force is counted as the acceleration that it gives, times the nominal mass matrix. Were
+it counted in newtons, a vehicle of less mass, less drag and less thrust would need less of it for
+the same motion, and that would speak for it: all of them came out too small together.
 """
 
 from collections.abc import Callable, Sequence
@@ -40,6 +44,7 @@ from pipeline.diagnose.predictions import (
 )
 from pipeline.identify.window_derivatives import moved_starts
 from pipeline.simulate.kernel import BODY
+from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pieces import run_pieces
 from pipeline.types import FloatArray, IntArray
 
@@ -51,8 +56,8 @@ _FORCE_STEP = 0.1
 _PROFILE_STEP = 0.01
 #: The same of the pull, of which all is taken away.
 _PULL_STEP = 1e-3
-#: Departure below which a wide step is taken, and that step: a twentieth of the plausible range.
-_AT_NEUTRAL, _WIDE_STEP = 0.02, 0.1
+#: Departure below which a wide step is taken where one is asked for.
+_AT_NEUTRAL = 0.02
 #: A whitened derivative or residual this large is that of a simulation that ran away.
 _LOST = 1e7
 #: Departure of a lead while the departure that needs it is moved.
@@ -86,7 +91,7 @@ class _Base:
     starts: FloatArray
     forces: FloatArray
     known: _Known
-    wide: bool
+    wide: float
 
     def from_start(self, index: int) -> Pass:
         """Move the starts in one of twelve directions."""
@@ -97,8 +102,10 @@ class _Base:
 
     def from_force(self, axis: int) -> Pass:
         """Push along one axis."""
+        nominal = _mass(self.setting.bench.stack.packed.vector)
         more = np.zeros(6)
         more[axis] = _FORCE_STEP * self.setting.force_unit[axis]
+        more = _mass(self.vector) @ np.linalg.solve(nominal, more)
         return self._from_forces(self.forces + more, _FORCE_STEP)
 
     def from_profile(self, number: int) -> Pass:
@@ -120,14 +127,14 @@ class _Base:
         moved, known, vector, by = self.point.departures.copy(), self.known, self.vector, one.step
         unstated = one.ordinary == 0.0 and one.lead is None
         if self.wide and unstated and abs(moved[number]) < _AT_NEUTRAL:
-            by = _WIDE_STEP * np.sign(one.step)
+            by = self.wide * np.sign(one.step)
         if one.lead is not None:
             if abs(moved[one.lead]) < LEAST_LEAD:
                 # without its lead it does nothing: taken where the lead is at its own step
                 moved[one.lead] = _LEAD_STEP * np.sign(setting.coordinates[one.lead].step)
                 moved[number] = 0.0
                 vector = vector_of(setting, moved)
-                known = _known(setting, vector, self.starts, self.forces)
+                known = _known(setting, vector, self.starts, self._forces_of(vector))
             by = one.step * moved[one.lead]
         moved[number] += by
         changed = vector_of(setting, moved)
@@ -141,14 +148,28 @@ class _Base:
             ways = [drives_at(setting.bench, one, pieces) for one in (vector, changed)]
             begin = self.starts.copy()
             begin[:, BODY : BODY + ways[0].shape[1]] += ways[1] - ways[0]
-        return _way(known, _known(setting, changed, begin, self.forces), by)
+        return _way(known, _known(setting, changed, begin, self._forces_of(changed)), by)
+
+    def _forces_of(self, vector: FloatArray) -> FloatArray:
+        """Return what pushes a vehicle of other masses as the forces here push this one."""
+        here, there = _mass(self.vector), _mass(vector)
+        if np.array_equal(here, there):
+            return self.forces
+        return np.asarray(self.forces @ np.linalg.solve(here, there))
+
+
+def _mass(vector: FloatArray) -> FloatArray:
+    """Mass matrix (6, 6) of a parameter vector, added masses included."""
+    matrix = np.empty((6, 6))
+    mass_matrix(vector, 1.0, matrix)
+    return matrix
 
 
 def linear_model(
     setting: Setting,
     point: Point,
     *,
-    wide: bool = False,
+    wide: float = 0.0,
     known: LinearModel | None = None,
     renew: Sequence[int] | None = None,
 ) -> LinearModel:
@@ -156,8 +177,8 @@ def linear_model(
 
     Of the departures only those of `renew` are taken anew where a linear model of the same windows
     is known already. With `wide` the signature of a departure that is at neutral, and of which
-    nothing is stated, is that of a plausible one: the secant. Drag in a current, or a dead zone,
-    has next to no derivative where it is not there.
+    nothing is stated, is the secant to one of that size: drag in a current, or a dead zone, has
+    next to no derivative where it is not there.
     """
     bench = setting.bench
     vector = vector_of(setting, point.departures)
@@ -301,7 +322,7 @@ def led_readings(model: LinearModel, setting: Setting, departures: FloatArray) -
     motion = motion_at(setting, point, vector)
     starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
     known = _known(setting, vector, starts, forces)
-    taken = _Base(setting, point, vector, starts, forces, known, False).from_pull()
+    taken = _Base(setting, point, vector, starts, forces, known, 0.0).from_pull()
     ends = taken.ends.reshape(bench.window_count, bench.pieces, 12)
     moved = np.zeros_like(ends)
     for i in range(1, bench.pieces):

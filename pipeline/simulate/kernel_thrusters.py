@@ -81,9 +81,12 @@ def effective_codes(p: Array, command: Array, codes: Array) -> None:
 def tabulated(
     table: Array, row_step: float, column_step: float, row: float, column: float
 ) -> float:
-    """Bilinear value on a regular grid from (0, 0); beyond the last row along its slope."""
+    """Bilinear value on a regular grid from (0, 0); beyond its end along the slope there.
+
+    A supply voltage above that of the bench drives a thruster beyond its largest code.
+    """
     rows, columns = table.shape
-    c = min(max(column / column_step, 0.0), columns - 1.0)
+    c = max(column / column_step, 0.0)
     j = min(int(c), columns - 2)
     c -= j
     if rows == 1:

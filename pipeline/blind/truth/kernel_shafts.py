@@ -59,9 +59,9 @@ def drive_code(t: Truth, i: int, command: float, left: float) -> float:
 
 @inlined
 def between(table: Array, row: float, column: float) -> float:
-    """Bilinear value of a table at fractional indices, held at its edges."""
+    """Bilinear value of a table at fractional indices; codes (columns) go on beyond the last."""
     row = min(max(row, 0.0), table.shape[0] - 1.0)
-    column = min(max(column, 0.0), table.shape[1] - 1.0)
+    column = max(column, 0.0)
     i = min(int(row), max(table.shape[0] - 2, 0))
     j = min(int(column), table.shape[1] - 2)
     a, b = row - i, column - j
