@@ -12,9 +12,13 @@ from pipeline.diagnose.search import ordinary_prior
 from pipeline.types import FloatArray
 
 
-def reached(fault: str, effects: tuple[str, ...]) -> dict[str, float]:
+def reached(
+    *faults: str,
+    effects: tuple[str, ...],
+    manoeuvres: tuple[str, ...] = ("prbs", "surge_steps"),
+) -> dict[str, float]:
     """Departures of the point that is gone to, by the names of their coordinates."""
-    case = small_case((fault,), effects=effects)
+    case = small_case(faults, effects=effects, manoeuvres=manoeuvres)
     channels = channels_of(case.vehicle, case.runs)
     setting = setting_of(case, case.runs, channels)
 
@@ -33,7 +37,7 @@ def reached(fault: str, effects: tuple[str, ...]) -> dict[str, float]:
 def test_payload_is_reached_with_its_place() -> None:
     found = reached(
         "payload:mass_kg=2.25,volume_m3=0.0005,x_m=0.0,y_m=0.065,z_m=0.15",
-        ("payload", "residual_buoyancy", "cg_shift", "added_mass"),
+        effects=("payload", "residual_buoyancy", "cg_shift", "added_mass"),
     )
     # counted in half the plausible range; a place as the product with the mass
     assert found["payload:mass_kg"] == pytest.approx(0.225, abs=0.05)
@@ -42,6 +46,26 @@ def test_payload_is_reached_with_its_place() -> None:
 
 
 def test_shift_far_beyond_what_is_stated_is_reached() -> None:
-    found = reached("cg_shift:dy_m=0.009", ("cg_shift", "residual_buoyancy", "lift"))
+    found = reached("cg_shift:dy_m=0.009", effects=("cg_shift", "residual_buoyancy", "lift"))
     assert found["cg_shift:dy_m"] == pytest.approx(0.009 / 0.025, rel=0.1)
     assert np.abs([value for name, value in found.items() if "residual" in name]).max() < 0.1
+
+
+def test_dead_zone_in_which_all_codes_of_a_run_lie_is_reached() -> None:
+    found = reached(
+        "dead_zone:codes=45",
+        effects=("dead_zone", "quadratic_damping", "added_mass"),
+        manoeuvres=("hover",),
+    )
+    # a small one takes little of small codes, and seems to explain nothing
+    assert found["dead_zone:codes"] > 20 / 15
+
+
+def test_both_of_two_effects_are_reached() -> None:
+    found = reached(
+        "dead_zone:codes=20",
+        "dvl_misalignment:yaw_deg=8",
+        effects=("dead_zone", "dvl_misalignment", "added_mass", "current"),
+    )
+    assert found["dead_zone:codes"] == pytest.approx(20 / 15, rel=0.1)
+    assert found["dvl_misalignment:yaw_deg"] != pytest.approx(0.0, abs=0.5)

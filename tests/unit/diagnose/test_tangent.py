@@ -8,8 +8,9 @@ import pytest
 from diagnosis_cases import small_case
 
 from pipeline.diagnose.case import channels_of, setting_of
-from pipeline.diagnose.linear_model import LinearModel, Point, residual_at
+from pipeline.diagnose.linear_model import LinearModel, Point, residual_at, vector_of
 from pipeline.diagnose.tangent import linear_model
+from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.types import FloatArray
 
 Model = tuple[LinearModel, FloatArray]
@@ -80,6 +81,29 @@ def test_by_every_departure_and_the_characteristic(model: Model) -> None:
         return replace(linear.point, shared=values)
 
     close(linear.extra[:, linear.setting.extra.shape[1]], central(linear, shared, 0.01))
+
+
+def test_by_added_mass_at_the_acceleration_that_the_pull_gives() -> None:
+    """A heavier vehicle is pulled harder: only what its own forces do is less."""
+    case = small_case(manoeuvres=("prbs",), seconds=12.5, effects=("added_mass",))
+    setting = setting_of(case, case.runs, channels_of(case.vehicle, case.runs), threads=1)
+    linear = linear_model(setting, setting.origin())
+    index = next(k for k, one in enumerate(setting.coordinates) if one.parameter.name == "heave")
+
+    def mass(departures: FloatArray) -> FloatArray:
+        matrix = np.empty((6, 6))
+        mass_matrix(vector_of(setting, departures), 1.0, matrix)
+        return matrix
+
+    def seen(by: float) -> FloatArray:
+        departures = linear.point.departures.copy()
+        departures[index] += by
+        ratio = np.linalg.solve(mass(linear.point.departures), mass(departures))
+        pulls = [pull @ ratio for pull in setting.bench.pulls]
+        at = replace(setting, bench=replace(setting.bench, pulls=pulls))
+        return residual_at(at, replace(linear.point, departures=departures))
+
+    close(linear.departures[:, index], np.asarray((seen(-1e-3) - seen(1e-3)) / 2e-3))
 
 
 def test_the_pull_leads_the_nominal_model_along_the_measured_motion(model: Model) -> None:

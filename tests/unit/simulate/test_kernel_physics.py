@@ -9,10 +9,13 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
-from pipeline.physics.parameters import read
+from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.physics.parameters import read, write
+from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.kernel_hull import mass_matrix, subtract_coriolis
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import Trajectory, initial_state, run
+from pipeline.vehicle.load import load_vehicle
 from tests.unit.simulate.conftest import full_symmetric
 
 Make = Callable[..., PackedVehicle]
@@ -285,3 +288,20 @@ def test_wall_adds_mass_and_damping_and_far_away_nothing(make_packed: Make) -> N
 
 def test_added_mass_of_the_fixture_is_positive_definite() -> None:
     assert np.linalg.eigvalsh(full_symmetric([5.0, 50, 55, 0.5, 9, 8], 1, 0.2)).min() > 0
+
+
+def test_a_supply_above_that_of_the_bench_drives_beyond_the_largest_code() -> None:
+    packed = pack_vehicle(load_vehicle(bundled_vehicle("rov8")))
+    count = len(packed.thruster_names)
+    largest = read(packed.vector, "code_max")[:count]
+    thrusts = []
+    for drop in (0.0, -0.05, -0.1):
+        vector = packed.vector.copy()
+        write(vector, "supply_drop", drop)
+        codes = actuator_states(packed, np.tile(largest, (200, 1)), 0.02, vector=vector)[-1:]
+        assert codes[0] == pytest.approx(largest * (1.0 - drop), rel=1e-6)
+        thrusts.append(thruster_wrench(packed, codes, np.zeros((1, 6)), vector=vector)[1][0])
+    first, second = thrusts[1] - thrusts[0], thrusts[2] - thrusts[1]
+    # T ~ code^1.33: 5 % more code gives about 7 % more thrust, and 5 % more the same again
+    assert first == pytest.approx(0.07 * thrusts[0], rel=0.1)
+    assert second == pytest.approx(first, rel=1e-6)
