@@ -20,6 +20,7 @@ from pipeline.command_language import (
     language_option,
     translate,
 )
+from pipeline.command_options import folder
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 _LOG = "rig2sea-error.log"
@@ -88,20 +89,9 @@ def _own_fault(error: Exception) -> str:
 
 def _folders(command: _F) -> _F:
     """Add --raw and --out."""
-    command = click.option(
-        "--out",
-        type=click.Path(path_type=Path),
-        default=Path(),
-        metavar="DIR",
-        help="Folder that gets processed/ and reports/.  [default: here]",
-    )(command)
-    return click.option(
-        "--raw",
-        type=click.Path(path_type=Path),
-        default=Path("raw"),
-        metavar="DIR",
-        help="Folder that holds a folder for each vehicle.  [default: raw]",
-    )(command)
+    out = folder("--out", "", "Folder that gets processed/ and reports/.  [default: here]")
+    raw = folder("--raw", "raw", "Folder that holds a folder for each vehicle.  [default: raw]")
+    return raw(out(command))
 
 
 @click.group(

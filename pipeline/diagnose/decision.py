@@ -91,14 +91,10 @@ def with_gap(
 
     Parameters
     ----------
-    ranking : sequence of Share
-        Answers, most probable first.
-    worst_ratio : float
-        Error of the worst channel over its healthy floor.
+    ranking, worst_ratio, limits
+        As of `without_gap`.
     effect_count : int
         Effects that share the prior probability of a single one.
-    limits : Calibration
-        Thresholds.
     healthy_known : bool
         The floor was learned from healthy runs.
     """
