@@ -10,7 +10,7 @@ from pipeline.diagnose.hypotheses import with_ordinary
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Search, force_prior
 from pipeline.diagnose.tangent import linear_model
-from pipeline.diagnose.weighing import NONE, UNKNOWN
+from pipeline.diagnose.weighing import UNKNOWN
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import NextRun
 from pipeline.records.run_table import RunTable
@@ -29,19 +29,36 @@ def next_run(
     """Best of the manoeuvres that the vehicle can fly, by the expected separation.
 
     The separation is that of the two predictions against the noise, in standard deviations, after
-    the second answer has taken all of the first that it can.
+    the second answer has taken all of the first that it can (which is nothing if it is `none`).
+
+    Parameters
+    ----------
+    case : Case
+        Vehicle and runs.
+    found : Search
+        What the runs said.
+    answered : Answers
+        Most probable first.
+    ambiguous : tuple of str
+        What these runs cannot tell from the first.
+
+    Returns
+    -------
+    NextRun or None
+        None where nothing is left to be told apart.
     """
-    top = answered.ranking[0]
     sensors = case.vehicle.sensors
-    if top.finding is None or top.name in {NONE, UNKNOWN} or sensors is None:
+    # an effect that hardly shows, and none: then what would show it
+    told = [name for name in (answered.ranking[0].name, *ambiguous) if name != UNKNOWN]
+    first = next((one for one in map(answered.of, told) if one and one.finding), None)
+    if first is None or first.finding is None or sensors is None:
         return None
-    rivals = [name for name in ambiguous if any(e == name for e, _ in found.groups)]
-    if not rivals:
+    rival = next((name for name in told if name not in first.name.split("+")), None)
+    if rival is None:
         return None
-    rival = rivals[0]
     members = [k for (effect, _), which in found.groups.items() if effect == rival for k in which]
     direction = np.zeros(len(found.setting.coordinates))
-    direction[list(top.finding.which)] = top.finding.mean
+    direction[list(first.finding.which)] = first.finding.mean
     best: NextRun | None = None
     for manoeuvre in MANOEUVRES.values():
         try:
@@ -54,7 +71,7 @@ def next_run(
         if best is None or value > best.expected_separation_sigma:
             best = NextRun(
                 manoeuvre=manoeuvre.name,
-                separates=(top.name, rival),
+                separates=(first.name, rival),
                 expected_separation_sigma=value,
             )
     return best

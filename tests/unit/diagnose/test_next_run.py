@@ -1,0 +1,55 @@
+"""What to fly next, when the runs leave two answers open."""
+
+from typing import Any
+
+import pytest
+from diagnosis_cases import small_case
+
+from pipeline.diagnose import engine
+from pipeline.diagnose.answer import Answers
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.next_run import next_run
+from pipeline.diagnose.search import Search
+from pipeline.simulate.manoeuvres import MANOEUVRES
+
+Known = tuple[Case, Search, Answers]
+
+
+@pytest.fixture(scope="module")
+def known() -> Known:
+    """A weak thruster, what the search found of it, and the answers."""
+    case = small_case(
+        ("thruster_degraded:thrust_fraction=0.8@front_left",),
+        effects=("thruster_degraded", "quadratic_damping"),
+    )
+    kept: list[tuple[Search, Answers]] = []
+    look_ahead = engine.look_ahead
+
+    def keep(found: Search, answered: Answers, *rest: Any, **options: Any) -> Any:  # noqa: ANN401
+        kept.append((found, answered))
+        return look_ahead(found, answered, *rest, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(engine, "look_ahead", keep)
+        engine.diagnose(case, threads=1)
+    return (case, *kept[0])
+
+
+def test_the_manoeuvre_is_one_that_the_vehicle_can_fly_and_that_separates(known: Known) -> None:
+    following = next_run(*known, ("quadratic_damping",))
+    assert following is not None
+    assert following.separates == ("thruster_degraded", "quadratic_damping")
+    assert following.manoeuvre in MANOEUVRES
+    assert following.expected_separation_sigma > 3.0
+
+
+def test_what_shows_an_effect_at_all_shows_it_no_worse_than_beside_another(known: Known) -> None:
+    alone, beside = next_run(*known, ("none",)), next_run(*known, ("quadratic_damping",))
+    assert alone is not None
+    assert beside is not None
+    assert alone.separates == ("thruster_degraded", "none")
+    assert alone.expected_separation_sigma >= beside.expected_separation_sigma
+
+
+def test_nothing_is_flown_where_nothing_else_can_be_told(known: Known) -> None:
+    assert next_run(*known, ("unknown",)) is None
