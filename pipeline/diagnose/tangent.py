@@ -8,21 +8,16 @@ of six axes, or with one departure a little off. That gives for each piece how i
 
 and how the readings within move; the rest is linear algebra along the window. So the outside force
 may change every half second at no further cost in simulation.
-
-An outside force is counted as the acceleration that it gives, times the nominal mass matrix. Were
-it counted in newtons, a vehicle of less mass, less drag and less thrust would need less of it for
-the same motion, and that would speak for it: all of them came out too small together.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from pipeline.diagnose.linear_model import (
-    LEAST_LEAD,
     Chain,
     LinearModel,
     Point,
@@ -33,136 +28,15 @@ from pipeline.diagnose.linear_model import (
     residual_of,
     vector_of,
 )
+from pipeline.diagnose.moved_pieces import MovedPieces, Pass, seen_in
 from pipeline.diagnose.predictions import (
     Bench,
-    Motion,
-    drives_at,
-    innovations,
-    other_drives,
     over_threads,
-    same_motion,
 )
-from pipeline.identify.window_derivatives import moved_starts
-from pipeline.simulate.kernel import BODY
-from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pieces import run_pieces
 from pipeline.types import FloatArray, IntArray
 
-#: Steps of the derivatives: position [m], attitude [rad], velocity [m/s], turning rate [rad/s].
-_STEPS = np.repeat([1e-3, 1e-5, 1e-4, 1e-4], 3)
-#: The same of the outside forces, in the unit of a healthy vehicle's.
-_FORCE_STEP = 0.1
-#: The same of the characteristic's unknowns, in their standard deviations.
-_PROFILE_STEP = 0.01
-#: The same of the pull, of which all is taken away.
-_PULL_STEP = 1e-3
-#: Departure below which a wide step is taken where one is asked for.
-_AT_NEUTRAL = 0.02
 #: A whitened derivative or residual this large is that of a simulation that ran away.
 _LOST = 1e7
-#: Departure of a lead while the departure that needs it is moved.
-_LEAD_STEP = 0.02
-
-
-@dataclass(frozen=True)
-class Pass:
-    """One way of moving all pieces: readings (entries,) and ends (pieces, 12), per unit."""
-
-    readings: FloatArray
-    ends: FloatArray
-
-
-@dataclass(frozen=True)
-class _Known:
-    """Motion of all pieces, their readings (entries,) and ends (pieces, STATE)."""
-
-    motion: Motion
-    readings: FloatArray
-    ends: FloatArray
-
-
-@dataclass(frozen=True)
-class _Base:
-    """Where the pieces start, what pushes them, and what comes out."""
-
-    setting: Setting
-    point: Point
-    vector: FloatArray
-    starts: FloatArray
-    forces: FloatArray
-    known: _Known
-    wide: float
-
-    def from_start(self, index: int) -> Pass:
-        """Move the starts in one of twelve directions."""
-        by = np.zeros((len(self.starts), 12))
-        by[:, index] = _STEPS[index]
-        moved = _known(self.setting, self.vector, moved_starts(self.starts, by), self.forces)
-        return _way(self.known, moved, _STEPS[index])
-
-    def from_force(self, axis: int) -> Pass:
-        """Push along one axis."""
-        nominal = _mass(self.setting.bench.stack.packed.vector)
-        more = np.zeros(6)
-        more[axis] = _FORCE_STEP * self.setting.force_unit[axis]
-        more = _mass(self.vector) @ np.linalg.solve(nominal, more)
-        return self._from_forces(self.forces + more, _FORCE_STEP)
-
-    def from_profile(self, number: int) -> Pass:
-        """Push as one of the characteristic's unknowns does."""
-        more = _PROFILE_STEP * self.setting.profiles[:, :, number]
-        return self._from_forces(self.forces + more, _PROFILE_STEP)
-
-    def from_pull(self) -> Pass:
-        """Take a little of the pull away."""
-        pull = self.point.pull * np.concatenate(self.setting.bench.pulls)
-        return self._from_forces(self.forces - _PULL_STEP * pull, -_PULL_STEP)
-
-    def _from_forces(self, forces: FloatArray, by: float) -> Pass:
-        return _way(self.known, _known(self.setting, self.vector, self.starts, forces), by)
-
-    def from_departure(self, number: int) -> Pass:
-        """Move one departure off where it is."""
-        setting, one = self.setting, self.setting.coordinates[number]
-        moved, known, vector, by = self.point.departures.copy(), self.known, self.vector, one.step
-        unstated = one.ordinary == 0.0 and one.lead is None
-        if self.wide and unstated and abs(moved[number]) < _AT_NEUTRAL:
-            by = self.wide * np.sign(one.step)
-        if one.lead is not None:
-            if abs(moved[one.lead]) < LEAST_LEAD:
-                # without its lead it does nothing: taken where the lead is at its own step
-                moved[one.lead] = _LEAD_STEP * np.sign(setting.coordinates[one.lead].step)
-                moved[number] = 0.0
-                vector = vector_of(setting, moved)
-                known = _known(setting, vector, self.starts, self._forces_of(vector))
-            by = one.step * moved[one.lead]
-        moved[number] += by
-        changed = vector_of(setting, moved)
-        if same_motion(changed, vector):
-            readings = _raw(setting.bench, changed, known.motion)
-            return Pass((known.readings - readings) / by, np.zeros((len(self.starts), 12)))
-        begin = self.starts
-        if other_drives(changed, vector):
-            # the drives are not where they were when the piece begins
-            pieces = setting.bench.start_of_piece
-            ways = [drives_at(setting.bench, one, pieces) for one in (vector, changed)]
-            begin = self.starts.copy()
-            begin[:, BODY : BODY + ways[0].shape[1]] += ways[1] - ways[0]
-        return _way(known, _known(setting, changed, begin, self._forces_of(changed)), by)
-
-    def _forces_of(self, vector: FloatArray) -> FloatArray:
-        """Return what pushes a vehicle of other masses as the forces here push this one."""
-        here, there = _mass(self.vector), _mass(vector)
-        if np.array_equal(here, there):
-            return self.forces
-        return np.asarray(self.forces @ np.linalg.solve(here, there))
-
-
-def _mass(vector: FloatArray) -> FloatArray:
-    """Mass matrix (6, 6) of a parameter vector, added masses included."""
-    matrix = np.empty((6, 6))
-    mass_matrix(vector, 1.0, matrix)
-    return matrix
 
 
 def linear_model(
@@ -185,8 +59,8 @@ def linear_model(
     motion = motion_at(setting, point, vector)
     # the pieces follow the same motion: their starts are its states
     starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
-    seen = _known(setting, vector, starts, forces)
-    base = _Base(setting, point, vector, starts, forces, seen, wide)
+    seen = seen_in(setting, vector, starts, forces)
+    base = MovedPieces(setting, point, vector, starts, forces, seen, wide)
     anew = list(range(len(setting.coordinates)) if renew is None or known is None else renew)
     tasks: list[Callable[[], Pass]] = [partial(base.from_start, k) for k in range(12)]
     tasks += [partial(base.from_force, k) for k in range(6)]
@@ -197,35 +71,6 @@ def linear_model(
     passes = over_threads(bench, tasks)
     residual = residual_of(setting, point, vector, motion)
     return chained(setting, point, passes, residual, known, anew)
-
-
-def _way(first: _Known, second: _Known, by: float) -> Pass:
-    """Take derivatives from two motions of the pieces; readings are measured less predicted."""
-    return Pass((first.readings - second.readings) / by, _between(first.ends, second.ends) / by)
-
-
-def _known(setting: Setting, vector: FloatArray, starts: FloatArray, forces: FloatArray) -> _Known:
-    """Simulate all pieces."""
-    bench = setting.bench
-    states, rates = run_pieces(bench.stack.packed, bench.cut, vector, starts, forces)
-    rows = bench.row_of_sample
-    motion = Motion(states[rows], rates[rows])
-    return _Known(motion, _raw(bench, vector, motion), states[bench.cut.last_row])
-
-
-def _raw(bench: Bench, vector: FloatArray, motion: Motion) -> FloatArray:
-    """Innovations of all channels as one vector (entries,)."""
-    return np.concatenate([one.ravel() for one in innovations(bench, vector, motion)])
-
-
-def _between(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Way (k, 12) from first to second states: place, body rotation, velocity."""
-    found = np.empty((len(first), 12))
-    found[:, :3] = second[:, :3] - first[:, :3]
-    found[:, 6:] = second[:, 7:13] - first[:, 7:13]
-    a, b = first[:, 3:7], second[:, 3:7]
-    found[:, 3:6] = 2.0 * (a[:, :1] * b[:, 1:] - b[:, :1] * a[:, 1:] - np.cross(a[:, 1:], b[:, 1:]))
-    return found
 
 
 def chained(  # noqa: PLR0917 - one caller
@@ -321,8 +166,8 @@ def led_readings(model: LinearModel, setting: Setting, departures: FloatArray) -
     vector = vector_of(setting, departures)
     motion = motion_at(setting, point, vector)
     starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
-    known = _known(setting, vector, starts, forces)
-    taken = _Base(setting, point, vector, starts, forces, known, 0.0).from_pull()
+    known = seen_in(setting, vector, starts, forces)
+    taken = MovedPieces(setting, point, vector, starts, forces, known, 0.0).from_pull()
     ends = taken.ends.reshape(bench.window_count, bench.pieces, 12)
     moved = np.zeros_like(ends)
     for i in range(1, bench.pieces):
