@@ -132,7 +132,7 @@ def approach(
         at = best.departures if best.finding is None else np.zeros(len(every))
         at = at.copy()
         at[index] = _PROBED * np.sign(every[index].step)
-        probe = follow.seen_from(realisable(every, at), (group,))
+        probe = follow.seen_from(realisable(every, at), (group,), roughly=True)
         if probe is not None and probe.value > best.value:
             best = max(follow.steps(probe, _STEPS), key=lambda one: one.value)
     for trial in follow.anew(best):
@@ -167,7 +167,7 @@ class _Follower:
             moved = float(np.abs(at - trial.departures).max())
             if moved < _SETTLED:
                 break
-            seen = self.seen_from(at, own)
+            seen = self.seen_from(at, own, roughly=bool(own) and not trial.settled)
             if seen is None:
                 break
             before = trial.value
@@ -179,11 +179,16 @@ class _Follower:
                 break
         return reached
 
-    def seen_from(self, at: FloatArray, own: Sequence[Group]) -> _Trial | None:
-        """Judge some effects at a point; None where the vehicle cannot do what it did."""
+    def seen_from(
+        self, at: FloatArray, own: Sequence[Group], *, roughly: bool = False
+    ) -> _Trial | None:
+        """Judge some effects at a point; None where the vehicle cannot do what it did.
+
+        `roughly`: what is stated keeps the derivatives that it has around the nominal model.
+        """
         every = self.setting.coordinates
         groups = {group: self.groups[group] for group in own}
-        stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
+        stated = [k for k, one in enumerate(every) if one.ordinary > 0.0 and not roughly]
         renew = sorted({*stated, *(k for members in groups.values() for k in members)})
         there = self._linear_at(at, renew)
         if there is None:

@@ -207,7 +207,8 @@ def specs_at(
     for index in np.flatnonzero(departures).tolist():
         one = all_coordinates[index]
         value = one.parameter.neutral + one.unit_size * float(departures[index])
-        value = float(np.clip(value, *one.parameter.possible))
+        least, most = one.parameter.possible
+        value = min(max(value, least), most)
         values.setdefault((one.effect.id, one.target), {})[one.parameter.name] = value
     return tuple(EffectSpec(id_, found, target) for (id_, target), found in values.items())
 
@@ -224,7 +225,7 @@ def vector_at(
     mirrored: list[tuple[int, float]] = []
     for index in np.flatnonzero(departures).tolist():
         low, high = all_coordinates[index].limits
-        inside[index] = np.clip(departures[index], low, high)
+        inside[index] = min(max(departures[index], low), high)
         if inside[index] != departures[index]:
             mirrored.append((index, float(inside[index] - departures[index])))
     context = packed.context
