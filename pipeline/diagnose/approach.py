@@ -25,7 +25,7 @@ _WEAK, _STRONG = 0.1, 1.0
 #: Linearisations on the way to an effect's own point, and further ones for the best.
 _STEPS, _STEPS_ANEW, _FURTHER = 2, 3, 3
 #: Effects and pairs that are looked at anew from the best point.
-_ANEW = 2
+_ANEW = 3
 #: A departure that moved by less than this (in units of half the plausible range) has settled.
 _SETTLED = 0.02
 #: Log evidence that is lost at least on a way that leads nowhere.
@@ -64,16 +64,20 @@ class _Trial:
         return self.best.nothing + gain + float(np.log(self.best.level.weight))
 
     def goes_to(self, every: Sequence[Coordinate], prior: Prior) -> FloatArray:
-        """Most probable departures, where a vehicle can be."""
+        """Most probable departures, where a vehicle can be.
+
+        What is neither stated nor in question stays at neutral: its derivatives are those there.
+        """
         finding = self.finding
         if finding is not None and not self.settled:
             finding = _with_all(self.best, every, finding)
         total = total_departures(self.best.found, prior, finding)
         near = sober(total, prior, finding)
+        stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
         if self.far:
-            stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
             near[stated] = total[stated]
-        return realisable(every, near)
+        kept = [*stated, *(() if finding is None else finding.which)]
+        return realisable(every, np.where(np.isin(np.arange(near.size), kept), near, 0.0))
 
 
 def approach(
@@ -138,7 +142,9 @@ def approach(
     for trial in follow.anew(best):
         best = max(best, *follow.steps(trial, _STEPS_ANEW, best.value), key=lambda one: one.value)
     best = replace(best, settled=True)
-    best = max(best, *follow.steps(best, _FURTHER), key=lambda one: one.value)
+    last = follow.steps(best, _FURTHER)[-1]
+    # its own point is where it is fairly judged; from afar it may look a little better
+    best = last if last.value > best.value - _BEHIND else best
     return Near(best.departures, prior, moved_by, _STEPS)
 
 
@@ -214,7 +220,7 @@ class _Follower:
         )
         found: dict[tuple[Group, ...], _Trial] = {}
         for one in judged:
-            for finding in (*one.singles[:1], *one.pairs[:1]):
+            for finding in (*one.singles[:1], *one.pairs[:_ANEW]):
                 trial = _Trial(at, one, finding)
                 known = found.get(finding.groups)
                 if finding.which and (known is None or known.value < trial.value):
