@@ -191,10 +191,7 @@ def _velocity(bench: Bench, vector: FloatArray, motion: Motion, rows: Rows) -> F
     nu, turn = motion.state[sample, 7:13], motion.state[sample, 3:7]
     if late != 0.0:
         step = np.array([w.step_s for w in bench.stack.windows])[window]
-        begins = window_begins(bench)
-        first, last = begins[window], begins[window + 1] - 1
-        wanted = sample - late / step
-        low = np.clip(np.floor(wanted).astype(int), first, last - 1)
+        wanted, low = _shown_at(bench, rows, late)
         # before its start a window goes back as it began, for a short time
         share = np.clip((wanted - low)[:, None], -0.5 / step[:, None], 1.0 + 0.5 / step[:, None])
         nu = motion.state[low, 7:13] * (1 - share) + motion.state[low + 1, 7:13] * share
@@ -209,6 +206,24 @@ def _velocity(bench: Bench, vector: FloatArray, motion: Motion, rows: Rows) -> F
         error = Rotation.from_euler("ZYX", rotation[::-1])
         velocity = (bench.mount * error.inv() * bench.mount.inv()).apply(velocity)
     return np.asarray(float(read(vector, "dvl_scale")) * velocity)
+
+
+def shown_samples(bench: Bench, vector: FloatArray, rows: Rows) -> IntArray:
+    """Return the samples of the motion (k,) that the readings of a channel show."""
+    late = float(read(vector, "dvl_delay"))
+    if rows.channel.quantity != "velocity" or late == 0.0:
+        return rows.sample
+    return _shown_at(bench, rows, late)[1]
+
+
+def _shown_at(bench: Bench, rows: Rows, late: float) -> tuple[FloatArray, IntArray]:
+    """Sample, as a fraction, that a late reading shows, and the one before it in its window."""
+    window = rows.window
+    step = np.array([w.step_s for w in bench.stack.windows])[window]
+    begins = window_begins(bench)
+    wanted = rows.sample - late / step
+    low = np.clip(np.floor(wanted).astype(int), begins[window], begins[window + 1] - 2)
+    return wanted, low
 
 
 def _voltage(bench: Bench, vector: FloatArray) -> FloatArray:

@@ -32,6 +32,7 @@ from pipeline.diagnose.moved_pieces import MovedPieces, Pass, seen_in
 from pipeline.diagnose.predictions import (
     Bench,
     over_threads,
+    shown_samples,
 )
 from pipeline.types import FloatArray, IntArray
 
@@ -102,7 +103,7 @@ def chained(  # noqa: PLR0917 - one caller
     starts = moved.reshape(windows * pieces, 12, width)
     readings = np.stack([one.readings for one in passes], axis=1)
     readings = np.where(np.isfinite(readings), readings, 0.0)
-    owner = _piece_of_entry(bench)
+    owner = _piece_of_entry(bench, vector_of(setting, point.departures))
     order = np.argsort(owner, kind="stable")
     bounds = np.searchsorted(owner[order], np.arange(windows * pieces + 1))
     raw = np.empty((len(owner), width))
@@ -207,12 +208,16 @@ def _without_lost(model: LinearModel) -> LinearModel:
     )
 
 
-def _piece_of_entry(bench: Bench) -> IntArray:
-    """Piece of each entry of `_raw` (entries,)."""
+def _piece_of_entry(bench: Bench, vector: FloatArray) -> IntArray:
+    """Piece of the motion that each entry of the readings shows (entries,).
+
+    What a DVL shows late lies in an earlier piece than what the other sensors show by then.
+    """
     found = []
     for rows in bench.stack.rows:
         width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
-        found.append(np.repeat(bench.piece_of_sample[rows.sample], width))
+        sample = shown_samples(bench, vector, rows)
+        found.append(np.repeat(bench.piece_of_sample[sample], width))
     return np.concatenate(found)
 
 
