@@ -34,7 +34,7 @@ _RUN_AWAY = 1000.0
 _BEHIND = 100.0
 #: Share by which a signature changes between weak and strong when the strong is tried by itself,
 #: and where.
-_BENT, _PROBED = 0.3, 2.0
+_BENT, _PROBED = 0.3, (1.0, 2.0, 4.0)
 #: Log evidence that a second effect must add.
 _SECOND = 10.0
 #: Log evidence that is worth no further step.
@@ -133,10 +133,13 @@ def approach(
         trial = _Trial(np.zeros(len(every)), under, finding, far=number == 0)
         best = max(best, *follow.steps(trial, _STEPS, best.value), key=lambda one: one.value)
     for group, index in _bent(every, groups, model, strong):
-        at = best.departures if best.finding is None else np.zeros(len(every))
-        at = at.copy()
-        at[index] = _PROBED * np.sign(every[index].step)
-        probe = follow.seen_from(realisable(every, at), (group,), roughly=True)
+        at = best.departures.copy() if best.finding is None else np.zeros(len(every))
+        probes: list[_Trial] = []
+        for size in _PROBED:
+            at[index] = size * np.sign(every[index].step)
+            probe = follow.seen_from(realisable(every, at), (group,), roughly=True)
+            probes += [] if probe is None else [probe]
+        probe = max(probes, key=lambda one: one.value, default=None)
         if probe is not None and probe.value > best.value:
             best = max(follow.steps(probe, _STEPS), key=lambda one: one.value)
     for trial in follow.anew(best):

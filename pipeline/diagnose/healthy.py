@@ -69,7 +69,10 @@ def learn(case: Case, threads: int = 2) -> Healthy:
             point = replace(setting.origin(), departures=departures)
     forces = force_prior(setting, Level(factor, 1.0, True))
     found = posterior(marginal(normal, forces), stated)
-    covariance = found.covariance + np.diag(_DAY_TO_DAY**2 * np.diag(stated.covariance))
+    # what is too small to matter is so from one day to the next as well
+    nothing_stated = np.array([one.ordinary == 0.0 for one in setting.coordinates])
+    share = np.where(nothing_stated, 1.0, _DAY_TO_DAY)
+    covariance = found.covariance + np.diag(share**2 * np.diag(stated.covariance))
     residual = residual_with(model, solve(normal, forces, found.mean), found.mean)
     widen = {name: one.widen for name, one in noise_found(model, residual).items()}
     return Healthy(

@@ -55,7 +55,7 @@ EFFECT = Effect(
             "codes",
             unit="code",
             neutral=0.0,
-            plausible=(2.0, 30.0),
+            plausible=(2.0, 60.0),
             meaning="codes lost at either side of zero, on top of the stated dead zone",
             possible=(0.0, np.inf),
         ),
