@@ -58,7 +58,7 @@ def test_dead_zone_in_which_all_codes_of_a_run_lie_is_reached() -> None:
         manoeuvres=("hover",),
     )
     # a small one takes little of small codes, and seems to explain nothing
-    assert found["dead_zone:codes"] > 20 / 15
+    assert found["dead_zone:codes"] > 20 / 30
 
 
 def test_both_of_two_effects_are_reached() -> None:
@@ -67,5 +67,5 @@ def test_both_of_two_effects_are_reached() -> None:
         "dvl_misalignment:yaw_deg=8",
         effects=("dead_zone", "dvl_misalignment", "added_mass", "current"),
     )
-    assert found["dead_zone:codes"] == pytest.approx(20 / 15, rel=0.1)
+    assert found["dead_zone:codes"] == pytest.approx(20 / 30, rel=0.1)
     assert found["dvl_misalignment:yaw_deg"] != pytest.approx(0.0, abs=0.5)
