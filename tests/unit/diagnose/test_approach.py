@@ -12,13 +12,9 @@ from pipeline.diagnose.search import ordinary_prior
 from pipeline.types import FloatArray
 
 
-def reached(
-    *faults: str,
-    effects: tuple[str, ...],
-    manoeuvres: tuple[str, ...] = ("prbs", "surge_steps"),
-) -> dict[str, float]:
+def reached(*faults: str, effects: tuple[str, ...]) -> dict[str, float]:
     """Departures of the point that is gone to, by the names of their coordinates."""
-    case = small_case(faults, effects=effects, manoeuvres=manoeuvres)
+    case = small_case(faults, effects=effects)
     channels = channels_of(case.vehicle, case.runs)
     setting = setting_of(case, case.runs, channels)
 
@@ -49,16 +45,6 @@ def test_shift_far_beyond_what_is_stated_is_reached() -> None:
     found = reached("cg_shift:dy_m=0.009", effects=("cg_shift", "residual_buoyancy", "lift"))
     assert found["cg_shift:dy_m"] == pytest.approx(0.009 / 0.025, rel=0.1)
     assert np.abs([value for name, value in found.items() if "residual" in name]).max() < 0.1
-
-
-def test_dead_zone_in_which_all_codes_of_a_run_lie_is_reached() -> None:
-    found = reached(
-        "dead_zone:codes=45",
-        effects=("dead_zone", "quadratic_damping", "added_mass"),
-        manoeuvres=("hover",),
-    )
-    # a small one takes little of small codes, and seems to explain nothing
-    assert found["dead_zone:codes"] > 20 / 30
 
 
 def test_both_of_two_effects_are_reached() -> None:
