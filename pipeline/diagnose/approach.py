@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import Finding, Group, groups_of, judge_freely, total_departures
 from pipeline.diagnose.linear_model import LinearModel, Setting, realisable, vector_of
 from pipeline.diagnose.nil import reach, with_small
+from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Near, judge_all, sober, strongest
 from pipeline.diagnose.tangent import linear_model
@@ -129,21 +131,18 @@ def approach(
     for some, most in ((quiet, _TRIED), (loud, _TRIED_LOUD)):
         found = _strongest_effects(some, most)
         wanted += [row for row in found if all(row[1] is not known for _, known in wanted)]
-    for number, (under, finding) in enumerate(wanted):
-        trial = _Trial(np.zeros(len(every)), under, finding, far=number == 0)
-        best = max(best, *follow.steps(trial, _STEPS, best.value), key=lambda one: one.value)
-    for group, index in _bent(every, groups, model, strong):
-        at = best.departures.copy() if best.finding is None else np.zeros(len(every))
-        probes: list[_Trial] = []
-        for size in _PROBED:
-            at[index] = size * np.sign(every[index].step)
-            probe = follow.seen_from(realisable(every, at), (group,), roughly=True)
-            probes += [] if probe is None else [probe]
-        probe = max(probes, key=lambda one: one.value, default=None)
+    trials = [
+        _Trial(np.zeros(len(every)), under, finding, far=number == 0)
+        for number, (under, finding) in enumerate(wanted)
+    ]
+    best = follow.best_of(best, trials, _STEPS)
+    bent = _bent(every, groups, model, strong)
+    begin = best.departures if best.finding is None else np.zeros(len(every))
+    probed = over_threads(setting.bench, [partial(follow.probed, begin, *one) for one in bent])
+    for probe in probed:
         if probe is not None and probe.value > best.value:
             best = max(follow.steps(probe, _STEPS), key=lambda one: one.value)
-    for trial in follow.anew(best):
-        best = max(best, *follow.steps(trial, _STEPS_ANEW, best.value), key=lambda one: one.value)
+    best = follow.best_of(best, follow.anew(best), _STEPS_ANEW)
     best = replace(best, settled=True)
     last = follow.steps(best, _FURTHER)[-1]
     # its own point is where it is fairly judged; from afar it may look a little better
@@ -187,6 +186,23 @@ class _Follower:
             if ran_away or behind or abs(trial.value - before) < _NO_MORE:
                 break
         return reached
+
+    def best_of(self, best: _Trial, trials: Sequence[_Trial], most: int) -> _Trial:
+        """Follow some trials, and return the best point that was reached."""
+        ways = [partial(self.steps, trial, most, best.value) for trial in trials]
+        reached = over_threads(self.setting.bench, ways)
+        return max((best, *(one for way in reached for one in way)), key=lambda one: one.value)
+
+    def probed(self, begin: FloatArray, group: Group, index: int) -> _Trial | None:
+        """Judge an effect of one parameter from where it is strong, at the best of some sizes."""
+        found = []
+        for size in _PROBED:
+            at = begin.copy()
+            at[index] = size * np.sign(self.setting.coordinates[index].step)
+            found.append(
+                self.seen_from(realisable(self.setting.coordinates, at), (group,), roughly=True)
+            )
+        return max((one for one in found if one), key=lambda one: one.value, default=None)
 
     def seen_from(
         self, at: FloatArray, own: Sequence[Group], *, roughly: bool = False

@@ -114,7 +114,7 @@ def setting_of(
     windows = windows_of(packed, runs, channels)
     if taken is not None:
         windows = [one for one, is_in in zip(windows, taken(windows), strict=True) if is_in]
-    windows, pulls = follow(packed, runs, windows, channels, vector)
+    windows, pulls = follow(packed, runs, windows, channels, vector, threads=threads)
     stack = stack_windows(packed, windows, channels)
     sensors = case.vehicle.sensors
     dvl = None if sensors is None else sensors.dvl
@@ -151,10 +151,12 @@ def led_by(
     vector: FloatArray,
 ) -> Setting:
     """Let the model at a parameter vector follow the measured motion."""
-    stack = setting.bench.stack
-    windows, pulls = follow(packed, runs, stack.windows, channels, vector)
+    bench, stack = setting.bench, setting.bench.stack
+    windows, pulls = follow(
+        packed, runs, stack.windows, channels, vector, bench.pulls, bench.threads
+    )
     stack = replace(stack, windows=tuple(windows))
-    return replace(setting, bench=replace(setting.bench, stack=stack, pulls=tuple(pulls)))
+    return replace(setting, bench=replace(bench, stack=stack, pulls=tuple(pulls)))
 
 
 def thinned(chosen: BoolArray, most: int) -> BoolArray:

@@ -23,6 +23,7 @@ from pipeline.diagnose.gap import channel_gaps, gap_channels
 from pipeline.diagnose.healthy import learn
 from pipeline.diagnose.hopeless import refuse_hopeless
 from pipeline.diagnose.linear_model import Setting, vector_of
+from pipeline.diagnose.margins import cautious
 from pipeline.diagnose.next_run import next_run
 from pipeline.diagnose.notes import notes_on
 from pipeline.diagnose.refine import possible_alone, refined
@@ -155,7 +156,9 @@ def _diagnosed(
     found = search(setting, near, every_level, chosen, widen)
     known_well = healthy is not None
     first = answers(found, thresholds, healthy_known=known_well)
-    found = refined(found, first, lead, _REFINED)
+    own = refined(found, first, lead, _REFINED)
+    top = answers(own, thresholds, healthy_known=known_well).ranking[0]
+    found = cautious(found, own, top)
     answered = possible_alone(found, answers(found, thresholds, healthy_known=known_well))
     return _told(case, found, answered, thresholds, channels, runs, seed, began, keep)
 

@@ -12,7 +12,8 @@ are not sensitive: no residual is taken from it.
 """
 
 from collections.abc import Sequence
-from dataclasses import replace
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -38,17 +39,49 @@ _SURE_M = 0.05
 #: Steps for which the pull is held.
 _HELD = 4
 #: How often the motion is followed: each time the force of the time before is known in advance.
-_PASSES = 4
+#: Where it is known of a model nearby, that is less often.
+_PASSES, _PASSES_NEARBY = 4, 2
 #: By how much the pull lags behind what caused it. [s]
 _LATE_S = 0.12
 
+#: Values (steps + 1, k) of a channel and where they are known, of four channels.
+_Readings = tuple[
+    FloatArray, BoolArray, FloatArray, BoolArray, FloatArray, BoolArray, FloatArray, BoolArray
+]
 
-def follow(
+
+@dataclass(frozen=True)
+class _Measured:
+    """What a window was measured to do, at its steps, as the kernel takes it."""
+
+    window: Window
+    readings: _Readings
+    """Angular velocity, velocity, attitude and position, each with where it is known."""
+    command: FloatArray
+    joins: bool
+    """Goes on where the window before it ended."""
+
+
+@dataclass(frozen=True)
+class _Leader:
+    """A model at a parameter vector, and what is the same in all windows."""
+
+    packed: PackedVehicle
+    vector: FloatArray
+    mass: FloatArray
+    place: FloatArray
+    sure: bool
+    """The position is sure enough to lead."""
+
+
+def follow(  # noqa: PLR0917 - what is followed, then what follows
     packed: PackedVehicle,
     runs: Sequence[RunTable],
     windows: Sequence[Window],
     channels: Sequence[ChannelNoise],
     vector: FloatArray | None = None,
+    nearby: Sequence[FloatArray] | None = None,
+    threads: int = 1,
 ) -> tuple[list[Window], list[FloatArray]]:
     """Windows that start on the followed motion, and the pull over each, (steps, 6) [N, N m].
 
@@ -59,100 +92,124 @@ def follow(
     runs : sequence of RunTable
         What was measured.
     windows : sequence of Window
-        Cut from them.
+        Cut from them, run by run.
     channels : sequence of ChannelNoise
         For the place of the DVL.
     vector : ndarray, optional
         Parameter vector of the model that follows; the nominal one otherwise.
+    nearby : sequence of ndarray, optional
+        The pulls of another model on the same windows: from there it is not far.
+    threads : int
+        Runs side by side.
     """
     at = packed.vector if vector is None else vector
-    pulls = [np.zeros((len(window.command), 6)) for window in windows]
+    matrix = np.empty((6, 6))
+    mass_matrix(at, 1.0, matrix)
+    place = next((np.array(c.place_m) for c in channels if c.quantity == "velocity"), np.zeros(3))
+    sure = any(c.quantity == "position" and c.white <= _SURE_M for c in channels)
+    leader = _Leader(packed, at, matrix, place + read(at, "dvl_lever_arm"), sure)
+    begun = nearby or [np.zeros((len(window.command), 6)) for window in windows]
+    pulls = list(begun)
+    places: dict[int, list[int]] = {}
+    for number, window in enumerate(windows):
+        places.setdefault(window.run, []).append(number)
+
+    def led(own: Sequence[int]) -> tuple[list[Window], list[FloatArray]]:
+        measured = _measured(leader, runs[windows[own[0]].run], [windows[k] for k in own])
+        known = [pulls[k] for k in own]
+        for _ in range(_PASSES if nearby is None else _PASSES_NEARBY):
+            started, known = _pass(leader, measured, known)
+        return started, known
+
     started = list(windows)
-    for _ in range(_PASSES):
-        started, pulls = _pass(packed, at, runs, windows, channels, pulls)
+    if threads <= 1:
+        found = [led(own) for own in places.values()]
+    else:
+        with ThreadPoolExecutor(threads) as pool:
+            found = list(pool.map(led, places.values()))
+    for own, (new, forces) in zip(places.values(), found, strict=True):
+        for number, window, force in zip(own, new, forces, strict=True):
+            started[number], pulls[number] = window, force
     return started, pulls
 
 
-def _pass(  # noqa: PLR0917 - one caller
-    packed: PackedVehicle,
-    vector: FloatArray,
-    runs: Sequence[RunTable],
-    windows: Sequence[Window],
-    channels: Sequence[ChannelNoise],
-    known: Sequence[FloatArray],
+def _measured(leader: _Leader, table: RunTable, windows: Sequence[Window]) -> list[_Measured]:
+    """Take what was measured at the steps of the windows of one run."""
+    vector = leader.vector
+    period = float(np.median(np.diff(table.time_s)))
+    # what the DVL shows is taken as this model has it: late, scaled, turned, from another place
+    late = round(float(read(vector, "dvl_delay")) / period)
+    error = Rotation.from_euler("ZYX", read(vector, "dvl_rotation")[::-1])
+    scale = max(float(read(vector, "dvl_scale")), 0.1)
+    found = []
+    ended: float | None = None
+    for window in windows:
+        steps = len(window.command)
+        index = round(window.begin_s / period) + round(window.step_s / period) * np.arange(
+            steps + 1
+        )
+        index = np.minimum(index, table.time_s.size - 1)
+        told = np.clip(index + late, 0, table.time_s.size - 1)
+        velocity, velocity_known = _channel(table, "velocity", told, 3)
+        command = np.zeros((steps, MOST_THRUSTERS))
+        command[:, : len(leader.packed.thruster_names)] = window.command
+        readings: _Readings = (
+            *_channel(table, "angular_velocity", index, 3),
+            error.apply(velocity / scale),
+            velocity_known,
+            *_channel(table, "attitude", index, 4),
+            *_channel(table, "position", index, 3),
+        )
+        found.append(_Measured(window, readings, command, ended == round(window.begin_s, 6)))
+        ended = round(window.begin_s + window.duration_s, 6)
+    return found
+
+
+def _pass(
+    leader: _Leader, measured: Sequence[_Measured], known: Sequence[FloatArray]
 ) -> tuple[list[Window], list[FloatArray]]:
-    """Follow once, with a force that is known in advance."""
-    sure = any(c.quantity == "position" and c.white <= _SURE_M for c in channels)
-    place = next((np.array(c.place_m) for c in channels if c.quantity == "velocity"), np.zeros(3))
+    """Follow the windows of a run once, with a force that is known in advance."""
     started, pulls = [], []
     state: FloatArray | None = None
-    last: tuple[int, float] | None = None
-    for window, ahead in zip(windows, known, strict=True):
-        # goes on where the window before ended, so that the drives are where they were
-        joins = last is not None and last == (window.run, round(window.begin_s, 6))
+    for one, ahead in zip(measured, known, strict=True):
+        window = one.window
         begin = window.start
-        if joins and state is not None:
+        # goes on where the window before ended, so that the drives are where they were
+        if one.joins and state is not None:
             # but where it was measured to be: a velocity that is a little off would lead it away
             begin = state.copy()
             if "depth" in window.readings:
                 begin[2] = window.start[2]
-            if "position" in window.readings and not sure:
+            if "position" in window.readings and not leader.sure:
                 begin[:2] = window.start[:2]
-        state, pull = _follow_window(
-            packed, vector, runs[window.run], window, begin, place, ahead, sure
-        )
+        state, pull = _follow_window(leader, one, begin, ahead)
         if state is None:
             begin = window.start
-            state, pull = None, np.zeros((len(window.command), 6))
+            pull = np.zeros((len(window.command), 6))
         started.append(replace(window, start=begin))
         pulls.append(pull)
-        last = (window.run, round(window.begin_s + window.duration_s, 6))
     return started, pulls
 
 
-def _follow_window(  # noqa: PLR0917 - one caller
-    packed: PackedVehicle,
-    vector: FloatArray,
-    table: RunTable,
-    window: Window,
-    begin: FloatArray,
-    place: FloatArray,
-    ahead: FloatArray,
-    sure: bool,
+def _follow_window(
+    leader: _Leader, one: _Measured, begin: FloatArray, ahead: FloatArray
 ) -> tuple[FloatArray | None, FloatArray]:
     """State at the end and the pull; None where the simulation ran away."""
-    matrix = np.empty((6, 6))
-    mass_matrix(vector, 1.0, matrix)
-    steps = len(window.command)
-    period = float(np.median(np.diff(table.time_s)))
-    index = round(window.begin_s / period) + round(window.step_s / period) * np.arange(steps + 1)
-    index = np.minimum(index, table.time_s.size - 1)
-    # what the DVL shows is taken as this model has it: late, scaled, turned, from another place
-    late = round(float(read(vector, "dvl_delay")) / period)
-    told = np.clip(index + late, 0, table.time_s.size - 1)
-    velocity, velocity_known = _channel(table, "velocity", told, 3)
-    error = Rotation.from_euler("ZYX", read(vector, "dvl_rotation")[::-1])
-    velocity = error.apply(velocity / max(float(read(vector, "dvl_scale")), 0.1))
-    late = round(_LATE_S / window.step_s)
+    packed, steps = leader.packed, len(one.command)
+    late = round(_LATE_S / one.window.step_s)
     pull = ahead[np.minimum(np.arange(steps) + late, steps - 1)]
-    command = np.zeros((steps, MOST_THRUSTERS))
-    command[:, : len(packed.thruster_names)] = window.command
     states = np.empty((steps + 1, STATE))
     sound = follow_window(
-        vector,
+        leader.vector,
         begin,
-        command,
-        float(window.step_s),
+        one.command,
+        float(one.window.step_s),
         _HELD,
         RK4,
-        matrix,
-        np.array([TURN_BANDWIDTH, GO_BANDWIDTH, _PLACE if sure else 0.0, _MOST_OFF]),
-        place + read(vector, "dvl_lever_arm"),
-        *_channel(table, "angular_velocity", index, 3),
-        velocity,
-        velocity_known,
-        *_channel(table, "attitude", index, 4),
-        *_channel(table, "position", index, 3),
+        leader.mass,
+        np.array([TURN_BANDWIDTH, GO_BANDWIDTH, _PLACE if leader.sure else 0.0, _MOST_OFF]),
+        leader.place,
+        *one.readings,
         packed.strips,
         packed.thrust_tables,
         packed.screws,

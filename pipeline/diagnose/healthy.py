@@ -18,8 +18,9 @@ from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 
 _ROUNDS, _FORCE_STEPS = 2, 5
-#: The stated uncertainty that stays: from one day to the next a vehicle is not quite the same.
-_DAY_TO_DAY = 0.2
+#: The stated uncertainty that stays: from one day to the next a vehicle is not quite the same. One
+#: run cannot show by how much, nor what belongs to its manoeuvres alone.
+_DAY_TO_DAY, _ONE_RUN = 0.2, 1.0
 #: A force below this share of the usual one is not believed.
 _LEAST_FORCE = 0.1
 
@@ -71,7 +72,8 @@ def learn(case: Case, threads: int = 2) -> Healthy:
     found = posterior(marginal(normal, forces), stated)
     # what is too small to matter is so from one day to the next as well
     nothing_stated = np.array([one.ordinary == 0.0 for one in setting.coordinates])
-    share = np.where(nothing_stated, 1.0, _DAY_TO_DAY)
+    differs = _DAY_TO_DAY if len(case.healthy) > 1 else _ONE_RUN
+    share = np.where(nothing_stated, 1.0, differs)
     covariance = found.covariance + np.diag(share**2 * np.diag(stated.covariance))
     residual = residual_with(model, solve(normal, forces, found.mean), found.mean)
     widen = {name: one.widen for name, one in noise_found(model, residual).items()}

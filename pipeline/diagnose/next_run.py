@@ -1,5 +1,7 @@
 """Part four of the answer: the manoeuvre that would tell two answers apart best."""
 
+from functools import partial
+
 import numpy as np
 
 from pipeline.diagnose.answer import Answers
@@ -7,6 +9,7 @@ from pipeline.diagnose.case import Case, channels_of, setting_of
 from pipeline.diagnose.elimination import grams, marginal
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import with_ordinary
+from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Search, force_prior
 from pipeline.diagnose.tangent import linear_model
@@ -16,7 +19,7 @@ from pipeline.records.diagnosis import NextRun
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
-from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.manoeuvres import MANOEUVRES, Manoeuvre
 from pipeline.simulate.sensors import measure
 from pipeline.types import FloatArray
 
@@ -59,22 +62,24 @@ def next_run(
     members = [k for (effect, _), which in found.groups.items() if effect == rival for k in which]
     direction = np.zeros(len(found.setting.coordinates))
     direction[list(first.finding.which)] = first.finding.mean
-    best: NextRun | None = None
-    for manoeuvre in MANOEUVRES.values():
+
+    def separation(manoeuvre: Manoeuvre) -> float | None:
         try:
             flown = fly(case.packed, manoeuvre.plan(case.packed, 1.0, _SECONDS))
             log = measure(flown, case.packed, sensors)
             table = table_of_log(log, sensors, name=manoeuvre.name)
-            value = _separation(case, found, table, direction, members)
+            return _separation(case, found, table, direction, members)
         except CannotComputeError:
-            continue
-        if best is None or value > best.expected_separation_sigma:
-            best = NextRun(
-                manoeuvre=manoeuvre.name,
-                separates=(first.name, rival),
-                expected_separation_sigma=value,
-            )
-    return best
+            return None
+
+    values = over_threads(
+        found.setting.bench, [partial(separation, one) for one in MANOEUVRES.values()]
+    )
+    flyable = [(value, name) for name, value in zip(MANOEUVRES, values, strict=True) if value]
+    if not flyable:
+        return None
+    value, name = max(flyable, key=lambda row: row[0])
+    return NextRun(manoeuvre=name, separates=(first.name, rival), expected_separation_sigma=value)
 
 
 def _separation(
@@ -82,7 +87,7 @@ def _separation(
 ) -> float:
     """Norm of what is left of a signature once the rival's signatures are taken off."""
     channels = channels_of(case.vehicle, [table])
-    setting = setting_of(case, [table], channels, force_unit=found.setting.force_unit)
+    setting = setting_of(case, [table], channels, force_unit=found.setting.force_unit, threads=1)
     normal = grams(linear_model(setting, setting.origin()))
     level = Level(np.ones(6), 1.0, True)
     prior = Prior(np.zeros(direction.size), found.prior.covariance)

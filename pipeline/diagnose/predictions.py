@@ -7,7 +7,7 @@ samples of windows; a piece knows which samples are its own.
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TypeVar
 
@@ -35,7 +35,8 @@ class Bench:
 
     `commands` per run (m, n) and `period_s` their period, for the drives' state at any time;
     `pieces` is the number of pieces of a window; `pulls` per window the force (steps, 6) that makes
-    the model follow the measured motion.
+    the model follow the measured motion. `drive_states` keeps what the commands lead to, of each
+    set of drives that was asked for.
     """
 
     stack: Stack
@@ -47,6 +48,7 @@ class Bench:
     pieces: int
     pulls: tuple[FloatArray, ...]
     threads: int = 2
+    drive_states: dict[bytes, list[FloatArray]] = field(default_factory=dict, compare=False)
 
     @property
     def window_count(self) -> int:
@@ -125,10 +127,14 @@ def other_drives(first: FloatArray, second: FloatArray) -> bool:
 
 def drives_at(bench: Bench, vector: FloatArray, samples: IntArray) -> FloatArray:
     """State of the drives at stacked samples (k, n)."""
-    states = [
-        actuator_states(bench.stack.packed, command, period, vector=vector)
-        for command, period in zip(bench.commands, bench.period_s, strict=True)
-    ]
+    drives = b"".join(read(vector, name).tobytes() for name in _DRIVE_SLOTS)
+    states = bench.drive_states.get(drives)
+    if states is None:
+        states = [
+            actuator_states(bench.stack.packed, command, period, vector=vector)
+            for command, period in zip(bench.commands, bench.period_s, strict=True)
+        ]
+        bench.drive_states[drives] = states
     begins = window_begins(bench)
     numbers = np.searchsorted(begins, samples, "right") - 1
     found = []

@@ -6,6 +6,7 @@ probable departures, and judged by the readings as they are seen from there.
 """
 
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -29,17 +30,20 @@ from pipeline.diagnose.linear_model import (
     realisable,
     vector_of,
 )
+from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.search import Judged, Search, force_prior, part
 from pipeline.diagnose.tangent import led_readings
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
+from pipeline.types import FloatArray
 
 #: Probability from which an answer is looked at.
 _COUNTS = 1e-3
 #: A whitened reading this large is that of a simulation that ran away.
 _LOST = 1e7
-#: Simulations with which an answer's own point is found.
-_STEPS = 3
+#: Simulations with which an answer's own point is found, at most, and by how much no departure may
+#: have moved when it is (in units of half the plausible range).
+_STEPS, _SETTLED = 3, 0.02
 
 
 def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
@@ -57,14 +61,16 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
         How many.
     """
     wanted = [one for one in first.ranking if one.finding is not None][:most]
-    changes: dict[tuple[int, ...], float] = {}
     alone = first.of(NONE)
     level = first.ranking[0].judged if alone is None else alone.judged
-    nothing = _correction(found, lead, level, None)
-    changes[()] = nothing if np.isfinite(nothing) else 0.0
+    looked_at: dict[tuple[int, ...], tuple[Judged, Finding | None]] = {(): (level, None)}
     for one in wanted:
-        if one.finding is not None and one.finding.which not in changes:
-            changes[one.finding.which] = _correction(found, lead, one.judged, one.finding)
+        if one.finding is not None:
+            looked_at.setdefault(one.finding.which, (one.judged, one.finding))
+    tasks = [partial(_correction, found, lead, *row) for row in looked_at.values()]
+    changes = dict(zip(looked_at, over_threads(found.setting.bench, tasks), strict=True))
+    if not np.isfinite(changes[()]):
+        changes[()] = 0.0
     # what was not judged anew gets what a part of it got
     least = min(value for value in changes.values() if np.isfinite(value))
 
@@ -98,12 +104,16 @@ def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | No
     prior = prior_of(found.prior, finding)
     forces = force_prior(found.setting, judged.level)
     before = _log_evidence(found, normal, judged, finding)
+    last: FloatArray | None = None
     for _ in range(_STEPS):
         left = marginal(part(normal, found.chosen), forces)
         best = fit(left, prior)
         if finding is not None and _impossible(found, finding, best):
             return -np.inf
         departures = realisable(model.setting.coordinates, best.mean)
+        if last is not None and float(np.abs(departures - last).max()) < _SETTLED:
+            break
+        last = departures
         try:
             led = lead(model.setting, vector_of(model.setting, departures))
             readings = led_readings(model, led, departures)
@@ -156,12 +166,12 @@ def _impossible(found: Search, finding: Finding, best: Fit) -> bool:
 def _with_readings(normal: Grams, model: LinearModel) -> Grams:
     """Renew the normal equations for other readings: only their row and column change."""
     bounds = model.setting.bench.stack.bounds
-    columns = np.concatenate([model.local, model.shared, model.extra, model.departures], axis=1)
+    columns = (model.local, model.shared, model.extra, model.departures)
     cross, rest = normal.cross.copy(), normal.rest.copy()
     local = model.local.shape[1]
     for number, (a, b) in enumerate(pairwise(bounds)):
         own = model.readings[a:b]
-        product = columns[a:b].T @ own
+        product = np.concatenate([one[a:b].T @ own for one in columns])
         cross[number, :, -1] = product[:local]
         rest[number, :-1, -1] = rest[number, -1, :-1] = product[local:]
         rest[number, -1, -1] = own @ own

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from pipeline.diagnose.linear_model import (
     realisable,
 )
 from pipeline.diagnose.noise_check import NoiseFound, noise_found, residual_with, widened
+from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.tangent import linear_model
 from pipeline.errors import CannotComputeError
@@ -123,36 +125,32 @@ def judge_all(
     with_pairs: bool,
 ) -> tuple[Judged, ...]:
     """Judge the hypotheses under every level."""
-    judged: list[Judged] = []
-    strong = dict(groups)
-    for level in sorted(every_level, key=lambda one: float(np.ptp(one.factor))):
+    bench, every = setting.bench, setting.coordinates
+
+    def alone(level: Level, some: dict[Group, tuple[int, ...]]) -> Judged:
         found = marginal(normal, force_prior(setting, level))
         ground = with_ordinary(found, prior)
-        uneven = float(np.ptp(level.factor)) > 0.0
-        if uneven and strong is not None and len(strong) == len(groups):
-            best = max(judged, key=lambda one: one.nothing)
-            strong = {one.groups[0]: groups[one.groups[0]] for one in best.singles[:_STRONG]}
-        singles = screen(ground, setting.coordinates, strong if uneven else groups)
-        judged.append(Judged(level, found, ground, log_evidence_of(ground), tuple(singles), ()))
-    if not with_pairs:
-        return tuple(judged)
-    # pairs where they can matter: under the levels that the readings prefer
-    best_first = sorted(
-        (one for one in judged if np.ptp(one.level.factor) == 0.0),
-        key=lambda one: -(one.nothing + max((f.log_evidence for f in one.singles), default=0.0)),
-    )
-    levels_with = {id(one) for one in best_first[:_LEVELS_WITH_PAIRS]}
-    return tuple(
-        replace(
-            one,
-            pairs=tuple(
-                pairs(one.ground, setting.coordinates, groups, one.singles, _FIRST_EFFECTS)
-            ),
+        singles = tuple(screen(ground, every, some))
+        return Judged(level, found, ground, log_evidence_of(ground), singles, ())
+
+    def paired(one: Judged) -> Judged:
+        found = pairs(one.ground, every, groups, one.singles, _FIRST_EFFECTS)
+        return replace(one, pairs=tuple(found))
+
+    even = [level for level in every_level if np.ptp(level.factor) == 0.0]
+    judged = over_threads(bench, [partial(alone, level, groups) for level in even])
+    best = max(judged, key=lambda one: one.nothing)
+    strong = {one.groups[0]: groups[one.groups[0]] for one in best.singles[:_STRONG]}
+    uneven = [level for level in every_level if np.ptp(level.factor) > 0.0]
+    by_axis = over_threads(bench, [partial(alone, level, strong) for level in uneven])
+    if with_pairs:
+        # where they can matter: under the levels that the readings prefer
+        judged.sort(
+            key=lambda one: -(one.nothing + max((f.log_evidence for f in one.singles), default=0.0))
         )
-        if id(one) in levels_with
-        else one
-        for one in judged
-    )
+        first = over_threads(bench, [partial(paired, one) for one in judged[:_LEVELS_WITH_PAIRS]])
+        judged = [*first, *judged[_LEVELS_WITH_PAIRS:]]
+    return (*judged, *by_axis)
 
 
 def strongest(judged: Sequence[Judged]) -> tuple[Judged, Finding | None]:

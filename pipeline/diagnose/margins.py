@@ -1,0 +1,74 @@
+r"""By how much an effect leads `none`, where the linear model and the full one do not agree.
+
+Every answer is seen twice: by the linear model around the point that was found, and from its own
+point (`refine`). A vehicle that tumbles, or whose model is poor, is far from linear, and then what
+the two say of the same answer differs by as much as the answers differ. Such a lead is worth what
+both agree on, or what is left of the lead when it is known no better than to that difference
+(a normal error u of a log ratio of evidence r, averaged out; MacKay 1992, eq. 10 of "The evidence
+framework applied to classification networks"):
+
+.. math:: \max\left(\min(l, r),\; r / \sqrt{1 + \pi u^2 / 8}\right), \qquad u = r - l
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.diagnose.answer import Candidate
+from pipeline.diagnose.hypotheses import Finding
+from pipeline.diagnose.search import Judged, Search
+
+
+def trusted_lead(linear: float, full: float) -> float:
+    """Return what a lead in log evidence is worth of which the two models say `linear`, `full`.
+
+    >>> trusted_lead(27.9, 27.9)
+    27.9
+    >>> round(trusted_lead(2.2, 49.0), 1)
+    2.2
+    """
+    if full < 0.0:
+        return -trusted_lead(-linear, -full)
+    if not np.isfinite(full):
+        return full
+    off = full - linear
+    return max(min(linear, full), full / float(np.sqrt(1.0 + np.pi * off**2 / 8.0)))
+
+
+def cautious(linear: Search, full: Search, top: Candidate) -> Search:
+    """Search in which an effect leads `none` only by as much as both models can be trusted.
+
+    Parameters
+    ----------
+    linear : Search
+        As seen by the linear model.
+    full : Search
+        The same answers, each seen from its own point.
+    top : Candidate
+        The first answer of `full`; where it is `none`, nothing changes.
+    """
+    if top.finding is None:
+        return full
+    number = next(k for k, one in enumerate(full.judged) if one is top.judged)
+    before, after = linear.judged[number], full.judged[number]
+    rows = [*after.singles, *after.pairs]
+    place = next(k for k, one in enumerate(rows) if one is top.finding)
+    first_linear = before.nothing + [*before.singles, *before.pairs][place].log_evidence
+    first_full = after.nothing + top.finding.log_evidence
+
+    def kept_near(old: Judged, new: Judged) -> Judged:
+        lead = trusted_lead(first_linear - old.nothing, first_full - new.nothing)
+        raised = first_full - lead - new.nothing
+        return replace(
+            new,
+            nothing=new.nothing + raised,
+            singles=tuple(_lowered(one, raised) for one in new.singles),
+            pairs=tuple(_lowered(one, raised) for one in new.pairs),
+        )
+
+    judged = tuple(kept_near(old, new) for old, new in zip(linear.judged, full.judged, strict=True))
+    return replace(full, judged=judged)
+
+
+def _lowered(finding: Finding, by: float) -> Finding:
+    return replace(finding, log_evidence=finding.log_evidence - by)
