@@ -14,6 +14,10 @@ from pipeline.errors import InputError, Place, Problem
 
 VEHICLE_FILE = "vehicle.yaml"
 RAW_KINDS = ("load_test", "mooring", "open_water")
+#: Folder of the pool runs' logs.
+POOL = "pool"
+#: How the names of files end that a test bench or a vehicle writes.
+_DATA = frozenset({".xlsx", ".xlsm", ".xls", ".ods", ".csv", ".tsv", ".mcap", ".bag", ".db3"})
 #: Stages that write an envelope of the same name, in the order in which data flow.
 RECORD_STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "allocation", "validation")
 #: Stages whose envelope is a receipt for other files.
@@ -81,7 +85,7 @@ class VehicleFolder:
     def misnamed_files(self, kind: str, base: Path | None = None) -> tuple[str, ...]:
         """Return the names of raw files that the workflow cannot handle, made printable."""
         names = [name for name in self._names(kind, base) if not _is_usable(name)]
-        return tuple("".join(c if c.isprintable() else "?" for c in name) for name in names)
+        return tuple(_printable(name) for name in names)
 
     def misnamed_problems(self, kind: str, shown_as: str) -> tuple[Problem, ...]:
         """Return a problem for each of these files; `shown_as` is their folder in messages."""
@@ -93,6 +97,36 @@ class VehicleFolder:
                 remedy="Rename the file. The others were read.",
             )
             for name in self.misnamed_files(kind)
+        )
+
+    def misplaced_problems(self, base: Path | None = None) -> tuple[Problem, ...]:
+        """Return a warning for raw data beside the folders of the tests, where nothing reads it.
+
+        That is a file next to ``vehicle.yaml``, or a folder of another name.
+        """
+        where = Path(self.folder) if base is None else base / self.folder
+        kinds = (*RAW_KINDS, POOL)
+        said: list[tuple[str, str, str]] = []
+        for path in sorted(where.iterdir()) if where.is_dir() else ():
+            if path.is_file() and _is_data(path.name):
+                is_log = path.suffix.lower() == ".mcap"
+                what = "lies beside the folders of the tests, so it was not read."
+                remedy = "Move it into pool/." if is_log else "Move it into the folder of its test."
+                said.append((path.name, what, remedy))
+            elif path.is_dir() and path.name not in kinds and not path.name.startswith("."):
+                data = [one for one in path.iterdir() if one.is_file() and _is_data(one.name)]
+                near = difflib.get_close_matches(path.name.lower(), kinds, n=1, cutoff=0.5)
+                if data and all(one.suffix.lower() == ".mcap" for one in data):
+                    near = [POOL]
+                what = (
+                    f"holds raw files ({len(data)}) that are not read: no test has such a folder."
+                )
+                remedy = f"Rename it to {near[0]}." if near else "Rename it."
+                said += [(path.name, what, remedy)] if data else []
+        expected = f"raw files in {', '.join(f'{kind}/' for kind in kinds)}."
+        return tuple(
+            Problem("warning", Place(f"{self.name}/{_printable(name)}"), what, expected, remedy)
+            for name, what, remedy in said
         )
 
     def _names(self, kind: str, base: Path | None) -> list[str]:
@@ -114,6 +148,15 @@ def is_raw(name: str) -> bool:
     if name.lower().startswith((".", "~$", "readme")):
         return False
     return Path(name).suffix.lower() not in _NOTES
+
+
+def _printable(name: str) -> str:
+    return "".join(c if c.isprintable() else "?" for c in name)
+
+
+def _is_data(name: str) -> bool:
+    """Tell measured data from anything else by the file's name."""
+    return is_raw(name) and Path(name).suffix.lower() in _DATA
 
 
 def processed_file(vehicle: str, stage: str) -> str:
@@ -169,7 +212,7 @@ def discover(raw: Path, out: Path) -> tuple[tuple[VehicleFolder, ...], tuple[Pro
         if not folder.is_dir() or folder.name.startswith("."):
             continue
         if not (folder / VEHICLE_FILE).exists():
-            kinds = [kind for kind in (*RAW_KINDS, "pool") if (folder / kind).is_dir()]
+            kinds = [kind for kind in (*RAW_KINDS, POOL) if (folder / kind).is_dir()]
             if kinds:
                 problems.append(
                     Problem(

@@ -7,12 +7,12 @@ from functools import cached_property
 from pathlib import Path
 
 from pipeline.check.findings import FileFinding, Findings, Quantity, VehicleFinding
-from pipeline.check.pool_runs import POOL, is_log, is_notes, read_notes_alone, read_run, strays
+from pipeline.check.pool_runs import is_log, is_notes, read_notes_alone, read_run, strays
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
-from pipeline.plan import RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, is_raw
+from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, is_raw
 from pipeline.records.measurements import (
     LoadTestRecord,
     MooringRecord,
@@ -28,7 +28,7 @@ READERS: dict[str, Callable[[Sequence[Path], Vehicle, Path], RawRecord]] = {
     "mooring": read_mooring_tables,
     "open_water": read_open_water,
 }
-_KINDS = (*RAW_KINDS, *(() if POOL in RAW_KINDS else (POOL,)))
+_KINDS = (*RAW_KINDS, POOL)
 #: What a file is read by when no vehicle file is near; every number of it is shown as assumed.
 _STAND_IN = {
     "name": "unknown",
@@ -141,6 +141,10 @@ class _Reader:
             for file in folder.raw_files(kind):
                 self._file(Path(file))
         self._findings.problems += strays(path / POOL)
+        self._findings.problems += (
+            replace(one, place=replace(one.place, file=str(path / Path(one.place.file).name)))
+            for one in folder.misplaced_problems()
+        )
 
     def _folder(self, path: Path) -> bool:
         """Set everything in a folder aside; tell whether there was something to look into."""

@@ -6,11 +6,10 @@ from pathlib import Path
 from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.pool_run import read_pool_run, summarize
-from pipeline.plan import VEHICLE_FILE
+from pipeline.plan import POOL, VEHICLE_FILE
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
 from pipeline.vehicle.schema import Vehicle
 
-POOL = "pool"
 _LOG_SUFFIX = ".mcap"
 
 

@@ -27,7 +27,7 @@ class Outcome:
 
 def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
     """Collect what the vehicle's processed files say; files that are not there say nothing."""
-    problems: list[Problem] = []
+    problems = list(vehicle.misplaced_problems(out))
     left_out: list[tuple[str, str]] = []
     for stage in (*RECORD_STAGES, *RECEIPT_STAGES):
         try:

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.plan import VehicleFolder, is_raw
+from pipeline.plan import POOL, VehicleFolder, is_raw
 
-KIND = "pool"
 UNDATED = "undated"
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
 _NOTES = (".yaml", ".yml")
@@ -67,7 +66,7 @@ def pool_logs(
     tuple of PoolLog
         By name of the file.
     """
-    folder = base / vehicle.folder / KIND
+    folder = base / vehicle.folder / POOL
     found = []
     names = set(_names(folder))
     for name in sorted(names):
@@ -75,7 +74,7 @@ def pool_logs(
             continue
         stem = name[: -len(".mcap")]
         notes = next((stem + end for end in _NOTES if stem + end in names), None)
-        place = f"{vehicle.folder}/{KIND}"
+        place = f"{vehicle.folder}/{POOL}"
         notes_path = f"{place}/{notes}" if notes is not None else None
         found.append(PoolLog(run_name(name), f"{place}/{name}", notes_path))
     return tuple(found)
@@ -83,13 +82,13 @@ def pool_logs(
 
 def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
     """Return a problem for each file in ``pool/`` that is not read as a run."""
-    folder = base / vehicle.folder / KIND
+    folder = base / vehicle.folder / POOL
     found = []
     for name in sorted(_names(folder)):
         if not is_raw(name):
             continue
         shown = Place(
-            f"{vehicle.name}/{KIND}/{''.join(c if c.isprintable() else '?' for c in name)}"
+            f"{vehicle.name}/{POOL}/{''.join(c if c.isprintable() else '?' for c in name)}"
         )
         if not name.lower().endswith(".mcap"):
             found.append(

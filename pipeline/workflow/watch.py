@@ -13,12 +13,12 @@ from pathlib import Path
 
 from pipeline.errors import InputError
 from pipeline.ingest.mcap_start import is_closed
-from pipeline.plan import RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
+from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
 from pipeline.provenance import read_envelope
 from pipeline.records.trial import PageReceipt
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.pool_plan import ROOMS
-from pipeline.workflow.pool_runs import KIND, run_file, run_name
+from pipeline.workflow.pool_runs import run_file, run_name
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request, Result, run
 
@@ -100,7 +100,7 @@ class Watcher:
     def _files(self, vehicle: VehicleFolder) -> list[Path]:
         folder = self.request.out / vehicle.folder
         found = [folder / VEHICLE_FILE]
-        for kind in (*RAW_KINDS, KIND):
+        for kind in (*RAW_KINDS, POOL):
             try:
                 with os.scandir(folder / kind) as entries:
                     found += [
@@ -138,7 +138,7 @@ class Watcher:
 
     def _must_wait(self, vehicle: VehicleFolder, unsettled: set[Path]) -> bool:
         """Whether the vehicle cannot be run yet: a bench file comes, or a known log comes anew."""
-        pool = self.request.out / vehicle.folder / KIND
+        pool = self.request.out / vehicle.folder / POOL
         for path in unsettled:
             if path.parent != pool:
                 return True

@@ -152,3 +152,31 @@ def test_path_with_braces_is_refused(tmp_path: Path) -> None:
     vehicles, problems = choose([str(folder)], tmp_path / "raw", tmp_path / "out")
     assert vehicles == ()
     assert "holds a brace" in str(problems[0])
+
+
+def test_raw_data_that_nothing_reads_is_pointed_out(raw: Path) -> None:
+    ant = raw / "ant"
+    for name in (
+        "load_test/a.xlsx",
+        "b.xlsx",
+        "c.mcap",
+        "photo.jpg",
+        "runs/d.MCAP",
+        "Pools/e.mcap",
+    ):
+        (ant / name).parent.mkdir(exist_ok=True)
+        (ant / name).touch()
+    (ant / "drawings").mkdir()
+    (ant / "drawings" / "hull.step").touch()
+    found = VehicleFolder("ant", "raw/ant").misplaced_problems(raw.parent)
+    assert [one.severity for one in found] == ["warning"] * 4
+    told = {one.place.file: str(one) for one in found}
+    assert set(told) == {"ant/b.xlsx", "ant/c.mcap", "ant/runs", "ant/Pools"}
+    assert "Move it into pool/." in told["ant/c.mcap"]
+    assert "holds raw files (1) that are not read" in told["ant/runs"]
+    assert "Rename it to pool." in told["ant/Pools"]
+
+
+def test_a_tidy_folder_has_nothing_misplaced(raw: Path) -> None:
+    assert VehicleFolder("bee", "raw/bee").misplaced_problems(raw.parent) == ()
+    assert VehicleFolder("wasp", "raw/wasp").misplaced_problems(raw.parent) == ()
