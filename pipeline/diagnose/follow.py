@@ -16,6 +16,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from pipeline.identify.channel_noise import ChannelNoise
@@ -43,6 +44,10 @@ _HELD = 4
 _PASSES, _PASSES_NEARBY = 4, 2
 #: By how much the pull lags behind what caused it. [s]
 _LATE_S = 0.12
+#: Over how long the force that is known in advance is averaged. Learning from repetition amplifies
+#: the noise of the sensors without such a filter, a little more each time (Bristow, Tharayil and
+#: Alleyne, A survey of iterative learning control, 2006); with it the passes converge. [s]
+_SMOOTH_S = 0.2
 
 #: Values (steps + 1, k) of a channel and where they are known, of four channels.
 _Readings = tuple[
@@ -197,6 +202,8 @@ def _follow_window(
     """State at the end and the pull; None where the simulation ran away."""
     packed, steps = leader.packed, len(one.command)
     late = round(_LATE_S / one.window.step_s)
+    smooth = max(round(_SMOOTH_S / one.window.step_s), 1)
+    ahead = uniform_filter1d(ahead, smooth, axis=0, mode="nearest")
     pull = ahead[np.minimum(np.arange(steps) + late, steps - 1)]
     states = np.empty((steps + 1, STATE))
     sound = follow_window(

@@ -14,8 +14,8 @@ import numpy as np
 from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.approach import Lead
 from pipeline.diagnose.decision import Share
-from pipeline.diagnose.elimination import Grams, marginal
-from pipeline.diagnose.evidence import Fit, fit
+from pipeline.diagnose.elimination import ForcePrior, Grams, marginal
+from pipeline.diagnose.evidence import Fit, Prior, fit
 from pipeline.diagnose.hypotheses import (
     IMPOSSIBLE,
     Finding,
@@ -124,7 +124,25 @@ def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | No
         if not (np.abs(readings[said]) < _LOST).all():
             return -np.inf
         normal = _with_readings(found.grams, replace(model, readings=np.where(said, readings, 0.0)))
-    return _log_evidence(found, normal, judged, finding) - before
+    there = _log_evidence(found, normal, judged, finding)
+    return there - _not_reached(found, normal, forces, prior, last) - before
+
+
+def _not_reached(
+    found: Search, normal: Grams, forces: ForcePrior, prior: Prior, last: FloatArray | None
+) -> float:
+    """Log evidence that a hypothesis is promised beyond the last point that was simulated.
+
+    Where the steps do not settle the linear model keeps promising a better point that is not there.
+    """
+    if last is None:
+        return 0.0
+    left = marginal(part(normal, found.chosen), forces)
+    active = np.flatnonzero(np.diag(prior.covariance) > 0.0)
+    block = np.ix_(active, active)
+    way = (fit(left, prior).mean - last)[active]
+    believed = np.linalg.pinv(prior.covariance[block], hermitian=True)
+    return 0.5 * float(way @ (left.information[block] + believed) @ way)
 
 
 def possible_alone(found: Search, answered: Answers) -> Answers:
