@@ -51,7 +51,7 @@ def run(job: Job) -> str:
         return PageFile(
             files={page.as_posix(): file_digest(page)},
             title=entry.title,
-            name=entry.name,
+            name=job.vehicle_name,
             href=entry.href,
             data_note=entry.data_note,
             errors=entry.status.errors,

@@ -175,6 +175,10 @@ def test_vehicle_by_path_and_other_folders(moored: Bench, tmp_path: Path) -> Non
     index = (out / "reports/index.html").read_text()
     assert "boat/index.html" in index
     assert "launch/index.html" in index
+    # by the names of their folders: both vehicle files say boat
+    assert '<p class="sub">boat</p>' in index
+    assert '<p class="sub">launch</p>' in index
+    assert "Earlier pages" not in index
     assert {vehicle for vehicle, _ in Bench(out).stages_run()} == {"", "launch"}
     assert moored.raw_contents() == raw
     assert not (moored.root / "processed").exists()

@@ -1,5 +1,6 @@
 """Identified parameters from one trial day to the next."""
 
+import textwrap
 from collections.abc import Mapping
 
 import numpy as np
@@ -10,8 +11,8 @@ from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph
 from pipeline.report.zoomable import Axis, Panel, Trace, zoomable_figure
 
-#: A longer name does not stand beside its panel.
-LONGEST_LABEL = 16
+#: A longer line, or more of them, does not stand beside its panel.
+LONGEST_LABEL, MOST_LINES = 16, 2
 
 #: The figure shows at most so many parameters; the tables of the days have all.
 MOST_DRAWN = 24
@@ -84,10 +85,9 @@ def _panel(days: Days, name: str) -> Panel:
     high = max(latest.prior_value, float(ends.max()))
     room = 0.12 * (high - low) or 1.0
     unit = latest.unit.replace("^2", "²")
-    words = translate(name.replace("_", " "))
-    short = words if len(words) <= LONGEST_LABEL else f"{words[: LONGEST_LABEL - 1]}…"
+    label = _in_lines(translate(name.replace("_", " ")))
     return Panel(
-        f"{short}\n[{unit}]",
+        f"{label}\n[{unit}]",
         (
             Trace(
                 "value of the day",
@@ -103,6 +103,15 @@ def _panel(days: Days, name: str) -> Panel:
         middle=latest.prior_value,
         y_range=(low - room, high + room),
     )
+
+
+def _in_lines(words: str) -> str:
+    """Break a name into lines; what does not fit is left out at its end.
+
+    >>> _in_lines("linear damping heave")
+    'linear damping\\nheave'
+    """
+    return "\n".join(textwrap.wrap(words, LONGEST_LABEL, max_lines=MOST_LINES, placeholder="…"))
 
 
 def _moved(days: Days, name: str) -> bool:
