@@ -12,7 +12,6 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.diagnose.answer import Answers
-from pipeline.diagnose.approach import Lead
 from pipeline.diagnose.decision import Share
 from pipeline.diagnose.elimination import ForcePrior, Grams, marginal
 from pipeline.diagnose.evidence import Fit, Prior, fit
@@ -33,6 +32,7 @@ from pipeline.diagnose.linear_model import (
 from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.search import Judged, Search, force_prior, part
 from pipeline.diagnose.tangent import led_readings
+from pipeline.diagnose.trials import Lead
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray

@@ -106,10 +106,10 @@ def _panel(days: Days, name: str) -> Panel:
 
 
 def _in_lines(words: str) -> str:
-    """Break a name into lines; what does not fit is left out at its end.
+    r"""Break a name into lines; what does not fit is left out at its end.
 
     >>> _in_lines("linear damping heave")
-    'linear damping\\nheave'
+    'linear damping\nheave'
     """
     return "\n".join(textwrap.wrap(words, LONGEST_LABEL, max_lines=MOST_LINES, placeholder="…"))
 

@@ -1,5 +1,7 @@
 """The model follows the measured motion: alike from wherever it begins, and side by side."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from diagnosis_cases import small_case
@@ -49,10 +51,7 @@ def test_passes_from_known_pulls_settle(case: Case) -> None:
     pulls = [_followed(case)[1]]
     for _ in range(3):
         pulls.append(_followed(case, nearby=pulls[-1])[1])
-    ways = [
-        np.concatenate(after) - np.concatenate(before)
-        for before, after in zip(pulls[:-1], pulls[1:], strict=True)
-    ]
+    ways = [np.concatenate(after) - np.concatenate(before) for before, after in pairwise(pulls)]
     first, second, third = (np.sqrt(np.mean(way**2, axis=0)) for way in ways)
     assert (second < first).all()
     assert (third < second).all()
