@@ -24,7 +24,7 @@ TRIED: dict[str, tuple[float, ...]] = {
     "most_force_healthy": (1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 9.0),
     "most_level": (2.0, 4.0, 8.0, 16.0),
     "most_level_healthy": (2.0, 3.0, 6.0, 12.0),
-    "least_gap": (0.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7),
+    "least_gap": (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7),
     "most_none_gap": (2.0, 2.5, 3.0, 4.0, 6.0),
     "most_none_gap_healthy": (1.5, 2.0, 2.5, 3.0, 4.0),
     "most_gap": (1.2, 1.35, 1.5, 1.75, 2.0, 3.0),
