@@ -21,7 +21,7 @@ TRIED: dict[str, tuple[float, ...]] = {
     "verdict": (0.5, 0.7, 0.8, 0.9, 0.95, 0.99),
     "set_level": (0.9, 0.95, 0.99, 0.999),
     "most_force": (1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 9.0),
-    "most_force_healthy": (1.5, 2.0, 2.5, 3.0, 4.0, 6.0, 9.0),
+    "most_force_healthy": (1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 9.0),
     "most_level": (2.0, 4.0, 8.0, 16.0),
     "most_level_healthy": (2.0, 3.0, 6.0, 12.0),
     "least_gap": (1.0, 1.1, 1.2, 1.3, 1.4, 1.5, 1.7),
@@ -31,10 +31,12 @@ TRIED: dict[str, tuple[float, ...]] = {
 }
 #: Cost of each mistake; a wrong confident answer is worse than none.
 FALSE_ALARM, FALSE_ALARM_SHARED = 12.0, 5.0
-CONFIDENTLY_WRONG, WRONG_FIRST, MISSED = 10.0, 3.0, 2.0
+CONFIDENTLY_WRONG, NEEDLESSLY_UNKNOWN, WRONG_FIRST, MISSED = 10.0, 5.0, 3.0, 2.0
 FURTHER_MEMBER = 0.25
 #: A gap below this is no mistake when missed. In healthy floors.
 HARDLY_A_GAP = 1.15
+#: A threshold is moved where that saves at least as much: less is the chance of a single case.
+WORTH_MOVING = 2.0
 _ROUNDS = 3
 
 
@@ -92,7 +94,7 @@ def _mistake(one: Known, names: tuple[str, ...], told: set[str]) -> float:
             return 0.0
         return MISSED if inside else MISSED + WRONG_FIRST
     if inside or (UNKNOWN in names and len(one.truth) > 1):
-        return WRONG_FIRST
+        return NEEDLESSLY_UNKNOWN if UNKNOWN in names else WRONG_FIRST
     return CONFIDENTLY_WRONG if len(told) == len(names) else CONFIDENTLY_WRONG - MISSED
 
 
@@ -125,7 +127,7 @@ def interval_factor(misses: Sequence[float]) -> float:
 
 
 def search_thresholds(cases: Sequence[Known], first: Calibration) -> tuple[Calibration, float]:
-    """Thresholds of least cost, by trying one after the other until none gets better.
+    """Thresholds of least cost, by trying one after the other until none is worth moving.
 
     Among equals the value next to the middle of those as good is taken: far from where it matters.
     """
@@ -136,7 +138,7 @@ def search_thresholds(cases: Sequence[Known], first: Calibration) -> tuple[Calib
             trials = [_with(best, name, value) for value in values]
             costs = np.array([total_cost(cases, one) for one in trials])
             good = np.flatnonzero(costs <= costs.min() + 1e-9)
-            if costs.min() <= least:
+            if costs.min() <= least - WORTH_MOVING:
                 best, least = trials[int(good[len(good) // 2])], float(costs.min())
         if least >= before - 1e-9:
             break
