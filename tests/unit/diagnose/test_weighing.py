@@ -9,7 +9,13 @@ import pytest
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case_evidence import CaseEvidence, KeptConsequence, KeptLevel
 from pipeline.diagnose.decision import Left, Share, verdict_of, with_gap, with_unknown, without_gap
-from pipeline.diagnose.threshold_search import Known, cost, search_thresholds, total_cost
+from pipeline.diagnose.threshold_search import (
+    WORTH_MOVING,
+    Known,
+    cost,
+    search_thresholds,
+    total_cost,
+)
 from pipeline.diagnose.weighing import LevelEvidence, Weighed, weigh
 
 LIMITS = Calibration(
@@ -196,3 +202,12 @@ def test_search_finds_thresholds_that_make_fewer_mistakes() -> None:
     assert before > 0.0
     assert least < before
     assert total_cost(cases, found) == pytest.approx(least)
+
+
+def test_thresholds_stay_where_nothing_but_one_case_asks_for_others() -> None:
+    # a further name beside the right one: a mistake, but of 0.25
+    cases = [case("lift", 3.0)]
+    assert 0.0 < total_cost(cases, LIMITS) < WORTH_MOVING
+    found, least = search_thresholds(cases, LIMITS)
+    assert found == LIMITS
+    assert least == total_cost(cases, LIMITS)
