@@ -1,5 +1,6 @@
 """What a figure of curves over a common axis shows, however it is drawn."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -80,3 +81,8 @@ class Resolution:
             still=int(np.clip(STILL_POINTS // points, 40, BUCKETS)),
             zoom=int(np.clip(ZOOM_POINTS // points, 120, ZOOM_BUCKETS)),
         )
+
+
+def label_lines(panels: Sequence[Panel]) -> int:
+    """Lines of the longest label."""
+    return max(1 + panel.label.count("\n") for panel in panels)

@@ -11,10 +11,12 @@ from markupsafe import escape
 from pipeline.language import ENGLISH, current, translate
 from pipeline.report import plotting
 from pipeline.report.decimate import thinned
-from pipeline.report.panels import ZOOM_BUCKETS, Panel, Trace
+from pipeline.report.panels import ZOOM_BUCKETS, Panel, Trace, label_lines
 from pipeline.types import FloatArray
 
 _PANEL_PX = 170
+#: Room for each line of a panel's label beyond the second.
+_LINE_PX = 20
 _INK, _GRID = plotting.INK, "#dfe3e8"
 
 
@@ -45,6 +47,7 @@ def plotly_figure(
     whole = sum(panel.height for panel in panels)
     data: list[dict[str, Any]] = []
     layout = _layout(x_label, round(110 + _PANEL_PX * whole), len(panels), x_axis or Axis())
+    layout["margin"]["l"] += _LINE_PX * max(label_lines(panels) - 2, 0)
     shapes: list[dict[str, Any]] = []
     top = 1.0
     shown: set[str] = set()

@@ -17,7 +17,7 @@ from markupsafe import Markup
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.decimate import thinned
-from pipeline.report.panels import Panel, Resolution, Span, Style, Trace
+from pipeline.report.panels import Panel, Resolution, Span, Style, Trace, label_lines
 from pipeline.report.plotly_data import Axis, plotly_figure
 
 if TYPE_CHECKING:
@@ -36,6 +36,8 @@ __all__ = [
 ]
 
 _LEFT_IN, _RIGHT_IN, _TOP_IN, _BOTTOM_IN, _ROW_IN = 0.68, 0.08, 0.32, 0.46, 1.35
+#: Room for each line of a panel's label beyond the second.
+_LINE_IN = 0.3
 
 
 def zoomable_figure(
@@ -88,8 +90,9 @@ def _painter(
     def paint(figure: matplotlib.figure.Figure) -> None:
         # margins by hand: finding the room for every label takes seconds a page
         figure.set_layout_engine(None)
+        left_in = _LEFT_IN + _LINE_IN * max(label_lines(panels) - 2, 0)
         figure.subplots_adjust(
-            left=_LEFT_IN / plotting.WIDTH_IN,
+            left=left_in / plotting.WIDTH_IN,
             right=1.0 - _RIGHT_IN / plotting.WIDTH_IN,
             top=1.0 - _TOP_IN / height_in,
             bottom=(_BOTTOM_IN + (0.3 if axis.names else 0.0)) / height_in,

@@ -12,7 +12,7 @@ from pipeline.report.blocks import Block, Figure, Paragraph
 from pipeline.report.zoomable import Axis, Panel, Trace, zoomable_figure
 
 #: A longer line, or more of them, does not stand beside its panel.
-LONGEST_LABEL, MOST_LINES = 16, 2
+LONGEST_LABEL, MOST_LINES = 14, 2
 
 #: The figure shows at most so many parameters; the tables of the days have all.
 MOST_DRAWN = 24
