@@ -4,7 +4,7 @@
 
 One case of the blind check's truth is diagnosed again and again with less of it. The peer, timed in
 the same run, is the usual way: least squares for each effect, ranked by BIC. Every figure is the
-shorter of two times by the clock, after a first diagnosis that loads the compiled code.
+shortest of `--rounds` times by the clock, after a first diagnosis that loads the compiled code.
 """
 
 import argparse
@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from pipeline.blind.generate import CaseSpec, generate
 from pipeline.diagnose.baselines import bic_baseline
@@ -24,18 +25,18 @@ from pipeline.stages.blind_subjects import load_subject
 LENGTHS_S = (45.0, 90.0, 180.0)
 RUNS = (1, 2, 4)
 CANDIDATES = (6, 12, 24)
-ROUNDS = 2
+Answer = TypeVar("Answer")
 MARKS = ("<!-- diagnosis time -->", "<!-- end of diagnosis time -->")
 
 
-def shortest_s(task: Callable[[], object]) -> float:
-    """Return the shortest of some times by the clock."""
+def shortest(task: Callable[[], Answer], rounds: int) -> tuple[float, Answer]:
+    """Return the shortest of some times by the clock, and what the task gave. [s]."""
     taken = []
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         began = time.perf_counter()
-        task()
+        given = task()
         taken.append(time.perf_counter() - began)
-    return min(taken)
+    return min(taken), given
 
 
 def cut_short(run: RunTable, seconds: float) -> RunTable:
@@ -56,14 +57,15 @@ def with_effects(case: Case, count: int, true: str) -> Case:
     return replace(case, effects={name: case.candidates[name] for name in names})
 
 
-def rows_of(case: Case, true: str, threads: int) -> list[tuple[str, float, float, str]]:
+def rows_of(
+    case: Case, true: str, threads: int, rounds: int
+) -> list[tuple[str, float, float, str]]:
     """Measure every line of the table: what, seconds, the peer's seconds, verdict."""
     rows = []
 
     def measure(what: str, one: Case) -> None:
-        answer = diagnose(one, threads)
-        taken = shortest_s(lambda: diagnose(one, threads))
-        peer = shortest_s(lambda: bic_baseline(one.vehicle, one.packed, one.runs))
+        taken, answer = shortest(lambda: diagnose(one, threads), rounds)
+        peer, _ = shortest(lambda: bic_baseline(one.vehicle, one.packed, one.runs), rounds)
         verdict = " + ".join(answer.verdict.effects)
         rows.append((what, taken, peer, verdict))
         print(f"{what}: {taken:.1f} s, peer {peer:.1f} s, {verdict}", flush=True)
@@ -95,6 +97,7 @@ def main() -> None:
     parser.add_argument("--vehicle", default="rov8")
     parser.add_argument("--effect", default="quadratic_damping")
     parser.add_argument("--threads", type=int, default=2)
+    parser.add_argument("--rounds", type=int, default=2)
     parser.add_argument("--raw", type=Path, default=Path("raw"))
     parser.add_argument("--out", type=Path, default=Path())
     parser.add_argument("--page", type=Path, help="page whose table is to be written anew")
@@ -108,7 +111,7 @@ def main() -> None:
         wanted.vehicle, made.subject.vehicle, packed_of(made.subject), made.runs + made.holdout
     )
     case = replace(case, runs=case.runs[: RUNS[-1]])
-    text = table(rows_of(case, wanted.effect, wanted.threads), len(case.candidates))
+    text = table(rows_of(case, wanted.effect, wanted.threads, wanted.rounds), len(case.candidates))
     print(text)
     if wanted.page is not None:
         page = wanted.page.read_text(encoding="utf-8")

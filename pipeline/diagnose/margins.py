@@ -4,8 +4,8 @@ Every answer is seen twice: by the linear model around the point that was found,
 point (`refine`). A vehicle that tumbles, or whose model is poor, is far from linear, and then what
 the two say of the same answer differs by as much as the answers differ. Such a lead is worth what
 both agree on, or what is left of the lead when it is known no better than to that difference
-(a normal error u of a log ratio of evidence r, averaged out; MacKay 1992, eq. 10 of "The evidence
-framework applied to classification networks"):
+(a normal error u of a log ratio of evidence r, averaged out; MacKay 1992, "The evidence framework
+applied to classification networks", moderated outputs):
 
 .. math:: \max\left(\min(l, r),\; r / \sqrt{1 + \pi u^2 / 8}\right), \qquad u = r - l
 """
