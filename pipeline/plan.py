@@ -85,7 +85,7 @@ class VehicleFolder:
     def misnamed_files(self, kind: str, base: Path | None = None) -> tuple[str, ...]:
         """Return the names of raw files that the workflow cannot handle, made printable."""
         names = [name for name in self._names(kind, base) if not _is_usable(name)]
-        return tuple(_printable(name) for name in names)
+        return tuple(printable(name) for name in names)
 
     def misnamed_problems(self, kind: str, shown_as: str) -> tuple[Problem, ...]:
         """Return a problem for each of these files; `shown_as` is their folder in messages."""
@@ -125,7 +125,7 @@ class VehicleFolder:
                 said += [(path.name, what, remedy)] if data else []
         expected = f"raw files in {', '.join(f'{kind}/' for kind in kinds)}."
         return tuple(
-            Problem("warning", Place(f"{self.name}/{_printable(name)}"), what, expected, remedy)
+            Problem("warning", Place(f"{self.name}/{printable(name)}"), what, expected, remedy)
             for name, what, remedy in said
         )
 
@@ -150,7 +150,8 @@ def is_raw(name: str) -> bool:
     return Path(name).suffix.lower() not in _NOTES
 
 
-def _printable(name: str) -> str:
+def printable(name: str) -> str:
+    """Return a file's name as it can be shown, with "?" for what cannot be printed."""
     return "".join(c if c.isprintable() else "?" for c in name)
 
 

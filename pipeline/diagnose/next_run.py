@@ -75,7 +75,9 @@ def next_run(
     values = over_threads(
         found.setting.bench, [partial(separation, one) for one in MANOEUVRES.values()]
     )
-    flyable = [(value, name) for name, value in zip(MANOEUVRES, values, strict=True) if value]
+    flyable = [
+        (value, name) for name, value in zip(MANOEUVRES, values, strict=True) if value is not None
+    ]
     if not flyable:
         return None
     value, name = max(flyable, key=lambda row: row[0])

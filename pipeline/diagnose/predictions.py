@@ -27,6 +27,8 @@ T = TypeVar("T")
 _DRIVE_SLOTS = ("dead_zone", "lag", "supply_drop", "load_drop", "rotor_inertia")
 #: Slots that only the sensors read: the motion is as without them.
 _SENSOR_SLOTS = ("dvl_scale", "dvl_rotation", "dvl_delay", "dvl_lever_arm")
+#: Sets of drives whose states are kept: long runs of many thrusters fill the memory.
+_DRIVES_KEPT = 12
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,8 @@ class Bench:
 
     `commands` per run (m, n) and `period_s` their period, for the drives' state at any time;
     `pieces` is the number of pieces of a window; `pulls` per window the force (steps, 6) that makes
-    the model follow the measured motion. `drive_states` keeps what the commands lead to, of each
-    set of drives that was asked for.
+    the model follow the measured motion. `drive_states` keeps what the commands lead to, of the
+    sets of drives that were asked for last.
     """
 
     stack: Stack
@@ -134,6 +136,8 @@ def drives_at(bench: Bench, vector: FloatArray, samples: IntArray) -> FloatArray
             actuator_states(bench.stack.packed, command, period, vector=vector)
             for command, period in zip(bench.commands, bench.period_s, strict=True)
         ]
+        for oldest in list(bench.drive_states)[: 1 - _DRIVES_KEPT]:
+            bench.drive_states.pop(oldest, None)
         bench.drive_states[drives] = states
     begins = window_begins(bench)
     numbers = np.searchsorted(begins, samples, "right") - 1

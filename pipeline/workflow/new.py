@@ -5,7 +5,7 @@ from pathlib import Path
 import pipeline
 from pipeline.bundled.new_vehicle import new_vehicle_files
 from pipeline.errors import InputError, Place, Problem
-from pipeline.plan import NAME_EXPECTED, VEHICLE_FILE, UsageError, is_vehicle_name
+from pipeline.plan import NAME_EXPECTED, VEHICLE_FILE, UsageError, is_vehicle_name, printable
 
 #: Vehicles that travel with the program, data and all.
 EXAMPLES = ("mmt300",)
@@ -36,7 +36,7 @@ def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Pa
         When there is something of that name already, or the folder cannot be written.
     """
     if not is_vehicle_name(name):
-        shown = "".join(c if c.isprintable() else "?" for c in name[:80])
+        shown = printable(name[:80])
         raise UsageError(f'"{shown}" cannot be the name of a vehicle. Expected {NAME_EXPECTED}')
     folder = raw / name
     files = example_files(name) if example else new_vehicle_files(name)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.plan import POOL, VehicleFolder, is_raw
+from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 
 UNDATED = "undated"
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -87,9 +87,7 @@ def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
     for name in sorted(_names(folder)):
         if not is_raw(name):
             continue
-        shown = Place(
-            f"{vehicle.name}/{POOL}/{''.join(c if c.isprintable() else '?' for c in name)}"
-        )
+        shown = Place(f"{vehicle.name}/{POOL}/{printable(name)}")
         if not name.lower().endswith(".mcap"):
             found.append(
                 Problem(
