@@ -26,7 +26,7 @@ from pipeline.diagnose.predictions import (
 from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.identify.window_derivatives import Problem, moved_starts
 from pipeline.identify.window_outputs import whitened
-from pipeline.types import FloatArray, IntArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: A lead below this (in units of half the plausible range) is too small to tell where it sits.
 LEAST_LEAD = 0.01
@@ -115,9 +115,18 @@ class LinearModel:
     chain: Chain
 
     @property
+    def says(self) -> BoolArray:
+        """(rows,) which readings say something: all of a row is 0 where the simulation ran away.
+
+        The supply's voltage depends on departures alone, not on where the motion started.
+        """
+        parts = (self.local, self.shared, self.extra, self.departures)
+        return np.asarray(np.any([(part != 0.0).any(axis=1) for part in parts], axis=0))
+
+    @property
     def lost(self) -> float:
-        """Share of the readings that say nothing: there the simulation ran away."""
-        return float(np.mean(~(self.local != 0.0).any(axis=1)))
+        """Share of the readings that say nothing."""
+        return float(np.mean(~self.says))
 
 
 def motion_at(setting: Setting, point: Point, vector: FloatArray | None = None) -> Motion:

@@ -120,10 +120,10 @@ def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | No
         except CannotComputeError:
             # no vehicle can have these values
             return -np.inf
-        said = (model.local != 0.0).any(axis=1)
-        if not (np.abs(readings[said]) < _LOST).all():
+        says = model.says
+        if not (np.abs(readings[says]) < _LOST).all():
             return -np.inf
-        normal = _with_readings(found.grams, replace(model, readings=np.where(said, readings, 0.0)))
+        normal = _with_readings(found.grams, replace(model, readings=np.where(says, readings, 0.0)))
     there = _log_evidence(found, normal, judged, finding)
     return there - _not_reached(found, normal, forces, prior, last) - before
 

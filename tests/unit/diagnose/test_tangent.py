@@ -9,7 +9,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose.case import channels_of, setting_of
 from pipeline.diagnose.linear_model import LinearModel, Point, residual_at, vector_of
-from pipeline.diagnose.tangent import linear_model
+from pipeline.diagnose.tangent import led_readings, linear_model
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.types import FloatArray
 
@@ -111,3 +111,21 @@ def test_the_pull_leads_the_nominal_model_along_the_measured_motion(model: Model
     alone = residual_at(linear.setting, replace(linear.point, pull=0.0))
     # the fault turns the free model away by hundreds of standard deviations
     assert np.sqrt(np.mean(residual**2)) < 0.05 * np.sqrt(np.mean(alone**2))
+
+
+def test_at_its_own_point_a_model_sees_its_own_readings_the_voltage_among_them() -> None:
+    case = small_case(
+        ("voltage_sag:load_drop=0.1",), manoeuvres=("prbs",), seconds=12.5, effects=("voltage_sag",)
+    )
+    channels = channels_of(case.vehicle, case.runs)
+    setting = setting_of(case, case.runs, channels, threads=1)
+    linear = linear_model(setting, setting.origin())
+    quantities = [rows.channel.quantity for rows in setting.bench.stack.rows]
+    voltage = setting.bench.stack.owner == quantities.index("voltage")
+    # no start and no force moves it, and yet it speaks
+    assert not linear.local[voltage].any()
+    assert linear.says.all()
+    assert linear.lost == 0.0
+    again = led_readings(linear, setting, linear.point.departures)
+    np.testing.assert_allclose(again, linear.readings, atol=1e-6)
+    assert np.mean(linear.readings[voltage] ** 2) > 2.0
