@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from pipeline.diagnose.coordinates import Coordinate
+from pipeline.diagnose.coordinates import Coordinate, may_bend
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import Finding, Group, groups_of
@@ -14,7 +14,7 @@ from pipeline.diagnose.linear_model import LinearModel, Setting
 from pipeline.diagnose.nil import reach, with_small
 from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
-from pipeline.diagnose.search import Judged, Near, judge_all, strongest
+from pipeline.diagnose.search import Judged, Near, judge_all
 from pipeline.diagnose.tangent import linear_model
 from pipeline.diagnose.trials import BEHIND, Follower, Lead, Trial
 
@@ -28,6 +28,8 @@ _STEPS, _STEPS_ANEW, _FURTHER = 2, 3, 3
 #: Share by which a signature changes between weak and strong when the strong is tried by itself,
 #: and where.
 _BENT, _PROBED = 0.3, (1.0, 2.0, 4.0)
+#: Size of a payload that neither sinks nor floats, on board or missing, from which its place shows.
+_LADEN = (0.1, -0.1)
 
 
 def approach(
@@ -61,18 +63,21 @@ def approach(
     every, groups = setting.coordinates, groups_of(setting.coordinates)
     even = [one for one in every_level if np.ptp(one.factor) == 0.0]
     model = linear_model(setting, setting.origin(), wide=_WEAK)
-    unstated = [k for k, one in enumerate(every) if one.ordinary == 0.0 and one.lead is None]
-    strong = linear_model(setting, setting.origin(), wide=_STRONG, known=model, renew=unstated)
+    bending = sorted(may_bend(every))
+    strong = linear_model(setting, setting.origin(), wide=_STRONG, known=model, renew=bending)
     moved_by = reach(model, prior)
     prior = prior if healthy_known else with_small(prior, moved_by, setting)
     judged, far = (
         judge_all(setting, grams(one), prior, even, groups, with_pairs=False)
         for one in (model, strong)
     )
-    best = Trial(np.zeros(len(every)), *strongest(judged))
+    neutral = np.zeros(len(every))
+    # what an effect is promised from here is not what it will be found to explain
+    alone = max(judged, key=lambda one: one.nothing + float(np.log(one.level.weight)))
+    best = Trial(neutral, alone, None)
     follow = Follower(setting, lead, prior, even, model, groups)
     # nothing but what is stated, which may be far out; then the same, kept ordinary
-    wanted: list[tuple[Judged, Finding | None]] = [(best.best, None), (best.best, None)]
+    wanted: list[tuple[Judged, Finding | None]] = [(alone, None), (alone, None)]
     # under a small force an effect must explain the readings by itself, as a true one does
     loud = [*judged, *far]
     quiet = [one for one in loud if one.level.size <= _QUIET]
@@ -80,16 +85,23 @@ def approach(
         found = _strongest_effects(some, most)
         wanted += [row for row in found if all(row[1] is not known for _, known in wanted)]
     trials = [
-        Trial(np.zeros(len(every)), under, finding, far=number == 0)
+        Trial(neutral, under, finding, far=number == 0)
         for number, (under, finding) in enumerate(wanted)
     ]
+    placed = {group: _leads_of(every, members) for group, members in groups.items()}
+    laden = [
+        partial(follow.probed, neutral, group, members, _LADEN)
+        for group, members in placed.items()
+        if members
+    ]
+    trials += [one for one in over_threads(setting.bench, laden) if one is not None]
     best = follow.best_of(best, trials, _STEPS)
-    bent = _bent(every, groups, model, strong)
-    begin = best.departures if best.finding is None else np.zeros(len(every))
-    probed = over_threads(
-        setting.bench, [partial(follow.probed, begin, *one, _PROBED) for one in bent]
-    )
-    for probe in probed:
+    begin = best.departures if best.finding is None else neutral
+    bent = [
+        partial(follow.probed, begin, group, [index], _PROBED)
+        for group, index in _bent(every, groups, model, strong)
+    ]
+    for probe in over_threads(setting.bench, bent):
         if probe is not None and probe.value > best.value:
             best = max(follow.steps(probe, _STEPS), key=lambda one: one.value)
     best = follow.best_of(best, follow.anew(best), _STEPS_ANEW)
@@ -118,6 +130,11 @@ def _bent(
         if float(np.linalg.norm(far - near)) > _BENT * float(np.linalg.norm(far)):
             found.append((group, members[0]))
     return found
+
+
+def _leads_of(every: Sequence[Coordinate], members: Sequence[int]) -> list[int]:
+    """Parameters of an effect without which its place has no meaning: mass and volume."""
+    return sorted({lead for index in members for lead in every[index].leads})
 
 
 def _strongest_effects(judged: Sequence[Judged], most: int) -> list[tuple[Judged, Finding]]:

@@ -32,9 +32,10 @@ class Coordinate:
 
     Departures are counted in `unit_size`, half way from neutral to the far end of the plausible
     range, with the sign of the parameter. `ordinary` is the standard deviation that the vehicle
-    file states for it, in the same count (0: the file says nothing of it). `lead` is the index of
-    the coordinate without which this one has no meaning (the place of a payload), else None; its
-    departure is then that of the product of both.
+    file states for it, in the same count (0: the file says nothing of it). `leads` are the indices
+    of the coordinates of which one must be there for this one to have a meaning (mass or volume for
+    the place of a payload), else empty; its departure is then that of the product with `lead_size`.
+    `against` are those of them whose weight pulls the other way: water that is displaced.
     """
 
     effect: Effect
@@ -42,7 +43,8 @@ class Coordinate:
     target: str | None
     unit_size: float
     ordinary: float
-    lead: int | None = None
+    leads: tuple[int, ...] = ()
+    against: tuple[int, ...] = ()
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -76,6 +78,14 @@ class Coordinate:
         side = 1.0 if abs(high - neutral) >= abs(low - neutral) else -1.0
         return side * _STEP_SHARE / _UNIT_SHARE
 
+    def lead_size(self, departures: FloatArray) -> float:
+        """How much there is of what leads, with the sign of what weighs more; 1 without leads."""
+        if not self.leads:
+            return 1.0
+        own = departures[list(self.leads)]
+        weighs = own * np.where(np.isin(self.leads, self.against), -1.0, 1.0)
+        return float(np.copysign(np.linalg.norm(own), weighs[np.argmax(np.abs(own))]))
+
     @property
     def name(self) -> str:
         """For messages: effect, parameter and target."""
@@ -108,9 +118,11 @@ def coordinates(
             first = len(found)
             for parameter in effect.parameters:
                 unit = _UNIT_SHARE * _far(parameter)
-                lead = _lead(packed, effect, target, parameter)
-                if lead is not None and (lead < 0 or len(found) <= first):
+                leads = _leads(packed, effect, target, parameter)
+                if leads is None:
                     continue
+                own = [k for k in range(first, len(found)) if found[k].parameter in leads]
+                moment = [_moment_of(packed, effect, target, one, parameter) for one in leads]
                 found.append(
                     Coordinate(
                         effect,
@@ -118,32 +130,82 @@ def coordinates(
                         target,
                         unit,
                         _ordinary(effect.id, parameter.name, packed, uncertainty) / unit,
-                        None if lead is None else first,
+                        tuple(own),
+                        tuple(
+                            k
+                            for k, turns in zip(own, moment, strict=True)
+                            if turns @ moment[0] < 0.0
+                        ),
                     )
                 )
     return tuple(found)
 
 
-def _lead(
+def may_bend(all_coordinates: Sequence[Coordinate]) -> frozenset[int]:
+    """Departures that may act otherwise when they are strong, as a dead zone does.
+
+    Not those of which something is stated, which are small, nor a payload: what it does is nearly
+    straight, but the secant to a strong one is that of a vehicle that has long sunk.
+    """
+    placed = {lead for one in all_coordinates for lead in one.leads}
+    return frozenset(
+        index
+        for index, one in enumerate(all_coordinates)
+        if one.ordinary == 0.0 and not one.leads and index not in placed
+    )
+
+
+def _leads(
     packed: PackedVehicle, effect: Effect, target: str | None, parameter: Parameter
-) -> int | None:
-    """None: it acts by itself. 0: only together with the effect's first parameter. -1: never.
+) -> tuple[Parameter, ...] | None:
+    """Parameters of an effect of which one must be there for another to act; None: it never acts.
 
     A factor on a coefficient that the vehicle file has at zero never acts.
     """
-    context, first = packed.context, effect.parameters[0]
     small = {parameter.name: _sided(parameter)}
-    alone = _changed(packed.vector, effect, target, small, context)
-    if alone is None or not np.array_equal(alone, packed.vector):
-        return None
-    if parameter is first:
-        return -1
-    with_first = {first.name: _sided(first)}
-    lone_first = _changed(packed.vector, effect, target, with_first, context)
-    both = _changed(packed.vector, effect, target, with_first | small, context)
-    if lone_first is None or both is None or np.array_equal(both, lone_first):
-        return -1
-    return 0
+    if _acts(packed, effect, target, {}, small):
+        return ()
+    before = effect.parameters[: effect.parameters.index(parameter)]
+    found = tuple(
+        one for one in before if _acts(packed, effect, target, {one.name: _sided(one)}, small)
+    )
+    return found or None
+
+
+def _moment_of(
+    packed: PackedVehicle, effect: Effect, target: str | None, lead: Parameter, placed: Parameter
+) -> FloatArray:
+    """Moment (3,) of weight less buoyancy that a place adds to a little of what leads. [N m]."""
+    there = {lead.name: _sided(lead)}
+    without, moved = (
+        _changed(packed.vector, effect, target, values, packed.context)
+        for values in (there, there | {placed.name: _sided(placed)})
+    )
+    if without is None or moved is None:
+        return np.zeros(3)
+    return _moment(moved) - _moment(without)
+
+
+def _moment(vector: FloatArray) -> FloatArray:
+    """Weight at its centre less buoyancy at its own (3,). Fossen 2021, eq. (4.5). [N m]."""
+    weight, buoyancy = float(read(vector, "weight")), float(read(vector, "buoyancy"))
+    centre, floats = read(vector, "centre_of_mass"), read(vector, "centre_of_buoyancy")
+    return np.asarray(weight * centre - buoyancy * floats)
+
+
+def _acts(
+    packed: PackedVehicle,
+    effect: Effect,
+    target: str | None,
+    others: Mapping[str, float],
+    small: Mapping[str, float],
+) -> bool:
+    """Whether a small departure changes anything beside others; refused counts as acting alone."""
+    without = _changed(packed.vector, effect, target, others, packed.context)
+    moved = _changed(packed.vector, effect, target, {**others, **small}, packed.context)
+    if without is None or moved is None:
+        return not others
+    return not np.array_equal(without, moved)
 
 
 def _sided(parameter: Parameter) -> float:

@@ -150,14 +150,13 @@ def _judge_width(
     """
     variance = np.full(index.size, width)
     found = _judge_one(ground, all_coordinates, index, variance, price)
-    leads = [all_coordinates[one].lead for one in index]
-    if all(lead is None for lead in leads):
+    leads = [np.flatnonzero(np.isin(index, all_coordinates[one].leads)) for one in index]
+    if not any(own.size for own in leads):
         return found
     for _ in range(_LEAD_ROUNDS):
-        for place, lead in enumerate(leads):
-            if lead is not None:
-                at = int(np.flatnonzero(index == lead)[0])
-                variance[place] = width * (found[1][at] ** 2 + found[2][at, at])
+        for place, own in enumerate(leads):
+            if own.size:
+                variance[place] = width * (found[1][own] ** 2 + np.diag(found[2])[own]).sum()
         found = _judge_one(ground, all_coordinates, index, variance.copy(), price)
     return found
 
@@ -195,8 +194,8 @@ def best_subset(
     while len(chosen) < len(members):
         trials = []
         for one in members:
-            lead = all_coordinates[one].lead
-            if one in chosen or (lead is not None and lead not in chosen):
+            leads = all_coordinates[one].leads
+            if one in chosen or (leads and not set(leads) & set(chosen)):
                 continue
             which = sorted([*chosen, one])
             gain, mean, covariance, variance = judge(ground, all_coordinates, which)

@@ -154,12 +154,12 @@ def vector_of(setting: Setting, departures: FloatArray) -> FloatArray:
 
 
 def plain(all_coordinates: Sequence[Coordinate], departures: FloatArray) -> FloatArray:
-    """Departures with each product divided by its lead; 0 where the lead is next to nothing."""
+    """Departures with each product divided by its lead; 0 where that is next to nothing."""
     found = departures.copy()
     for index, one in enumerate(all_coordinates):
-        if one.lead is not None:
-            lead = departures[one.lead]
-            found[index] = departures[index] / lead if abs(lead) >= LEAST_LEAD else 0.0
+        if one.leads:
+            size = one.lead_size(departures)
+            found[index] = departures[index] / size if abs(size) >= LEAST_LEAD else 0.0
     return found
 
 
@@ -167,15 +167,15 @@ def realisable(all_coordinates: Sequence[Coordinate], departures: FloatArray) ->
     """Departures that a vehicle can have: products without a lead are 0, places within bounds."""
     found = departures.copy()
     for index, one in enumerate(all_coordinates):
-        if one.lead is None:
+        if not one.leads:
             low, high = one.limits
             found[index] = np.clip(
                 found[index], max(low - BEYOND, -_FARTHEST), min(high + BEYOND, _FARTHEST)
             )
     alone = plain(all_coordinates, found)
     for index, one in enumerate(all_coordinates):
-        if one.lead is not None:
-            found[index] = np.clip(alone[index], *one.bounds) * found[one.lead]
+        if one.leads:
+            found[index] = np.clip(alone[index], *one.bounds) * one.lead_size(found)
     return found
 
 

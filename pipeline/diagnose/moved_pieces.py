@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.diagnose.coordinates import may_bend
 from pipeline.diagnose.linear_model import LEAST_LEAD, Point, Setting, vector_of
 from pipeline.diagnose.predictions import (
     Bench,
@@ -99,17 +100,17 @@ class MovedPieces:
         """Move one departure off where it is."""
         setting, one = self.setting, self.setting.coordinates[number]
         moved, known, vector, by = self.point.departures.copy(), self.known, self.vector, one.step
-        unstated = one.ordinary == 0.0 and one.lead is None
-        if self.wide and unstated and abs(moved[number]) < _AT_NEUTRAL:
+        bends = number in may_bend(setting.coordinates)
+        if self.wide and bends and abs(moved[number]) < _AT_NEUTRAL:
             by = self.wide * np.sign(one.step)
-        if one.lead is not None:
-            if abs(moved[one.lead]) < LEAST_LEAD:
-                # without its lead it does nothing: taken where the lead is at its own step
-                moved[one.lead] = _LEAD_STEP * np.sign(setting.coordinates[one.lead].step)
+        if one.leads:
+            if abs(one.lead_size(moved)) < LEAST_LEAD:
+                # without its lead it does nothing: taken where the first is at its own step
+                moved[one.leads[0]] = _LEAD_STEP * np.sign(setting.coordinates[one.leads[0]].step)
                 moved[number] = 0.0
                 vector = vector_of(setting, moved)
                 known = seen_in(setting, vector, self.starts, self._forces_of(vector))
-            by = one.step * moved[one.lead]
+            by = one.step * one.lead_size(moved)
         moved[number] += by
         changed = vector_of(setting, moved)
         if same_motion(changed, vector):

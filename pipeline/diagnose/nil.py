@@ -50,7 +50,7 @@ def with_small(prior: Prior, moved: FloatArray, setting: Setting) -> Prior:
     """Prior in which departures of which nothing is stated may be as large as does not matter."""
     covariance = prior.covariance.copy()
     for index in np.flatnonzero(np.diag(prior.covariance) == 0.0).tolist():
-        if setting.coordinates[index].lead is not None:
+        if setting.coordinates[index].leads:
             continue
         # what nothing shows of may be anything; the unit keeps numbers in bounds
         covariance[index, index] = min(SMALL / max(moved[index], 1e-12), 0.3) ** 2

@@ -172,7 +172,7 @@ def _impossible(found: Search, finding: Finding, best: Fit) -> bool:
     """Whether a departure of a hypothesis, the ordinary part included, is beyond what can be."""
     for index in finding.which:
         one = found.setting.coordinates[index]
-        if one.lead is not None:
+        if one.leads:
             continue
         low, high = one.bounds
         far = IMPOSSIBLE * float(best.std[index]) + BEYOND

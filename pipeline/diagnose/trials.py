@@ -30,6 +30,9 @@ BEHIND = 100.0
 _SECOND = 10.0
 #: Log evidence that is worth no further step.
 _NO_MORE = 3.0
+#: Log evidence of a step after which a way is gone on with however many steps it has had, and the
+#: most it may have.
+_CLIMBS, _MOST_STEPS = 50.0, 8
 
 Lead = Callable[[Setting, FloatArray], Setting]
 
@@ -71,6 +74,10 @@ class Trial:
         return realisable(every, np.where(np.isin(np.arange(near.size), kept), near, 0.0))
 
 
+def _value(one: Trial) -> float:
+    return one.value
+
+
 @dataclass(frozen=True)
 class Follower:
     """Follows a hypothesis from the nominal `model` to its own point."""
@@ -83,49 +90,63 @@ class Follower:
     groups: dict[Group, tuple[int, ...]]
 
     def steps(self, trial: Trial, most: int, known: float = -np.inf) -> list[Trial]:
-        """Go at most so many steps, and return every point that was reached.
+        """Go so many steps, and on as long as it climbs; return every point that was reached.
 
-        `known` is the log evidence of the best point so far: a way that has found nothing near it
+        The way to a payload is long: its place shows more the more there is of it. `known` is the
+        log evidence of the best point so far: a way that has found nothing near it
         after its second step is left.
         """
         every = self.setting.coordinates
         own = () if trial.finding is None else trial.finding.groups
-        reached, begun = [trial], trial.value
-        for number in range(most):
+        placed = any(every[k].leads for group in own for k in self.groups[group])
+        reached, begun, climbs = [trial], trial.value, False
+        for number in range(_MOST_STEPS):
+            if number >= most and not climbs:
+                break
             at = trial.goes_to(every, self.prior)
             moved = float(np.abs(at - trial.departures).max())
             if moved < _SETTLED:
                 break
-            seen = self.seen_from(at, own, roughly=bool(own) and not trial.settled)
+            roughly = bool(own) and not trial.settled
+            seen = self.seen_from(at, own, roughly=roughly)
+            before = trial.value
+            if placed and (seen is None or seen.value < before - BEHIND):
+                # what a strong payload does is far from straight: half way there
+                half = self.seen_from((at + trial.departures) / 2, own, roughly=roughly)
+                seen = max((one for one in (seen, half) if one), key=_value, default=None)
             if seen is None:
                 break
-            before = trial.value
             trial = replace(seen, far=trial.far, settled=trial.settled)
             reached.append(trial)
+            climbs = trial.value > before + _CLIMBS
             ran_away = trial.value < begun - max(_RUN_AWAY, abs(begun))
-            behind = number > 0 and trial.value < min(begun, known) - BEHIND
+            behind = number > 0 and not climbs and trial.value < min(begun, known) - BEHIND
             if ran_away or behind or abs(trial.value - before) < _NO_MORE:
                 break
         return reached
 
     def best_of(self, best: Trial, trials: Sequence[Trial], most: int) -> Trial:
-        """Follow some trials, and return the best point that was reached."""
+        """Follow some trials, and return the best point that was reached.
+
+        What a way is promised where it starts does not count where it was gone.
+        """
         ways = [partial(self.steps, trial, most, best.value) for trial in trials]
         reached = over_threads(self.setting.bench, ways)
-        return max((best, *(one for way in reached for one in way)), key=lambda one: one.value)
+        return max((best, *(one for way in reached for one in way[1:] or way)), key=_value)
 
     def probed(
-        self, begin: FloatArray, group: Group, index: int, sizes: Sequence[float]
+        self, begin: FloatArray, group: Group, members: Sequence[int], sizes: Sequence[float]
     ) -> Trial | None:
-        """Judge an effect of one parameter from where it is strong, at the best of some sizes."""
-        found = []
+        """Judge an effect from where some of its parameters are strong, at the best of some sizes.
+
+        Sizes count towards the plausible side of each parameter.
+        """
+        every, found = self.setting.coordinates, []
         for size in sizes:
             at = begin.copy()
-            at[index] = size * np.sign(self.setting.coordinates[index].step)
-            found.append(
-                self.seen_from(realisable(self.setting.coordinates, at), (group,), roughly=True)
-            )
-        return max((one for one in found if one), key=lambda one: one.value, default=None)
+            at[list(members)] = size * np.sign([every[k].step for k in members])
+            found.append(self.seen_from(realisable(every, at), (group,), roughly=True))
+        return max((one for one in found if one), key=_value, default=None)
 
     def seen_from(
         self, at: FloatArray, own: Sequence[Group], *, roughly: bool = False
@@ -167,7 +188,7 @@ class Follower:
                 known = found.get(finding.groups)
                 if finding.which and (known is None or known.value < trial.value):
                     found[finding.groups] = trial
-        ordered = sorted(found.values(), key=lambda one: -one.value)
+        ordered = sorted(found.values(), key=_value, reverse=True)
         return ordered[:_ANEW]
 
     def _linear_at(self, at: FloatArray, renew: Sequence[int]) -> LinearModel | None:

@@ -82,7 +82,7 @@ def _parameters(
     pair = len(one.finding.effects) > 1
     for index in which:
         coordinate = every[index]
-        lead = 1.0 if coordinate.lead is None else max(abs(left.mean[coordinate.lead]), 1e-6)
+        lead = max(abs(coordinate.lead_size(left.mean)), 1e-6)
         neutral = coordinate.parameter.neutral
         # what the healthy runs showed of a stated parameter is not the effect's
         departure = float(alone[index])

@@ -35,10 +35,22 @@ def test_payload_is_reached_with_its_place() -> None:
         "payload:mass_kg=2.25,volume_m3=0.0005,x_m=0.0,y_m=0.065,z_m=0.15",
         effects=("payload", "residual_buoyancy", "cg_shift", "added_mass"),
     )
-    # counted in half the plausible range; a place as the product with the mass
+    # counted in half the plausible range; a place as the product with how much there is
     assert found["payload:mass_kg"] == pytest.approx(0.225, abs=0.05)
     assert found["payload:y_m"] == pytest.approx(0.225 * 0.065 / 0.25, abs=0.015)
     assert found["payload:z_m"] == pytest.approx(0.225 * 0.15 / 0.25, abs=0.03)
+
+
+def test_a_module_that_is_missing_and_nearly_floated_is_reached() -> None:
+    """Its weight hardly shows, and from where nothing is missing neither does its place."""
+    found = reached(
+        "payload:mass_kg=-1.1,volume_m3=-0.0009,x_m=0.0,y_m=0.05,z_m=0.2",
+        effects=("payload", "residual_buoyancy", "cg_shift", "added_mass"),
+    )
+    size = -np.hypot(found["payload:mass_kg"], found["payload:volume_m3"])
+    assert found["payload:mass_kg"] - found["payload:volume_m3"] == pytest.approx(-0.02, abs=0.01)
+    assert found["payload:mass_kg"] == pytest.approx(-0.11, abs=0.04)
+    assert found["payload:z_m"] / size * 0.25 == pytest.approx(0.2, abs=0.07)
 
 
 def test_shift_far_beyond_what_is_stated_is_reached() -> None:

@@ -44,7 +44,8 @@ def test_a_factor_on_nothing_is_no_coordinate(rov8: Rov8) -> None:
 
 def test_the_place_of_a_payload_needs_its_mass(rov8: Rov8) -> None:
     _, every, place = rov8
-    assert every[place["payload:x_m"]].lead == place["payload:mass_kg"]
+    leads = (place["payload:mass_kg"], place["payload:volume_m3"])
+    assert every[place["payload:x_m"]].leads == leads
     x = np.zeros(len(every))
     x[place["payload:x_m"]] = 0.5
     assert not plain(every, x).any()
