@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.diagnose.places import far, leads, lifting
+from pipeline.effects.effect import Effect, Parameter
 from pipeline.effects.library import EffectSpec, apply_effects
-from pipeline.errors import CannotComputeError, InputError
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -117,12 +117,12 @@ def coordinates(
         for target in targets:
             first = len(found)
             for parameter in effect.parameters:
-                unit = _UNIT_SHARE * _far(parameter)
-                leads = _leads(packed, effect, target, parameter)
-                if leads is None:
+                unit = _UNIT_SHARE * far(parameter)
+                needed = leads(packed, effect, target, parameter)
+                if needed is None:
                     continue
-                own = [k for k in range(first, len(found)) if found[k].parameter in leads]
-                moment = [_moment_of(packed, effect, target, one, parameter) for one in leads]
+                against = lifting(packed, effect, target, parameter, needed)
+                own = range(first, len(found))
                 found.append(
                     Coordinate(
                         effect,
@@ -130,12 +130,8 @@ def coordinates(
                         target,
                         unit,
                         _ordinary(effect.id, parameter.name, packed, uncertainty) / unit,
-                        tuple(own),
-                        tuple(
-                            k
-                            for k, turns in zip(own, moment, strict=True)
-                            if turns @ moment[0] < 0.0
-                        ),
+                        tuple(k for k in own if found[k].parameter in needed),
+                        tuple(k for k in own if found[k].parameter in against),
                     )
                 )
     return tuple(found)
@@ -153,70 +149,6 @@ def may_bend(all_coordinates: Sequence[Coordinate]) -> frozenset[int]:
         for index, one in enumerate(all_coordinates)
         if one.ordinary == 0.0 and not one.leads and index not in placed
     )
-
-
-def _leads(
-    packed: PackedVehicle, effect: Effect, target: str | None, parameter: Parameter
-) -> tuple[Parameter, ...] | None:
-    """Parameters of an effect of which one must be there for another to act; None: it never acts.
-
-    A factor on a coefficient that the vehicle file has at zero never acts.
-    """
-    small = {parameter.name: _sided(parameter)}
-    if _acts(packed, effect, target, {}, small):
-        return ()
-    before = effect.parameters[: effect.parameters.index(parameter)]
-    found = tuple(
-        one for one in before if _acts(packed, effect, target, {one.name: _sided(one)}, small)
-    )
-    return found or None
-
-
-def _moment_of(
-    packed: PackedVehicle, effect: Effect, target: str | None, lead: Parameter, placed: Parameter
-) -> FloatArray:
-    """Moment (3,) of weight less buoyancy that a place adds to a little of what leads. [N m]."""
-    there = {lead.name: _sided(lead)}
-    without, moved = (
-        _changed(packed.vector, effect, target, values, packed.context)
-        for values in (there, there | {placed.name: _sided(placed)})
-    )
-    if without is None or moved is None:
-        return np.zeros(3)
-    return _moment(moved) - _moment(without)
-
-
-def _moment(vector: FloatArray) -> FloatArray:
-    """Weight at its centre less buoyancy at its own (3,). Fossen 2021, eq. (4.5). [N m]."""
-    weight, buoyancy = float(read(vector, "weight")), float(read(vector, "buoyancy"))
-    centre, floats = read(vector, "centre_of_mass"), read(vector, "centre_of_buoyancy")
-    return np.asarray(weight * centre - buoyancy * floats)
-
-
-def _acts(
-    packed: PackedVehicle,
-    effect: Effect,
-    target: str | None,
-    others: Mapping[str, float],
-    small: Mapping[str, float],
-) -> bool:
-    """Whether a small departure changes anything beside others; refused counts as acting alone."""
-    without = _changed(packed.vector, effect, target, others, packed.context)
-    moved = _changed(packed.vector, effect, target, {**others, **small}, packed.context)
-    if without is None or moved is None:
-        return not others
-    return not np.array_equal(without, moved)
-
-
-def _sided(parameter: Parameter) -> float:
-    """Small departure towards the plausible side, in the parameter's unit."""
-    low, high = parameter.plausible
-    by = 1e-2 * _far(parameter)
-    return by if abs(high - parameter.neutral) >= abs(low - parameter.neutral) else -by
-
-
-def _far(parameter: Parameter) -> float:
-    return max(abs(limit - parameter.neutral) for limit in parameter.plausible)
 
 
 def _ordinary(
@@ -243,22 +175,6 @@ def _ordinary(
         "residual_buoyancy": uncertainty.buoyancy_n,
         "cg_shift": uncertainty.centre_of_mass_m,
     }.get(effect_id, 0.0)
-
-
-def _changed(
-    vector: FloatArray,
-    effect: Effect,
-    target: str | None,
-    departures: Mapping[str, float],
-    context: EffectContext,
-) -> FloatArray | None:
-    """Vector with parameters moved off neutral; None where the effect refuses."""
-    neutral = effect.neutral_values()
-    values = {name: neutral[name] + by for name, by in departures.items()}
-    try:
-        return apply_effects(vector, [EffectSpec(effect.id, values, target)], context)
-    except (CannotComputeError, InputError):
-        return None
 
 
 def specs_at(

@@ -39,7 +39,7 @@ def place(tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch) -> 
     whole = blind_case.generate
 
     def short(subject: Any, spec: CaseSpec) -> GeneratedCase:  # noqa: ANN401
-        return whole(subject, CaseSpec(**{**spec.__dict__, "duration_s": 20.0, "healthy": 0}))
+        return whole(subject, CaseSpec(**{**spec.__dict__, "duration_s": 12.0, "healthy": 0}))
 
     run = blind_case.run_case
     monkeypatch.setattr(blind_case, "generate", short)
