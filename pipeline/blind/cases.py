@@ -98,8 +98,10 @@ def case_of(
     severity = SEVERITIES[int(rng.integers(len(SEVERITIES)))]
     what: tuple[str, ...] = ()
     if kind in ("single", "leave_one_out"):
-        # every effect as often as every other one, whatever the number of cases
-        what = (effects[(rank // len(names)) % len(effects)],)
+        # every effect as often as every other one, in an order that is not the alphabet's: a
+        # campaign that is stopped early has met some of all kinds
+        order = np.random.default_rng([seed, len(effects)]).permutation(len(effects))
+        what = (effects[int(order[(rank // len(names)) % len(effects)])],)
     elif kind == "outside":
         what = (TROUBLES[(rank // len(names)) % len(TROUBLES)],)
     elif kind == "pair":

@@ -28,7 +28,7 @@ from pipeline.diagnose.next_run import next_run
 from pipeline.diagnose.notes import notes_on
 from pipeline.diagnose.refine import possible_alone, refined
 from pipeline.diagnose.regime_gaps import regime_gaps
-from pipeline.diagnose.regimes import excess, regime_shares, regressors, time_shares
+from pipeline.diagnose.regimes import regressors
 from pipeline.diagnose.scales import levels
 from pipeline.diagnose.search import Search, ordinary_prior, search
 from pipeline.diagnose.sentence import sentence
@@ -38,7 +38,8 @@ from pipeline.diagnose.verdict import (
     ranking_of,
     specs_of,
 )
-from pipeline.diagnose.weighing import UNKNOWN
+from pipeline.diagnose.weighing import NONE, UNKNOWN
+from pipeline.diagnose.where import where_told
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
@@ -50,7 +51,6 @@ from pipeline.records.diagnosis import (
     Evidence,
     Gap,
     Verdict,
-    Where,
 )
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -231,7 +231,6 @@ def _told(  # noqa: PLR0917 - one caller
     answered = answered.reweighed(shares)
     top = answered.ranking[0]
     led_to = consequence(found, ahead, top, answered.force_scale, every)
-    carried = excess(ahead.before, ahead.spread, setting.bench.window_count, AHEAD_S)
     closed, left = led_to.closed, led_to.left
     judged = led_to.judged
     shares = with_unknown(
@@ -252,10 +251,14 @@ def _told(  # noqa: PLR0917 - one caller
         holdout=tuple(run.name for run in case.holdout),
         gap=Gap(
             channels=gaps,
-            where=Where(
-                channels=gap_channels(gaps),
-                regimes=regime_shares(every, carried),
-                times=time_shares(setting, runs, carried),
+            where=where_told(
+                gaps,
+                ahead,
+                led_to,
+                setting,
+                runs,
+                every,
+                known=names not in {(NONE,), (UNKNOWN,)},
             ),
             by_regime=regime_gaps(every, ahead.before, ahead.spread, AHEAD_S),
         ),

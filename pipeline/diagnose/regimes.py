@@ -14,9 +14,10 @@ from pipeline.records.diagnosis import RegimeShare, TimeShare
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 
-#: A regime is named when its share of the gap is that many times its share of the time.
-_MARKED = 1.3
-_LEAST_SHARE = 0.4
+#: A regime is named when its share of the gap is that many times its share of the time, and large;
+#: or, less marked, where the gap goes with the regressor throughout.
+_MARKED, _LEAST_SHARE = 1.3, 0.4
+_GOES_WITH, _LESS_MARKED = 0.5, 1.1
 
 
 @dataclass(frozen=True)
@@ -141,7 +142,8 @@ def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[Regi
             inside = known & (one.values >= edges[low]) & (one.values <= edges[high])
             share = float(carried[inside].sum()) / whole
             time = float(inside.sum()) / len(carried)
-            if share >= _LEAST_SHARE and share >= _MARKED * time:
+            marked = share >= _LEAST_SHARE and share >= _MARKED * time
+            if marked or (abs(goes_with) >= _GOES_WITH and share >= _LESS_MARKED * time):
                 found.append(
                     RegimeShare(
                         regressor=one.name,

@@ -1,0 +1,91 @@
+"""Where the gap lies: the channels, regimes and times that the answer names."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pipeline.diagnose.consequences import AHEAD_S, Ahead, Consequence
+from pipeline.diagnose.forecast import Forecast, rms
+from pipeline.diagnose.gap import gap_channels
+from pipeline.diagnose.linear_model import Setting
+from pipeline.diagnose.regimes import Regressor, excess, regime_shares, time_shares
+from pipeline.records.diagnosis import ChannelGap, Where
+from pipeline.records.run_table import RunTable
+from pipeline.types import FloatArray
+
+#: Share of what the effects of the answer do in the worst channel from which they act in another.
+_ACTS = 0.5
+
+
+def where_told(  # noqa: PLR0917 - one caller
+    gaps: Mapping[str, ChannelGap],
+    ahead: Ahead,
+    led_to: Consequence,
+    setting: Setting,
+    runs: Sequence[RunTable],
+    every: Sequence[Regressor],
+    *,
+    known: bool,
+) -> Where:
+    """Name where the gap lies.
+
+    The channels that carry it, then those in which the effects of the answer act most: a DVL's
+    scale that is half a floor in surge is told from the motion as a whole, and the errors of surge
+    alone do not show it. The regimes are those in which the effects act; without an answer those in
+    which the errors lie.
+
+    Parameters
+    ----------
+    gaps : mapping
+        Gap of every channel.
+    ahead, led_to
+        The windows as they are predicted, without and with the answer.
+    setting, runs, every
+        The windows, their runs, and what a force may depend on.
+    known : bool
+        The answer names effects.
+    """
+    windows = setting.bench.window_count
+    carried = excess(ahead.before, ahead.spread, windows, AHEAD_S)
+    channels, acting = gap_channels(gaps), carried
+    if known and led_to.added.any():
+        difference = made(ahead.before, led_to.after, ahead.spread)
+        size = {name: rms(values) for name, values in difference.items()}
+        most = max(size.values(), default=0.0)
+        acted = [name for name in size if size[name] >= max(_ACTS * most, 1e-12)]
+        acted = [name for name in acted if name not in channels]
+        channels = (*channels, *sorted(acted, key=lambda name: -size[name]))
+        acting = by_window(difference, ahead.before, windows)
+    return Where(
+        channels=channels,
+        regimes=regime_shares(every, acting),
+        times=time_shares(setting, runs, carried),
+    )
+
+
+def made(
+    before: Forecast, after: Forecast, spread: Mapping[str, FloatArray]
+) -> dict[str, FloatArray]:
+    """Difference that an answer makes to each reading, in healthy floors, by channel (k,).
+
+    Free of the sensors' noise. Not a number where the reading is too far ahead, or where a
+    simulation ran away.
+    """
+    found = {}
+    for name, errors in before.errors.items():
+        difference = errors - after.errors[name]
+        own = (before.ahead_s[name] <= AHEAD_S) & np.isfinite(difference)
+        if own.any():
+            floor = float(np.sqrt(np.mean(spread[name][own]) + before.sensor[name] ** 2))
+            found[name] = np.where(own, difference / max(floor, 1e-12), np.nan)
+    return found
+
+
+def by_window(difference: Mapping[str, FloatArray], near: Forecast, windows: int) -> FloatArray:
+    """Mean squares of differences in each window, summed over channels (windows,)."""
+    total = np.zeros(windows)
+    for name, values in difference.items():
+        own = np.isfinite(values)
+        sums = np.bincount(near.window[name][own], values[own] ** 2, minlength=windows)
+        total += sums / np.maximum(np.bincount(near.window[name][own], minlength=windows), 1)
+    return total

@@ -1,0 +1,60 @@
+"""Where an answer acts, told from the difference that it makes to the prediction."""
+
+import numpy as np
+import pytest
+
+from pipeline.diagnose.consequences import AHEAD_S
+from pipeline.diagnose.forecast import Forecast
+from pipeline.diagnose.regimes import Regressor, regime_shares
+from pipeline.diagnose.where import by_window, made
+
+WINDOWS, READINGS = 4, 5
+
+
+def forecast(errors: dict[str, np.ndarray]) -> Forecast:
+    """Readings of some windows; the last of each is further ahead than what counts."""
+    ahead = np.tile([*np.linspace(1.0, AHEAD_S, READINGS - 1), AHEAD_S + 1.0], WINDOWS)
+    window = np.repeat(np.arange(WINDOWS), READINGS)
+    return Forecast(
+        errors,
+        dict.fromkeys(errors, ahead),
+        dict.fromkeys(errors, window),
+        dict.fromkeys(errors, 3.0),
+    )
+
+
+@pytest.fixture
+def before() -> Forecast:
+    rng = np.random.default_rng(1)
+    return forecast({name: rng.normal(size=WINDOWS * READINGS) for name in ("u", "v")})
+
+
+def test_the_difference_is_counted_in_floors_whatever_the_noise(before: Forecast) -> None:
+    act = np.zeros(WINDOWS * READINGS)
+    act[READINGS : 2 * READINGS] = 10.0
+    after = forecast({"u": before.errors["u"] - act, "v": before.errors["v"]})
+    spread = {name: np.full(act.size, 16.0) for name in ("u", "v")}
+    found = made(before, after, spread)
+    # sqrt(4^2 + 3^2) is the floor
+    assert found["u"][READINGS : 2 * READINGS - 1] == pytest.approx(2.0)
+    assert found["v"][: READINGS - 1] == pytest.approx(0.0)
+    assert np.isnan(found["u"][READINGS - 1 :: READINGS]).all()
+    assert by_window(found, before, WINDOWS) == pytest.approx([0.0, 4.0, 0.0, 0.0])
+
+
+def test_a_simulation_that_ran_away_says_nothing(before: Forecast) -> None:
+    errors = before.errors["u"].copy()
+    errors[:READINGS] = np.inf
+    after = forecast({"u": errors, "v": before.errors["v"]})
+    found = made(before, after, {name: np.zeros(errors.size) for name in ("u", "v")})
+    assert by_window(found, before, WINDOWS)[0] == 0.0
+
+
+def test_a_gap_that_grows_a_little_with_speed_throughout_is_said_to_go_with_it() -> None:
+    speed = np.linspace(0.0, 1.0, 12)
+    every = [Regressor("speed_mps", "m/s", speed), Regressor("depth_m", "m", np.sin(40.0 * speed))]
+    (found,) = regime_shares(every, 1.0 + 0.5 * speed)
+    assert found.regressor == "speed_mps"
+    assert found.correlation == pytest.approx(1.0)
+    assert found.range[1] == 1.0
+    assert regime_shares(every, np.ones(12)) == ()
