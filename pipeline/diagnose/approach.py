@@ -16,7 +16,7 @@ from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Near, judge_all
 from pipeline.diagnose.tangent import linear_model
-from pipeline.diagnose.trials import BEHIND, Follower, Lead, Trial
+from pipeline.diagnose.trials import BEHIND, Follower, Lead, Trial, value_of
 
 #: Effects whose own points are gone to from the nominal model: as they are estimated under an
 #: outside force of at most `_QUIET`, and under any.
@@ -103,7 +103,7 @@ def approach(
     ]
     for probe in over_threads(setting.bench, bent):
         if probe is not None and probe.value > best.value:
-            best = max(follow.steps(probe, _STEPS), key=lambda one: one.value)
+            best = max(follow.steps(probe, _STEPS), key=value_of)
     best = follow.best_of(best, follow.anew(best), _STEPS_ANEW)
     best = replace(best, settled=True)
     last = follow.steps(best, _FURTHER)[-1]

@@ -1,6 +1,6 @@
 """How far off a model is some time ahead: errors by channel from the best known starts."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,7 +14,7 @@ from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import Window
 from pipeline.records.run_table import RunTable
-from pipeline.types import FloatArray, IntArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Quantity -> (name, unit) of its components in the answer.
 CHANNELS: dict[str, tuple[tuple[str, str], ...]] = {
@@ -40,6 +40,13 @@ class Forecast:
     ahead_s: dict[str, FloatArray]
     window: dict[str, IntArray]
     sensor: dict[str, float]
+
+    def healthy_floor(self, name: str, spread: Mapping[str, FloatArray], rows: BoolArray) -> float:
+        """Root mean square error of a healthy vehicle in some readings (k,) of a channel.
+
+        `spread` is the mean square of what healthy vehicles differ from this model by, by channel.
+        """
+        return float(np.sqrt(np.mean(spread[name][rows]) + self.sensor[name] ** 2))
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,6 @@ def _ratios(
         rows = inside[near.window[name]] & (near.ahead_s[name] <= within_s) & np.isfinite(errors)
         if rows.sum() < _FEWEST:
             continue
-        floor = float(np.sqrt(np.mean(spread[name][rows]) + near.sensor[name] ** 2))
+        floor = near.healthy_floor(name, spread, rows)
         ratios[name] = rms(errors[rows]) / max(floor, 1e-12)
     return ratios

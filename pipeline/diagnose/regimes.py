@@ -118,8 +118,8 @@ def excess(
         own = (near.ahead_s[name] <= within_s) & np.isfinite(errors)
         if not own.any():
             continue
-        floor = float(np.mean(spread[name][own]) + near.sensor[name] ** 2)
-        sums = np.bincount(near.window[name][own], errors[own] ** 2 / floor, minlength=windows)
+        floor = near.healthy_floor(name, spread, own)
+        sums = np.bincount(near.window[name][own], (errors[own] / floor) ** 2, minlength=windows)
         counts = np.bincount(near.window[name][own], minlength=windows)
         total += np.maximum(sums / np.maximum(counts, 1) - 1.0, 0.0) * (counts > 0)
     return total

@@ -36,7 +36,7 @@ def shrink(  # noqa: PLR0917 - one caller
         if not own.any():
             # nothing of it can be predicted
             continue
-        floor = float(np.sqrt(np.mean(spread[name][own]) + before.sensor[name] ** 2))
+        floor = before.healthy_floor(name, spread, own)
         owner = before.window[name][own]
         counts[row] = np.bincount(owner, minlength=windows)
         for key, one in (("before", before), ("after", after)):

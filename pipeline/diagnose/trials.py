@@ -74,7 +74,8 @@ class Trial:
         return realisable(every, np.where(np.isin(np.arange(near.size), kept), near, 0.0))
 
 
-def _value(one: Trial) -> float:
+def value_of(one: Trial) -> float:
+    """Log evidence by which trials are ordered."""
     return one.value
 
 
@@ -93,8 +94,8 @@ class Follower:
         """Go so many steps, and on as long as it climbs; return every point that was reached.
 
         The way to a payload is long: its place shows more the more there is of it. `known` is the
-        log evidence of the best point so far: a way that has found nothing near it
-        after its second step is left.
+        log evidence of the best point so far: a way that has found nothing near it after its second
+        step is left.
         """
         every = self.setting.coordinates
         own = () if trial.finding is None else trial.finding.groups
@@ -113,7 +114,7 @@ class Follower:
             if placed and (seen is None or seen.value < before - BEHIND):
                 # what a strong payload does is far from straight: half way there
                 half = self.seen_from((at + trial.departures) / 2, own, roughly=roughly)
-                seen = max((one for one in (seen, half) if one), key=_value, default=None)
+                seen = max((one for one in (seen, half) if one), key=value_of, default=None)
             if seen is None:
                 break
             trial = replace(seen, far=trial.far, settled=trial.settled)
@@ -132,7 +133,7 @@ class Follower:
         """
         ways = [partial(self.steps, trial, most, best.value) for trial in trials]
         reached = over_threads(self.setting.bench, ways)
-        return max((best, *(one for way in reached for one in way[1:] or way)), key=_value)
+        return max((best, *(one for way in reached for one in way[1:] or way)), key=value_of)
 
     def probed(
         self, begin: FloatArray, group: Group, members: Sequence[int], sizes: Sequence[float]
@@ -146,7 +147,7 @@ class Follower:
             at = begin.copy()
             at[list(members)] = size * np.sign([every[k].step for k in members])
             found.append(self.seen_from(realisable(every, at), (group,), roughly=True))
-        return max((one for one in found if one), key=_value, default=None)
+        return max((one for one in found if one), key=value_of, default=None)
 
     def seen_from(
         self, at: FloatArray, own: Sequence[Group], *, roughly: bool = False
@@ -188,7 +189,7 @@ class Follower:
                 known = found.get(finding.groups)
                 if finding.which and (known is None or known.value < trial.value):
                     found[finding.groups] = trial
-        ordered = sorted(found.values(), key=_value, reverse=True)
+        ordered = sorted(found.values(), key=value_of, reverse=True)
         return ordered[:_ANEW]
 
     def _linear_at(self, at: FloatArray, renew: Sequence[int]) -> LinearModel | None:

@@ -76,7 +76,7 @@ def made(
         difference = errors - after.errors[name]
         own = (before.ahead_s[name] <= AHEAD_S) & np.isfinite(difference)
         if own.any():
-            floor = float(np.sqrt(np.mean(spread[name][own]) + before.sensor[name] ** 2))
+            floor = before.healthy_floor(name, spread, own)
             found[name] = np.where(own, difference / max(floor, 1e-12), np.nan)
     return found
 
