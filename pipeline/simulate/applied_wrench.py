@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from pipeline.physics.parameters import MOST_THRUSTERS, write
+from pipeline.physics.parameters import MOST_THRUSTERS, read, write
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.kernel_wrench import wrench_along
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import run
+from pipeline.simulate.run import Method, run
 from pipeline.types import FloatArray
 
 #: Mass of the body that stands in for the vehicle while its thrusters alone are computed. [kg]
@@ -47,7 +47,10 @@ def actuator_states(
     write(fixed, "centre_of_mass", 0.0)
     write(fixed, "centre_of_buoyancy", 0.0)
     write(fixed, "current", 0.0)
-    return run(packed, command, dt_s=period_s, vector=fixed).actuator
+    # lags are taken exactly by any method
+    turning = (read(fixed, "rotor_inertia") > 0.0).any()
+    method: Method = "rk4" if turning else "semi_implicit"
+    return run(packed, command, dt_s=period_s, vector=fixed, method=method).actuator
 
 
 def thruster_wrench(

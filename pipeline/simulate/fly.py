@@ -160,7 +160,7 @@ def fly(
         `general_allocator` of the vehicle otherwise.
     step_s : float, optional
         Integration step; divides the control period. `usual_step_s` otherwise. [s]
-    method : {"rk4", "semi_implicit"}
+    method : {"rk4", "semi_implicit", "midpoint"}
         See `run`.
     change : Change, optional
         Asked at the start of every control period; its vector takes the place of `vector`. The

@@ -9,14 +9,14 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import MOST_THRUSTERS, read
-from pipeline.simulate.kernel import BODY, RK4, SEMI_IMPLICIT, STATE, simulate
+from pipeline.simulate.kernel import BODY, MIDPOINT, RK4, SEMI_IMPLICIT, STATE, simulate
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 
-Method = Literal["rk4", "semi_implicit"]
-_METHODS = {"rk4": RK4, "semi_implicit": SEMI_IMPLICIT}
+Method = Literal["rk4", "semi_implicit", "midpoint"]
+_METHODS = {"rk4": RK4, "semi_implicit": SEMI_IMPLICIT, "midpoint": MIDPOINT}
 #: Step times rate of a shaft that is still computed well: half to two thirds of the stable one.
-_SHAFT_REACH = {"rk4": 2.0, "semi_implicit": 1.0}
+_SHAFT_REACH = {"rk4": 2.0, "semi_implicit": 1.0, "midpoint": 1.0}
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ def run(
         Kernel state to start from; at rest at the origin otherwise.
     external : ndarray, shape (m, 6) or (1, 6), optional
         Force [N] and moment [N m] on the body from outside the model (gripper, snag).
-    method : {"rk4", "semi_implicit"}
+    method : {"rk4", "semi_implicit", "midpoint"}
         Fourth order, or first order with the pose moved by the new velocity.
     start_time_s : float
         Time of the first sample. [s]
