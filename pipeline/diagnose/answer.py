@@ -1,7 +1,7 @@
 """The answers of a search: each with its probability and the finding that stands for it."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -27,10 +27,19 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Answers:
-    """All answers, most probable first; `level` is the most probable outside force."""
+    """All answers, most probable first.
+
+    `held_out` is the log evidence of the windows that took no part, for an answer over the best
+    simpler one, by name; see `held_out_gains`.
+    """
 
     ranking: tuple[Candidate, ...]
-    force_scale: float
+    held_out: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def force_scale(self) -> float:
+        """Level of the outside force under the first answer."""
+        return self.ranking[0].judged.level.size
 
     def of(self, name: str) -> Candidate | None:
         """One answer by its name."""
@@ -64,7 +73,7 @@ def answers(found: Search, limits: Calibration, *, healthy_known: bool) -> Answe
         )
         for one in weigh(evidence, effect_count(found), limits, healthy_known=healthy_known)
     )
-    return Answers(ranking, ranking[0].judged.level.size)
+    return Answers(ranking)
 
 
 def evidence_of(found: Search) -> tuple[LevelEvidence, ...]:

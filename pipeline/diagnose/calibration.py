@@ -16,6 +16,7 @@ class _File(Record):
     single: float
     pair: float
     pair_share: float
+    held_out: float
     set_level: float
     left_over: float
     verdict: float
@@ -46,6 +47,8 @@ class Calibration:
     pair_share : float
         Share of what the best single effect explains that a second one must add: the flaws of a
         model grow with what is explained, and look like a second effect.
+    held_out : float
+        Weight of the log evidence of windows that took no part, where it speaks against an answer.
     set_level : float
         Probability that the answer set must hold.
     left_over : float
@@ -73,6 +76,7 @@ class Calibration:
     single: float
     pair: float
     pair_share: float
+    held_out: float
     set_level: float
     left_over: float
     verdict: float
@@ -99,6 +103,7 @@ def calibration() -> Calibration:
         found.single,
         found.pair,
         found.pair_share,
+        found.held_out,
         found.set_level,
         found.left_over,
         found.verdict,

@@ -55,6 +55,8 @@ class CaseEvidence(Record):
     worst_ratio: float
     levels: tuple[KeptLevel, ...]
     consequences: dict[str, KeptConsequence]
+    held_out: dict[str, float]
+    """Log evidence of the held-out windows, by answer; see `held_out_gains`."""
 
 
 def case_evidence(  # noqa: PLR0917 - one caller
@@ -97,4 +99,5 @@ def case_evidence(  # noqa: PLR0917 - one caller
             for one in evidence_of(found)
         ),
         consequences=kept,
+        held_out=dict(answered.held_out),
     )

@@ -3,8 +3,10 @@
 Only numbers: a diagnosis and the setting of its thresholds decide by the same function.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+
+import numpy as np
 
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.weighing import NONE, UNKNOWN
@@ -15,6 +17,8 @@ MEASUREMENT = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_
 _STILL = 0.2
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
+#: Log evidence of the held-out windows that chance alone can make negative.
+_CHANCE = 2.0
 #: Beyond this many times the limit more force makes `unknown` no surer.
 _MOST_TIMES = 10.0
 
@@ -45,6 +49,32 @@ class Left:
     before: float
     after: float
     gap_closed: float | None
+
+
+def with_held_out(
+    ranking: Sequence[Share], gains: Mapping[str, float], limits: Calibration
+) -> tuple[Share, ...]:
+    """Lower answers that the windows that took no part speak against.
+
+    Those windows never raise an answer: they are there to check it.
+
+    Parameters
+    ----------
+    ranking, limits
+        As of `without_gap`.
+    gains : mapping
+        Log evidence of the held-out windows for an answer over the best simpler one, by name.
+    """
+    worth = {
+        one.name: one.probability
+        * float(np.exp(limits.held_out * min(gains.get(one.name, 0.0) + _CHANCE, 0.0)))
+        for one in ranking
+    }
+    whole = sum(worth.values())
+    if whole <= 0.0:
+        return tuple(ranking)
+    shares = [replace(one, probability=worth[one.name] / whole) for one in ranking]
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 
 def without_gap(

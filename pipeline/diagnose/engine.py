@@ -21,6 +21,7 @@ from pipeline.diagnose.forecast import (
 )
 from pipeline.diagnose.gap import channel_gaps, gap_channels
 from pipeline.diagnose.healthy import learn
+from pipeline.diagnose.held_out import checked
 from pipeline.diagnose.hopeless import refuse_hopeless
 from pipeline.diagnose.linear_model import Setting, vector_of
 from pipeline.diagnose.margins import cautious
@@ -160,6 +161,7 @@ def _diagnosed(
     top = answers(own, thresholds, healthy_known=known_well).ranking[0]
     found = cautious(found, own, top)
     answered = possible_alone(found, answers(found, thresholds, healthy_known=known_well))
+    answered = checked(found, answered, thresholds)
     return _told(case, found, answered, thresholds, channels, runs, seed, began, keep)
 
 

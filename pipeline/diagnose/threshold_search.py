@@ -8,7 +8,14 @@ import numpy as np
 
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case_evidence import CaseEvidence
-from pipeline.diagnose.decision import Share, verdict_of, with_gap, with_unknown, without_gap
+from pipeline.diagnose.decision import (
+    Share,
+    verdict_of,
+    with_gap,
+    with_held_out,
+    with_unknown,
+    without_gap,
+)
 from pipeline.diagnose.weighing import NONE, UNKNOWN, weigh
 
 #: Values that are tried, one threshold after the other.
@@ -17,6 +24,7 @@ TRIED: dict[str, tuple[float, ...]] = {
     "none": (0.3, 0.45, 0.6, 0.75, 0.9, 0.97),
     "pair": (0.001, 0.005, 0.02, 0.05, 0.1),
     "pair_share": (0.0, 0.02, 0.05, 0.1, 0.2, 0.4),
+    "held_out": (0.0, 0.5, 1.0, 2.0, 4.0),
     "left_over": (0.1, 0.2, 0.3, 0.45, 0.6, 0.8),
     "verdict": (0.5, 0.7, 0.8, 0.9, 0.95, 0.99),
     "set_level": (0.9, 0.95, 0.99, 0.999),
@@ -67,6 +75,7 @@ def decide(one: CaseEvidence, limits: Calibration) -> tuple[tuple[str, ...], tup
     levels = [level.evidence() for level in one.levels]
     weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
+    shares = with_held_out(shares, one.held_out, limits)
     shares = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
     led_to = one.consequences.get(shares[0].name)
     alike: tuple[str, ...] = ()

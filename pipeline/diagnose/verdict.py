@@ -56,6 +56,7 @@ def ranking_of(
                 thruster=thruster,
                 axes=axes,
                 log_evidence=one.log_evidence,
+                held_out_log_evidence=answered.held_out.get(one.name),
             )
         )
     named = {row.effect for row in rows}

@@ -106,6 +106,8 @@ class RankedEffect(Record):
     axes: tuple[str, ...] = ()
     log_evidence: float
     """Natural logarithm, against the stated vehicle with its ordinary uncertainty."""
+    held_out_log_evidence: float | None = None
+    """Of the windows that took no part, against the best simpler answer."""
 
 
 class ShrinkFigures(Record):

@@ -126,6 +126,7 @@ def _ranking_table(caption: str, ranking: list[RankedEffect], record: DiagnosisR
             "Parameters with 95 % intervals",
             "Gap closed",
             "Log evidence",
+            "Held out",
         ),
         tuple(
             (
@@ -135,6 +136,7 @@ def _ranking_table(caption: str, ranking: list[RankedEffect], record: DiagnosisR
                 _parameters(one),
                 "–" if one.gap_closed is None else closed_text(one.gap_closed),
                 fixed(one.log_evidence, 1),
+                "–" if one.held_out_log_evidence is None else fixed(one.held_out_log_evidence, 1),
             )
             for one in ranking
         ),
@@ -149,7 +151,9 @@ def _ranking_table(caption: str, ranking: list[RankedEffect], record: DiagnosisR
         ),
         note="Shaded: the verdict. Marked: what these data cannot tell from it. Gap closed: on "
         "what took no part. Log evidence: natural logarithm, against the vehicle file with its "
-        "stated uncertainty; a difference of 3 is a factor of 20.",
+        "stated uncertainty; a difference of 3 is a factor of 20. Held out: log evidence of "
+        "what took no part, against the best simpler answer; clearly below zero speaks against an "
+        "answer.",
     )
 
 

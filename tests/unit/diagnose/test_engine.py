@@ -58,3 +58,24 @@ def test_a_healthy_vehicle_has_no_effect() -> None:
     found = diagnose(small_case(seed=4), threads=1)
     assert found.verdict.effects == ("none",)
     assert found.leftover.axes["surge"] < 2.0
+
+
+def test_held_out_windows_say_nothing_against_an_effect_that_is_there(
+    weak: DiagnosisRecord,
+) -> None:
+    said = {row.effect: row.held_out_log_evidence for row in weak.ranking}
+    found = said["thruster_degraded"]
+    # nor much for it: a stated parameter far off, as the chosen windows have it, says the same
+    assert found is not None
+    assert found > -1.0
+    assert said["none"] is None
+
+
+def test_held_out_runs_of_another_vehicle_take_the_answer_its_certainty(weak_case: Case) -> None:
+    well = small_case(seed=1)
+    found = diagnose(replace(weak_case, holdout=well.runs), threads=1)
+    said = {row.effect: row.held_out_log_evidence for row in found.ranking}
+    against = said["thruster_degraded"]
+    assert against is not None
+    assert against < 0.0
+    assert found.verdict.effects != ("thruster_degraded",)

@@ -8,7 +8,15 @@ import pytest
 
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case_evidence import CaseEvidence, KeptConsequence, KeptLevel
-from pipeline.diagnose.decision import Left, Share, verdict_of, with_gap, with_unknown, without_gap
+from pipeline.diagnose.decision import (
+    Left,
+    Share,
+    verdict_of,
+    with_gap,
+    with_held_out,
+    with_unknown,
+    without_gap,
+)
 from pipeline.diagnose.threshold_search import (
     WORTH_MOVING,
     Known,
@@ -24,6 +32,7 @@ LIMITS = Calibration(
     single=0.4,
     pair=0.1,
     pair_share=0.0,
+    held_out=1.0,
     set_level=0.99,
     left_over=0.3,
     verdict=0.9,
@@ -138,6 +147,24 @@ def test_no_gap_needs_no_cause() -> None:
     assert without_gap(contradiction, 1.0, LIMITS) == contradiction
 
 
+def test_answer_that_held_out_windows_speak_against_does_not_lead() -> None:
+    found = with_held_out(SHARES, {"lift": -10.0, "tether": 3.0}, LIMITS)
+    shares = {one.name: one.probability for one in found}
+    assert found[0].name == "tether"
+    assert sum(shares.values()) == pytest.approx(1.0)
+    # what speaks for an answer there does not raise it
+    assert shares["tether"] / shares["none"] == pytest.approx(3.0)
+    assert shares["lift"] / shares["none"] == pytest.approx(16.0 * np.exp(-8.0))
+
+
+def test_held_out_windows_count_by_their_weight_and_beyond_chance_only() -> None:
+    gains = {"lift": -10.0, "tether": -1.0}
+    assert with_held_out(SHARES, gains, replace(LIMITS, held_out=0.0)) == SHARES
+    assert with_held_out(SHARES, {"lift": -1.9, "tether": -1.0}, LIMITS) == SHARES
+    only = (Share("lift", 1.0), Share("none", 0.0))
+    assert with_held_out(only, {"lift": -1e6}, LIMITS) == only
+
+
 NONE_FIRST = (Share("none", 0.9), Share("lift", 0.08), Share("tether", 0.02))
 
 
@@ -182,6 +209,7 @@ def case(truth: str, gain: float, ratio: float = 5.0) -> Known:
         worst_ratio=ratio,
         levels=levels,
         consequences={"none": left, "lift": left, "tether": left},
+        held_out={},
     )
     return Known(evidence, (truth,), ratio)
 

@@ -1,0 +1,99 @@
+r"""What the windows that took no part say of an answer.
+
+An effect that is there explains other windows, too. The log evidence of the held-out windows y'
+when the chosen ones y are known,
+
+.. math:: \log p(y' | y, H) = \log p(y, y' | H) - \log p(y | H),
+
+is compared with that of the best simpler answer: of none for one effect, of the better of its
+effects alone for two (cumulative evidence as cross-validation: Fong and Holmes 2020, "On the
+marginal likelihood and cross-validation"). It is clearly negative where the chosen windows made the
+effect up. It is about zero where the effect does nothing, but also where a stated parameter that is
+far off would do the same: what the chosen windows say of it is known by then. So it can speak
+against an answer only.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from pipeline.diagnose.answer import Answers, Candidate
+from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.decision import Share, with_held_out
+from pipeline.diagnose.elimination import Marginal, marginal
+from pipeline.diagnose.hypotheses import judge, log_evidence_of, with_ordinary
+from pipeline.diagnose.search import Judged, Search, force_prior
+from pipeline.diagnose.weighing import NONE
+
+#: Log evidence of held-out windows, by what is wide.
+_Predicted = Callable[[Sequence[int]], float]
+
+
+def checked(found: Search, answered: Answers, limits: Calibration) -> Answers:
+    """Lower answers that the held-out windows speak against; see `with_held_out`."""
+    gains = held_out_gains(found, answered)
+    shares = [Share(one.name, one.probability) for one in answered.ranking]
+    return replace(answered, held_out=gains).reweighed(with_held_out(shares, gains, limits))
+
+
+def held_out_gains(found: Search, answered: Answers) -> dict[str, float]:
+    """Log evidence by which each answer predicts the held-out windows better than a simpler one.
+
+    Parameters
+    ----------
+    found : Search
+        As it ended, judged on the chosen windows.
+    answered : Answers
+        Answers that are looked at, each under its own level of the outside force.
+
+    Returns
+    -------
+    dict
+        By the answer's name; empty where no window was held out.
+    """
+    if found.chosen.all():
+        return {}
+    levels: dict[int, _Predicted] = {}
+
+    def under(judged: Judged) -> _Predicted:
+        return levels.setdefault(id(judged.level), _predicted(found, judged))
+
+    nothing = answered.of(NONE) or answered.ranking[0]
+    without = under(nothing.judged)(())
+    gains = {}
+    for one in answered.ranking:
+        if one.finding is None:
+            continue
+        predicted = under(one.judged)
+        simpler = [without, *(predicted(which) for which in _alone(found, one))]
+        gains[one.name] = predicted(one.finding.which) - max(simpler)
+    return gains
+
+
+def _alone(found: Search, pair: Candidate) -> list[tuple[int, ...]]:
+    """Departures of each effect of a pair by itself: as within the pair, and as found alone."""
+    if pair.finding is None or len(pair.finding.effects) == 1:
+        return []
+    every = found.setting.coordinates
+    own = [
+        tuple(k for k in pair.finding.which if every[k].effect.id == effect)
+        for effect in pair.finding.effects
+    ]
+    alone = [
+        one.which
+        for one in pair.judged.singles
+        if one.which and set(one.groups) <= set(pair.finding.groups)
+    ]
+    return [*own, *alone]
+
+
+def _predicted(found: Search, judged: Judged) -> _Predicted:
+    """Log evidence of the held-out windows under one level, by what is wide."""
+    whole = with_ordinary(
+        marginal(found.grams, force_prior(found.setting, judged.level)), found.prior
+    )
+
+    def total(ground: Marginal, which: Sequence[int]) -> float:
+        gain = judge(ground, found.setting.coordinates, which)[0] if which else 0.0
+        return log_evidence_of(ground) + gain
+
+    return lambda which: total(whole, which) - total(judged.ground, which)
