@@ -21,6 +21,9 @@ from pipeline.diagnose.trials import BEHIND, Follower, Lead, Trial, value_of
 #: Effects whose own points are gone to from the nominal model: as they are estimated under an
 #: outside force of at most `_QUIET`, and under any.
 _TRIED, _TRIED_LOUD, _QUIET = 4, 1, 4.0
+#: Where none of these explains the runs all others are seen from where they lead to; so many of
+#: them are followed.
+_TRIED_LATER = 2
 #: Sizes of the departures to which the first secants are taken: of the weak and of the strong.
 _WEAK, _STRONG = 0.1, 1.0
 #: Linearisations on the way to an effect's own point, and further ones for the best.
@@ -96,6 +99,17 @@ def approach(
     ]
     trials += [one for one in over_threads(setting.bench, laden) if one is not None]
     best = follow.best_of(best, trials, _STEPS)
+    if best.best.level.size > _QUIET:
+        # none of them explains the runs; a current that no DVL shows is weak at nominal
+        tried = {name for one in trials if one.finding for name in one.finding.effects}
+        others = [
+            partial(follow.step, Trial(neutral, under, finding))
+            for under, finding in _strongest_effects(loud, len(groups))
+            if not tried & set(finding.effects)
+        ]
+        seen = [one for one in over_threads(setting.bench, others) if one is not None]
+        first = sorted(seen, key=value_of)[-_TRIED_LATER:]
+        best = follow.best_of(max((best, *first), key=value_of), first, _STEPS)
     begin = best.departures if best.finding is None else neutral
     bent = [
         partial(follow.probed, begin, group, [index], _PROBED)

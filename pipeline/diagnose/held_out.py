@@ -22,7 +22,7 @@ from pipeline.diagnose.decision import Share, with_held_out
 from pipeline.diagnose.elimination import Marginal, marginal
 from pipeline.diagnose.hypotheses import judge, log_evidence_of, with_ordinary
 from pipeline.diagnose.search import Judged, Search, force_prior
-from pipeline.diagnose.weighing import NONE
+from pipeline.diagnose.weighing import NONE, UNKNOWN
 
 #: Log evidence of held-out windows, by what is wide.
 _Predicted = Callable[[Sequence[int]], float]
@@ -61,7 +61,8 @@ def held_out_gains(found: Search, answered: Answers) -> dict[str, float]:
     without = under(nothing.judged)(())
     gains = {}
     for one in answered.ranking:
-        if one.finding is None:
+        # a force from nowhere predicts nothing, and is no worse an answer for that
+        if one.finding is None or one.name == UNKNOWN:
             continue
         predicted = under(one.judged)
         simpler = [without, *(predicted(which) for which in _alone(found, one))]

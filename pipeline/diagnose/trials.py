@@ -97,27 +97,14 @@ class Follower:
         log evidence of the best point so far: a way that has found nothing near it after its second
         step is left.
         """
-        every = self.setting.coordinates
-        own = () if trial.finding is None else trial.finding.groups
-        placed = any(every[k].leads for group in own for k in self.groups[group])
         reached, begun, climbs = [trial], trial.value, False
         for number in range(_MOST_STEPS):
             if number >= most and not climbs:
                 break
-            at = trial.goes_to(every, self.prior)
-            moved = float(np.abs(at - trial.departures).max())
-            if moved < _SETTLED:
+            before, gone = trial.value, self.step(trial)
+            if gone is None:
                 break
-            roughly = bool(own) and not trial.settled
-            seen = self.seen_from(at, own, roughly=roughly)
-            before = trial.value
-            if placed and (seen is None or seen.value < before - BEHIND):
-                # what a strong payload does is far from straight: half way there
-                half = self.seen_from((at + trial.departures) / 2, own, roughly=roughly)
-                seen = max((one for one in (seen, half) if one), key=value_of, default=None)
-            if seen is None:
-                break
-            trial = replace(seen, far=trial.far, settled=trial.settled)
+            trial = gone
             reached.append(trial)
             climbs = trial.value > before + _CLIMBS
             ran_away = trial.value < begun - max(_RUN_AWAY, abs(begun))
@@ -125,6 +112,22 @@ class Follower:
             if ran_away or behind or abs(trial.value - before) < _NO_MORE:
                 break
         return reached
+
+    def step(self, trial: Trial) -> Trial | None:
+        """Go to where a hypothesis is most probable; None where it is there, or cannot be seen."""
+        every = self.setting.coordinates
+        own = () if trial.finding is None else trial.finding.groups
+        at = trial.goes_to(every, self.prior)
+        if float(np.abs(at - trial.departures).max()) < _SETTLED:
+            return None
+        roughly = bool(own) and not trial.settled
+        seen = self.seen_from(at, own, roughly=roughly)
+        placed = any(every[k].leads for group in own for k in self.groups[group])
+        if placed and (seen is None or seen.value < trial.value - BEHIND):
+            # what a strong payload does is far from straight: half way there
+            half = self.seen_from((at + trial.departures) / 2, own, roughly=roughly)
+            seen = max((one for one in (seen, half) if one), key=value_of, default=None)
+        return None if seen is None else replace(seen, far=trial.far, settled=trial.settled)
 
     def best_of(self, best: Trial, trials: Sequence[Trial], most: int) -> Trial:
         """Follow some trials, and return the best point that was reached.

@@ -67,3 +67,17 @@ def test_both_of_two_effects_are_reached() -> None:
     )
     assert found["dead_zone:codes"] == pytest.approx(20 / 30, rel=0.1)
     assert found["dvl_misalignment:yaw_deg"] != pytest.approx(0.0, abs=0.5)
+
+
+def test_where_nothing_that_was_tried_explains_the_runs_the_others_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("pipeline.diagnose.approach._TRIED", 0)
+    monkeypatch.setattr("pipeline.diagnose.approach._TRIED_LOUD", 0)
+    # nor is it found where all are judged anew
+    monkeypatch.setattr("pipeline.diagnose.trials.Follower.anew", lambda *_: [])
+    effects = ("current", "linear_damping", "added_mass")
+    found = reached("current:east_mps=0.4", effects=effects)
+    # counted in half the plausible range, 0.25 m/s
+    assert found["current:east_mps"] == pytest.approx(0.4 / 0.25, rel=0.1)
+    assert abs(found["current:north_mps"]) < 0.1

@@ -69,6 +69,7 @@ def test_held_out_windows_say_nothing_against_an_effect_that_is_there(
     assert found is not None
     assert found > -1.0
     assert said["none"] is None
+    assert said["unknown"] is None
 
 
 def test_held_out_runs_of_another_vehicle_take_the_answer_its_certainty(weak_case: Case) -> None:
