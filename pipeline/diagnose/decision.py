@@ -18,7 +18,7 @@ _STILL = 0.2
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
 #: Log evidence of the held-out windows that chance alone can make negative.
-_CHANCE = 2.0
+_CHANCE = 3.0
 #: Beyond this many times the limit more force makes `unknown` no surer.
 _MOST_TIMES = 10.0
 
@@ -74,6 +74,22 @@ def with_held_out(
     if whole <= 0.0:
         return tuple(ranking)
     shares = [replace(one, probability=worth[one.name] / whole) for one in ranking]
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
+
+
+def with_sure_second(ranking: Sequence[Share], limits: Calibration) -> tuple[Share, ...]:
+    """Let an effect alone go before itself with a second one that is not sure.
+
+    Where the first answer is a pair less probable than `verdict`, and one of the two alone is
+    within what is left, they change places. The second is then named as what cannot be told.
+    """
+    top = ranking[0]
+    alone = next((one for one in ranking if one.name in top.name.split("+")), top)
+    doubtful = top.probability < limits.verdict and alone.probability >= 1.0 - limits.verdict
+    if alone is top or not doubtful:
+        return tuple(ranking)
+    others = [one for one in ranking if one not in {top, alone}]
+    shares = [Share(alone.name, top.probability), Share(top.name, alone.probability), *others]
     return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 

@@ -16,23 +16,32 @@ against an answer only.
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.calibration import Calibration
-from pipeline.diagnose.decision import Share, with_held_out
+from pipeline.diagnose.decision import Share, with_held_out, with_sure_second
 from pipeline.diagnose.elimination import Marginal, marginal
 from pipeline.diagnose.hypotheses import judge, log_evidence_of, with_ordinary
 from pipeline.diagnose.search import Judged, Search, force_prior
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 
+#: Log evidence of what the held-out windows make impossible.
+_IMPOSSIBLE = -1e6
 #: Log evidence of held-out windows, by what is wide.
 _Predicted = Callable[[Sequence[int]], float]
 
 
 def checked(found: Search, answered: Answers, limits: Calibration) -> Answers:
-    """Lower answers that the held-out windows speak against; see `with_held_out`."""
+    """Lower answers that the held-out windows speak against, and second effects not sure.
+
+    See `with_held_out` and `with_sure_second`.
+    """
     gains = held_out_gains(found, answered)
-    shares = [Share(one.name, one.probability) for one in answered.ranking]
-    return replace(answered, held_out=gains).reweighed(with_held_out(shares, gains, limits))
+    shares = with_held_out(
+        [Share(one.name, one.probability) for one in answered.ranking], gains, limits
+    )
+    return replace(answered, held_out=gains).reweighed(with_sure_second(shares, limits))
 
 
 def held_out_gains(found: Search, answered: Answers) -> dict[str, float]:
@@ -97,4 +106,8 @@ def _predicted(found: Search, judged: Judged) -> _Predicted:
         gain = judge(ground, found.setting.coordinates, which)[0] if which else 0.0
         return log_evidence_of(ground) + gain
 
-    return lambda which: total(whole, which) - total(judged.ground, which)
+    def predicted(which: Sequence[int]) -> float:
+        now, before = total(whole, which), total(judged.ground, which)
+        return now - before if np.isfinite([now, before]).all() else _IMPOSSIBLE
+
+    return predicted

@@ -13,6 +13,7 @@ from pipeline.diagnose.decision import (
     verdict_of,
     with_gap,
     with_held_out,
+    with_sure_second,
     with_unknown,
     without_gap,
 )
@@ -39,7 +40,8 @@ TRIED: dict[str, tuple[float, ...]] = {
 }
 #: Cost of each mistake; a wrong confident answer is worse than none.
 FALSE_ALARM, FALSE_ALARM_SHARED = 12.0, 5.0
-CONFIDENTLY_WRONG, NEEDLESSLY_UNKNOWN, WRONG_FIRST, MISSED = 10.0, 5.0, 3.0, 2.0
+CONFIDENTLY_WRONG, CALLED_UNKNOWN, NEEDLESSLY_UNKNOWN = 10.0, 7.0, 5.0
+WRONG_FIRST, MISSED = 3.0, 2.0
 FURTHER_MEMBER = 0.25
 #: A gap below this is no mistake when missed. In healthy floors.
 HARDLY_A_GAP = 1.15
@@ -75,7 +77,7 @@ def decide(one: CaseEvidence, limits: Calibration) -> tuple[tuple[str, ...], tup
     levels = [level.evidence() for level in one.levels]
     weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
-    shares = with_held_out(shares, one.held_out, limits)
+    shares = with_sure_second(with_held_out(shares, one.held_out, limits), limits)
     shares = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
     led_to = one.consequences.get(shares[0].name)
     alike: tuple[str, ...] = ()
@@ -102,8 +104,12 @@ def _mistake(one: Known, names: tuple[str, ...], told: set[str]) -> float:
         if one.gap_ratio < HARDLY_A_GAP:
             return 0.0
         return MISSED if inside else MISSED + WRONG_FIRST
-    if inside or (UNKNOWN in names and len(one.truth) > 1):
-        return NEEDLESSLY_UNKNOWN if UNKNOWN in names else WRONG_FIRST
+    if UNKNOWN in names:
+        return NEEDLESSLY_UNKNOWN if inside or len(one.truth) > 1 else CALLED_UNKNOWN
+    return WRONG_FIRST if inside else _wrong(names, told)
+
+
+def _wrong(names: tuple[str, ...], told: set[str]) -> float:
     return CONFIDENTLY_WRONG if len(told) == len(names) else CONFIDENTLY_WRONG - MISSED
 
 
@@ -128,11 +134,11 @@ def interval_factor(misses: Sequence[float]) -> float:
     Examples
     --------
     >>> interval_factor([0.1 * k for k in range(1, 41)])
-    3.9
+    3.8
     """
     if not misses:
         return 1.0
-    return float(np.round(np.quantile(misses, 0.95, method="higher"), 2))
+    return float(np.round(np.quantile(misses, 0.95), 2))
 
 
 def search_thresholds(cases: Sequence[Known], first: Calibration) -> tuple[Calibration, float]:
@@ -151,4 +157,9 @@ def search_thresholds(cases: Sequence[Known], first: Calibration) -> tuple[Calib
                 best, least = trials[int(good[len(good) // 2])], float(costs.min())
         if least >= before - 1e-9:
             break
+    # what a threshold was moved for may be mended by another that was moved later
+    for name in TRIED:
+        back = _with(best, name, getattr(first, name))
+        if total_cost(cases, back) < least + WORTH_MOVING:
+            best, least = back, total_cost(cases, back)
     return best, least

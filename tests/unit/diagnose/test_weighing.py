@@ -14,13 +14,16 @@ from pipeline.diagnose.decision import (
     verdict_of,
     with_gap,
     with_held_out,
+    with_sure_second,
     with_unknown,
     without_gap,
 )
 from pipeline.diagnose.threshold_search import (
+    TRIED,
     WORTH_MOVING,
     Known,
     cost,
+    decide,
     search_thresholds,
     total_cost,
 )
@@ -154,15 +157,39 @@ def test_answer_that_held_out_windows_speak_against_does_not_lead() -> None:
     assert sum(shares.values()) == pytest.approx(1.0)
     # what speaks for an answer there does not raise it
     assert shares["tether"] / shares["none"] == pytest.approx(3.0)
-    assert shares["lift"] / shares["none"] == pytest.approx(16.0 * np.exp(-8.0))
+    assert shares["lift"] / shares["none"] == pytest.approx(16.0 * np.exp(-7.0))
 
 
 def test_held_out_windows_count_by_their_weight_and_beyond_chance_only() -> None:
     gains = {"lift": -10.0, "tether": -1.0}
     assert with_held_out(SHARES, gains, replace(LIMITS, held_out=0.0)) == SHARES
-    assert with_held_out(SHARES, {"lift": -1.9, "tether": -1.0}, LIMITS) == SHARES
+    assert with_held_out(SHARES, {"lift": -2.9, "tether": -1.0}, LIMITS) == SHARES
     only = (Share("lift", 1.0), Share("none", 0.0))
     assert with_held_out(only, {"lift": -1e6}, LIMITS) == only
+
+
+PAIR_FIRST = (Share("lift+tether", 0.7), Share("payload", 0.15), Share("tether", 0.1))
+
+
+def test_second_effect_that_is_not_sure_does_not_lead() -> None:
+    found = with_sure_second(PAIR_FIRST, LIMITS)
+    assert found == (Share("tether", 0.7), Share("payload", 0.15), Share("lift+tether", 0.1))
+    assert verdict_of(found, (), LIMITS) == (("tether",), ("payload", "lift"))
+
+
+@pytest.mark.parametrize(
+    "ranking",
+    [
+        (Share("lift+tether", 0.92), Share("tether", 0.08)),  # sure
+        (Share("lift+tether", 0.7), Share("tether", 0.05), Share("payload", 0.25)),
+        (Share("tether", 0.7), Share("lift+tether", 0.3)),
+        (Share("none", 1.0),),
+    ],
+)
+def test_pair_that_is_sure_or_whose_effects_alone_are_not_the_answer_stays(
+    ranking: tuple[Share, ...],
+) -> None:
+    assert with_sure_second(ranking, LIMITS) == ranking
 
 
 NONE_FIRST = (Share("none", 0.9), Share("lift", 0.08), Share("tether", 0.02))
@@ -222,6 +249,16 @@ def test_costs_are_in_the_order_of_harm() -> None:
     assert cost(case("lift", -50.0, ratio=1.05), LIMITS) == 0.0
 
 
+def test_to_call_a_known_effect_unknown_is_wrong_but_not_confidently() -> None:
+    known = case("payload", 50.0)
+    left = KeptConsequence(force=9.0, before=3.0, after=3.0, gap_closed=0.0, alike=())
+    loud = known.evidence.model_copy(update={"consequences": {"lift": left}})
+    called_unknown = replace(known, evidence=loud)
+    assert decide(loud, LIMITS)[0] == ("unknown",)
+    right, wrong = cost(case("lift", 50.0), LIMITS), cost(known, LIMITS)
+    assert right < cost(called_unknown, LIMITS) < wrong
+
+
 def test_search_finds_thresholds_that_make_fewer_mistakes() -> None:
     # healthy vehicles with evidence of 6 nats for an effect, sick ones with 60 or more
     cases = [case("none", 6.0)] * 5 + [case("lift", 80.0)] * 5
@@ -230,6 +267,9 @@ def test_search_finds_thresholds_that_make_fewer_mistakes() -> None:
     assert before > 0.0
     assert least < before
     assert total_cost(cases, found) == pytest.approx(least)
+    for name in TRIED:
+        back = replace(found, **{name: getattr(LIMITS, name)})
+        assert back == found or total_cost(cases, back) >= least + WORTH_MOVING
 
 
 def test_thresholds_stay_where_nothing_but_one_case_asks_for_others() -> None:
