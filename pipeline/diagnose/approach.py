@@ -29,8 +29,8 @@ _WEAK, _STRONG = 0.1, 1.0
 #: Linearisations on the way to an effect's own point, and further ones for the best.
 _STEPS, _STEPS_ANEW, _FURTHER = 2, 3, 3
 #: Share by which a signature changes between weak and strong when the strong is tried by itself,
-#: and where.
-_BENT, _PROBED = 0.3, (1.0, 2.0, 4.0)
+#: and where: towards the plausible side, or to both.
+_BENT, _PROBED, _TWO_SIDED = 0.3, (1.0, 2.0, 4.0), (1.0, -1.0)
 #: Size of a payload that neither sinks nor floats, on board or missing, from which its place shows.
 _LADEN = (0.1, -0.1)
 
@@ -112,8 +112,8 @@ def approach(
         best = follow.best_of(max((best, *first), key=value_of), first, _STEPS)
     begin = best.departures if best.finding is None else neutral
     bent = [
-        partial(follow.probed, begin, group, [index], _PROBED)
-        for group, index in _bent(every, groups, model, strong)
+        partial(follow.probed, begin, group, [index], _TWO_SIDED if two_sided else _PROBED)
+        for group, index, two_sided in _bent(every, groups, model, strong)
     ]
     for probe in over_threads(setting.bench, bent):
         if probe is not None and probe.value > best.value:
@@ -131,18 +131,24 @@ def _bent(
     groups: dict[Group, tuple[int, ...]],
     weak: LinearModel,
     strong: LinearModel,
-) -> list[tuple[Group, int]]:
-    """Effects of one parameter that act otherwise when they are strong, and that parameter.
+) -> list[tuple[Group, int, bool]]:
+    """Parameters that act otherwise when they are strong, with their effect, and if to both sides.
 
-    A dead zone takes away all of a small code: beyond that it takes no more.
+    A dead zone takes away all of a small code: beyond that it takes no more. The drag of a vehicle
+    that hardly moves grows with the square of a current, in the current's direction.
     """
     found = []
+    bending = may_bend(every)
     for group, members in groups.items():
-        if len(members) != 1 or group[1] is not None or every[members[0]].ordinary > 0.0:
-            continue
-        near, far = (one.departures[:, members[0]] for one in (weak, strong))
-        if float(np.linalg.norm(far - near)) > _BENT * float(np.linalg.norm(far)):
-            found.append((group, members[0]))
+        for index in members:
+            if index not in bending or group[1] is not None:
+                continue
+            low, high = every[index].bounds
+            if len(members) > 1 and not low < 0.0 < high:
+                continue
+            near, far = (one.departures[:, index] for one in (weak, strong))
+            if float(np.linalg.norm(far - near)) > _BENT * float(np.linalg.norm(far)):
+                found.append((group, index, len(members) > 1))
     return found
 
 

@@ -69,6 +69,20 @@ def test_both_of_two_effects_are_reached() -> None:
     assert found["dvl_misalignment:yaw_deg"] != pytest.approx(0.0, abs=0.5)
 
 
+def test_current_on_a_vehicle_that_hardly_moves_is_reached_from_its_strong_side(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its drag grows with the square of the current: next to no derivative without one."""
+    monkeypatch.setattr("pipeline.diagnose.approach._TRIED", 0)
+    monkeypatch.setattr("pipeline.diagnose.approach._TRIED_LOUD", 0)
+    monkeypatch.setattr("pipeline.diagnose.approach._QUIET", np.inf)
+    monkeypatch.setattr("pipeline.diagnose.trials.Follower.anew", lambda *_: [])
+    found = reached("current:north_mps=-0.3", effects=("current", "linear_damping"))
+    # counted in half the plausible range, 0.25 m/s
+    assert found["current:north_mps"] == pytest.approx(-0.3 / 0.25, rel=0.1)
+    assert abs(found["current:east_mps"]) < 0.1
+
+
 def test_where_nothing_that_was_tried_explains_the_runs_the_others_are(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
