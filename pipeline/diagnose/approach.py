@@ -33,6 +33,8 @@ _STEPS, _STEPS_ANEW, _FURTHER = 2, 3, 3
 _BENT, _PROBED, _TWO_SIDED = 0.3, (1.0, 2.0, 4.0), (1.0, -1.0)
 #: Size of a payload that neither sinks nor floats, on board or missing, from which its place shows.
 _LADEN = (0.1, -0.1)
+#: Log evidence by which such a start may be behind the best point and still be followed.
+_LADEN_BEHIND = 1000.0
 
 
 def approach(
@@ -93,12 +95,16 @@ def approach(
     ]
     placed = {group: _leads_of(every, members) for group, members in groups.items()}
     laden = [
-        partial(follow.probed, neutral, group, members, _LADEN)
+        partial(follow.probed, neutral, group, members, (size,))
         for group, members in placed.items()
+        for size in _LADEN
         if members
     ]
-    trials += [one for one in over_threads(setting.bench, laden) if one is not None]
     best = follow.best_of(best, trials, _STEPS)
+    probes = over_threads(setting.bench, laden)
+    ahead = [one for one in probes if one is not None and one.value > best.value - _LADEN_BEHIND]
+    best = follow.best_of(best, ahead, _STEPS)
+    trials += ahead
     if best.best.level.size > _QUIET:
         # none of them explains the runs; a current that no DVL shows is weak at nominal
         tried = {name for one in trials if one.finding for name in one.finding.effects}

@@ -33,6 +33,8 @@ _NO_MORE = 3.0
 #: Log evidence of a step after which a way is gone on with however many steps it has had, and the
 #: most it may have.
 _CLIMBS, _MOST_STEPS = 50.0, 8
+#: Steps to an effect with a place, at least: between those that climb some lead down.
+_STEPS_PLACED = 4
 
 Lead = Callable[[Setting, FloatArray], Setting]
 
@@ -98,6 +100,7 @@ class Follower:
         step is left.
         """
         reached, begun, climbs = [trial], trial.value, False
+        most = max(most, _STEPS_PLACED) if self._placed(trial) else most
         for number in range(_MOST_STEPS):
             if number >= most and not climbs:
                 break
@@ -122,12 +125,16 @@ class Follower:
             return None
         roughly = bool(own) and not trial.settled
         seen = self.seen_from(at, own, roughly=roughly)
-        placed = any(every[k].leads for group in own for k in self.groups[group])
-        if placed and (seen is None or seen.value < trial.value - BEHIND):
+        if self._placed(trial) and (seen is None or seen.value < trial.value - BEHIND):
             # what a strong payload does is far from straight: half way there
             half = self.seen_from((at + trial.departures) / 2, own, roughly=roughly)
             seen = max((one for one in (seen, half) if one), key=value_of, default=None)
         return None if seen is None else replace(seen, far=trial.far, settled=trial.settled)
+
+    def _placed(self, trial: Trial) -> bool:
+        """Whether an effect has a place, which shows the more the more there is of it."""
+        own = () if trial.finding is None else trial.finding.groups
+        return any(self.setting.coordinates[k].leads for group in own for k in self.groups[group])
 
     def best_of(self, best: Trial, trials: Sequence[Trial], most: int) -> Trial:
         """Follow some trials, and return the best point that was reached.
