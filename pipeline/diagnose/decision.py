@@ -15,6 +15,8 @@ from pipeline.diagnose.weighing import NONE, UNKNOWN
 MEASUREMENT = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
 #: Share of their probability that answers keep where there is no gap.
 _STILL = 0.2
+#: Gap of a healthy vehicle, in healthy floors.
+_HEALTHY_GAP = 1.0
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
 #: Log evidence of the held-out windows that chance alone can make negative.
@@ -98,7 +100,8 @@ def without_gap(
 ) -> tuple[Share, ...]:
     """Put `none` first where the vehicle file predicts every channel as well as a healthy vehicle.
 
-    With enough readings the flaws of any model are significant. What is no gap needs no cause. An
+    With enough readings the flaws of any model are significant. What is no gap needs no cause. A
+    force that no healthy vehicle has is told from a gap on that is larger than a healthy one's. An
     error of measurement is told all the same: the sensors contradict each other, whatever moves the
     vehicle, and the prediction starts from what they show.
 
@@ -112,7 +115,8 @@ def without_gap(
         Thresholds.
     """
     top = ranking[0].name
-    if worst_ratio >= limits.least_gap or top == NONE or set(top.split("+")) <= MEASUREMENT:
+    least = min(limits.least_gap, _HEALTHY_GAP) if top == UNKNOWN else limits.least_gap
+    if worst_ratio >= least or top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
     others = tuple(
         replace(one, probability=one.probability * _STILL) for one in ranking if one.name != NONE

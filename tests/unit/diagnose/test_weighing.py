@@ -146,6 +146,9 @@ def test_no_gap_needs_no_cause() -> None:
     assert found[0].name == "none"
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert without_gap(SHARES, 1.4, LIMITS) == SHARES
+    unexplained = (Share("unknown", 0.9), Share("none", 0.1))
+    assert without_gap(unexplained, 1.2, LIMITS) == unexplained
+    assert without_gap(unexplained, 0.9, LIMITS)[0].name == "none"
     contradiction = (Share("dvl_scale", 0.9), Share("none", 0.1))
     assert without_gap(contradiction, 1.0, LIMITS) == contradiction
 
