@@ -93,29 +93,13 @@ def approach(
         Trial(neutral, under, finding, far=number == 0)
         for number, (under, finding) in enumerate(wanted)
     ]
-    placed = {group: _leads_of(every, members) for group, members in groups.items()}
-    laden = [
-        partial(follow.probed, neutral, group, members, (size,))
-        for group, members in placed.items()
-        for size in _LADEN
-        if members
-    ]
     best = follow.best_of(best, trials, _STEPS)
-    probes = over_threads(setting.bench, laden)
-    ahead = [one for one in probes if one is not None and one.value > best.value - _LADEN_BEHIND]
-    best = follow.best_of(best, ahead, _STEPS)
-    trials += ahead
+    laden = _laden(follow, best)
+    best = follow.best_of(best, laden, _STEPS)
     if best.best.level.size > _QUIET:
         # none of them explains the runs; a current that no DVL shows is weak at nominal
-        tried = {name for one in trials if one.finding for name in one.finding.effects}
-        others = [
-            partial(follow.step, Trial(neutral, under, finding))
-            for under, finding in _strongest_effects(loud, len(groups))
-            if not tried & set(finding.effects)
-        ]
-        seen = [one for one in over_threads(setting.bench, others) if one is not None]
-        first = sorted(seen, key=value_of)[-_TRIED_LATER:]
-        best = follow.best_of(max((best, *first), key=value_of), first, _STEPS)
+        others = _best_others(follow, loud, [*trials, *laden])
+        best = follow.best_of(max((best, *others), key=value_of), others, _STEPS)
     begin = best.departures if best.finding is None else neutral
     bent = [
         partial(follow.probed, begin, group, [index], _TWO_SIDED if two_sided else _PROBED)
@@ -130,6 +114,35 @@ def approach(
     # its own point is where it is fairly judged; from afar it may look a little better
     best = last if last.value > best.value - BEHIND else best
     return Near(best.departures, prior, moved_by, _STEPS)
+
+
+def _laden(follow: Follower, best: Trial) -> list[Trial]:
+    """Payloads from where they are on board, or missing, if not too far behind the best point."""
+    every = follow.setting.coordinates
+    placed = {group: _leads_of(every, members) for group, members in follow.groups.items()}
+    starts = [
+        partial(follow.probed, np.zeros(len(every)), group, members, (size,))
+        for group, members in placed.items()
+        for size in _LADEN
+        if members
+    ]
+    probes = over_threads(follow.setting.bench, starts)
+    return [one for one in probes if one is not None and one.value > best.value - _LADEN_BEHIND]
+
+
+def _best_others(
+    follow: Follower, judged: Sequence[Judged], trials: Sequence[Trial]
+) -> list[Trial]:
+    """Take effects that were not tried one step from nominal, and return the best of them."""
+    neutral = np.zeros(len(follow.setting.coordinates))
+    tried = {name for one in trials if one.finding for name in one.finding.effects}
+    others = [
+        partial(follow.step, Trial(neutral, under, finding))
+        for under, finding in _strongest_effects(judged, len(follow.groups))
+        if not tried & set(finding.effects)
+    ]
+    seen = [one for one in over_threads(follow.setting.bench, others) if one is not None]
+    return sorted(seen, key=value_of)[-_TRIED_LATER:]
 
 
 def _bent(
