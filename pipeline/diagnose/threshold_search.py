@@ -101,15 +101,12 @@ def _mistake(one: Known, names: tuple[str, ...], told: set[str]) -> float:
     if one.truth == (NONE,):
         return FALSE_ALARM_SHARED if NONE in told else FALSE_ALARM
     if names == (NONE,):
-        if one.gap_ratio < HARDLY_A_GAP:
-            return 0.0
-        return MISSED if inside else MISSED + WRONG_FIRST
+        missed = MISSED if inside else MISSED + WRONG_FIRST
+        return 0.0 if one.gap_ratio < HARDLY_A_GAP else missed
     if UNKNOWN in names:
         return NEEDLESSLY_UNKNOWN if inside or len(one.truth) > 1 else CALLED_UNKNOWN
-    return WRONG_FIRST if inside else _wrong(names, told)
-
-
-def _wrong(names: tuple[str, ...], told: set[str]) -> float:
+    if inside:
+        return WRONG_FIRST
     return CONFIDENTLY_WRONG if len(told) == len(names) else CONFIDENTLY_WRONG - MISSED
 
 

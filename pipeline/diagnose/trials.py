@@ -52,6 +52,11 @@ class Trial:
     """Only the parameters that have been found are let go, not all of the effect."""
 
     @property
+    def groups(self) -> tuple[Group, ...]:
+        """Effects of the hypothesis at their targets."""
+        return () if self.finding is None else self.finding.groups
+
+    @property
     def value(self) -> float:
         """Log evidence of the strongest, with the prior of its level."""
         gain = 0.0 if self.finding is None else self.finding.log_evidence
@@ -118,9 +123,7 @@ class Follower:
 
     def step(self, trial: Trial) -> Trial | None:
         """Go to where a hypothesis is most probable; None where it is there, or cannot be seen."""
-        every = self.setting.coordinates
-        own = () if trial.finding is None else trial.finding.groups
-        at = trial.goes_to(every, self.prior)
+        own, at = trial.groups, trial.goes_to(self.setting.coordinates, self.prior)
         if float(np.abs(at - trial.departures).max()) < _SETTLED:
             return None
         roughly = bool(own) and not trial.settled
@@ -133,8 +136,8 @@ class Follower:
 
     def _placed(self, trial: Trial) -> bool:
         """Whether an effect has a place, which shows the more the more there is of it."""
-        own = () if trial.finding is None else trial.finding.groups
-        return any(self.setting.coordinates[k].leads for group in own for k in self.groups[group])
+        every = self.setting.coordinates
+        return any(every[k].leads for group in trial.groups for k in self.groups[group])
 
     def best_of(self, best: Trial, trials: Sequence[Trial], most: int) -> Trial:
         """Follow some trials, and return the best point that was reached.

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from pipeline.physics.parameters import MOST_THRUSTERS, read, write
+from pipeline.physics.parameters import MOST_THRUSTERS, write
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.kernel_wrench import wrench_along
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, shafts_turn
 from pipeline.simulate.run import Method, run
 from pipeline.types import FloatArray
 
@@ -48,8 +48,7 @@ def actuator_states(
     write(fixed, "centre_of_buoyancy", 0.0)
     write(fixed, "current", 0.0)
     # lags are taken exactly by any method
-    turning = (read(fixed, "rotor_inertia") > 0.0).any()
-    method: Method = "rk4" if turning else "semi_implicit"
+    method: Method = "rk4" if shafts_turn(fixed) else "semi_implicit"
     return run(packed, command, dt_s=period_s, vector=fixed, method=method).actuator
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.effects.effect import EffectContext
 from pipeline.errors import CannotComputeError
 from pipeline.physics.drive import TorqueSurface, drive_torque
-from pipeline.physics.parameters import MOST_THRUSTERS, neutral_vector, write
+from pipeline.physics.parameters import MOST_THRUSTERS, neutral_vector, read, write
 from pipeline.physics.torque_balance import OpenWaterPropeller
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.simulate.context import effect_context, model_of
@@ -99,6 +99,11 @@ class PackedVehicle:
         look_up = RegularGridInterpolator((speed, codes), table)
         points = (np.clip(along_mps, 0, speed[-1]), np.clip(code, 0, codes[-1]))
         return np.asarray(look_up(np.stack(points, axis=-1)))
+
+
+def shafts_turn(vector: FloatArray) -> bool:
+    """Whether the torque balance of a shaft is solved in time: nothing else is as fast."""
+    return bool((read(vector, "rotor_inertia") > 0.0).any())
 
 
 def pack_vehicle(vehicle: Vehicle, bench: BenchModel | None = None) -> PackedVehicle:

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.physics.parameters import MOST_THRUSTERS, read
+from pipeline.physics.parameters import MOST_THRUSTERS
 from pipeline.simulate.kernel import MIDPOINT, RK4, STATE
 from pipeline.simulate.kernel_pieces import simulate_pieces
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, shafts_turn
 from pipeline.types import FloatArray, IntArray
 
 #: No state of a vehicle is as large, in whatever unit.
@@ -63,9 +63,8 @@ def run_pieces(
     """
     count = len(packed.thruster_names)
     rows = len(pieces.commands) + len(starts)
-    # shafts whose torque balance is solved in time are the fastest; without them a step of a few
-    # hundredths of a second is short, and two slopes a step suffice
-    method = RK4 if (read(vector, "rotor_inertia") > 0.0).any() else MIDPOINT
+    # without turning shafts a step of a few hundredths of a second is short: two slopes suffice
+    method = RK4 if shafts_turn(vector) else MIDPOINT
     padded = np.zeros((len(pieces.commands), MOST_THRUSTERS))
     padded[:, :count] = pieces.commands
     states, accelerations = np.empty((rows, STATE)), np.empty((rows, 6))

@@ -123,7 +123,7 @@ def run(
     external : ndarray, shape (m, 6) or (1, 6), optional
         Force [N] and moment [N m] on the body from outside the model (gripper, snag).
     method : {"rk4", "semi_implicit", "midpoint"}
-        Fourth order, or first order with the pose moved by the new velocity.
+        Of fourth order, of first with the pose moved by the new velocity, or of second.
     start_time_s : float
         Time of the first sample. [s]
 
