@@ -1,6 +1,7 @@
 """What a diagnosis weighed, as numbers: with it thresholds are set without diagnosing again."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 
 from pipeline.diagnose.answer import Answers, effect_count, equals, evidence_of
 from pipeline.diagnose.calibration import Calibration
@@ -43,7 +44,7 @@ class KeptConsequence(Record):
 
     def left(self) -> Left:
         """As it is decided by."""
-        return Left(self.force, self.before, self.after, self.gap_closed)
+        return Left(**self.model_dump())
 
 
 class CaseEvidence(Record):
@@ -75,13 +76,7 @@ def case_evidence(  # noqa: PLR0917 - one caller
     kept = {}
     for one in wanted:
         led_to = consequence(found, ahead, one, one.judged.level.size, every)
-        kept[one.name] = KeptConsequence(
-            force=max(led_to.left.axes.values(), default=0.0),
-            before=led_to.judged.before,
-            after=led_to.judged.after,
-            gap_closed=led_to.judged.gap_closed,
-            alike=equals(found, one),
-        )
+        kept[one.name] = KeptConsequence(**asdict(led_to.decides(equals(found, one))))
     return CaseEvidence(
         healthy=healthy_known,
         effect_count=effect_count(found),

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.answer import Answers, Candidate
+from pipeline.diagnose.decision import Left
 from pipeline.diagnose.elimination import solve
 from pipeline.diagnose.forecast import Forecast, Outlook, forecast, healthy_spread, outlook
 from pipeline.diagnose.forecast import smoothed_starts as smoothed
@@ -77,6 +78,11 @@ class Consequence:
     closed: Shrink
     judged: Shrink
     left: Leftover
+
+    def decides(self, alike: tuple[str, ...]) -> Left:
+        """As it is decided by, with the effects that are `alike`."""
+        force = max(self.left.axes.values(), default=0.0)
+        return Left(force, self.judged.before, self.judged.after, self.judged.gap_closed, alike)
 
 
 def look_ahead(  # noqa: PLR0917 - one caller

@@ -45,12 +45,32 @@ class Left:
         Held-out gap over the healthy floor, without and with the answer.
     gap_closed : float or None
         Share of the gap that is gone; None where there is next to none.
+    alike : tuple of str
+        Effects whose signature lies too close to what the answer explains.
     """
 
     force: float
     before: float
     after: float
     gap_closed: float | None
+    alike: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Decided:
+    """What is said.
+
+    Attributes
+    ----------
+    ranking : tuple of Share
+        Answers, most probable first.
+    names, ambiguous : tuple of str
+        The first answer, and what these runs cannot tell from it.
+    """
+
+    ranking: tuple[Share, ...]
+    names: tuple[str, ...]
+    ambiguous: tuple[str, ...]
 
 
 def with_held_out(
@@ -224,3 +244,29 @@ def verdict_of(
     if top.name not in {NONE, UNKNOWN}:
         others.extend(alike)
     return names, tuple(dict.fromkeys(name for name in others if name not in names))
+
+
+def decide(
+    ranking: Sequence[Share],
+    left: Left | None,
+    worst_ratio: float,
+    limits: Calibration,
+    *,
+    healthy_known: bool,
+) -> Decided:
+    """Decide what is said, once `with_gap` has put the answers in order.
+
+    Parameters
+    ----------
+    ranking, worst_ratio, limits
+        As of `without_gap`.
+    left : Left or None
+        What the first answer leaves, where that is known.
+    healthy_known : bool
+        The floor was learned from healthy runs.
+    """
+    shares = tuple(ranking)
+    if left is not None:
+        shares = with_unknown(shares, left, limits, healthy_known=healthy_known)
+    shares = without_gap(shares, worst_ratio, limits)
+    return Decided(shares, *verdict_of(shares, () if left is None else left.alike, limits))

@@ -13,7 +13,7 @@ from pipeline.diagnose.case import Case, channels_of, led_by, setting_of, thinne
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
 from pipeline.diagnose.consequences import AHEAD_S, consequence, look_ahead
-from pipeline.diagnose.decision import Left, Share, verdict_of, with_gap, with_unknown, without_gap
+from pipeline.diagnose.decision import Share, decide, with_gap
 from pipeline.diagnose.forecast import (
     forecast,
     healthy_spread,
@@ -234,16 +234,10 @@ def _told(  # noqa: PLR0917 - one caller
     top = answered.ranking[0]
     led_to = consequence(found, ahead, top, answered.force_scale, every)
     closed, left = led_to.closed, led_to.left
-    judged = led_to.judged
-    shares = with_unknown(
-        shares,
-        Left(max(left.axes.values(), default=0.0), judged.before, judged.after, judged.gap_closed),
-        thresholds,
-        healthy_known=healthy_known,
-    )
-    shares = without_gap(shares, worst_ratio, thresholds)
-    names, ambiguous = verdict_of(shares, equals(found, top), thresholds)
-    answered = answered.reweighed(shares)
+    decisive = led_to.decides(equals(found, top))
+    said = decide(shares, decisive, worst_ratio, thresholds, healthy_known=healthy_known)
+    names, ambiguous = said.names, said.ambiguous
+    answered = answered.reweighed(said.ranking)
     ranking = ranking_of(found, answered, closed, top, thresholds)
     first = ranking[0]
     ground = top.judged.ground

@@ -9,13 +9,12 @@ import numpy as np
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case_evidence import CaseEvidence
 from pipeline.diagnose.decision import (
+    Decided,
     Share,
-    verdict_of,
+    decide,
     with_gap,
     with_held_out,
     with_sure_second,
-    with_unknown,
-    without_gap,
 )
 from pipeline.diagnose.weighing import NONE, UNKNOWN, weigh
 
@@ -72,26 +71,23 @@ class Known:
     overlaps: tuple[str, ...] = ()
 
 
-def decide(one: CaseEvidence, limits: Calibration) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the verdict on a case, and what it cannot be told from, as a diagnosis would."""
+def decided(one: CaseEvidence, limits: Calibration) -> Decided:
+    """Decide on a case as its diagnosis would with other thresholds."""
     levels = [level.evidence() for level in one.levels]
     weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
     shares = with_sure_second(with_held_out(shares, one.held_out, limits), limits)
     shares = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
-    led_to = one.consequences.get(shares[0].name)
-    alike: tuple[str, ...] = ()
-    if led_to is not None:
-        shares = with_unknown(shares, led_to.left(), limits, healthy_known=one.healthy)
-        alike = led_to.alike
-    return verdict_of(without_gap(shares, one.worst_ratio, limits), alike, limits)
+    kept = one.consequences.get(shares[0].name)
+    left = None if kept is None else kept.left()
+    return decide(shares, left, one.worst_ratio, limits, healthy_known=one.healthy)
 
 
 def cost(one: Known, limits: Calibration) -> float:
     """Cost of a verdict; 0 for the right one, alone."""
-    names, others = decide(one.evidence, limits)
-    told = set(names) | set(others)
-    return _mistake(one, names, told) + FURTHER_MEMBER * len(others)
+    said = decided(one.evidence, limits)
+    told = {*said.names, *said.ambiguous}
+    return _mistake(one, said.names, told) + FURTHER_MEMBER * len(said.ambiguous)
 
 
 def _mistake(one: Known, names: tuple[str, ...], told: set[str]) -> float:

@@ -25,7 +25,7 @@ from pipeline.diagnose.calibration import Calibration, calibration
 from pipeline.diagnose.case_evidence import CaseEvidence
 from pipeline.diagnose.threshold_search import (
     Known,
-    decide,
+    decided,
     interval_factor,
     search_thresholds,
     total_cost,
@@ -120,10 +120,11 @@ def set_thresholds(folder: Path, *, write: bool) -> Calibration:
     content.pop("source")
     for name, value in content.items():
         print(f"  {name}: {getattr(before, name)} -> {value}")
-    wrong = [(one.truth, decide(one.evidence, found), one.gap_ratio) for one in cases]
-    for truth, (names, others), ratio in wrong:
-        if names != truth:
-            print(f"  {'+'.join(truth)} at {ratio:.1f}: {'+'.join(names)} or {list(others)}")
+    for one in cases:
+        said = decided(one.evidence, found)
+        if said.names != one.truth:
+            truth, names = "+".join(one.truth), "+".join(said.names)
+            print(f"  {truth} at {one.gap_ratio:.1f}: {names} or {list(said.ambiguous)}")
     content |= {
         "made_by": f"{_COMMAND} --set",
         "cases": len(cases),

@@ -23,7 +23,7 @@ from pipeline.diagnose.threshold_search import (
     WORTH_MOVING,
     Known,
     cost,
-    decide,
+    decided,
     search_thresholds,
     total_cost,
 )
@@ -257,7 +257,7 @@ def test_to_call_a_known_effect_unknown_is_wrong_but_not_confidently() -> None:
     left = KeptConsequence(force=9.0, before=3.0, after=3.0, gap_closed=0.0, alike=())
     loud = known.evidence.model_copy(update={"consequences": {"lift": left}})
     called_unknown = replace(known, evidence=loud)
-    assert decide(loud, LIMITS)[0] == ("unknown",)
+    assert decided(loud, LIMITS).names == ("unknown",)
     right, wrong = cost(case("lift", 50.0), LIMITS), cost(known, LIMITS)
     assert right < cost(called_unknown, LIMITS) < wrong
 
