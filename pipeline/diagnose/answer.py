@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.diagnose.calibration import Calibration
-from pipeline.diagnose.confusability import ONE_ANSWER_DEG, angle_to
+from pipeline.diagnose.confusability import alike
 from pipeline.diagnose.decision import Share
 from pipeline.diagnose.hypotheses import Finding
 from pipeline.diagnose.nil import matters
@@ -114,16 +114,4 @@ def equals(found: Search, one: Candidate) -> tuple[str, ...]:
     """Effects whose signature lies too close to what an answer explains to be told from it."""
     if one.finding is None or one.name in {NONE, UNKNOWN}:
         return ()
-    close = angles(found, one.finding, one.judged)
-    return tuple(name for name, angle in close.items() if angle <= ONE_ANSWER_DEG)
-
-
-def angles(found: Search, first: Finding, judged: Judged) -> Mapping[str, float]:
-    """Angle of what a finding explains to every other effect, the smallest over targets. [deg]."""
-    smallest: dict[str, float] = {}
-    for group, members in found.groups.items():
-        if group[0] in first.effects:
-            continue
-        value = angle_to(judged.ground, first, members)
-        smallest[group[0]] = min(smallest.get(group[0], 90.0), value)
-    return smallest
+    return alike(one.judged.ground, one.finding, found.setting.coordinates, found.groups)

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.elimination import Marginal
 from pipeline.diagnose.hypotheses import Finding, Group
 from pipeline.types import FloatArray
@@ -54,12 +55,45 @@ def confusable(
     )
 
 
-def angle_to(ground: Marginal, finding: Finding, members: Sequence[int]) -> float:
-    """Angle between what a finding explains and an effect's signatures. [deg]."""
-    direction = np.zeros((ground.score.size, 1))
-    direction[list(finding.which), 0] = finding.mean
+def angle_to(ground: Marginal, departures: FloatArray, members: Sequence[int]) -> float:
+    """Angle between what departures (g,) explain and an effect's signatures. [deg]."""
+    direction = departures[:, None]
     size = float(np.sqrt((direction.T @ ground.information @ direction)[0, 0]))
     if size <= 0.0:
         return 90.0
     value = cosine(ground, direction / size, _directions(ground, members))
     return float(np.degrees(np.arccos(min(value, 1.0))))
+
+
+def alike(
+    ground: Marginal,
+    finding: Finding,
+    every: Sequence[Coordinate],
+    groups: Mapping[Group, tuple[int, ...]],
+) -> tuple[str, ...]:
+    """Effects too close to what a finding explains; of two effects, to what either explains.
+
+    Parameters
+    ----------
+    ground : Marginal
+        Information about the departures.
+    finding : Finding
+        An effect or two.
+    every : sequence of Coordinate
+        The departures.
+    groups : mapping
+        Departures of each effect at each target.
+    """
+    departures = np.zeros(len(every))
+    departures[list(finding.which)] = finding.mean
+    close: list[str] = []
+    for effect in finding.effects:
+        own = np.array([one.effect.id == effect for one in every])
+        explained = np.where(own, departures, 0.0)
+        close.extend(
+            other
+            for (other, _), members in groups.items()
+            if other not in finding.effects
+            and angle_to(ground, explained, members) <= ONE_ANSWER_DEG
+        )
+    return tuple(dict.fromkeys(close))

@@ -8,7 +8,7 @@ from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.case import Case, channels_of, setting_of
 from pipeline.diagnose.elimination import grams, marginal
 from pipeline.diagnose.evidence import Prior
-from pipeline.diagnose.hypotheses import with_ordinary
+from pipeline.diagnose.hypotheses import Finding, with_ordinary
 from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Search, force_prior
@@ -32,7 +32,8 @@ def next_run(
     """Best of the manoeuvres that the vehicle can fly, by the expected separation.
 
     The separation is that of the two predictions against the noise, in standard deviations, after
-    the second answer has taken all of the first that it can (which is nothing if it is `none`).
+    the second answer has taken all of the first that it can (which is nothing if it is `none`). Of
+    a pair it takes one effect's place, beside the other one.
 
     Parameters
     ----------
@@ -56,10 +57,12 @@ def next_run(
     first = next((one for one in map(answered.of, told) if one and one.finding), None)
     if first is None or first.finding is None or sensors is None:
         return None
-    rival = next((name for name in told if name not in first.name.split("+")), None)
+    own = {first.name, *first.finding.effects}
+    rival = next((name for name in told if name not in own), None)
     if rival is None:
         return None
     members = [k for (effect, _), which in found.groups.items() if effect == rival for k in which]
+    rivals = [[*members, *beside] for beside in _beside(found, first.finding)] if members else [[]]
     direction = np.zeros(len(found.setting.coordinates))
     direction[list(first.finding.which)] = first.finding.mean
 
@@ -68,7 +71,7 @@ def next_run(
             flown = fly(case.packed, manoeuvre.plan(case.packed, 1.0, _SECONDS))
             log = measure(flown, case.packed, sensors)
             table = table_of_log(log, sensors, name=manoeuvre.name)
-            return _separation(case, found, table, direction, members)
+            return _separation(case, found, table, direction, rivals)
         except CannotComputeError:
             return None
 
@@ -84,18 +87,25 @@ def next_run(
     return NextRun(manoeuvre=name, separates=(first.name, rival), expected_separation_sigma=value)
 
 
+def _beside(found: Search, finding: Finding) -> list[list[int]]:
+    """Departures that stay when one effect of a finding gives way; none of a single effect."""
+    every = found.setting.coordinates
+    return [[k for k in finding.which if every[k].effect.id != one] for one in finding.effects]
+
+
 def _separation(
-    case: Case, found: Search, table: RunTable, direction: FloatArray, members: list[int]
+    case: Case, found: Search, table: RunTable, direction: FloatArray, rivals: list[list[int]]
 ) -> float:
-    """Norm of what is left of a signature once the rival's signatures are taken off."""
+    """Norm of what is left of a signature once the closest rival's signatures are taken off."""
     channels = channels_of(case.vehicle, [table])
     setting = setting_of(case, [table], channels, force_unit=found.setting.force_unit, threads=1)
     normal = grams(linear_model(setting, setting.origin()))
     level = Level(np.ones(6), 1.0, True)
     prior = Prior(np.zeros(direction.size), found.prior.covariance)
     ground = with_ordinary(marginal(normal, force_prior(setting, level)), prior)
-    whole = ground.information
-    rival = whole[np.ix_(members, members)] + 1e-9 * np.eye(len(members))
-    shared = whole[members] @ direction
-    left = float(direction @ whole @ direction - shared @ np.linalg.solve(rival, shared))
-    return float(np.sqrt(max(left, 0.0)))
+    whole, left = ground.information, []
+    for members in rivals:
+        taken = whole[np.ix_(members, members)] + 1e-9 * np.eye(len(members))
+        shared = whole[members] @ direction
+        left.append(float(direction @ whole @ direction - shared @ np.linalg.solve(taken, shared)))
+    return float(np.sqrt(max(min(left), 0.0)))

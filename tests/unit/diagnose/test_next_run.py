@@ -1,5 +1,6 @@
 """What to fly next, when the runs leave two answers open."""
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -21,7 +22,7 @@ def known() -> Known:
     """A weak thruster, what the search found of it, and the answers."""
     case = small_case(
         ("thruster_degraded:thrust_fraction=0.8@front_left",),
-        effects=("thruster_degraded", "quadratic_damping"),
+        effects=("thruster_degraded", "quadratic_damping", "linear_damping"),
     )
     kept: list[tuple[Search, Answers]] = []
     look_ahead = engine.look_ahead
@@ -63,3 +64,17 @@ def test_what_shows_an_effect_at_all_shows_it_no_worse_than_beside_another(
 
 def test_nothing_is_flown_where_nothing_else_can_be_told(known: Known) -> None:
     assert next_run(*known, ("unknown",)) is None
+
+
+def test_a_rival_of_one_effect_of_a_pair_stands_beside_the_other(known: Known) -> None:
+    case, found, answered = known
+    pairs = [pair for one in found.judged for pair in one.pairs]
+    both = next(one for one in pairs if one.effects == ("quadratic_damping", "thruster_degraded"))
+    first = replace(answered.ranking[0], name="+".join(both.effects), finding=both)
+    told = next_run(case, found, replace(answered, ranking=(first,)), ("linear_damping",))
+    whole = next_run(case, found, replace(answered, ranking=(first,)), ("none",))
+    assert told is not None
+    assert whole is not None
+    # the damping is all that is left to be told apart: the thruster is in both
+    assert told.separates == (first.name, "linear_damping")
+    assert 0.0 < told.expected_separation_sigma < 0.5 * whole.expected_separation_sigma
