@@ -13,8 +13,6 @@ import numpy as np
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Allocator, Thruster
 
-#: Order of the columns of `stern_matrix` and of the last axis of thrusts and codes.
-STERN = ("upper", "lower", "left", "right")
 #: Order of the components of a wrench in SNAME axes.
 COMPONENTS = ("X", "Y", "Z", "K", "M", "N")
 

@@ -17,7 +17,6 @@ from pipeline.types import ArrayLike, FloatArray
 
 PITCH_RATIOS = (0.5, 1.4)
 AREA_RATIOS = (0.30, 1.05)
-BLADES = (2, 3, 4, 5, 6, 7)
 #: Smallest and largest area ratio of the models that were tested, by blades.
 TESTED_AREA_RATIOS = {
     2: (0.30, 0.30),

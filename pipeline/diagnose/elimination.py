@@ -32,11 +32,6 @@ class Grams:
     index: IntArray
     precision: FloatArray
 
-    @property
-    def departure_count(self) -> int:
-        """Number of departures g."""
-        return int(self.rest.shape[1] - self.index.shape[1] - 1)
-
 
 @dataclass(frozen=True)
 class ForcePrior:

@@ -188,12 +188,6 @@ def residual_of(setting: Setting, point: Point, vector: FloatArray, motion: Moti
     return np.asarray(raw * setting.row_scale)
 
 
-def residual_at(setting: Setting, point: Point) -> FloatArray:
-    """Weighted whitened residual at a point, simulated anew."""
-    vector = vector_of(setting, point.departures)
-    return residual_of(setting, point, vector, motion_at(setting, point, vector))
-
-
 def readings_from_zero(model: LinearModel, point: Point, residual: FloatArray) -> FloatArray:
     """Weighted residual with what all unknowns at the point add, (rows,)."""
     setting, count = model.setting, model.setting.shared.size

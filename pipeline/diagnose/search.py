@@ -30,10 +30,6 @@ from pipeline.diagnose.tangent import linear_model
 from pipeline.errors import CannotComputeError
 from pipeline.types import BoolArray, FloatArray
 
-#: Linearisations at most.
-MOST_ROUNDS = 3
-#: A departure that moved by less than this (in units of half the plausible range) has settled.
-_SETTLED = 0.02
 #: Ordinary departures go no further than this from one linearisation to the next, in deviations.
 _MOST_ORDINARY = 4.0
 #: Single effects from which pairs are built.

@@ -16,7 +16,6 @@ from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import run
 from pipeline.types import BoolArray, FloatArray, IntArray
 
-DOWN = np.array([0.0, 0.0, 1.0])
 #: Quantities whose constant offset is estimated, one a run: columns among a run's offsets.
 OFFSETS = {"angular_velocity": slice(0, 3), "specific_force": slice(3, 6), "depth": slice(6, 7)}
 OFFSET_COUNT = 7

@@ -32,7 +32,6 @@ Bytes = npt.NDArray[np.uint8]
 #: From the start of a message's record to its data.
 MESSAGE_START = RECORD_HEAD.size + MESSAGE_HEAD.size
 _TIME_AT = RECORD_HEAD.size + 6
-_EMPTY = np.empty(0, np.int64)
 
 
 class BrokenChunkError(ValueError):

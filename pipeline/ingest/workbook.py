@@ -309,14 +309,3 @@ def _fill_merged(rows: list[list[Cell]], sheet: "CalamineSheet") -> set[tuple[in
                     rows[row][column] = rows[top][left]
                     filled.add((row + 1, column))
     return filled
-
-
-def is_table_file(path: Path) -> bool:
-    """Tell whether a file of a raw folder is meant to be read as a table.
-
-    Lock files of spreadsheet programs ("~$drive.xlsx", ".~lock") and hidden files are not.
-    """
-    name = path.name
-    return not name.startswith((".", "~$")) and path.suffix.lower() in (
-        WORKBOOK_SUFFIXES | TEXT_SUFFIXES
-    )

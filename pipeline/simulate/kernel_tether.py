@@ -20,7 +20,6 @@ Array = Any
 
 #: Entries of the cable's vector.
 MASS, WEIGHT, NORMAL, TANGENT, STIFFNESS, DASHPOT, ADDED, SEGMENT, CURRENT = range(9)
-CABLE_SIZE = CURRENT + 3
 #: Entries of the winch's vector, as `Winch.numbers` gives them; a radius of 0 is no winch.
 RADIUS, INERTIA, STALL, NO_LOAD, VISCOUS, FRICTION, BRAKE, SHORTEST, LONGEST = range(9)
 WINCH_SIZE = 9

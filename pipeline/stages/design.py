@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from pipeline.simulate.pack import PackedVehicle
 
 Calculator = Literal["balance", "propeller", "tether"]
-CALCULATORS: tuple[Calculator, ...] = ("balance", "propeller", "tether")
 _EXPECTED = "a YAML file with the inputs of the calculation."
 
 

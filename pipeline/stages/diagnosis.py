@@ -52,11 +52,6 @@ class DiagnosisFiles:
     """One log a run: everything that was recorded, and the simulation with the effect beside it."""
 
 
-def diagnose_case(request: DiagnosisRequest) -> DiagnosisRecord:
-    """Diagnose logs and write what was found; see `diagnose_to_files`."""
-    return diagnose_to_files(request).record
-
-
 def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
     """Diagnose logs and write what was found.
 

@@ -14,8 +14,6 @@ from pipeline.report.numbers import fixed, general
 if TYPE_CHECKING:
     import matplotlib.figure
 
-_COLOURS = (plotting.BLUE, plotting.GREEN, plotting.VERMILLION, plotting.ORANGE)
-
 
 def loads_figure(found: BalanceDesign) -> Figure:
     """Draw the load of each thruster, exact and small-angle, with its limit."""

@@ -8,13 +8,26 @@ import pytest
 from diagnosis_cases import small_case
 
 from pipeline.diagnose.case import channels_of, setting_of
-from pipeline.diagnose.linear_model import LinearModel, Point, residual_at, vector_of
+from pipeline.diagnose.linear_model import (
+    LinearModel,
+    Point,
+    Setting,
+    motion_at,
+    residual_of,
+    vector_of,
+)
 from pipeline.diagnose.tangent import led_readings, linear_model
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.types import FloatArray
 
 Model = tuple[LinearModel, FloatArray]
 Change = Callable[[float], Point]
+
+
+def residual_at(setting: Setting, point: Point) -> FloatArray:
+    """Weighted whitened residual at a point, simulated anew."""
+    vector = vector_of(setting, point.departures)
+    return residual_of(setting, point, vector, motion_at(setting, point, vector))
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ from bench_workbooks import write_workbook
 from openpyxl import Workbook
 
 from pipeline.errors import InputError
-from pipeline.ingest.workbook import Limits, is_table_file, read_sheets
+from pipeline.ingest.workbook import Limits, read_sheets
 
 
 def test_cells_keep_their_row_and_column_numbers(tmp_path: Path) -> None:
@@ -118,12 +118,3 @@ def test_content_counts_and_not_the_name(tmp_path: Path) -> None:
     path = write_workbook(tmp_path / "a.xlsx", {"s": [[1, 2]]})
     renamed = path.rename(tmp_path / "a.csv")
     assert read_sheets(renamed, "a.csv")[0].rows == ((1.0, 2.0),)
-
-
-@pytest.mark.parametrize(
-    ("name", "is_table"),
-    [("a.xlsx", True), ("A.CSV", True), ("~$a.xlsx", False), (".~lock.a.xlsx#", False),
-     ("README.md", False), (".a.csv", False)],
-)  # fmt: skip
-def test_which_files_of_a_folder_are_tables(name: str, is_table: bool) -> None:
-    assert is_table_file(Path(name)) is is_table
