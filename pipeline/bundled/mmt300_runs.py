@@ -19,9 +19,10 @@ from pipeline.bundled.mmt300_truth import (
 )
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.records.fits import StaticCharacteristic
+from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.fly import fly
 from pipeline.simulate.manoeuvres import MANOEUVRES
-from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.sensors import Channel, Log, measure
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle

@@ -6,7 +6,8 @@ import numpy as np
 
 from pipeline.effects.specification import EffectSpec
 from pipeline.physics.parameters import read
-from pipeline.simulate.pack import PackedVehicle, inertia_tensor, point_inertia
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack_hull import inertia_tensor, point_inertia
 from pipeline.types import FloatArray
 from pipeline.vehicle.frames import Change
 from pipeline.vehicle.model_schema import FromBollard, Model

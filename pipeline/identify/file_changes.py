@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.identify.vehicle_parameters import AXES
 from pipeline.records.identification import IdentifiedParameter
-from pipeline.simulate.pack import added_mass_matrix
+from pipeline.simulate.pack_hull import added_mass_matrix
 from pipeline.types import FloatArray
 from pipeline.vehicle.frames import Change, changes_as_stated
 from pipeline.vehicle.model_schema import Model

@@ -26,7 +26,8 @@ from pipeline.physics.gripper import HeldPayload, close_on, latch_reaction
 from pipeline.physics.parameters import read
 from pipeline.simulate.kernel_frames import rotation_matrix
 from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pack import PackedVehicle, write_body
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack_hull import write_body
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Model, Payload
 

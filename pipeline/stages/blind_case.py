@@ -16,7 +16,8 @@ from pipeline.blind.subject import Subject
 from pipeline.blind.verdict_score import CaseScore, score_case
 from pipeline.effects.library import candidates
 from pipeline.errors import CannotComputeError
-from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.stages.blind_subjects import load_subject
 
 if TYPE_CHECKING:

@@ -14,8 +14,9 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
+from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.context import model_of
-from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.stages.vehicle_place import find_vehicle
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes

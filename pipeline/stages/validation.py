@@ -40,7 +40,8 @@ def run(job: Job) -> str:
                 "round, or give it its right role."
             )
         # the compiled kernel takes a while to load: only for vehicles that are flown
-        from pipeline.simulate.pack import BenchModel, pack_vehicle
+        from pipeline.simulate.bench_model import BenchModel
+        from pipeline.simulate.pack import pack_vehicle
         from pipeline.validate.campaign import validate_allocator
         from pipeline.validate.power import power_model
 

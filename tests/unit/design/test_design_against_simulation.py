@@ -16,7 +16,8 @@ from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.physics.parameters import write
 from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_static import solve_tether
-from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.simulate.tether import LumpedTether
 from pipeline.simulate.tethered import fly_tethered

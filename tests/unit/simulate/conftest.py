@@ -9,7 +9,8 @@ from bundled_models import NAMES, bundled, mmt300_bench
 
 from pipeline.effects.effect import EffectContext
 from pipeline.physics.parameters import neutral_vector, write
-from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.vehicle.schema import Vehicle
 
 MASS, GRAVITY, DENSITY = 60.0, 9.81, 1000.0

@@ -12,6 +12,7 @@ from pipeline.effects.effect import Effect
 from pipeline.effects.library import EffectSpec, apply_effects, candidates, effects
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read, write
+from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.fly import (
     Plan,
     fly,
@@ -21,7 +22,7 @@ from pipeline.simulate.fly import (
     usual_step_s,
 )
 from pipeline.simulate.manoeuvres import MANOEUVRES
-from pipeline.simulate.pack import BenchModel, PackedVehicle, pack_vehicle
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import Trajectory, initial_state, run
 from pipeline.simulate.sensors import Log, measure
 from pipeline.types import FloatArray

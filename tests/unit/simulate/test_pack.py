@@ -8,7 +8,9 @@ import pytest
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read
-from pipeline.simulate.pack import BenchModel, PackedVehicle, bollard_table, pack_vehicle
+from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.simulate.pack_thrusters import bollard_table
 from pipeline.vehicle.model_schema import FromBollard
 from pipeline.vehicle.schema import Vehicle
 

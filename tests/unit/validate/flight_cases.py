@@ -6,7 +6,8 @@ from pathlib import Path
 from bundled_models import bundled
 
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.simulate.pack import BenchModel, PackedVehicle
+from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.pack import PackedVehicle
 from pipeline.vehicle.schema import Vehicle
 
 

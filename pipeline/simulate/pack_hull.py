@@ -1,0 +1,110 @@
+"""A vehicle's body, water and surroundings, as they stand in the parameter vector."""
+
+import numpy as np
+
+from pipeline.physics.parameters import write
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Lift, Model
+
+
+def write_body(vector: FloatArray, model: Model, gravity: float, density: float) -> None:
+    """Write body, attached payloads, added mass and damping into a vector, in place."""
+    body = model.rigid_body
+    parts = [(body.mass_kg, np.array(body.centre_of_mass_m), inertia_tensor(body.inertia_kgm2))]
+    volumes = [(body.displaced_volume_m3, np.array(body.centre_of_buoyancy_m))]
+    for payload in model.payloads:
+        if payload.attached:
+            place = np.array(payload.position_m)
+            parts.append((payload.mass_kg, place, np.diag(payload.inertia_kgm2)))
+            volumes.append((payload.volume_m3, place))
+    mass = sum(m for m, _, _ in parts)
+    volume = sum(v for v, _ in volumes)
+    inertia = sum((tensor + point_inertia(m, r) for m, r, tensor in parts), np.zeros((3, 3)))
+    write(vector, "mass", mass)
+    write(vector, "centre_of_mass", sum((m * r for m, r, _ in parts), np.zeros(3)) / mass)
+    write(vector, "inertia", inertia)
+    write(vector, "weight", mass * gravity)
+    write(vector, "buoyancy", density * gravity * volume)
+    write(vector, "centre_of_buoyancy", sum((v * r for v, r in volumes), np.zeros(3)) / volume)
+    write(vector, "density", density)
+    write(vector, "added_mass", added_mass_matrix(model))
+    write(vector, "coriolis_fraction", 1.0 if model.terms.coriolis else 0.0)
+    write(vector, "linear_damping", np.diag(model.damping.linear))
+    write(vector, "quadratic_damping", np.array(model.damping.quadratic))
+
+
+def added_mass_matrix(model: Model) -> FloatArray:
+    """Added-mass matrix (6, 6) of the model, positive."""
+    if model.added_mass.diagonal is not None:
+        return np.diag(model.added_mass.diagonal)
+    return np.array(model.added_mass.matrix)
+
+
+def point_inertia(mass_kg: float, place_m: FloatArray) -> FloatArray:
+    """Inertia (3, 3) about the origin of a mass at a place (3,), the parallel-axis theorem's."""
+    r = place_m
+    return np.asarray(mass_kg * (r @ r * np.eye(3) - np.outer(r, r)))
+
+
+def inertia_tensor(inertia_kgm2: tuple[float, ...]) -> FloatArray:
+    """Tensor (3, 3) of I_xx, I_yy, I_zz and the integrals of xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = inertia_kgm2
+    return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
+
+
+def write_lift(vector: FloatArray, model: Model) -> None:
+    """Write lift slopes per speed squared, in place; the Munk moment is counted once.
+
+    C(nu) nu holds the Munk moments (A_33 - A_11) u w in pitch and (A_11 - A_22) u v in yaw. A
+    measured or computed moment against the angle of attack holds them too, so they are taken off.
+    """
+    lift = model.lift if model.lift is not None else Lift(speed_mps=1.0, includes_munk=False)
+    per_speed = 1.0 / lift.speed_mps**2
+    a = added_mass_matrix(model)
+    munk = 1.0 if lift.includes_munk and model.terms.coriolis else 0.0
+    write(vector, "heave_lift_slope", lift.heave_n_per_rad * per_speed)
+    write(vector, "sway_lift_slope", lift.sway_n_per_rad * per_speed)
+    write(
+        vector,
+        "pitch_lift_slope",
+        -lift.pitch_nm_per_rad * per_speed - munk * (a[2, 2] - a[0, 0]),
+    )
+    write(vector, "yaw_lift_slope", lift.yaw_nm_per_rad * per_speed - munk * (a[0, 0] - a[1, 1]))
+
+
+def write_surroundings(vector: FloatArray, model: Model) -> None:
+    """Write cross-flow, walls and the tether's ends into a vector, in place."""
+    if model.crossflow is not None and model.crossflow.in_nominal:
+        write(vector, "crossflow_fraction", 1.0)
+    if model.pool is not None:
+        walls = model.pool.walls
+        write(vector, "wall_count", float(len(walls)))
+        write(vector, "wall_radius", model.pool.vehicle_radius_m)
+        points = np.zeros((5, 3))
+        normals = np.zeros((5, 3))
+        points[: len(walls)] = [wall.point_ned_m for wall in walls]
+        normals[: len(walls)] = [wall.normal_ned for wall in walls]
+        write(vector, "wall_point", points)
+        write(vector, "wall_normal", normals)
+    if model.tether is not None:
+        write(vector, "tether_point", np.array(model.tether.attachment_m))
+        write(vector, "tether_anchor", np.array(model.tether.anchor_ned_m))
+
+
+def crossflow_strips(model: Model) -> FloatArray:
+    """Cross-flow strips (k, 3): place, C_d H dx, C_d B dx, by the trapezoid's Gauss points.
+
+    Two Gauss points an interval integrate a linear section times a quadratic velocity exactly, and
+    no interval is counted twice.
+    """
+    if model.crossflow is None:
+        return np.zeros((0, 3))
+    sections = sorted(model.crossflow.sections, key=lambda section: section.x_m)
+    x = np.array([section.x_m for section in sections])
+    size = np.array([(section.height_m, section.breadth_m) for section in sections])
+    rows = []
+    for low, high, start, end in zip(x[:-1], x[1:], size[:-1], size[1:], strict=True):
+        for share in (0.5 - 0.5 / np.sqrt(3.0), 0.5 + 0.5 / np.sqrt(3.0)):
+            area = model.crossflow.drag_coefficient * (start + share * (end - start))
+            rows.append([low + share * (high - low), *(area * (high - low) / 2.0)])
+    return np.array(rows).reshape(-1, 3)

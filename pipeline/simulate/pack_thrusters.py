@@ -1,0 +1,168 @@
+"""A vehicle's thrusters: their entries of the parameter vector, and the tables beside it."""
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.physics.drive import drive_torque
+from pipeline.physics.parameters import MOST_THRUSTERS, write
+from pipeline.records.fits import StaticCharacteristic
+from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.context import model_of
+from pipeline.simulate.kernel_thrusters import SCREW_COLUMNS
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import FromBollard, ThrusterModel
+from pipeline.vehicle.schema import Vehicle
+
+#: Columns of a bollard characteristic's table, as many as codes from 0 to 128.
+BOLLARD_CODES = 129
+BOLLARD_SPEEDS = 41
+#: Grid of the drive's torque for the balance in time.
+TORQUE_CODES = 128
+TORQUE_SPEEDS = 400
+
+
+def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, str], ...]:
+    """Write the thrusters; returns the kinds (drive, propeller) in the order of their index."""
+    kinds: list[tuple[str, str]] = []
+    rows = {
+        name: np.zeros(MOST_THRUSTERS)
+        for name in ("thruster_type", "lag", "rotor_inertia", "inflow_fraction", "code_max")
+    }
+    rows["code_max"][:] = 1.0
+    position, direction = np.zeros((MOST_THRUSTERS, 3)), np.zeros((MOST_THRUSTERS, 3))
+    for i, thruster in enumerate(vehicle.thrusters):
+        kind = (thruster.drive, thruster.propeller)
+        if kind not in kinds:
+            kinds.append(kind)
+        drive = model_of(vehicle).thrusters[thruster.drive]
+        rows["thruster_type"][i] = kinds.index(kind)
+        rows["lag"][i] = drive.lag_s
+        rows["rotor_inertia"][i] = _inertia(drive)
+        rows["inflow_fraction"][i] = 1.0 if model_of(vehicle).terms.thrust_falls_with_speed else 0.0
+        rows["code_max"][i] = vehicle.drives[thruster.drive].code_max
+        position[i] = thruster.position_m
+        direction[i] = np.array(thruster.direction) / np.linalg.norm(thruster.direction)
+    write(vector, "thruster_count", float(len(vehicle.thrusters)))
+    write(vector, "thruster_position", position)
+    write(vector, "thruster_direction", direction)
+    for name, row in rows.items():
+        write(vector, name, row)
+    return tuple(kinds) or (("", ""),)
+
+
+def thrust_table(
+    vehicle: Vehicle, kind: tuple[str, str], bench: BenchModel | None
+) -> tuple[FloatArray, float, float]:
+    """Table (2, speeds, codes) of thrust with its steps in speed and code."""
+    if kind[0] == "":
+        return np.zeros((2, 1, 2)), 1.0, 1.0
+    characteristic = model_of(vehicle).thrusters[kind[0]].characteristic
+    if isinstance(characteristic, FromBollard):
+        return bollard_table(characteristic, vehicle.drives[kind[0]].code_max)
+    if bench is None:
+        raise CannotComputeError(
+            f"drive {kind[0]} of {vehicle.name} takes its thrust from the bench tables, and there "
+            f"are none; run `rig2sea run {vehicle.name}` first"
+        )
+    static = bench.static
+    rows = _regular_rows(static)
+    thrust = np.array(static.thrust_n)[rows]
+    table = np.concatenate([np.zeros((len(rows), 1)), thrust], axis=1)
+    return np.stack([table, table]), 0.1, float(static.code[1] - static.code[0])
+
+
+def shaft_tables(
+    vehicle: Vehicle, kinds: tuple[tuple[str, str], ...], bench: BenchModel | None
+) -> FloatArray | None:
+    """Shaft speeds of the bench's family, where every thruster takes its thrust from it."""
+    if bench is None or any(
+        kind[0] == ""
+        or isinstance(model_of(vehicle).thrusters[kind[0]].characteristic, FromBollard)
+        for kind in kinds
+    ):
+        return None
+    rows = _regular_rows(bench.static)
+    rpm = np.array(bench.static.shaft_speed_rpm)[rows]
+    return np.stack([np.concatenate([np.zeros((len(rows), 1)), rpm], axis=1)] * len(kinds))
+
+
+def _regular_rows(static: StaticCharacteristic) -> list[int]:
+    """Rows of the family at multiples of 0.1 m/s."""
+    return [i for i, v in enumerate(static.speed_mps) if abs(v / 0.1 - round(v / 0.1)) < 1e-6]
+
+
+def bollard_table(characteristic: FromBollard, code_max: int) -> tuple[FloatArray, float, float]:
+    """Thrust T_max q (q - V / V_0) of both signs on a regular grid, (2, speeds, codes) [N]."""
+    code = np.linspace(0.0, code_max, BOLLARD_CODES)
+    speed = np.linspace(0.0, characteristic.zero_thrust_speed_mps, BOLLARD_SPEEDS)
+    dead = characteristic.dead_zone_code
+    s = np.maximum(code - dead, 0.0) / (code_max - dead)
+    q = s ** (characteristic.exponent / 2.0)
+    shape = np.maximum(q * (q - speed[:, None] / characteristic.zero_thrust_speed_mps), 0.0)
+    table = np.stack([characteristic.thrust_max_n * shape, -characteristic.thrust_min_n * shape])
+    return table, float(speed[1]), float(code[1])
+
+
+def balance_tables(
+    vehicle: Vehicle, kinds: tuple[tuple[str, str], ...], bench: BenchModel | None
+) -> tuple[FloatArray, FloatArray]:
+    """Propeller and drive of each kind for the balance in time; zeros where it is not used."""
+    screws = np.zeros((len(kinds), SCREW_COLUMNS))
+    torques = np.zeros((len(kinds), TORQUE_CODES, TORQUE_SPEEDS))
+    screws[:, 0], screws[:, 7] = 1.0, 1.0
+    for k, (drive, _) in enumerate(kinds):
+        model = model_of(vehicle).thrusters.get(drive)
+        if model is None or _inertia(model) == 0.0:
+            continue
+        if bench is None or bench.propeller is None or bench.surface is None:
+            raise CannotComputeError(
+                f"the torque balance of drive {drive} of {vehicle.name} is to be solved in time; "
+                "that needs the fitted propeller and drive of the bench"
+            )
+        fastest = 1.5 * float(bench.surface.fastest_rps.max())
+        shaft = np.linspace(0.0, fastest, TORQUE_SPEEDS)
+        code_step = vehicle.drives[drive].code_max / (TORQUE_CODES - 1)
+        codes = code_step * np.arange(TORQUE_CODES)
+        # a drive under torque control gives no negative torque: it coasts
+        torques[k] = np.maximum(drive_torque(shaft[None, :], codes[:, None], bench.surface), 0.0)
+        screws[k] = [
+            bench.propeller.diameter_m,
+            *_three(bench.propeller.thrust_coefficients),
+            *_three(bench.propeller.torque_coefficients),
+            shaft[1],
+        ]
+    return screws, torques
+
+
+def _inertia(model: ThrusterModel) -> float:
+    """Rotor inertia where the balance is solved in time, else 0: the kernel's sign of a lag."""
+    if not model.balance_in_time:
+        return 0.0
+    if model.rotor_inertia_kgm2 is None:
+        raise CannotComputeError(
+            "balance_in_time needs rotor_inertia_kgm2 of the same thruster model"
+        )
+    return model.rotor_inertia_kgm2
+
+
+def _three(coefficients: FloatArray) -> tuple[float, float, float]:
+    if len(coefficients) > 3:
+        raise CannotComputeError("the balance in time takes quadratic K_T and K_M")
+    padded = [*coefficients.tolist(), 0.0, 0.0, 0.0]
+    return padded[0], padded[1], padded[2]
+
+
+def stacked(tables: list[FloatArray]) -> FloatArray:
+    """Stack tables of unequal size: the last row and column are repeated along their slope."""
+    rows = max(table.shape[1] for table in tables)
+    columns = max(table.shape[2] for table in tables)
+    padded = []
+    for table in tables:
+        extra_rows, extra_columns = rows - table.shape[1], columns - table.shape[2]
+        wide = np.pad(table, ((0, 0), (0, 0), (0, extra_columns)), mode="edge")
+        if extra_rows:
+            slope = wide[:, -1] - wide[:, -2] if wide.shape[1] > 1 else np.zeros_like(wide[:, -1])
+            steps = np.arange(1, extra_rows + 1)[None, :, None]
+            wide = np.concatenate([wide, wide[:, -1:] + slope[:, None] * steps], axis=1)
+        padded.append(wide)
+    return np.stack(padded)
