@@ -20,6 +20,7 @@ from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
 from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.position_speed import sure_position, velocity_of_position
 from pipeline.identify.windows import Window
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.records.run_table import RunTable
@@ -35,8 +36,6 @@ TURN_BANDWIDTH, GO_BANDWIDTH = 5.0, 2.5
 _PLACE = 0.5
 #: Angle, way or place beyond which the pull grows no further. [rad, m, m/s^2]
 _MOST_OFF = 0.5
-#: A position less sure than this leads nowhere. [m]
-_SURE_M = 0.05
 #: Steps for which the pull is held.
 _HELD = 4
 #: How often the motion is followed: each time the force of the time before is known in advance.
@@ -111,7 +110,7 @@ def follow(  # noqa: PLR0917 - what is followed, then what follows
     matrix = np.empty((6, 6))
     mass_matrix(at, 1.0, matrix)
     place = next((np.array(c.place_m) for c in channels if c.quantity == "velocity"), np.zeros(3))
-    sure = any(c.quantity == "position" and c.white <= _SURE_M for c in channels)
+    sure = sure_position(channels) is not None
     leader = _Leader(packed, at, matrix, place + read(at, "dvl_lever_arm"), sure)
     begun = nearby or [np.zeros((len(window.command), 6)) for window in windows]
     pulls = list(begun)
@@ -120,7 +119,9 @@ def follow(  # noqa: PLR0917 - what is followed, then what follows
         places.setdefault(window.run, []).append(number)
 
     def led(own: Sequence[int]) -> tuple[list[Window], list[FloatArray]]:
-        measured = _measured(leader, runs[windows[own[0]].run], [windows[k] for k in own])
+        table = runs[windows[own[0]].run]
+        going = velocity_of_position(table, channels)
+        measured = _measured(leader, table, [windows[k] for k in own], going)
         known = [pulls[k] for k in own]
         for _ in range(_PASSES if nearby is None else _PASSES_NEARBY):
             started, known = _pass(leader, measured, known)
@@ -138,8 +139,16 @@ def follow(  # noqa: PLR0917 - what is followed, then what follows
     return started, pulls
 
 
-def _measured(leader: _Leader, table: RunTable, windows: Sequence[Window]) -> list[_Measured]:
-    """Take what was measured at the steps of the windows of one run."""
+def _measured(
+    leader: _Leader,
+    table: RunTable,
+    windows: Sequence[Window],
+    going: tuple[FloatArray, BoolArray] | None,
+) -> list[_Measured]:
+    """Take what was measured at the steps of the windows of one run.
+
+    Where no velocity was, `going`, which the position shows, stands for it.
+    """
     vector = leader.vector
     period = float(np.median(np.diff(table.time_s)))
     # what the DVL shows is taken as this model has it: late, scaled, turned, from another place
@@ -155,12 +164,19 @@ def _measured(leader: _Leader, table: RunTable, windows: Sequence[Window]) -> li
         )
         index = np.minimum(index, table.time_s.size - 1)
         told = np.clip(index + late, 0, table.time_s.size - 1)
+        rate, rate_known = _channel(table, "angular_velocity", index, 3)
         velocity, velocity_known = _channel(table, "velocity", told, 3)
+        velocity = error.apply(velocity / scale)
+        if going is not None:
+            # of the origin; the kernel looks for that of the DVL's place
+            velocity = going[0][index] + np.cross(rate, leader.place)
+            velocity_known = going[1][index]
         command = np.zeros((steps, MOST_THRUSTERS))
         command[:, : len(leader.packed.thruster_names)] = window.command
         readings: _Readings = (
-            *_channel(table, "angular_velocity", index, 3),
-            error.apply(velocity / scale),
+            rate,
+            rate_known,
+            velocity,
             velocity_known,
             *_channel(table, "attitude", index, 4),
             *_channel(table, "position", index, 3),

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
+from pipeline.identify.position_speed import velocity_of_position
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY, STATE
@@ -111,6 +112,7 @@ def _cut_run(  # noqa: PLR0917 - one caller
     actuator = actuator_states(packed, command, period, vector=vector)[:-1]
     picks = {c.quantity: readings_of(run, c.quantity, c.rate_hz) for c in channels}
     length = max(round(window_s / step), 2) * stride
+    going = velocity_of_position(run, channels)
     windows = []
     for begin, last in _begins(run.valid["command"], length):
         end = min(begin + length, last)
@@ -127,7 +129,7 @@ def _cut_run(  # noqa: PLR0917 - one caller
                 readings[channel.quantity] = (sample, run.values[channel.quantity][inside])
         if not readings:
             continue
-        start, known = _start(run, begin, end, channels)
+        start, known = _start(run, begin, end, channels, going)
         start[BODY : BODY + actuator.shape[1]] = actuator[begin]
         windows.append(
             Window(
@@ -189,9 +191,16 @@ def readings_of(
 
 
 def _start(
-    run: RunTable, begin: int, end: int, channels: Sequence[ChannelNoise]
+    run: RunTable,
+    begin: int,
+    end: int,
+    channels: Sequence[ChannelNoise],
+    going: tuple[FloatArray, BoolArray] | None,
 ) -> tuple[FloatArray, BoolArray]:
-    """Guess a window's first state from the first trusted sample of every channel."""
+    """Guess a window's first state from the first trusted sample of every channel.
+
+    `going` is a velocity that the position shows; it is no measurement of its own.
+    """
     state, known = np.zeros(STATE), np.zeros(6, bool)
     state[3] = 1.0
     place = {c.quantity: np.array(c.place_m) for c in channels}
@@ -219,6 +228,8 @@ def _start(
     if velocity is not None:
         state[7:10] = velocity - np.cross(state[10:13], place["velocity"])
         known[:3] = True
+    elif going is not None and going[1][begin : end + 1].any():
+        state[7:10] = going[0][begin + int(np.argmax(going[1][begin : end + 1]))]
     if position is not None:
         state[0:3] = position
     if depth is not None:
