@@ -96,7 +96,7 @@ def approach(
     best = follow.best_of(best, trials, _STEPS)
     laden = _laden(follow, best)
     best = follow.best_of(best, laden, _STEPS)
-    if best.best.level.size > _QUIET:
+    if not best.best.level.ordinary:
         # none of them explains the runs; a current that no DVL shows is weak at nominal
         others = _best_others(follow, loud, [*trials, *laden])
         best = follow.best_of(max((best, *others), key=value_of), others, _STEPS)
