@@ -1,4 +1,4 @@
-r"""By how much an effect leads `none`, where the linear model and the full one do not agree.
+r"""By how much an answer leads a simpler one, where the linear model and the full one disagree.
 
 Every answer is seen twice: by the linear model around the point that was found, and from its own
 point (`refine`). A vehicle that tumbles, or whose model is poor, is far from linear, and then what
@@ -36,7 +36,9 @@ def trusted_lead(linear: float, full: float) -> float:
 
 
 def cautious(linear: Search, full: Search, top: Candidate) -> Search:
-    """Search in which an effect leads `none` only by as much as both models can be trusted.
+    """Search in which the first answer leads simpler ones only by what both models can be trusted.
+
+    An effect leads `none` so, and two effects each of them alone.
 
     Parameters
     ----------
@@ -55,14 +57,29 @@ def cautious(linear: Search, full: Search, top: Candidate) -> Search:
     place = next(k for k, one in enumerate(rows) if one is top.finding)
     first_linear = before.nothing + [*before.singles, *before.pairs][place].log_evidence
     first_full = after.nothing + top.finding.log_evidence
+    top_effects = top.finding.effects
+
+    def lead_over(linear_value: float, full_value: float) -> float:
+        return trusted_lead(first_linear - linear_value, first_full - full_value)
+
+    def raised_by(old: Judged, new: Judged, before: Finding, now: Finding) -> float:
+        """By how much one of the two effects alone comes nearer."""
+        if len(top_effects) < 2 or now.effects[0] not in top_effects:
+            return 0.0
+        value = new.nothing + now.log_evidence
+        if not np.isfinite(value):
+            return 0.0
+        return first_full - lead_over(old.nothing + before.log_evidence, value) - value
 
     def kept_near(old: Judged, new: Judged) -> Judged:
-        lead = trusted_lead(first_linear - old.nothing, first_full - new.nothing)
-        raised = first_full - lead - new.nothing
+        raised = first_full - lead_over(old.nothing, new.nothing) - new.nothing
         return replace(
             new,
             nothing=new.nothing + raised,
-            singles=tuple(_lowered(one, raised) for one in new.singles),
+            singles=tuple(
+                _lowered(now, raised - raised_by(old, new, before, now))
+                for before, now in zip(old.singles, new.singles, strict=True)
+            ),
             pairs=tuple(_lowered(one, raised) for one in new.pairs),
         )
 

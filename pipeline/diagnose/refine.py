@@ -39,6 +39,8 @@ from pipeline.types import FloatArray
 
 #: Probability from which an answer is looked at.
 _COUNTS = 1e-3
+#: Pairs of which each effect alone is looked at, too.
+_PAIRS = 2
 #: A whitened reading this large is that of a simulation that ran away.
 _LOST = 1e7
 #: Simulations with which an answer's own point is found, at most, and by how much no departure may
@@ -54,13 +56,17 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
     found : Search
         As it ended.
     first : Answers
-        The answers of the linear model; the first `most` of them are taken, and `none`.
+        The answers of the linear model; the first `most` of them are taken, `none`, and of the
+        first two pairs each effect alone.
     lead : callable
         Leads the windows of a setting along the measured motion with the model at a vector.
     most : int
         How many.
     """
     wanted = [one for one in first.ranking if one.finding is not None][:most]
+    pairs = [one for one in wanted if "+" in one.name][:_PAIRS]
+    alone_too = [first.of(effect) for one in pairs for effect in one.name.split("+")]
+    wanted += [one for one in alone_too if one is not None and one not in wanted]
     alone = first.of(NONE)
     level = first.ranking[0].judged if alone is None else alone.judged
     looked_at: dict[tuple[int, ...], tuple[Judged, Finding | None]] = {(): (level, None)}

@@ -85,3 +85,24 @@ def test_nothing_changes_where_none_is_first_or_the_models_agree() -> None:
     (one,) = cautious(full, full, first).judged
     assert one.nothing == pytest.approx(-50.0)
     assert one.singles[0].log_evidence == pytest.approx(49.0)
+
+
+@pytest.mark.parametrize(("linear_lead", "worth"), [(6.0, 6.0), (30.0, 20.0), (-100.0, 0.266)])
+def test_two_effects_lead_one_of_them_by_what_both_models_grant(
+    linear_lead: float, worth: float
+) -> None:
+    def seen(lead: float) -> Search:
+        alone = _judged(0.0, _finding("voltage_sag", 50.0), _finding("lift", 40.0))
+        one = np.ones(2)
+        groups = (("dead_zone", None), ("voltage_sag", None))
+        pair = Finding(groups, (0, 1), 50.0 + lead, one, np.eye(2), one)
+        return _search(replace(alone, pairs=(pair,)))
+
+    full = seen(20.0)
+    judged = full.judged[0]
+    top = Candidate("dead_zone+voltage_sag", 1.0, 0.0, judged.pairs[0], judged)
+    (one,) = cautious(seen(linear_lead), full, top).judged
+    lead = one.pairs[0].log_evidence - one.singles[0].log_evidence
+    assert lead == pytest.approx(worth, rel=0.05)
+    # an effect that is not one of the two stays where it was
+    assert one.pairs[0].log_evidence - one.singles[1].log_evidence == pytest.approx(30.0)
