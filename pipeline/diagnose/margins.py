@@ -57,35 +57,28 @@ def cautious(linear: Search, full: Search, top: Candidate) -> Search:
     place = next(k for k, one in enumerate(rows) if one is top.finding)
     first_linear = before.nothing + [*before.singles, *before.pairs][place].log_evidence
     first_full = after.nothing + top.finding.log_evidence
-    top_effects = top.finding.effects
+    # the same effects with one of them left out
+    simpler = {one for one in top.finding.effects if len(top.finding.effects) > 1}
 
-    def lead_over(linear_value: float, full_value: float) -> float:
-        return trusted_lead(first_linear - linear_value, first_full - full_value)
-
-    def raised_by(old: Judged, new: Judged, before: Finding, now: Finding) -> float:
-        """By how much one of the two effects alone comes nearer."""
-        if len(top_effects) < 2 or now.effects[0] not in top_effects:
-            return 0.0
-        value = new.nothing + now.log_evidence
-        if not np.isfinite(value):
-            return 0.0
-        return first_full - lead_over(old.nothing + before.log_evidence, value) - value
+    def behind(linear_value: float, full_value: float) -> float:
+        """Where a simpler answer stands: behind the first by what the lead is worth."""
+        return first_full - trusted_lead(first_linear - linear_value, first_full - full_value)
 
     def kept_near(old: Judged, new: Judged) -> Judged:
-        raised = first_full - lead_over(old.nothing, new.nothing) - new.nothing
+        nothing = behind(old.nothing, new.nothing)
+
+        def kept(seen: Finding, one: Finding) -> Finding:
+            value = new.nothing + one.log_evidence
+            if len(one.effects) == 1 and one.effects[0] in simpler and np.isfinite(value):
+                value = behind(old.nothing + seen.log_evidence, value)
+            return replace(one, log_evidence=value - nothing)
+
         return replace(
             new,
-            nothing=new.nothing + raised,
-            singles=tuple(
-                _lowered(now, raised - raised_by(old, new, before, now))
-                for before, now in zip(old.singles, new.singles, strict=True)
-            ),
-            pairs=tuple(_lowered(one, raised) for one in new.pairs),
+            nothing=nothing,
+            singles=tuple(map(kept, old.singles, new.singles)),
+            pairs=tuple(map(kept, old.pairs, new.pairs)),
         )
 
     judged = tuple(kept_near(old, new) for old, new in zip(linear.judged, full.judged, strict=True))
     return replace(full, judged=judged)
-
-
-def _lowered(finding: Finding, by: float) -> Finding:
-    return replace(finding, log_evidence=finding.log_evidence - by)
