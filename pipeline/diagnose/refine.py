@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.decision import Share
-from pipeline.diagnose.elimination import ForcePrior, Grams, marginal
+from pipeline.diagnose.elimination import ForcePrior, Grams, grams, marginal
 from pipeline.diagnose.evidence import Fit, Prior, fit
 from pipeline.diagnose.hypotheses import (
     IMPOSSIBLE,
@@ -31,7 +31,7 @@ from pipeline.diagnose.linear_model import (
 )
 from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.search import Judged, Search, force_prior, part
-from pipeline.diagnose.tangent import led_readings
+from pipeline.diagnose.tangent import led_readings, linear_model
 from pipeline.diagnose.trials import Lead
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
@@ -39,6 +39,8 @@ from pipeline.types import FloatArray
 
 #: Probability from which an answer is looked at.
 _COUNTS = 1e-3
+#: Log evidence that `none` loses at its own point when that was not reached.
+_ASTRAY = 1000.0
 #: Pairs of which each effect alone is looked at, too.
 _PAIRS = 2
 #: A whitened reading this large is that of a simulation that ran away.
@@ -75,6 +77,8 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
             looked_at.setdefault(one.finding.which, (one.judged, one.finding))
     tasks = [partial(_correction, found, lead, *row) for row in looked_at.values()]
     changes = dict(zip(looked_at, over_threads(found.setting.bench, tasks), strict=True))
+    if changes[()] < -_ASTRAY:
+        changes[()] = max(changes[()], _nothing_anew(found, lead, level))
     if not np.isfinite(changes[()]):
         changes[()] = 0.0
     # what was not judged anew gets what a part of it got
@@ -132,6 +136,27 @@ def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | No
         normal = _with_readings(found.grams, replace(model, readings=np.where(says, readings, 0.0)))
     there = _log_evidence(found, normal, judged, finding)
     return there - _not_reached(found, normal, forces, prior, last) - before
+
+
+def _nothing_anew(found: Search, lead: Lead, judged: Judged) -> float:
+    """Log evidence of `none` from the vehicle as it is known, less that of the linear model.
+
+    The point of the linear model is an effect's. What its derivatives promise `none` may be nothing
+    that a healthy vehicle does, as one that nearly capsizes; but that is what an effect must beat.
+    """
+    every = found.setting.coordinates
+    at = realisable(every, found.prior.mean)
+    try:
+        led = lead(found.setting, vector_of(found.setting, at))
+    except CannotComputeError:
+        return -np.inf
+    stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
+    point = replace(led.origin(), departures=at)
+    there = linear_model(led, point, known=found.model, renew=stated)
+    if there.lost > found.model.lost:
+        return -np.inf
+    before = _log_evidence(found, found.grams, judged, None)
+    return _log_evidence(found, grams(there), judged, None) - before
 
 
 def _not_reached(
