@@ -280,6 +280,16 @@ def _content(one: Log, chance: Random) -> Log:
     return replace(one, inside=tuple(inside))
 
 
+def _text_of(schema: bytes) -> int | None:
+    """Place of a definition's text; None where an earlier damage has its sizes lead beyond it."""
+    place = 2
+    for _name_then_encoding in range(2):
+        if place + 4 > len(schema):
+            return None
+        place += 4 + int(struct.unpack_from("<I", schema, place)[0])
+    return place if place + 4 <= len(schema) else None
+
+
 def _definition(one: Log, chance: Random) -> Log:
     """Change the text of a definition, or what a definition or a topic says it is."""
     inside = list(one.inside)
@@ -289,10 +299,7 @@ def _definition(one: Log, chance: Random) -> Log:
     if chance.random() < 0.3:
         words = (b"ros2msg", b"ros2idl", b"protobuf", b"jsonschema", b"cdr", b"json")
         content = content.replace(chance.choice(words), chance.choice(words))
-    elif record.opcode == SCHEMA:
-        size = struct.unpack_from("<I", content, 2)[0]
-        at_text = 2 + 4 + size
-        at_text += 4 + struct.unpack_from("<I", content, at_text)[0]
+    elif record.opcode == SCHEMA and (at_text := _text_of(content)) is not None:
         definition = content[at_text + 4 :]
         if b"protobuf" in content:
             definition = anywhere(definition, chance)
