@@ -36,7 +36,8 @@ _QUEUE = 400
 _WATCHED_ONE_IN = 4
 """Watching makes a reader some four times slower, so most files are read without."""
 _WATCHED = tuple(
-    str(Path(pipeline.__file__).parent / room) for room in ("ingest", "vehicle", "records")
+    str(Path(pipeline.__file__).parent / room)
+    for room in ("ingest", "vehicle", "records", "provenance.py")
 )
 
 
