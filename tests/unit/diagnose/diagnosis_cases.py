@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.coordinates import coordinates, vector_at
+from pipeline.diagnose.coordinates import Coordinate, coordinates, vector_at
 from pipeline.effects.library import apply_effects, candidates, parse_effect
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
@@ -42,3 +42,15 @@ def small_case(
         log = measure(flown, packed, vehicle.sensors, vector=true, seed=100 * seed + number)
         runs.append(table_of_log(log, vehicle.sensors, name=name))
     return Case("rov8", vehicle, packed, tuple(runs), effects=library)
+
+
+def small_coordinates(effects: Sequence[str] = EFFECTS) -> tuple[Coordinate, ...]:
+    """Departures of the small case, without runs worth the name."""
+    case = small_case(seconds=1.0, manoeuvres=("hover",), effects=effects)
+    assert case.vehicle.model is not None
+    return coordinates(case.packed, case.candidates, case.vehicle.model.uncertainty)
+
+
+def index_of(every: Sequence[Coordinate], name: str) -> int:
+    """Place of a departure by its name."""
+    return [one.name for one in every].index(name)

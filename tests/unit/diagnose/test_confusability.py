@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from diagnosis_cases import small_case
+from diagnosis_cases import index_of, small_coordinates
 
 from pipeline.diagnose.confusability import alike
-from pipeline.diagnose.coordinates import Coordinate, coordinates
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.elimination import Marginal
 from pipeline.diagnose.hypotheses import Finding, groups_of
 
@@ -14,13 +14,7 @@ STRENGTH = 400.0
 
 @pytest.fixture(scope="module")
 def every() -> tuple[Coordinate, ...]:
-    case = small_case(seconds=1.0, manoeuvres=("hover",))
-    assert case.vehicle.model is not None
-    return coordinates(case.packed, case.candidates, case.vehicle.model.uncertainty)
-
-
-def index_of(every: tuple[Coordinate, ...], name: str) -> int:
-    return [one.name for one in every].index(name)
+    return small_coordinates()
 
 
 def ground(every: tuple[Coordinate, ...], cosine: float) -> Marginal:

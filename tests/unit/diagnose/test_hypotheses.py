@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from diagnosis_cases import EFFECTS, small_case
+from diagnosis_cases import EFFECTS, index_of, small_coordinates
 
-from pipeline.diagnose.coordinates import Coordinate, coordinates
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.elimination import Marginal
 from pipeline.diagnose.hypotheses import groups_of, judge, pairs, screen
 
@@ -13,9 +13,7 @@ STRENGTH = 400.0
 
 @pytest.fixture(scope="module")
 def every() -> tuple[Coordinate, ...]:
-    case = small_case(seconds=1.0, manoeuvres=("hover",))
-    assert case.vehicle.model is not None
-    return coordinates(case.packed, case.candidates, case.vehicle.model.uncertainty)
+    return small_coordinates()
 
 
 def planted(every: tuple[Coordinate, ...], truth: dict[int, float]) -> Marginal:
@@ -25,10 +23,6 @@ def planted(every: tuple[Coordinate, ...], truth: dict[int, float]) -> Marginal:
     for index, value in truth.items():
         x[index] = value
     return Marginal(information, information @ x, float(x @ information @ x), 0.0)
-
-
-def index_of(every: tuple[Coordinate, ...], name: str) -> int:
-    return [one.name for one in every].index(name)
 
 
 def test_the_planted_effect_comes_first_with_its_target(every: tuple[Coordinate, ...]) -> None:
@@ -89,9 +83,7 @@ def test_effects_of_the_case_are_those_tried(every: tuple[Coordinate, ...]) -> N
 
 @pytest.fixture(scope="module")
 def heavy() -> tuple[Coordinate, ...]:
-    case = small_case(seconds=1.0, manoeuvres=("hover",), effects=("payload",))
-    assert case.vehicle.model is not None
-    return coordinates(case.packed, case.candidates, case.vehicle.model.uncertainty)
+    return small_coordinates(("payload",))
 
 
 def test_a_payload_of_no_mass_has_no_moment(heavy: tuple[Coordinate, ...]) -> None:
