@@ -6,10 +6,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.diagnose.answer import Answers, answers, effect_count, equals
-from pipeline.diagnose.approach import approach
+from pipeline.diagnose.answer import Answers, effect_count, equals
 from pipeline.diagnose.calibration import Calibration, calibration
-from pipeline.diagnose.case import Case, channels_of, led_by, setting_of, thinned
+from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
 from pipeline.diagnose.consequences import AHEAD_S, consequence, look_ahead
@@ -20,18 +19,13 @@ from pipeline.diagnose.forecast import (
     whole_runs,
 )
 from pipeline.diagnose.gap import channel_gaps, gap_channels
-from pipeline.diagnose.healthy import learn
-from pipeline.diagnose.held_out import checked
 from pipeline.diagnose.hopeless import refuse_hopeless
-from pipeline.diagnose.linear_model import Setting, vector_of
-from pipeline.diagnose.margins import cautious
+from pipeline.diagnose.inference import HELD_OUT, infer
 from pipeline.diagnose.next_run import next_run
 from pipeline.diagnose.notes import notes_on
-from pipeline.diagnose.refine import possible_alone, refined
 from pipeline.diagnose.regime_gaps import regime_gaps
 from pipeline.diagnose.regimes import regressors
-from pipeline.diagnose.scales import levels
-from pipeline.diagnose.search import Search, ordinary_prior, search
+from pipeline.diagnose.search import Search
 from pipeline.diagnose.sentence import sentence
 from pipeline.diagnose.series import series_of
 from pipeline.diagnose.stages import stages_told
@@ -44,7 +38,6 @@ from pipeline.diagnose.where import where_told
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.windows import Window
 from pipeline.records.diagnosis import (
     ChannelNoiseCheck,
     Detail,
@@ -54,14 +47,6 @@ from pipeline.records.diagnosis import (
     Verdict,
 )
 from pipeline.records.run_table import RunTable
-from pipeline.types import BoolArray, FloatArray
-
-#: Answers that are judged at their own points.
-_REFINED = 6
-#: Windows that suffice for finding the point of linearisation.
-_ENOUGH = 16
-#: Every how manyth window is held out where no run is.
-_HELD_OUT = 4
 
 
 @dataclass(frozen=True)
@@ -124,44 +109,7 @@ def _diagnosed(
     thresholds = calibration()
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
-    healthy = learn(case, threads) if case.healthy else None
-    every_level = levels(healthy_known=healthy is not None)
-    known = None if healthy is None else healthy.force_unit
-
-    def few(windows: Sequence[Window]) -> BoolArray:
-        return thinned(_chosen(case, windows), _ENOUGH)
-
-    rough = setting_of(case, runs, channels, force_unit=known, threads=threads, taken=few)
-    prior = ordinary_prior(rough) if healthy is None else healthy.prior
-
-    def lead(setting: Setting, vector: FloatArray) -> Setting:
-        return led_by(setting, case.packed, runs, channels, vector)
-
-    near = approach(
-        rough,
-        lead,
-        prior,
-        every_level,
-        healthy_known=healthy is not None,
-    )
-    setting = setting_of(
-        case,
-        runs,
-        channels,
-        force_unit=known,
-        threads=threads,
-        vector=vector_of(rough, near.departures),
-    )
-    chosen = _chosen(case, setting.bench.stack.windows)
-    widen = None if healthy is None else dict(healthy.widen)
-    found = search(setting, near, every_level, chosen, widen)
-    known_well = healthy is not None
-    first = answers(found, thresholds, healthy_known=known_well)
-    own = refined(found, first, lead, _REFINED)
-    top = answers(own, thresholds, healthy_known=known_well).ranking[0]
-    found = cautious(found, own, top)
-    answered = possible_alone(found, answers(found, thresholds, healthy_known=known_well))
-    answered = checked(found, answered, thresholds)
+    found, answered = infer(case, runs, channels, thresholds, threads)
     return _told(case, found, answered, thresholds, channels, runs, seed, began, keep)
 
 
@@ -176,19 +124,6 @@ def _sorted(runs: Sequence[RunTable]) -> tuple[RunTable, ...]:
             ),
         )
     )
-
-
-def _chosen(case: Case, windows: Sequence[Window]) -> BoolArray:
-    """Windows that may speak: those of the runs, less every fourth where no run is held out."""
-    if case.holdout:
-        return np.array([window.run < len(case.runs) for window in windows])
-    place: dict[int, int] = {}
-    chosen = []
-    for window in windows:
-        count = place.get(window.run, 0)
-        place[window.run] = count + 1
-        chosen.append(count % _HELD_OUT != _HELD_OUT - 2)
-    return np.array(chosen)
 
 
 def _told(  # noqa: PLR0917 - one caller
@@ -207,7 +142,7 @@ def _told(  # noqa: PLR0917 - one caller
     told = (
         "runs " + ", ".join(run.name for run in case.holdout)
         if case.holdout
-        else f"every {_HELD_OUT}th window of the runs"
+        else f"every {HELD_OUT}th window of the runs"
     )
     ahead = look_ahead(found, answered, runs, channels, told, seed, healthy_known=healthy_known)
     every = regressors(setting, runs)

@@ -2,16 +2,19 @@
 
 The linear model is exact where it was taken, so the hypothesis it was taken at has an advantage
 over the others. Here the model of every answer is led along the measured motion at its own most
-probable departures, and judged by the readings as they are seen from there.
+probable departures, and judged by the readings as they are seen from there. How the motion goes on
+is first taken from the linear model, which costs little; where the two looks then
+disagree about a lead, all answers are judged anew with derivatives of their own.
 """
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from pipeline.diagnose.answer import Answers
+from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.decision import Share
 from pipeline.diagnose.elimination import ForcePrior, Grams, grams, marginal
 from pipeline.diagnose.evidence import Fit, Prior, fit
@@ -39,8 +42,8 @@ from pipeline.types import FloatArray
 
 #: Probability from which an answer is looked at.
 _COUNTS = 1e-3
-#: Log evidence that `none` loses at its own point when that was not reached.
-_ASTRAY = 1000.0
+#: Log evidence by which two looks at a lead may differ, and the share of the lead.
+_AGREED, _AGREED_SHARE = 5.0, 0.1
 #: Pairs of which each effect alone is looked at, too.
 _PAIRS = 2
 #: A whitened reading this large is that of a simulation that ran away.
@@ -49,9 +52,28 @@ _LOST = 1e7
 #: have moved when it is (in units of half the plausible range).
 _STEPS, _SETTLED = 3, 0.02
 
+#: Departures that a hypothesis lets be wide.
+Which = tuple[int, ...]
 
-def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
-    """Search whose strongest hypotheses, and the one with nothing, are judged at their own points.
+
+@dataclass(frozen=True)
+class Refined:
+    """A search whose strongest hypotheses are judged at their own points.
+
+    `points` has the departures (g,) of those points, by what is wide; empty where the linear model
+    and these agree, and no point had to be gone to.
+    """
+
+    search: Search
+    points: Mapping[Which, FloatArray]
+
+    def point_of(self, top: Candidate) -> FloatArray | None:
+        """Own point of an answer, where the linear model was not right about it."""
+        return self.points.get(() if top.finding is None else top.finding.which)
+
+
+def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
+    """Judge the strongest hypotheses, and the one with nothing, at their own points.
 
     Parameters
     ----------
@@ -71,14 +93,18 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
     wanted += [one for one in alone_too if one is not None and one not in wanted]
     alone = first.of(NONE)
     level = first.ranking[0].judged if alone is None else alone.judged
-    looked_at: dict[tuple[int, ...], tuple[Judged, Finding | None]] = {(): (level, None)}
+    looked_at: dict[Which, tuple[Judged, Finding | None]] = {(): (level, None)}
     for one in wanted:
         if one.finding is not None:
             looked_at.setdefault(one.finding.which, (one.judged, one.finding))
     tasks = [partial(_correction, found, lead, *row) for row in looked_at.values()]
     changes = dict(zip(looked_at, over_threads(found.setting.bench, tasks), strict=True))
-    if changes[()] < -_ASTRAY:
-        changes[()] = max(changes[()], _nothing_anew(found, lead, level))
+    points: dict[Which, FloatArray] = {}
+    if _doubtful(looked_at, changes):
+        ways = [partial(_anew, found, lead, *row) for row in looked_at.values()]
+        seen = dict(zip(looked_at, over_threads(found.setting.bench, ways), strict=True))
+        changes = {which: change for which, (change, _) in seen.items()}
+        points = {which: point for which, (_, point) in seen.items()}
     if not np.isfinite(changes[()]):
         changes[()] = 0.0
     # what was not judged anew gets what a part of it got
@@ -105,7 +131,7 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Search:
         )
         for one in found.judged
     )
-    return replace(found, judged=judged)
+    return Refined(replace(found, judged=judged), points)
 
 
 def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | None) -> float:
@@ -138,25 +164,65 @@ def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | No
     return there - _not_reached(found, normal, forces, prior, last) - before
 
 
-def _nothing_anew(found: Search, lead: Lead, judged: Judged) -> float:
-    """Log evidence of `none` from the vehicle as it is known, less that of the linear model.
+def _doubtful(
+    looked_at: Mapping[Which, tuple[Judged, Finding | None]], changes: Mapping[Which, float]
+) -> bool:
+    """Whether the two looks disagree about the lead of the first answer over any other."""
+    linear = {
+        which: judged.nothing
+        + (0.0 if finding is None else finding.log_evidence)
+        + float(np.log(judged.level.weight))
+        for which, (judged, finding) in looked_at.items()
+    }
+    full = {which: linear[which] + changes[which] for which in looked_at}
+    top = max(full, key=lambda which: full[which])
+    if not np.isfinite(full[top]):
+        return True
+    for which in looked_at:
+        leads = linear[top] - linear[which], full[top] - full[which]
+        differ = abs(leads[1] - leads[0])
+        if differ > max(_AGREED, _AGREED_SHARE * min(leads)):
+            return True
+    return False
 
-    The point of the linear model is an effect's. What its derivatives promise `none` may be nothing
-    that a healthy vehicle does, as one that nearly capsizes; but that is what an effect must beat.
+
+def _anew(
+    found: Search, lead: Lead, judged: Judged, finding: Finding | None
+) -> tuple[float, FloatArray]:
+    """Log evidence of a hypothesis linear around its own point, less that of the linear model.
+
+    With the departures (g,) of that point.
+
+    What the derivatives of another point promise may be nothing that a vehicle does: one that
+    nearly capsizes there. So the way begins at what is ordinary, with the effect as it was found.
     """
     every = found.setting.coordinates
-    at = realisable(every, found.prior.mean)
-    try:
-        led = lead(found.setting, vector_of(found.setting, at))
-    except CannotComputeError:
-        return -np.inf
-    stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
-    point = replace(led.origin(), departures=at)
-    there = linear_model(led, point, known=found.model, renew=stated)
-    if there.lost > found.model.lost:
-        return -np.inf
-    before = _log_evidence(found, found.grams, judged, None)
-    return _log_evidence(found, grams(there), judged, None) - before
+    prior, forces = prior_of(found.prior, finding), force_prior(found.setting, judged.level)
+    which = () if finding is None else finding.which
+    at = found.prior.mean.copy()
+    if finding is not None:
+        at[list(which)] = finding.mean
+    free = tuple(k for k, one in enumerate(every) if one.ordinary > 0.0 or k in which)
+    reached, own = -np.inf, at
+    # on the way what is stated keeps its derivatives; where all is judged it has its own
+    for renew in (which, free):
+        at = realisable(every, at)
+        try:
+            led = lead(found.setting, vector_of(found.setting, at))
+        except CannotComputeError:
+            # no vehicle can have these values
+            break
+        point = replace(led.origin(), departures=at)
+        there = linear_model(led, point, known=found.model, renew=renew)
+        if there.lost > found.model.lost:
+            break
+        normal = grams(there)
+        reached, own = _log_evidence(found, normal, judged, finding), at
+        best = fit(marginal(part(normal, found.chosen), forces), prior)
+        if finding is not None and _impossible(found, finding, best):
+            return -np.inf, own
+        at = np.where(np.isin(np.arange(at.size), free), best.mean, 0.0)
+    return reached - _log_evidence(found, found.grams, judged, finding), own
 
 
 def _not_reached(

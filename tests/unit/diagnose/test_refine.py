@@ -1,15 +1,20 @@
-"""Answers at their own points, and `none` where its own was not reached."""
+"""Answers at their own points, and anew where two looks at a lead disagree."""
 
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
-from pipeline.diagnose import engine, refine
+from pipeline.diagnose import engine, inference, refine
 from pipeline.diagnose.answer import Answers
+from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.hypotheses import Finding
+from pipeline.diagnose.linear_model import vector_of
+from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Search
+from pipeline.diagnose.tangent import linear_model
 from pipeline.diagnose.trials import Lead
 
 Given = tuple[Search, Answers, Lead]
@@ -24,34 +29,59 @@ def given() -> Given:
     )
     kept: list[Given] = []
 
-    def keep(found: Search, first: Answers, lead: Lead, most: int) -> Search:
+    def keep(found: Search, first: Answers, lead: Lead, most: int) -> refine.Refined:
         kept.append((found, first, lead))
         return refine.refined(found, first, lead, most)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "refined", keep)
+        patch.setattr(inference, "refined", keep)
         engine.diagnose(case, threads=1)
     return kept[0]
 
 
-@pytest.mark.parametrize("astray", [False, True])
-def test_none_is_judged_anew_where_its_own_point_was_not_reached(
-    given: Given, monkeypatch: pytest.MonkeyPatch, astray: bool
+@pytest.mark.parametrize("loses", [3.0, 1e6])
+def test_all_are_judged_anew_where_two_looks_at_a_lead_disagree(
+    given: Given, monkeypatch: pytest.MonkeyPatch, loses: float
 ) -> None:
     found, first, lead = given
-    lost = -1e6 if astray else -500.0
 
     def correction(_found: Any, _lead: Any, _judged: Judged, finding: Finding | None) -> float:  # noqa: ANN401
-        return lost if finding is None else 0.0
+        return -loses if finding is None else 0.0
 
     monkeypatch.setattr(refine, "_correction", correction)
     own = refine.refined(found, first, lead, 2)
-    change = own.judged[0].nothing - found.judged[0].nothing
-    if astray:
-        # the weak thruster still speaks against it, as seen from the vehicle as it is stated
-        assert -1e5 < change < 100.0
-    else:
-        assert change == pytest.approx(lost)
+    change = own.search.judged[0].nothing - found.judged[0].nothing
+    if loses < 5.0:
+        assert change == pytest.approx(-loses)
+        assert not own.points
+        return
+    # as seen from the vehicle as it is stated the weak thruster still speaks against `none`
+    assert -1e5 < change < 100.0
+    top = first.ranking[0]
+    assert top.finding is not None
+    point = own.point_of(top)
+    assert point is not None
+    assert point[list(top.finding.which)] == pytest.approx(top.finding.mean, abs=0.1)
+
+
+def test_what_the_own_points_say_does_not_depend_on_where_all_was_linear(given: Given) -> None:
+    """The lead over none is the same from the vehicle as it is stated and from the weak one."""
+    found, first, lead = given
+    top = first.ranking[0]
+    leads = []
+    for departures in (found.model.point.departures, np.zeros(len(found.setting.coordinates))):
+        led = lead(found.setting, vector_of(found.setting, departures))
+        model = linear_model(led, replace(led.origin(), departures=departures))
+        there = replace(found, model=model, grams=grams(model))
+        level = Level(np.ones(6), 1.0, True)
+        values = []
+        for finding in (top.finding, None):
+            judged = replace(top.judged, level=level)
+            change, _ = refine._anew(there, lead, judged, finding)
+            values.append(refine._log_evidence(there, there.grams, judged, finding) + change)
+        leads.append(values[0] - values[1])
+    assert leads[0] == pytest.approx(leads[1], abs=2.0)
+    assert leads[0] > 10.0
 
 
 def test_the_effects_of_a_pair_are_judged_at_their_own_points_too(

@@ -1,0 +1,114 @@
+"""From runs to weighed answers: where the model is linear, what all say there, and at their own."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.diagnose.answer import Answers, Candidate, answers
+from pipeline.diagnose.approach import approach
+from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.case import Case, led_by, setting_of, thinned
+from pipeline.diagnose.healthy import learn
+from pipeline.diagnose.held_out import checked
+from pipeline.diagnose.linear_model import Setting, vector_of
+from pipeline.diagnose.margins import cautious
+from pipeline.diagnose.refine import Refined, possible_alone, refined
+from pipeline.diagnose.scales import levels
+from pipeline.diagnose.search import Near, Search, ordinary_prior, search
+from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.windows import Window
+from pipeline.records.run_table import RunTable
+from pipeline.types import BoolArray, FloatArray
+
+#: Answers that are judged at their own points.
+_REFINED = 6
+#: Departure (in units of half the plausible range) by which the first answer's own point differs
+#: from where all was judged, when all is judged anew from there.
+_ELSEWHERE = 0.05
+#: Windows that suffice for finding the point of linearisation.
+_ENOUGH = 16
+#: Every how manyth window is held out where no run is.
+HELD_OUT = 4
+
+
+def infer(
+    case: Case,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    limits: Calibration,
+    threads: int,
+) -> tuple[Search, Answers]:
+    """Weigh all answers on the runs of a case.
+
+    Parameters
+    ----------
+    case : Case
+        Vehicle, candidates and healthy runs.
+    runs : sequence of RunTable
+        Those to be explained, then those held out.
+    channels : sequence of ChannelNoise
+        What to use of them.
+    limits : Calibration
+        Thresholds.
+    threads : int
+        Simulations side by side.
+
+    Returns
+    -------
+    tuple of Search and Answers
+        Everything around the point of linearisation, and the answers in order.
+
+    Raises
+    ------
+    CannotComputeError
+        Where no diagnosis can be given; the text says why.
+    """
+    healthy = learn(case, threads) if case.healthy else None
+    known_well = healthy is not None
+    every_level = levels(healthy_known=known_well)
+    force_unit = None if healthy is None else healthy.force_unit
+    widen = None if healthy is None else dict(healthy.widen)
+
+    def few(windows: Sequence[Window]) -> BoolArray:
+        return thinned(_chosen(case, windows), _ENOUGH)
+
+    def lead(setting: Setting, vector: FloatArray) -> Setting:
+        return led_by(setting, case.packed, runs, channels, vector)
+
+    rough = setting_of(case, runs, channels, force_unit=force_unit, threads=threads, taken=few)
+    prior = ordinary_prior(rough) if healthy is None else healthy.prior
+
+    def seen_from(near: Near) -> tuple[Search, Refined, Candidate]:
+        """Judge all hypotheses around a point, and the strongest of them at their own."""
+        vector = vector_of(rough, near.departures)
+        setting = setting_of(
+            case, runs, channels, force_unit=force_unit, threads=threads, vector=vector
+        )
+        chosen = _chosen(case, setting.bench.stack.windows)
+        found = search(setting, near, every_level, chosen, widen)
+        first = answers(found, limits, healthy_known=known_well)
+        own = refined(found, first, lead, _REFINED)
+        return found, own, answers(own.search, limits, healthy_known=known_well).ranking[0]
+
+    near = approach(rough, lead, prior, every_level, healthy_known=known_well)
+    found, own, top = seen_from(near)
+    there = own.point_of(top)
+    if there is not None and float(np.abs(there - near.departures).max()) > _ELSEWHERE:
+        found, own, top = seen_from(replace(near, departures=there))
+    found = cautious(found, own.search, top)
+    answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
+    return found, checked(found, answered, limits)
+
+
+def _chosen(case: Case, windows: Sequence[Window]) -> BoolArray:
+    """Windows that may speak: those of the runs, less every fourth where no run is held out."""
+    if case.holdout:
+        return np.array([window.run < len(case.runs) for window in windows])
+    place: dict[int, int] = {}
+    chosen = []
+    for window in windows:
+        count = place.get(window.run, 0)
+        place[window.run] = count + 1
+        chosen.append(count % HELD_OUT != HELD_OUT - 2)
+    return np.array(chosen)
