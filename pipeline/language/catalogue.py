@@ -29,6 +29,8 @@ _SENTENCES = re.compile(
 )
 #: A value that stays as it is: of an option, of a key, between quotation marks.
 _TYPED = re.compile(r"(?:=|--[\w-]+ |[\"'`])\{(\d+)\}")
+#: A value between quotation marks: it has none itself.
+_QUOTED = re.compile(r"\"\{(\d+)\}\"")
 _EDGE = re.compile(r"^(\s*(?:[-•*>] )?)(.*?)(\s*)$", re.DOTALL)
 _PAIR = re.compile(r"\([^()]*\)")
 _COUNT = re.compile(r"\d+")
@@ -182,6 +184,9 @@ class Catalogue:
                 if values is None or template.letters < least:
                     continue
                 if not sentences and any(_is_torn(one) for one in values.values()):
+                    continue
+                if any('"' in values[int(number)] for number in _QUOTED.findall(entry.message)):
+                    # from one quoted name to the next: a match by chance
                     continue
                 said = self._filled(template, entry, values, depth, sure=sure)
                 if said is not None:

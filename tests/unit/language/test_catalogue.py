@@ -54,6 +54,9 @@ msgstr "ошибка {{0}} до"
 msgid "--step {{0}}: a whole number is expected"
 msgstr "--step {{0}}: ожидается целое число"
 
+msgid "{{0}} \\"{{1}}\\" is not a number."
+msgstr "{{0}} \\"{{1}}\\" — не число."
+
 msgid "not yet said"
 msgstr ""
 """
@@ -81,6 +84,11 @@ def catalogue() -> Catalogue:
         (
             'error: raw/a b.xlsx, sheet "Code 1.5", row 14: the file is empty.',
             'ошибка: raw/a b.xlsx, лист "Code 1.5", строка 14: файл пуст.',
+        ),
+        (
+            # the first name between quotation marks is the sheet's
+            'error: raw/a b.xlsx, sheet "Code 1.5", row 14: surge "x" is not a number.',
+            'ошибка: raw/a b.xlsx, лист "Code 1.5", строка 14: ход "x" — не число.',
         ),
         (
             "3 points left out of 12 points, which is 2.5 too many",
