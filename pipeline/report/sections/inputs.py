@@ -158,7 +158,7 @@ def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Table
             used[key] += 1
     return Table(
         "Sheets and what became of their points",
-        ("File", "Sheet", "Understood as", "Used", "Left out, by reason"),
+        ("File", "Worksheet", "Understood as", "Used", "Left out, by reason"),
         tuple(
             (
                 sheet.file,
@@ -199,7 +199,7 @@ def _left_out_table(left_out: Sequence[Marked]) -> Table:
         rows[source.file, source.sheet, ", ".join(marks)].append(source.row)
     return Table(
         "Points left out, by row",
-        ("File", "Sheet", "Rows", "Why"),
+        ("File", "Worksheet", "Rows", "Why"),
         tuple(
             (file, sheet if sheet is not None else "–", row_ranges(numbers), mark)
             for (file, sheet, mark), numbers in rows.items()
@@ -239,7 +239,7 @@ def _column_table(sheets: Sequence[SheetRead]) -> Table:
             where[key].append(sheet.sheet if sheet.sheet is not None else "–")
     return Table(
         "Columns and units as understood",
-        ("File", "Sheets", "Quantity", "Header", "Column", "Unit", "Unit taken from"),
+        ("File", "Sheets", "Quantity", "Column header", "Column", "Unit", "Unit taken from"),
         tuple((key[0], _shortened(names), *key[1:]) for key, names in where.items()),
         text_columns=frozenset({1, 2, 3, 4, 5, 6}),
     )
