@@ -78,9 +78,9 @@ def c_comment(text: str) -> str:
     'a * / b'
     """
     printable = "".join(c if 0x20 <= ord(c) < 0x7F else "?" for c in text)
-    return (
-        printable.replace("*/", "* /").replace("/*", "/ *").replace("\\", "/").replace("??", "? ?")
-    )
+    # backslashes first: the stroke that one becomes may end the comment as well
+    plain = printable.replace("\\", "/").replace("*/", "* /").replace("/*", "/ *")
+    return re.sub(r"\?(?=\?)", "? ", plain)
 
 
 def float_literal(value: float) -> str:

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from firmware_cases import unhurried
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from pipeline.errors import CannotComputeError
@@ -26,6 +26,9 @@ def test_names_become_identifiers() -> None:
 
 
 @given(st.text())
+@example("*\\")
+@example("\\*\\*/*/")
+@example("????/")
 @unhurried
 def test_a_comment_stays_one_line_inside_its_comment(text: str) -> None:
     safe = c_text.c_comment(text)
@@ -33,6 +36,7 @@ def test_a_comment_stays_one_line_inside_its_comment(text: str) -> None:
     assert "*/" not in safe
     assert "/*" not in safe
     assert "\\" not in safe
+    assert "??" not in safe
 
 
 @given(st.text())
