@@ -16,25 +16,21 @@ import numpy as np
 
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.decision import Share
-from pipeline.diagnose.elimination import ForcePrior, Grams, grams, marginal
-from pipeline.diagnose.evidence import Fit, Prior, fit
+from pipeline.diagnose.elimination import ForcePrior, Grams, marginal
+from pipeline.diagnose.evidence import Prior, fit
 from pipeline.diagnose.hypotheses import (
-    IMPOSSIBLE,
     Finding,
-    judge,
-    log_evidence_of,
     prior_of,
-    with_ordinary,
 )
 from pipeline.diagnose.linear_model import (
-    BEYOND,
     LinearModel,
     realisable,
     vector_of,
 )
+from pipeline.diagnose.own_point import cannot_be, judged_anew, log_evidence_at
 from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.search import Judged, Search, force_prior, part
-from pipeline.diagnose.tangent import led_readings, linear_model
+from pipeline.diagnose.tangent import led_readings
 from pipeline.diagnose.trials import Lead
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
@@ -101,7 +97,7 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
     changes = dict(zip(looked_at, over_threads(found.setting.bench, tasks), strict=True))
     points: dict[Which, FloatArray] = {}
     if _doubtful(looked_at, changes):
-        ways = [partial(_anew, found, lead, *row) for row in looked_at.values()]
+        ways = [partial(judged_anew, found, lead, *row) for row in looked_at.values()]
         seen = dict(zip(looked_at, over_threads(found.setting.bench, ways), strict=True))
         changes = {which: change for which, (change, _) in seen.items()}
         points = {which: point for which, (_, point) in seen.items()}
@@ -139,12 +135,12 @@ def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | No
     model, normal = found.model, found.grams
     prior = prior_of(found.prior, finding)
     forces = force_prior(found.setting, judged.level)
-    before = _log_evidence(found, normal, judged, finding)
+    before = log_evidence_at(found, normal, judged, finding)
     last: FloatArray | None = None
     for _ in range(_STEPS):
         left = marginal(part(normal, found.chosen), forces)
         best = fit(left, prior)
-        if finding is not None and _impossible(found, finding, best):
+        if finding is not None and cannot_be(found, finding, best):
             return -np.inf
         departures = realisable(model.setting.coordinates, best.mean)
         if last is not None and float(np.abs(departures - last).max()) < _SETTLED:
@@ -160,7 +156,7 @@ def _correction(found: Search, lead: Lead, judged: Judged, finding: Finding | No
         if not (np.abs(readings[says]) < _LOST).all():
             return -np.inf
         normal = _with_readings(found.grams, replace(model, readings=np.where(says, readings, 0.0)))
-    there = _log_evidence(found, normal, judged, finding)
+    there = log_evidence_at(found, normal, judged, finding)
     return there - _not_reached(found, normal, forces, prior, last) - before
 
 
@@ -184,45 +180,6 @@ def _doubtful(
         if differ > max(_AGREED, _AGREED_SHARE * min(leads)):
             return True
     return False
-
-
-def _anew(
-    found: Search, lead: Lead, judged: Judged, finding: Finding | None
-) -> tuple[float, FloatArray]:
-    """Log evidence of a hypothesis linear around its own point, less that of the linear model.
-
-    With the departures (g,) of that point.
-
-    What the derivatives of another point promise may be nothing that a vehicle does: one that
-    nearly capsizes there. So the way begins at what is ordinary, with the effect as it was found.
-    """
-    every = found.setting.coordinates
-    prior, forces = prior_of(found.prior, finding), force_prior(found.setting, judged.level)
-    which = () if finding is None else finding.which
-    at = found.prior.mean.copy()
-    if finding is not None:
-        at[list(which)] = finding.mean
-    free = tuple(k for k, one in enumerate(every) if one.ordinary > 0.0 or k in which)
-    reached, own = -np.inf, at
-    # on the way what is stated keeps its derivatives; where all is judged it has its own
-    for renew in (which, free):
-        at = realisable(every, at)
-        try:
-            led = lead(found.setting, vector_of(found.setting, at))
-        except CannotComputeError:
-            # no vehicle can have these values
-            break
-        point = replace(led.origin(), departures=at)
-        there = linear_model(led, point, known=found.model, renew=renew)
-        if there.lost > found.model.lost:
-            break
-        normal = grams(there)
-        reached, own = _log_evidence(found, normal, judged, finding), at
-        best = fit(marginal(part(normal, found.chosen), forces), prior)
-        if finding is not None and _impossible(found, finding, best):
-            return -np.inf, own
-        at = np.where(np.isin(np.arange(at.size), free), best.mean, 0.0)
-    return reached - _log_evidence(found, found.grams, judged, finding), own
 
 
 def _not_reached(
@@ -252,9 +209,7 @@ def possible_alone(found: Search, answered: Answers) -> Answers:
         for one in answered.ranking
         if one.finding is not None
         and one.probability > _COUNTS
-        and _impossible(
-            found, one.finding, fit(one.judged.found, prior_of(found.prior, one.finding))
-        )
+        and cannot_be(found, one.finding, fit(one.judged.found, prior_of(found.prior, one.finding)))
     }
     if not impossible:
         return answered
@@ -263,19 +218,6 @@ def possible_alone(found: Search, answered: Answers) -> Answers:
     shares[UNKNOWN] = shares.get(UNKNOWN, 0.0) + gone
     ordered = sorted(shares.items(), key=lambda row: (-row[1], row[0]))
     return answered.reweighed([Share(name, value) for name, value in ordered])
-
-
-def _impossible(found: Search, finding: Finding, best: Fit) -> bool:
-    """Whether a departure of a hypothesis, the ordinary part included, is beyond what can be."""
-    for index in finding.which:
-        one = found.setting.coordinates[index]
-        if one.leads:
-            continue
-        low, high = one.bounds
-        far = IMPOSSIBLE * float(best.std[index]) + BEYOND
-        if not low - far <= best.mean[index] <= high + far:
-            return True
-    return False
 
 
 def _with_readings(normal: Grams, model: LinearModel) -> Grams:
@@ -291,12 +233,3 @@ def _with_readings(normal: Grams, model: LinearModel) -> Grams:
         rest[number, :-1, -1] = rest[number, -1, :-1] = product[local:]
         rest[number, -1, -1] = own @ own
     return replace(normal, cross=cross, rest=rest)
-
-
-def _log_evidence(found: Search, normal: Grams, judged: Judged, finding: Finding | None) -> float:
-    forces = force_prior(found.setting, judged.level)
-    ground = with_ordinary(marginal(part(normal, found.chosen), forces), found.prior)
-    gain = 0.0
-    if finding is not None and finding.which:
-        gain = judge(ground, found.setting.coordinates, finding.which)[0]
-    return log_evidence_of(ground) + gain

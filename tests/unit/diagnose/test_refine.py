@@ -12,6 +12,7 @@ from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.hypotheses import Finding
 from pipeline.diagnose.linear_model import vector_of
+from pipeline.diagnose.own_point import judged_anew, log_evidence_at
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Search
 from pipeline.diagnose.tangent import linear_model
@@ -77,8 +78,8 @@ def test_what_the_own_points_say_does_not_depend_on_where_all_was_linear(given: 
         values = []
         for finding in (top.finding, None):
             judged = replace(top.judged, level=level)
-            change, _ = refine._anew(there, lead, judged, finding)
-            values.append(refine._log_evidence(there, there.grams, judged, finding) + change)
+            change, _ = judged_anew(there, lead, judged, finding)
+            values.append(log_evidence_at(there, there.grams, judged, finding) + change)
         leads.append(values[0] - values[1])
     assert leads[0] == pytest.approx(leads[1], abs=2.0)
     assert leads[0] > 10.0
