@@ -29,8 +29,9 @@ _WEAK, _STRONG = 0.1, 1.0
 #: Linearisations on the way to an effect's own point, and further ones for the best.
 _STEPS, _STEPS_ANEW, _FURTHER = 2, 3, 3
 #: Share by which a signature changes between weak and strong when the strong is tried by itself,
-#: and where: towards the plausible side, or to both.
-_BENT, _PROBED, _TWO_SIDED = 0.3, (1.0, 2.0, 4.0), (1.0, -1.0)
+#: and where: towards the plausible side, or to both. A dead zone of 84 codes shows from 60 and 90,
+#: and from 120 no more: by then it took other codes away, too.
+_BENT, _PROBED, _TWO_SIDED = 0.3, (1.0, 1.4, 2.0, 2.8, 4.0), (1.0, -1.0)
 #: Size of a payload that neither sinks nor floats, on board or missing, from which its place shows.
 _LADEN = (0.1, -0.1)
 #: Log evidence by which such a start may be behind the best point and still be followed.
@@ -105,9 +106,10 @@ def approach(
         partial(follow.probed, begin, group, [index], _TWO_SIDED if two_sided else _PROBED)
         for group, index, two_sided in _bent(every, groups, model, strong)
     ]
-    for probe in over_threads(setting.bench, bent):
-        if probe is not None and probe.value > best.value:
-            best = max(follow.steps(probe, _STEPS), key=value_of)
+    seen = [one for one in over_threads(setting.bench, bent) if one is not None]
+    if best.best.level.ordinary:
+        seen = [one for one in seen if one.value > best.value]
+    best = follow.best_of(best, sorted(seen, key=value_of)[-_TRIED_LATER:], _STEPS)
     best = follow.best_of(best, follow.anew(best), _STEPS_ANEW)
     best = replace(best, settled=True)
     last = follow.steps(best, _FURTHER)[-1]

@@ -95,3 +95,11 @@ def test_where_nothing_that_was_tried_explains_the_runs_the_others_are(
     # counted in half the plausible range, 0.25 m/s
     assert found["current:east_mps"] == pytest.approx(0.4 / 0.25, rel=0.1)
     assert abs(found["current:north_mps"]) < 0.1
+
+
+def test_dead_zone_beyond_what_is_plausible_is_reached() -> None:
+    """Its signature changes so fast with its size that it is found from nearby only."""
+    found = reached(
+        "dead_zone:codes=84", effects=("dead_zone", "thrust_deduction", "linear_damping", "lift")
+    )
+    assert found["dead_zone:codes"] == pytest.approx(84.0 / 30.0, rel=0.03)
