@@ -8,10 +8,12 @@ import numpy as np
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.decision import Left
 from pipeline.diagnose.elimination import solve
+from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.forecast import Forecast, Outlook, forecast, healthy_spread, outlook
 from pipeline.diagnose.forecast import smoothed_starts as smoothed
 from pipeline.diagnose.leftover import leftover
 from pipeline.diagnose.linear_model import Setting, vector_of
+from pipeline.diagnose.nil import stated_alone
 from pipeline.diagnose.regimes import Regressor
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Search, force_prior
@@ -38,6 +40,8 @@ class Ahead:
         Best known starts of the windows.
     floors : Setting
         With the ordinary outside force.
+    healthy : Prior
+        Departures of healthy vehicles.
     held : ndarray of bool, shape (windows,)
         Those that took no part in choice and fit; `held_told` says in words which.
     """
@@ -46,6 +50,7 @@ class Ahead:
     channels: tuple[ChannelNoise, ...]
     starts: FloatArray
     floors: Setting
+    healthy: Prior
     near: Outlook
     before: Forecast
     spread: dict[str, FloatArray]
@@ -111,12 +116,14 @@ def look_ahead(  # noqa: PLR0917 - one caller
     ordinary = min((j.level.size for j in found.judged if j.level.ordinary), default=1.0)
     ordinary = float(np.clip(answered.force_scale, ordinary, 1.0 if healthy_known else 2.0))
     floors = replace(setting, force_unit=setting.force_unit * ordinary)
-    spread = healthy_spread(near, floors, found.prior, channels, before, seed)
+    healthy = stated_alone(found.prior, setting.coordinates)
+    spread = healthy_spread(near, floors, healthy, channels, before, seed)
     return Ahead(
         tuple(runs),
         tuple(channels),
         starts,
         floors,
+        healthy,
         near,
         before,
         spread,

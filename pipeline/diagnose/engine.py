@@ -148,7 +148,7 @@ def _told(  # noqa: PLR0917 - one caller
     every = regressors(setting, runs)
     whole_look = whole_runs(setting, runs, channels, ahead.starts)
     whole = forecast(whole_look, case.packed.vector, channels)
-    whole_spread = healthy_spread(whole_look, ahead.floors, found.prior, channels, whole, seed)
+    whole_spread = healthy_spread(whole_look, ahead.floors, ahead.healthy, channels, whole, seed)
     gaps = channel_gaps(ahead.before, ahead.spread, whole, whole_spread)
     worst_ratio = max((one.ratio for one in gaps.values()), default=0.0)
     if keep is not None:

@@ -57,6 +57,24 @@ def with_small(prior: Prior, moved: FloatArray, setting: Setting) -> Prior:
     return Prior(prior.mean, covariance)
 
 
+def stated_alone(prior: Prior, every: Sequence[Coordinate]) -> Prior:
+    """Prior with those departures of which nothing is stated held where they are most probable.
+
+    Each of them is too small to matter; together they are not: a healthy floor with all of them is
+    up to twice what healthy vehicles leave.
+    """
+    stated = np.array([one.ordinary > 0.0 for one in every])
+    within, across = (
+        prior.covariance[np.ix_(stated, stated)],
+        prior.covariance[np.ix_(stated, ~stated)],
+    )
+    others = prior.covariance[np.ix_(~stated, ~stated)]
+    covariance = np.zeros_like(prior.covariance)
+    given = within - across @ np.linalg.pinv(others, hermitian=True) @ across.T
+    covariance[np.ix_(stated, stated)] = (given + given.T) / 2.0
+    return Prior(prior.mean, covariance)
+
+
 def matters(finding: Finding, moved: FloatArray, all_coordinates: Sequence[Coordinate]) -> bool:
     """Whether every effect of a finding moves some channel by `LEAST` of its floor or more."""
     sizes: dict[str, float] = {}
