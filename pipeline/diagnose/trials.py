@@ -126,11 +126,11 @@ class Follower:
         own, at = trial.groups, trial.goes_to(self.setting.coordinates, self.prior)
         if float(np.abs(at - trial.departures).max()) < _SETTLED:
             return None
-        roughly = bool(own) and not trial.settled
-        seen = self.seen_from(at, own, roughly=roughly)
+        roughly, level = bool(own) and not trial.settled, trial.best.level
+        seen = self.seen_from(at, own, level, roughly=roughly)
         if self._placed(trial) and (seen is None or seen.value < trial.value - BEHIND):
             # what a strong payload does is far from straight: half way there
-            half = self.seen_from((at + trial.departures) / 2, own, roughly=roughly)
+            half = self.seen_from((at + trial.departures) / 2, own, level, roughly=roughly)
             seen = max((one for one in (seen, half) if one), key=value_of, default=None)
         return None if seen is None else replace(seen, far=trial.far, settled=trial.settled)
 
@@ -155,19 +155,24 @@ class Follower:
 
         Sizes count towards the plausible side of each parameter.
         """
-        every, found = self.setting.coordinates, []
+        every, level = self.setting.coordinates, self.every_level[len(self.every_level) // 2]
+        best: Trial | None = None
         for size in sizes:
             at = begin.copy()
             at[list(members)] = size * np.sign([every[k].step for k in members])
-            found.append(self.seen_from(realisable(every, at), (group,), roughly=True))
-        return max((one for one in found if one), key=value_of, default=None)
+            seen = self.seen_from(realisable(every, at), (group,), level, roughly=True)
+            if seen is not None:
+                level = seen.best.level
+                best = seen if best is None or seen.value > best.value else best
+        return best
 
     def seen_from(
-        self, at: FloatArray, own: Sequence[Group], *, roughly: bool = False
+        self, at: FloatArray, own: Sequence[Group], level: Level, *, roughly: bool = False
     ) -> Trial | None:
         """Judge some effects at a point; None where the vehicle cannot do what it did.
 
-        `roughly`: what is stated keeps the derivatives that it has around the nominal model.
+        `level` is that of the force from which the best is looked for: nearby it is mostly the
+        same. `roughly`: what is stated keeps the derivatives that it has around the nominal model.
         """
         every = self.setting.coordinates
         groups = {group: self.groups[group] for group in own}
@@ -176,15 +181,21 @@ class Follower:
         there = self._linear_at(at, renew)
         if there is None:
             return None
-        judged = judge_all(
-            self.setting,
-            grams(there),
-            self.prior,
-            self.every_level,
-            groups,
-            with_pairs=len(groups) > 1,
-        )
-        return Trial(at, *of_effects(judged, own))
+        normal = grams(there)
+
+        def judged(number: int) -> Trial:
+            one = judge_all(
+                self.setting,
+                normal,
+                self.prior,
+                [self.every_level[number]],
+                groups,
+                with_pairs=len(groups) > 1,
+            )
+            return Trial(at, *of_effects(one, own))
+
+        sizes = [one.size for one in self.every_level]
+        return climbed(judged, sizes.index(level.size), len(sizes))
 
     def anew(self, best: Trial) -> list[Trial]:
         """Judge all effects and pairs at the best point, and return the strongest."""
@@ -215,6 +226,20 @@ class Follower:
         there = linear_model(led, point, known=self.model, renew=renew)
         # a vehicle that runs away more often has less to explain
         return there if there.lost <= self.model.lost else None
+
+
+def climbed(judged: Callable[[int], Trial], begin: int, count: int) -> Trial:
+    """Return the best of trials in a row that has one top, from one of them upwards."""
+    best, at = judged(begin), begin
+    for side in (1, -1):
+        while 0 <= at + side < count:
+            one = judged(at + side)
+            if one.value <= best.value:
+                break
+            best, at = one, at + side
+        if at != begin:
+            break
+    return best
 
 
 def _with_all(judged: Judged, every: Sequence[Coordinate], finding: Finding) -> Finding:
