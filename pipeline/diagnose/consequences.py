@@ -141,15 +141,18 @@ def consequence(
     best = departures_of(found, one, one.finding)
     added = effect_alone(found, best, finding)
     setting, before = found.setting, ahead.before
-    after = before
+    after, spread_after = before, None
     if added.any():
         after = forecast(ahead.near, vector_of(setting, added), ahead.channels)
+        spread_after = healthy_spread(
+            ahead.near, ahead.floors, ahead.healthy, ahead.channels, after, ahead.seed, added
+        )
     fitted = forecast(ahead.near, vector_of(setting, best), ahead.channels)
     told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
     return Consequence(
         added,
         after,
-        shrink(before, after, *told),
+        shrink(before, after, *told, spread_after),
         shrink(before, fitted, *told),
         leftover(found, found.grams, best, ahead.runs, every, force_scale),
     )

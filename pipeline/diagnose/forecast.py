@@ -136,10 +136,13 @@ def healthy_spread(  # noqa: PLR0917 - one caller
     setting: Setting,
     prior: Prior,
     channels: Sequence[ChannelNoise],
-    nominal: Forecast,
+    model: Forecast,
     seed: int,
+    departures: FloatArray | None = None,
 ) -> dict[str, FloatArray]:
-    """Mean square (k,) of what healthy vehicles would differ from the nominal one, by channel.
+    """Mean square (k,) of what healthy vehicles would differ from a model by, by channel.
+
+    `model` is the forecast of the nominal vehicle, or of that with some `departures` (g,).
 
     They lie one deviation to either side in every direction: where one direction matters most, its
     mean square is that of each (Hutchinson, A stochastic estimator of the trace, 1990).
@@ -148,15 +151,16 @@ def healthy_spread(  # noqa: PLR0917 - one caller
     values, vectors = np.linalg.eigh(prior.covariance)
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     packed, every = setting.bench.stack.packed, setting.coordinates
-    total = {name: np.zeros(one.size) for name, one in nominal.errors.items()}
+    total = {name: np.zeros(one.size) for name, one in model.errors.items()}
     unit = np.tile(setting.force_unit, ahead.bench.pieces)
+    middle = prior.mean if departures is None else prior.mean + departures
     for _ in range(DRAWS):
-        drawn = prior.mean + root @ generator.choice((-1.0, 1.0), len(values))
+        drawn = middle + root @ generator.choice((-1.0, 1.0), len(values))
         vector = vector_at(packed, every, plain(every, realisable(every, drawn)))
         forces = unit * generator.standard_normal((ahead.bench.window_count, unit.size))
         found = forecast(ahead, vector, channels, forces)
         for name, errors in found.errors.items():
-            total[name] += np.nan_to_num((errors - nominal.errors[name]) ** 2) / DRAWS
+            total[name] += np.nan_to_num((errors - model.errors[name]) ** 2) / DRAWS
     return total
 
 

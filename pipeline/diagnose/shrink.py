@@ -19,11 +19,17 @@ def shrink(  # noqa: PLR0917 - one caller
     held_out: BoolArray,
     told: str,
     seed: int = 0,
+    spread_after: Mapping[str, FloatArray] | None = None,
 ) -> Shrink:
     """Held-out gap before and after, by channel and over all.
 
     Over all, a channel's errors count in units of its healthy floor, so the floor is 1; the
     interval is of a bootstrap over windows.
+
+    `spread` is the mean square of what healthy vehicles differ by from the model before, and
+    `spread_after` from that with the answer. Where the latter is larger the errors after count over
+    it: a vehicle that turns of itself with its Coriolis terms goes further astray for the same
+    errors of its parameters, and that is no gap.
     """
     windows = len(held_out)
     names = [name for name, owner in before.window.items() if held_out[owner].any()]
@@ -37,19 +43,22 @@ def shrink(  # noqa: PLR0917 - one caller
             # nothing of it can be predicted
             continue
         floor = before.healthy_floor(name, spread, own)
+        later = floor if spread_after is None else after.healthy_floor(name, spread_after, own)
+        later = max(floor, later)
         owner = before.window[name][own]
         counts[row] = np.bincount(owner, minlength=windows)
-        for key, one in (("before", before), ("after", after)):
+        for key, one, unit in (("before", before, floor), ("after", after, later)):
             sums[key][row] = np.bincount(
-                owner, (one.errors[name][own] / floor) ** 2, minlength=windows
+                owner, (one.errors[name][own] / unit) ** 2, minlength=windows
             )
         first, second = rms(before.errors[name][own]), rms(after.errors[name][own])
         channels[name] = ShrinkFigures(
             before=first,
             after=second,
             noise_floor=floor,
-            gap_closed=_closed(first / floor, second / floor),
+            gap_closed=_closed(first / floor, second / later),
             ci95=None,
+            noise_floor_after=later if later > floor else None,
         )
 
     def overall(key: str, weights: FloatArray) -> float:

@@ -118,6 +118,8 @@ class ShrinkFigures(Record):
     noise_floor: float
     gap_closed: float | None
     ci95: Interval | None
+    noise_floor_after: float | None = None
+    """What healthy vehicles with the answer leave, where that is more: `after` counts over it."""
 
 
 class Shrink(ShrinkFigures):

@@ -30,6 +30,8 @@ _FIRST_FIGURES = 3
 _MOST_FIGURES = 6
 #: Figures of a page at most: each costs some 60 kB and a fifth of a second.
 MOST_DRAWN = 36
+#: A floor with the answer this many times the other is shown.
+_NOTABLY = 1.2
 
 
 def gap_section(record: DiagnosisRecord) -> Section:
@@ -188,7 +190,7 @@ def _shrink_table(record: DiagnosisRecord) -> Table:
             f"{label} [{unit}]",
             general(factor * one.before, 3),
             general(factor * one.after, 3),
-            general(factor * one.noise_floor, 3),
+            _floor(factor, one),
             "–" if one.gap_closed is None else closed_text(one.gap_closed),
         )
 
@@ -199,9 +201,29 @@ def _shrink_table(record: DiagnosisRecord) -> Table:
         gap = record.gap.channels.get(name)
         unit, factor = shown_unit(gap.unit) if gap is not None else ("–", 1.0)
         rows.append(row(channel_name(name), unit, factor, one))
+    note = (
+        f"Gap closed: (before {MINUS} after) / (before {MINUS} healthy floor), in healthy floors."
+    )
+    if any(_more_sensitive(one) for one in record.shrink.channels.values()):
+        note += (
+            " Where a second floor is given, healthy vehicles with the answer leave so much, and "
+            "what is left after counts over it."
+        )
     return Table(
         "Gap on held-out data",
         ("Channel", "Before, rms", "After, rms", "Healthy floor", "Gap closed"),
         tuple(rows),
-        note=f"Gap closed: (before {MINUS} after) / (before {MINUS} healthy floor).",
+        note=note,
     )
+
+
+def _more_sensitive(one: ShrinkFigures) -> bool:
+    """Whether healthy vehicles with the answer leave notably more."""
+    return (one.noise_floor_after or 0.0) > _NOTABLY * one.noise_floor
+
+
+def _floor(factor: float, one: ShrinkFigures) -> str:
+    before = general(factor * one.noise_floor, 3)
+    if not _more_sensitive(one):
+        return before
+    return f"{before} ({general(factor * (one.noise_floor_after or 0.0), 3)} with the answer)"
