@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.diagnose.coordinates import Coordinate, may_bend
+from pipeline.diagnose.decision import MEASUREMENT
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import Finding, Group, groups_of
@@ -111,6 +112,8 @@ def approach(
         seen = [one for one in seen if one.value > best.value]
     best = follow.best_of(best, sorted(seen, key=value_of)[-_TRIED_LATER:], _STEPS)
     best = follow.best_of(best, follow.anew(best), _STEPS_ANEW)
+    if not best.best.level.ordinary:
+        best = follow.best_of(best, _misled(follow, best), _STEPS_ANEW)
     best = replace(best, settled=True)
     last = follow.steps(best, _FURTHER)[-1]
     # its own point is where it is fairly judged; from afar it may look a little better
@@ -145,6 +148,23 @@ def _best_others(
     ]
     seen = [one for one in over_threads(follow.setting.bench, others) if one is not None]
     return sorted(seen, key=value_of)[-_TRIED_LATER:]
+
+
+def _misled(follow: Follower, best: Trial) -> list[Trial]:
+    """Take the best effect beside each error of measurement by which the motion was led astray.
+
+    The force that leads the model along a wrong velocity hides in part what is wrong with it.
+    """
+    if len(best.groups) != 1:
+        return []
+    errors = [group for group in follow.groups if group[0] in MEASUREMENT]
+    beside = [
+        partial(follow.seen_from, best.departures, (*best.groups, group), best.best.level)
+        for group in errors
+        if group not in best.groups
+    ]
+    seen = [one for one in over_threads(follow.setting.bench, beside) if one is not None]
+    return [one for one in seen if len(one.groups) > 1]
 
 
 def _bent(

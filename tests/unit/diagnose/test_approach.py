@@ -103,3 +103,15 @@ def test_dead_zone_beyond_what_is_plausible_is_reached() -> None:
         "dead_zone:codes=84", effects=("dead_zone", "thrust_deduction", "linear_damping", "lift")
     )
     assert found["dead_zone:codes"] == pytest.approx(84.0 / 30.0, rel=0.03)
+
+
+def test_what_leads_the_model_astray_is_reached_beside_a_strong_fault() -> None:
+    """The model is led along the DVL's velocity, taken as if the DVL were where it is stated."""
+    found = reached(
+        "dead_zone:codes=100",
+        "dvl_lever_arm:x_m=0.55,y_m=0.07,z_m=0.24",
+        effects=("dead_zone", "dvl_lever_arm", "thrust_deduction", "added_mass"),
+    )
+    assert found["dead_zone:codes"] == pytest.approx(100.0 / 30.0, rel=0.03)
+    assert found["dvl_lever_arm:x_m"] == pytest.approx(0.55 / 0.25, rel=0.05)
+    assert found["dvl_lever_arm:z_m"] == pytest.approx(0.24 / 0.25, rel=0.1)
