@@ -110,7 +110,9 @@ def approach(
     seen = [one for one in over_threads(setting.bench, bent) if one is not None]
     if best.best.level.ordinary:
         seen = [one for one in seen if one.value > best.value]
-    best = follow.best_of(best, sorted(seen, key=value_of)[-_TRIED_LATER:], _STEPS)
+    # where an effect was tried at its size, what is seen there counts, too
+    begun = max((best, *seen), key=value_of)
+    best = follow.best_of(begun, sorted(seen, key=value_of)[-_TRIED_LATER:], _STEPS)
     best = follow.best_of(best, follow.anew(best), _STEPS_ANEW)
     if not best.best.level.ordinary:
         best = follow.best_of(best, _misled(follow, best), _STEPS_ANEW)
