@@ -1,6 +1,7 @@
 """From runs to weighed answers: where the model is linear, what all say there, and at their own."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from pipeline.diagnose.margins import cautious
 from pipeline.diagnose.refine import Refined, possible_alone, refined
 from pipeline.diagnose.scales import levels
 from pipeline.diagnose.search import Near, Search, ordinary_prior, search
+from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.windows import Window
 from pipeline.records.run_table import RunTable
@@ -95,7 +97,9 @@ def infer(
     found, own, top = seen_from(near)
     there = own.point_of(top)
     if there is not None and float(np.abs(there - near.departures).max()) > _ELSEWHERE:
-        found, own, top = seen_from(replace(near, departures=there))
+        # what was judged before stands where no vehicle can follow from that point
+        with suppress(CannotComputeError):
+            found, own, top = seen_from(replace(near, departures=there))
     found = cautious(found, own.search, top)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
     return found, checked(found, answered, limits)
