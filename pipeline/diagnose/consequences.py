@@ -20,6 +20,7 @@ from pipeline.diagnose.search import Search, force_prior
 from pipeline.diagnose.shrink import shrink
 from pipeline.diagnose.verdict import departures_of, effect_alone
 from pipeline.diagnose.weighing import NONE, UNKNOWN
+from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_derivatives import moved_starts
 from pipeline.records.diagnosis import Leftover, Shrink
@@ -147,7 +148,13 @@ def consequence(
         spread_after = healthy_spread(
             ahead.near, ahead.floors, ahead.healthy, ahead.channels, after, ahead.seed, added
         )
-    fitted = forecast(ahead.near, vector_of(setting, best), ahead.channels)
+    try:
+        vector = vector_of(setting, best)
+    except CannotComputeError:
+        # where nothing explains the runs, what is stated may be pulled to where no vehicle is
+        best = added
+        vector = vector_of(setting, best)
+    fitted = forecast(ahead.near, vector, ahead.channels)
     told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
     return Consequence(
         added,

@@ -32,6 +32,7 @@ from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.search import Judged, Search, force_prior, part
 from pipeline.diagnose.tangent import led_readings
 from pipeline.diagnose.trials import Lead
+from pipeline.diagnose.verdict import departures_of, effect_alone
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
@@ -207,9 +208,7 @@ def possible_alone(found: Search, answered: Answers) -> Answers:
     impossible = {
         one.name
         for one in answered.ranking
-        if one.finding is not None
-        and one.probability > _COUNTS
-        and cannot_be(found, one.finding, fit(one.judged.found, prior_of(found.prior, one.finding)))
+        if (one.probability > _COUNTS or one.name == UNKNOWN) and _no_vehicle(found, one)
     }
     if not impossible:
         return answered
@@ -217,7 +216,32 @@ def possible_alone(found: Search, answered: Answers) -> Answers:
     gone = 1.0 - sum(shares.values())
     shares[UNKNOWN] = shares.get(UNKNOWN, 0.0) + gone
     ordered = sorted(shares.items(), key=lambda row: (-row[1], row[0]))
-    return answered.reweighed([Share(name, value) for name, value in ordered])
+    plain = replace(
+        answered,
+        ranking=tuple(
+            replace(one, finding=None) if one.name in impossible else one
+            for one in answered.ranking
+        ),
+    )
+    return plain.reweighed([Share(name, value) for name, value in ordered])
+
+
+def _no_vehicle(found: Search, one: Candidate) -> bool:
+    """Whether no vehicle can have the values of an answer: out of bounds, or lighter than nothing.
+
+    A mass in the lower part of its range may still be more than this vehicle has to lose.
+    """
+    if one.finding is None:
+        return False
+    if cannot_be(found, one.finding, fit(one.judged.found, prior_of(found.prior, one.finding))):
+        return True
+    best = departures_of(found, one, one.finding)
+    try:
+        vector_of(found.setting, best)
+        vector_of(found.setting, effect_alone(found, best, one.finding))
+    except CannotComputeError:
+        return True
+    return False
 
 
 def _with_readings(normal: Grams, model: LinearModel) -> Grams:

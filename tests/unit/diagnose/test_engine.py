@@ -5,9 +5,13 @@ from dataclasses import replace
 import pytest
 from diagnosis_cases import small_case
 
+from pipeline.diagnose import consequences
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
+from pipeline.diagnose.linear_model import Setting, vector_of
+from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.types import FloatArray
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +62,25 @@ def test_a_healthy_vehicle_has_no_effect() -> None:
     found = diagnose(small_case(seed=4), threads=1)
     assert found.verdict.effects == ("none",)
     assert found.leftover.axes["surge"] < 2.0
+
+
+def test_stated_values_pulled_to_where_no_vehicle_is_refuse_no_diagnosis(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As a pool vehicle so far from its file that what is stated left it no mass."""
+    asked: list[bool] = []
+
+    def vector(setting: Setting, departures: FloatArray) -> FloatArray:
+        asked.append(bool(departures.any()))
+        if departures.any():
+            raise CannotComputeError("the vehicle has -7.7 kg left. The total must stay positive.")
+        return vector_of(setting, departures)
+
+    monkeypatch.setattr(consequences, "vector_of", vector)
+    found = diagnose(small_case(seed=4), threads=1)
+    assert asked == [True, False]
+    assert found.verdict.effects == ("none",)
+    assert found.shrink.after == found.shrink.before
 
 
 def test_held_out_windows_say_nothing_against_an_effect_that_is_there(

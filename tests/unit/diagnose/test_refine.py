@@ -17,6 +17,7 @@ from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Search
 from pipeline.diagnose.tangent import linear_model
 from pipeline.diagnose.trials import Lead
+from pipeline.errors import CannotComputeError
 
 Given = tuple[Search, Answers, Lead]
 
@@ -107,3 +108,25 @@ def test_the_effects_of_a_pair_are_judged_at_their_own_points_too(
         ("thruster_degraded",),
         ("quadratic_damping",),
     }
+
+
+def test_values_that_no_vehicle_has_are_no_answer(
+    given: Given, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a payload of less than nothing that leaves no mass: `unknown`, and not no diagnosis."""
+    found, first, _ = given
+    top = first.ranking[0]
+    assert top.finding is not None
+    assert refine.possible_alone(found, first) is first
+    which = list(top.finding.which)
+
+    def vector(setting: Any, departures: np.ndarray) -> np.ndarray:  # noqa: ANN401
+        if departures[which].any():
+            raise CannotComputeError("the vehicle has -7.7 kg left. The total must stay positive.")
+        return vector_of(setting, departures)
+
+    monkeypatch.setattr(refine, "vector_of", vector)
+    answered = refine.possible_alone(found, first)
+    assert answered.of(top.name) is None
+    assert (answered.ranking[0].name, answered.ranking[0].finding) == ("unknown", None)
+    assert sum(one.probability for one in answered.ranking) == pytest.approx(1.0)
