@@ -104,6 +104,14 @@ class Bench:
         window = np.repeat(np.arange(self.window_count), self.pieces)
         return np.asarray(self.cut.bounds[:-1] + window)
 
+    @cached_property
+    def load(self) -> FloatArray:
+        """Load of the supply at every stacked sample (samples,): mean square of the commands."""
+        packed = self.stack.packed
+        largest = read(packed.vector, "code_max")[: len(packed.thruster_names)]
+        held = [np.concatenate([w.command, w.command[-1:]]) for w in self.stack.windows]
+        return np.asarray(np.mean((np.concatenate(held) / largest) ** 2, axis=1))
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -238,13 +246,7 @@ def _shown_at(bench: Bench, rows: Rows, late: float) -> tuple[FloatArray, IntArr
 
 def _voltage(bench: Bench, vector: FloatArray) -> FloatArray:
     """Supply voltage at every stacked sample (samples, 1)."""
-    count = len(bench.stack.packed.thruster_names)
-    largest = read(vector, "code_max")[:count]
-    loads = [
-        np.mean((np.concatenate([w.command, w.command[-1:]]) / largest) ** 2, axis=1)
-        for w in bench.stack.windows
-    ]
-    share = 1.0 - read(vector, "supply_drop") - read(vector, "load_drop") * np.concatenate(loads)
+    share = 1.0 - read(vector, "supply_drop") - read(vector, "load_drop") * bench.load
     return np.asarray((bench.nominal_v or 0.0) * share)[:, None]
 
 
