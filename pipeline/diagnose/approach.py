@@ -120,7 +120,7 @@ def approach(
     last = follow.steps(best, _FURTHER)[-1]
     # its own point is where it is fairly judged; from afar it may look a little better
     best = last if last.value > best.value - BEHIND else best
-    return Near(best.departures, prior, moved_by, _STEPS)
+    return Near(best.departures, best.best.level, prior, moved_by, _STEPS)
 
 
 def _laden(follow: Follower, best: Trial) -> list[Trial]:

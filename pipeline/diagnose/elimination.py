@@ -9,7 +9,7 @@ which comes from the windows' normal equations by two Schur complements: first e
 unknowns, then those that a run shares.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -86,6 +86,21 @@ def grams(model: LinearModel) -> Grams:
         index,
         precision,
     )
+
+
+def with_readings(normal: Grams, model: LinearModel) -> Grams:
+    """Renew the normal equations for other readings: only their row and column change."""
+    bounds = model.setting.bench.stack.bounds
+    columns = (model.local, model.shared, model.extra, model.departures)
+    cross, rest = normal.cross.copy(), normal.rest.copy()
+    local = model.local.shape[1]
+    for number, (a, b) in enumerate(pairwise(bounds)):
+        own = model.readings[a:b]
+        product = np.concatenate([one[a:b].T @ own for one in columns])
+        cross[number, :, -1] = product[:local]
+        rest[number, :-1, -1] = rest[number, -1, :-1] = product[local:]
+        rest[number, -1, -1] = own @ own
+    return replace(normal, cross=cross, rest=rest)
 
 
 def marginal(found: Grams, forces: ForcePrior) -> Marginal:

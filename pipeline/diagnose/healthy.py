@@ -1,26 +1,29 @@
 """What "no gap" looks like on this vehicle, learned from runs when it was well, then frozen."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.diagnose.case import Case, channels_of, led_by, setting_of
-from pipeline.diagnose.elimination import force_posterior, grams, marginal, solve
-from pipeline.diagnose.evidence import Prior, fit, posterior
-from pipeline.diagnose.linear_model import realisable, vector_of
+from pipeline.diagnose.case import Case, channels_of, setting_of
+from pipeline.diagnose.elimination import Grams, Marginal, force_posterior, grams, marginal, solve
+from pipeline.diagnose.evidence import Prior, fit, posterior, widened
+from pipeline.diagnose.hypotheses import groups_of, screen, with_ordinary
+from pipeline.diagnose.linear_model import Setting, realisable
+from pipeline.diagnose.most_probable import moved_to
 from pipeline.diagnose.nil import reach, with_small
 from pipeline.diagnose.noise_check import noise_found, residual_with
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import force_prior, ordinary_prior
 from pipeline.diagnose.tangent import linear_model
-from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 
-_ROUNDS, _FORCE_STEPS = 2, 5
+_FORCE_STEPS = 5
 #: The stated uncertainty that stays: from one day to the next a vehicle is not quite the same. One
 #: run cannot show by how much, nor what belongs to its manoeuvres alone.
 _DAY_TO_DAY, _ONE_RUN = 0.2, 1.0
+#: Log evidence from which on an effect on healthy runs is what the simulation lacks, and how many.
+_SEEN, _MOST_UNMODELLED = 10.0, 2
 #: A force below this share of the usual one is not believed.
 _LEAST_FORCE = 0.1
 
@@ -46,30 +49,21 @@ def learn(case: Case, threads: int = 2) -> Healthy:
     channels = channels_of(case.vehicle, case.healthy)
     setting = setting_of(case, case.healthy, channels, threads=threads)
     stated = ordinary_prior(setting)
-    factor = np.ones(6)
-    point = setting.origin()
-    for round_number in range(_ROUNDS):
-        model = linear_model(setting, point)
-        if round_number == 0:
-            stated = with_small(stated, reach(model, stated), setting)
-        normal = grams(model)
-        for _ in range(_FORCE_STEPS):
-            forces = force_prior(setting, Level(factor, 1.0, True))
-            departures = fit(marginal(normal, forces), stated).mean
-            mean, std = force_posterior(normal, forces, departures)
-            energy = np.mean((mean**2 + std**2).reshape(-1, 6), axis=0)
-            factor = np.maximum(np.sqrt(energy), _LEAST_FORCE)
-        if round_number + 1 < _ROUNDS:
-            departures = realisable(setting.coordinates, departures)
-            try:
-                vector = vector_of(setting, departures)
-            except CannotComputeError:
-                # values that no vehicle can have: the healthy runs are judged around the nominal
-                break
-            setting = led_by(setting, case.packed, case.healthy, channels, vector)
-            point = replace(setting.origin(), departures=departures)
+    model = linear_model(setting, setting.origin())
+    stated = with_small(stated, reach(model, stated), setting)
+    normal = grams(model)
+    factor, departures = _force_factor(setting, normal, stated, np.ones(6))
     forces = force_prior(setting, Level(factor, 1.0, True))
-    found = posterior(marginal(normal, forces), stated)
+    departures = realisable(setting.coordinates, departures)
+    point = moved_to(model, normal, forces, departures)
+    freely = None if point is None else linear_model(setting, point)
+    if freely is not None and freely.lost <= model.lost:
+        model, normal = freely, grams(freely)
+    factor, _ = _force_factor(setting, normal, stated, factor)
+    forces = force_prior(setting, Level(factor, 1.0, True))
+    found = posterior(
+        marginal(normal, forces), _with_unmodelled(setting, marginal(normal, forces), stated)
+    )
     # what is too small to matter is so from one day to the next as well
     nothing_stated = np.array([one.ordinary == 0.0 for one in setting.coordinates])
     differs = _DAY_TO_DAY if len(case.healthy) > 1 else _ONE_RUN
@@ -83,3 +77,32 @@ def learn(case: Case, threads: int = 2) -> Healthy:
         widen,
         tuple(run.name for run in case.healthy),
     )
+
+
+def _force_factor(
+    setting: Setting, normal: Grams, stated: Prior, factor: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Outside force by axis (6,) over the usual one, and the departures (g,) that go with it."""
+    departures = stated.mean
+    for _ in range(_FORCE_STEPS):
+        forces = force_prior(setting, Level(factor, 1.0, True))
+        departures = fit(marginal(normal, forces), stated).mean
+        mean, std = force_posterior(normal, forces, departures)
+        energy = np.mean((mean**2 + std**2).reshape(-1, 6), axis=0)
+        factor = np.maximum(np.sqrt(energy), _LEAST_FORCE)
+    return factor, departures
+
+
+def _with_unmodelled(setting: Setting, found: Marginal, stated: Prior) -> Prior:
+    """Prior in which a healthy vehicle may differ by what its runs show against the vehicle file.
+
+    What the simulation lacks is there when the vehicle is well, too. It is the effect that stands
+    in its place at that time, and none for which the vehicle is to be called ill.
+    """
+    groups, prior = groups_of(setting.coordinates), stated
+    for _ in range(_MOST_UNMODELLED):
+        best = screen(with_ordinary(found, prior), setting.coordinates, groups)[0]
+        if best.log_evidence < _SEEN:
+            break
+        prior = widened(prior, np.array(best.which, int), best.variance)
+    return prior

@@ -27,7 +27,7 @@ from pipeline.types import BoolArray, FloatArray
 _REFINED = 6
 #: Departure (in units of half the plausible range) by which the first answer's own point differs
 #: from where all was judged, when all is judged anew from there.
-_ELSEWHERE = 0.05
+_ELSEWHERE = 0.3
 #: Windows that suffice for finding the point of linearisation.
 _ENOUGH = 16
 #: Every how manyth window is held out where no run is.
@@ -96,11 +96,12 @@ def infer(
     near = approach(rough, lead, prior, every_level, healthy_known=known_well)
     found, own, top = seen_from(near)
     there = own.point_of(top)
-    if there is not None and float(np.abs(there - near.departures).max()) > _ELSEWHERE:
+    here = found.model.point.departures
+    if there is not None and float(np.abs(there - here).max()) > _ELSEWHERE:
         # what was judged before stands where no vehicle can follow from that point
         with suppress(CannotComputeError):
-            found, own, top = seen_from(replace(near, departures=there))
-    found = cautious(found, own.search, top)
+            found, own, top = seen_from(replace(near, departures=there, level=top.judged.level))
+    found = cautious(found, own.search, top, own.sure)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
     return found, checked(found, answered, limits)
 

@@ -26,7 +26,8 @@ from pipeline.diagnose.predictions import (
 from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.identify.window_derivatives import Problem, moved_starts
 from pipeline.identify.window_outputs import whitened
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.simulate.kernel_hull import mass_matrix
+from pipeline.types import BoolArray, FloatArray
 
 #: A lead below this (in units of half the plausible range) is too small to tell where it sits.
 LEAST_LEAD = 0.01
@@ -86,19 +87,6 @@ class Setting:
 
 
 @dataclass(frozen=True)
-class Chain:
-    """How the motion goes on: of each piece its end and its readings by where it starts.
-
-    `ends` (windows, pieces, 12, 12), `readings` (entries, 12), both raw; `piece` (entries,) is the
-    piece of each reading.
-    """
-
-    ends: FloatArray
-    readings: FloatArray
-    piece: IntArray
-
-
-@dataclass(frozen=True)
 class LinearModel:
     """Weighted columns (rows, .) at a point, and the readings y counted from zero."""
 
@@ -112,7 +100,6 @@ class LinearModel:
     readings: FloatArray
     residual: FloatArray
     """Weighted residual at the point."""
-    chain: Chain
 
     @property
     def says(self) -> BoolArray:
@@ -138,10 +125,24 @@ def motion_at(setting: Setting, point: Point, vector: FloatArray | None = None) 
     return simulate_windows(bench, at, starts, forces_at(setting, point))
 
 
+def mass_of(vector: FloatArray) -> FloatArray:
+    """Mass matrix (6, 6) of a parameter vector, added masses included."""
+    matrix = np.empty((6, 6))
+    mass_matrix(vector, 1.0, matrix)
+    return matrix
+
+
 def forces_at(setting: Setting, point: Point) -> FloatArray:
-    """Force from outside at every step of a point, (steps, 6) [N, N m]."""
+    """Force from outside at every step of a point, (steps, 6) [N, N m].
+
+    Unknown ones are counted as the acceleration that they give the nominal vehicle.
+    """
     bench = setting.bench
     forces = point.forces * np.tile(setting.force_unit, bench.pieces)
+    if point.forces.any():
+        here = mass_of(vector_of(setting, point.departures))
+        same = np.linalg.solve(mass_of(bench.stack.packed.vector), here)
+        forces = (forces.reshape(-1, 6) @ same).reshape(forces.shape)
     first = setting.shared.size + setting.extra.shape[1]
     return outside_forces(bench, forces, point.pull) + setting.profiles @ point.shared[first:]
 

@@ -10,6 +10,7 @@ applied to classification networks", moderated outputs):
 .. math:: \max\left(\min(l, r),\; r / \sqrt{1 + \pi u^2 / 8}\right), \qquad u = r - l
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -35,7 +36,9 @@ def trusted_lead(linear: float, full: float) -> float:
     return max(min(linear, full), full / float(np.sqrt(1.0 + np.pi * off**2 / 8.0)))
 
 
-def cautious(linear: Search, full: Search, top: Candidate) -> Search:
+def cautious(
+    linear: Search, full: Search, top: Candidate, sure: Collection[tuple[int, ...]] = ()
+) -> Search:
     """Search in which the first answer leads simpler ones only by what both models can be trusted.
 
     An effect leads `none` so, and two effects each of them alone.
@@ -48,9 +51,13 @@ def cautious(linear: Search, full: Search, top: Candidate) -> Search:
         The same answers, each seen from its own point.
     top : Candidate
         The first answer of `full`; where it is `none`, nothing changes.
+    sure : collection of tuple
+        What is wide in the hypotheses that were seen where they stay: of two such answers the lead
+        is what it is.
     """
     if top.finding is None:
         return full
+    top_sure = top.finding.which in sure
     number = next(k for k, one in enumerate(full.judged) if one is top.judged)
     before, after = linear.judged[number], full.judged[number]
     rows = [*after.singles, *after.pairs]
@@ -65,11 +72,13 @@ def cautious(linear: Search, full: Search, top: Candidate) -> Search:
         return first_full - trusted_lead(first_linear - linear_value, first_full - full_value)
 
     def kept_near(old: Judged, new: Judged) -> Judged:
-        nothing = behind(old.nothing, new.nothing)
+        certain = top_sure and () in sure
+        nothing = new.nothing if certain else behind(old.nothing, new.nothing)
 
         def kept(seen: Finding, one: Finding) -> Finding:
             value = new.nothing + one.log_evidence
-            if len(one.effects) == 1 and one.effects[0] in simpler and np.isfinite(value):
+            doubted = not (top_sure and one.which in sure) and np.isfinite(value)
+            if doubted and len(one.effects) == 1 and one.effects[0] in simpler:
                 value = behind(old.nothing + seen.log_evidence, value)
             return replace(one, log_evidence=value - nothing)
 

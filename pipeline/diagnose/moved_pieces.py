@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.diagnose.coordinates import may_bend
-from pipeline.diagnose.linear_model import LEAST_LEAD, Point, Setting, vector_of
+from pipeline.diagnose.linear_model import LEAST_LEAD, Point, Setting, mass_of, vector_of
 from pipeline.diagnose.predictions import (
     Bench,
     Motion,
@@ -21,7 +21,6 @@ from pipeline.diagnose.predictions import (
 )
 from pipeline.identify.window_derivatives import moved_starts
 from pipeline.simulate.kernel import BODY
-from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pieces import run_pieces
 from pipeline.types import FloatArray
 
@@ -77,10 +76,10 @@ class MovedPieces:
 
     def from_force(self, axis: int) -> Pass:
         """Push along one axis."""
-        nominal = _mass(self.setting.bench.stack.packed.vector)
+        nominal = mass_of(self.setting.bench.stack.packed.vector)
         more = np.zeros(6)
         more[axis] = _FORCE_STEP * self.setting.force_unit[axis]
-        more = _mass(self.vector) @ np.linalg.solve(nominal, more)
+        more = mass_of(self.vector) @ np.linalg.solve(nominal, more)
         return self._from_forces(self.forces + more, _FORCE_STEP)
 
     def from_profile(self, number: int) -> Pass:
@@ -127,17 +126,10 @@ class MovedPieces:
 
     def _forces_of(self, vector: FloatArray) -> FloatArray:
         """Return what pushes a vehicle of other masses as the forces here push this one."""
-        here, there = _mass(self.vector), _mass(vector)
+        here, there = mass_of(self.vector), mass_of(vector)
         if np.array_equal(here, there):
             return self.forces
         return np.asarray(self.forces @ np.linalg.solve(here, there))
-
-
-def _mass(vector: FloatArray) -> FloatArray:
-    """Mass matrix (6, 6) of a parameter vector, added masses included."""
-    matrix = np.empty((6, 6))
-    mass_matrix(vector, 1.0, matrix)
-    return matrix
 
 
 def _way(first: Seen, second: Seen, by: float) -> Pass:

@@ -1,6 +1,6 @@
-"""A hypothesis linear around its own point: its most probable departures."""
+"""A hypothesis linear around its own point: the most probable departures and motion under it."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,51 +14,113 @@ from pipeline.diagnose.hypotheses import (
     prior_of,
     with_ordinary,
 )
-from pipeline.diagnose.linear_model import BEYOND, realisable, vector_of
+from pipeline.diagnose.linear_model import BEYOND, LinearModel, realisable, vector_of
+from pipeline.diagnose.most_probable import moved_to
 from pipeline.diagnose.search import Judged, Search, force_prior, part
 from pipeline.diagnose.tangent import linear_model
 from pipeline.diagnose.trials import Lead
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 
+#: A point is reached when no departure moves further (in units of half the plausible range).
+_SETTLED = 0.1
+#: No further step is worth its time.
+_STAYS = 0.05
 
-def judged_anew(
-    found: Search, lead: Lead, judged: Judged, finding: Finding | None
-) -> tuple[float, FloatArray]:
-    """Log evidence of a hypothesis linear around its own point, less that of the linear model.
 
-    With the departures (g,) of that point.
+@dataclass(frozen=True)
+class Reached:
+    """How a hypothesis looks from where it was followed to.
 
-    What the derivatives of another point promise may be nothing that a vehicle does: one that
-    nearly capsizes there. So the way begins at what is ordinary, with the effect as it was found.
+    `value` is its log evidence, `point` the departures (g,) there, `settled` whether it stays.
     """
-    every = found.setting.coordinates
+
+    value: float
+    point: FloatArray
+    settled: bool
+
+
+def judged_anew(  # noqa: PLR0917 - one caller
+    found: Search,
+    lead: Lead,
+    judged: Judged,
+    finding: Finding | None,
+    begin: FloatArray,
+    enough: float,
+) -> Reached:
+    """Judge a hypothesis linear around its own point: its most probable departures and motion.
+
+    Parameters
+    ----------
+    found : Search
+        Where all was judged.
+    lead : callable
+        Leads the windows of a setting along the measured motion with the model at a vector.
+    judged, finding : Judged, Finding or None
+        The hypothesis under its level.
+    begin : ndarray, shape (g,)
+        Departures from which it is sought. Where that does not settle also from what is ordinary,
+        with the effect as it was found: what the derivatives of another point promise may be
+        nothing that a vehicle does, as one that nearly capsizes.
+    enough : float
+        Log evidence below which the hypothesis does not matter, and is looked at no closer.
+    """
     prior, forces = prior_of(found.prior, finding), force_prior(found.setting, judged.level)
+    reached = _followed(found, found.model, begin, judged, finding, enough)
+    if reached.settled:
+        return reached
     which = () if finding is None else finding.which
     at = found.prior.mean.copy()
     if finding is not None:
         at[list(which)] = finding.mean
-    free = tuple(k for k, one in enumerate(every) if one.ordinary > 0.0 or k in which)
-    reached, own = -np.inf, at
-    # on the way what is stated keeps its derivatives; where all is judged it has its own
-    for renew in (which, free):
-        at = realisable(every, at)
-        try:
-            led = lead(found.setting, vector_of(found.setting, at))
-        except CannotComputeError:
-            # no vehicle can have these values
-            break
+    at = realisable(found.setting.coordinates, at)
+    try:
+        led = lead(found.setting, vector_of(found.setting, at))
         point = replace(led.origin(), departures=at)
-        there = linear_model(led, point, known=found.model, renew=renew)
+        there = linear_model(led, point, known=found.model, renew=which)
+        at = fit(marginal(part(grams(there), found.chosen), forces), prior).mean
+        again = _followed(found, there, at, judged, finding, enough)
+    except CannotComputeError:
+        # no vehicle can have these values
+        return reached
+    return max(reached, again, key=lambda one: one.value)
+
+
+def _followed(  # noqa: PLR0917 - two callers
+    found: Search,
+    there: LinearModel,
+    at: FloatArray,
+    judged: Judged,
+    finding: Finding | None,
+    enough: float,
+) -> Reached:
+    """Go to the most probable motion of a hypothesis, from a model near it and its departures."""
+    every = found.setting.coordinates
+    prior, forces = prior_of(found.prior, finding), force_prior(found.setting, judged.level)
+    which = () if finding is None else finding.which
+    free = tuple(k for k, one in enumerate(every) if one.ordinary > 0.0 or k in which)
+    reached = Reached(-np.inf, at, settled=False)
+    normal = grams(there) if there is not found.model else found.grams
+    # on the way what is stated keeps its derivatives; where it counts it has its own
+    for renew in (which, free, free):
+        at = realisable(every, at)
+        point = moved_to(there, normal, forces, at)
+        if point is None:
+            return reached
+        there = linear_model(there.setting, point, known=there, renew=renew)
         if there.lost > found.model.lost:
-            break
+            return reached
         normal = grams(there)
-        reached, own = log_evidence_at(found, normal, judged, finding), at
         best = fit(marginal(part(normal, found.chosen), forces), prior)
         if finding is not None and cannot_be(found, finding, best):
-            return -np.inf, own
-        at = np.where(np.isin(np.arange(at.size), free), best.mean, 0.0)
-    return reached - log_evidence_at(found, found.grams, judged, finding), own
+            return Reached(-np.inf, at, settled=True)
+        move = float(np.abs(best.mean - at)[list(free)].max(initial=0.0))
+        reached = Reached(log_evidence_at(found, normal, judged, finding), at, move < _SETTLED)
+        far_behind = reached.settled and reached.value < enough
+        if far_behind or (move < _STAYS and renew == free):
+            break
+        at = best.mean
+    return reached
 
 
 def log_evidence_at(found: Search, normal: Grams, judged: Judged, finding: Finding | None) -> float:

@@ -23,10 +23,10 @@ from pipeline.diagnose.linear_model import (
     Setting,
     realisable,
 )
+from pipeline.diagnose.most_probable import linear_near
 from pipeline.diagnose.noise_check import NoiseFound, noise_found, residual_with, widened
 from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
-from pipeline.diagnose.tangent import linear_model
 from pipeline.errors import CannotComputeError
 from pipeline.types import BoolArray, FloatArray
 
@@ -82,6 +82,8 @@ class Near:
     """Point near which the search goes on: departures (g,), and what goes with it."""
 
     departures: FloatArray
+    level: Level
+    """Of the outside force under which it was found."""
     prior: Prior
     reach: FloatArray
     """As of `Search`."""
@@ -183,7 +185,7 @@ def search(
     chosen: BoolArray,
     widen: dict[str, float] | None = None,
 ) -> Search:
-    """Judge all hypotheses on all windows, linear around the point that was found.
+    """Judge all hypotheses on all windows, linear around the most probable motion near a point.
 
     Parameters
     ----------
@@ -200,7 +202,7 @@ def search(
     """
     groups = groups_of(setting.coordinates)
     ordinary = [one for one in every_level if one.ordinary or np.ptp(one.factor) == 0.0]
-    model = linear_model(setting, replace(setting.origin(), departures=near.departures))
+    model = linear_near(setting, force_prior(setting, near.level), near.departures)
     if model.lost > _MOST_LOST:
         raise CannotComputeError(
             f"the simulation runs away in {model.lost:.0%} of the time, whatever the effect. Check "

@@ -18,7 +18,6 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.diagnose.linear_model import (
-    Chain,
     LinearModel,
     Point,
     Setting,
@@ -50,10 +49,11 @@ def linear_model(
 ) -> LinearModel:
     """Linearise along the motion at a point.
 
-    Of the departures only those of `renew` are taken anew where a linear model of the same windows
-    is known already. With `wide` the signature of a departure that is at neutral, and of which
-    nothing is stated, is the secant to one of that size: drag in a current, or a dead zone, has
-    next to no derivative where it is not there.
+    Of the departures only those of `renew` are taken anew where some are asked for; the others are
+    those of a linear model of the same windows that is known already, or none. With `wide` the
+    signature of a departure that is at neutral, and of which nothing is stated, is the secant to
+    one of that size: drag in a current, or a dead zone, has next to no derivative where it is not
+    there.
     """
     bench = setting.bench
     vector = vector_of(setting, point.departures)
@@ -62,7 +62,7 @@ def linear_model(
     starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
     seen = seen_in(setting, vector, starts, forces)
     base = MovedPieces(setting, point, vector, starts, forces, seen, wide)
-    anew = list(range(len(setting.coordinates)) if renew is None or known is None else renew)
+    anew = list(range(len(setting.coordinates)) if renew is None else renew)
     tasks: list[Callable[[], Pass]] = [partial(base.from_start, k) for k in range(12)]
     tasks += [partial(base.from_force, k) for k in range(6)]
     tasks += [partial(base.from_departure, k) for k in anew]
@@ -101,28 +101,30 @@ def chained(  # noqa: PLR0917 - one caller
     scales = setting.problem.start_scales
     moved[:, :, :, :12] *= scales[:, None, None, :]
     starts = moved.reshape(windows * pieces, 12, width)
-    readings = np.stack([one.readings for one in passes], axis=1)
-    readings = np.where(np.isfinite(readings), readings, 0.0)
+    readings = np.stack([one.readings for one in passes])
+    if not np.isfinite(readings).all():
+        readings = np.where(np.isfinite(readings), readings, 0.0)
     owner = _piece_of_entry(bench, vector_of(setting, point.departures))
     order = np.argsort(owner, kind="stable")
     bounds = np.searchsorted(owner[order], np.arange(windows * pieces + 1))
     raw = np.empty((len(owner), width))
     for piece, (first, last) in enumerate(pairwise(bounds)):
         rows = order[first:last]
-        own = readings[rows]
+        own = readings[:, rows].T
         columns = own[:, :12] @ starts[piece]
         at = 12 + 6 * (piece % pieces)
         columns[:, at : at + 6] += own[:, 12:18]
         columns[:, 12 + forces :] += own[:, 18:]
         raw[rows] = columns
-    white = _whitened_columns(bench, raw) * setting.row_scale[:, None]
+    white = _whitened_columns(bench, raw)
+    white *= setting.row_scale[:, None]
     every, profiles = len(anew), setting.profiles.shape[2]
     first = 12 + forces + every
     weight = setting.row_scale[:, None]
-    departures = white[:, 12 + forces : first]
+    departures = np.zeros((len(white), len(setting.coordinates)))
     if known is not None:
         departures = known.departures.copy()
-        departures[:, list(anew)] = white[:, 12 + forces : first]
+    departures[:, list(anew)] = white[:, 12 + forces : first]
     model = LinearModel(
         setting,
         point,
@@ -132,54 +134,12 @@ def chained(  # noqa: PLR0917 - one caller
         departures,
         np.zeros(0),
         residual,
-        Chain(a, readings[:, :12].copy(), owner),
     )
     free = residual
     if count > every + profiles:
         # the pull is taken away: what it moved is missing
         free = residual + white[:, -1]
     return _without_lost(replace(model, readings=readings_from_zero(model, point, free)))
-
-
-def led_readings(model: LinearModel, setting: Setting, departures: FloatArray) -> FloatArray:
-    """Compute the readings from zero as a model at other departures sees them, led likewise.
-
-    Only the residual and what the pull takes away are simulated anew; how the motion goes on is
-    taken from `model`, since it is the same motion. Unlike a simulation without the pull this runs
-    away for no hypothesis, however wrong.
-
-    Parameters
-    ----------
-    model : LinearModel
-        Linear around that motion.
-    setting : Setting
-        The same windows, led by the model at the departures.
-    departures : ndarray, shape (g,)
-        Where that model is.
-
-    Returns
-    -------
-    ndarray, shape (rows,)
-        Not finite where the simulation ran away all the same.
-    """
-    bench = setting.bench
-    point = replace(setting.origin(), departures=departures)
-    vector = vector_of(setting, departures)
-    motion = motion_at(setting, point, vector)
-    starts, forces = motion.state[bench.start_of_piece], forces_at(setting, point)
-    known = seen_in(setting, vector, starts, forces)
-    taken = MovedPieces(setting, point, vector, starts, forces, known, 0.0).from_pull()
-    ends = taken.ends.reshape(bench.window_count, bench.pieces, 12)
-    moved = np.zeros_like(ends)
-    for i in range(1, bench.pieces):
-        moved[:, i] = np.einsum("wij,wj->wi", model.chain.ends[:, i - 1], moved[:, i - 1])
-        moved[:, i] += ends[:, i - 1]
-    raw = taken.readings + np.einsum(
-        "ek,ek->e", model.chain.readings, moved.reshape(-1, 12)[model.chain.piece]
-    )
-    white = _whitened_columns(bench, raw[:, None])[:, 0] * setting.row_scale
-    residual = residual_of(setting, point, vector, motion)
-    return readings_from_zero(model, point, residual + white)
 
 
 def _without_lost(model: LinearModel) -> LinearModel:
@@ -222,21 +182,30 @@ def _piece_of_entry(bench: Bench, vector: FloatArray) -> IntArray:
 
 
 def _whitened_columns(bench: Bench, raw: FloatArray) -> FloatArray:
-    """Columns (entries, k) of `_raw` with white noise, in the order of the residuals."""
-    stack = bench.stack
-    found = np.empty_like(raw)
-    begin = 0
-    for rows in stack.rows:
+    """Columns (entries, k) of `raw` with white noise, in the order of the residuals."""
+    found, begin = np.empty_like(raw), 0
+    tasks: list[Callable[[], None]] = []
+    for rows in bench.stack.rows:
         width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
         end = begin + rows.sample.size * width
         values = raw[begin:end].reshape(rows.sample.size, width, -1)
         out = found[begin:end].reshape(values.shape)
         for members, whitener in rows.blocks:
             if isinstance(whitener, float):
-                out[members] = values[members] * whitener
+                tasks.append(partial(_scaled, values, out, members, whitener))
             else:
-                for one in members:
-                    block = values[one].reshape(len(one), -1)
-                    out[one] = (whitener @ block).reshape(len(one), width, -1)
+                tasks += [partial(_whitened, values, out, one, whitener) for one in members]
         begin = end
-    return found[stack.order]
+    over_threads(bench, tasks)
+    return found[bench.stack.order]
+
+
+def _scaled(values: FloatArray, out: FloatArray, rows: IntArray, whitener: float) -> None:
+    """Whiten readings whose noise is white already."""
+    out[rows] = values[rows] * whitener
+
+
+def _whitened(values: FloatArray, out: FloatArray, rows: IntArray, whitener: FloatArray) -> None:
+    """Whiten the readings of one window (k, width, columns)."""
+    block = values[rows]
+    out[rows] = (whitener @ block.reshape(len(rows), -1)).reshape(block.shape)

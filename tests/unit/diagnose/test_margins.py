@@ -78,6 +78,14 @@ def test_an_effect_leads_none_by_what_both_models_grant_it() -> None:
     assert one.singles[0].log_evidence - one.singles[1].log_evidence == pytest.approx(29.0)
 
 
+def test_a_lead_of_two_answers_that_were_seen_where_they_stay_is_worth_all_of_it() -> None:
+    linear = _search(_judged(100.0, _finding("voltage_sag", 2.2)))
+    full = _search(_judged(-50.0, _finding("voltage_sag", 49.0)))
+    for sure, worth in (({(), (0,)}, 49.0), ({(0,)}, 2.2), ({()}, 2.2)):
+        (one,) = cautious(linear, full, _top(full), sure).judged
+        assert one.singles[0].log_evidence == pytest.approx(worth)
+
+
 def test_nothing_changes_where_none_is_first_or_the_models_agree() -> None:
     full = _search(_judged(-50.0, _finding("voltage_sag", 49.0)))
     first = _top(full)
