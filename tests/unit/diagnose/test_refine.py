@@ -29,7 +29,7 @@ def given() -> Given:
     """What a diagnosis of a weak thruster gives to be judged."""
     case = small_case(
         ("thruster_degraded:thrust_fraction=0.8@front_left",),
-        effects=("thruster_degraded", "quadratic_damping"),
+        effects=("thruster_degraded", "quadratic_damping", "dvl_scale"),
     )
     kept: list[Given] = []
 
@@ -89,6 +89,19 @@ def test_what_the_own_points_say_does_not_depend_on_where_all_was_linear(given: 
     assert leads[0] > 10.0
 
 
+def test_what_is_too_small_to_matter_stays_where_it_is_most_probable(given: Given) -> None:
+    """Put back to neutral on the way, it cost `none` 50 nats at a healthy vehicle."""
+    found, first, lead = given
+    nothing = first.of("none")
+    assert nothing is not None
+    begin = departures_of(found, nothing, None)
+    stated = np.array([one.ordinary > 0.0 for one in found.setting.coordinates])
+    assert begin[~stated].any()
+    reached = judged_anew(found, lead, nothing.judged, None, begin, -np.inf)
+    assert reached.settled
+    assert reached.point[~stated] == pytest.approx(begin[~stated], rel=0.5)
+
+
 def test_the_effects_of_a_pair_are_judged_at_their_own_points_too(
     given: Given, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -102,14 +115,17 @@ def test_the_effects_of_a_pair_are_judged_at_their_own_points_too(
         return 0.0, there.model.point.departures
 
     monkeypatch.setattr(second_look, "_correction", correction)
-    judged, both = next((one, pair) for one in found.judged for pair in one.pairs)
+    wanted = ("quadratic_damping", "thruster_degraded")
+    judged, both = next(
+        (one, pair) for one in found.judged for pair in one.pairs if pair.effects == wanted
+    )
     pair = replace(first.ranking[0], name="+".join(both.effects), finding=both, judged=judged)
     single = next(one for one in judged.singles if one.effects == ("quadratic_damping",))
     damping = replace(pair, name="quadratic_damping", finding=single)
     refine.refined(found, Answers((pair, *first.ranking, damping)), lead, 1)
     assert looked_at == {
         (),
-        ("quadratic_damping", "thruster_degraded"),
+        wanted,
         ("thruster_degraded",),
         ("quadratic_damping",),
     }
