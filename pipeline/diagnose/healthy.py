@@ -24,6 +24,8 @@ _FORCE_STEPS = 5
 _DAY_TO_DAY, _ONE_RUN = 0.2, 1.0
 #: Log evidence from which on an effect on healthy runs is what the simulation lacks, and how many.
 _SEEN, _MOST_UNMODELLED = 10.0, 2
+#: A departure beyond this (in units of half the plausible range) is no flaw but another model.
+_MOST_SIZE = 2.0
 #: A force below this share of the usual one is not believed.
 _LEAST_FORCE = 0.1
 
@@ -102,7 +104,7 @@ def _with_unmodelled(setting: Setting, found: Marginal, stated: Prior) -> Prior:
     groups, prior = groups_of(setting.coordinates), stated
     for _ in range(_MOST_UNMODELLED):
         best = screen(with_ordinary(found, prior), setting.coordinates, groups)[0]
-        if best.log_evidence < _SEEN:
+        if best.log_evidence < _SEEN or float(np.abs(best.mean).max()) > _MOST_SIZE:
             break
         prior = widened(prior, np.array(best.which, int), best.variance)
     return prior

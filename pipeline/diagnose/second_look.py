@@ -84,7 +84,12 @@ def seen_closely(found: Search, lead: Lead, looked_at: LookedAt) -> Closely:
     if top not in closely.sure:
         judge_anew([top], -np.inf)
     enough = linear[top] + closely.changes[top] - _FAR_BEHIND
-    judge_anew([one for one in _simpler(looked_at, top) if one not in closely.sure], enough)
+    simpler = [one for one in _simpler(looked_at, top) if one not in closely.sure]
+    judge_anew(simpler, enough)
+    for which in simpler:
+        if which not in closely.sure:
+            # what runs away on its way says nothing against a simpler answer: the lead stays
+            closely.changes[which] = max(closely.changes[which], closely.changes[top])
     closely.doubtful = _doubtful(linear, closely)
     if closely.doubtful:
         best = {which: linear[which] + max(closely.changes[which], 0.0) for which in looked_at}

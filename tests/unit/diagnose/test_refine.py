@@ -99,7 +99,7 @@ def test_what_is_too_small_to_matter_stays_where_it_is_most_probable(given: Give
     assert begin[~stated].any()
     reached = judged_anew(found, lead, nothing.judged, None, begin, -np.inf)
     assert reached.settled
-    assert reached.point[~stated] == pytest.approx(begin[~stated], rel=0.5)
+    assert (reached.point[~stated] / begin[~stated] > 0.5).all()
 
 
 def test_the_effects_of_a_pair_are_judged_at_their_own_points_too(
