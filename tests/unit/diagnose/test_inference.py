@@ -1,17 +1,55 @@
 """Where all is judged: around the first answer's own point, if that is elsewhere."""
 
 from dataclasses import replace
+from typing import Any
 
-import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
 from pipeline.diagnose import engine, inference
 from pipeline.diagnose.answer import Answers
+from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.refine import Refined
 from pipeline.diagnose.search import Near, Search
 from pipeline.diagnose.trials import Lead
 from pipeline.errors import CannotComputeError
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.types import FloatArray
+
+
+def judged_from(
+    monkeypatch: pytest.MonkeyPatch, off: float, *, flies: bool = True
+) -> tuple[DiagnosisRecord, list[FloatArray], list[FloatArray]]:
+    """Diagnose with the first answer's own point so far from where all was judged.
+
+    With the points at which all was judged, and the own points. Unless it `flies` no vehicle can
+    follow from an own point.
+    """
+    seen: list[FloatArray] = []
+    own_points: list[FloatArray] = []
+    real_search, real_refined = inference.search, inference.refined
+
+    def search(setting: Setting, near: Near, *rest: Any) -> Search:  # noqa: ANN401
+        seen.append(near.departures)
+        if len(seen) > 1 and not flies:
+            raise CannotComputeError("the simulation runs away")
+        return real_search(setting, near, *rest)
+
+    def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
+        own = real_refined(found, first, lead, most)
+        if own_points:
+            return own
+        moved = found.model.point.departures.copy()
+        moved[0] += off
+        own_points.append(moved)
+        finding = first.ranking[0].finding
+        points = {() if finding is None else finding.which: moved}
+        return replace(own, points=points, doubtful=True)
+
+    monkeypatch.setattr(inference, "search", search)
+    monkeypatch.setattr(inference, "refined", refined)
+    case = small_case(("residual_buoyancy:force_n=8",), effects=("residual_buoyancy",))
+    return engine.diagnose(case, threads=1), seen, own_points
 
 
 @pytest.mark.parametrize("off", [0.0, 0.4])
@@ -19,34 +57,11 @@ def test_all_is_judged_around_the_own_point_of_the_first_answer(
     monkeypatch: pytest.MonkeyPatch, off: float
 ) -> None:
     """As a vehicle that nearly capsizes where an effect was followed to that is not there."""
-    seen: list[np.ndarray] = []
-    asked: list[np.ndarray] = []
-    real_search, real_refined = inference.search, inference.refined
-
-    def search(setting, near: Near, *rest) -> Search:  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN002
-        seen.append(near.departures)
-        return real_search(setting, near, *rest)
-
-    def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
-        own = real_refined(found, first, lead, most)
-        if len(seen) > 1:
-            return own
-        moved = found.model.point.departures.copy()
-        moved[0] += off
-        asked.append(moved)
-        finding = first.ranking[0].finding
-        points = {() if finding is None else finding.which: moved}
-        return replace(own, points=points, doubtful=True)
-
-    monkeypatch.setattr(inference, "search", search)
-    monkeypatch.setattr(inference, "refined", refined)
-    found = engine.diagnose(
-        small_case(("residual_buoyancy:force_n=8",), effects=("residual_buoyancy",)), threads=1
-    )
+    found, seen, own_points = judged_from(monkeypatch, off)
     assert found.verdict.effects == ("residual_buoyancy",)
     if off:
         assert len(seen) == 2
-        assert seen[1] == pytest.approx(asked[0])
+        assert seen[1] == pytest.approx(own_points[0])
     else:
         assert len(seen) == 1
 
@@ -55,26 +70,6 @@ def test_what_was_judged_first_stands_where_nothing_can_fly_from_the_own_point(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Measured pool runs of a vehicle that hardly is its file were refused for that."""
-    real_search, real_refined = inference.search, inference.refined
-    seen: list[np.ndarray] = []
-
-    def search(setting, near: Near, *rest) -> Search:  # type: ignore[no-untyped-def]  # noqa: ANN001, ANN002
-        seen.append(near.departures)
-        if len(seen) > 1:
-            raise CannotComputeError("the simulation runs away")
-        return real_search(setting, near, *rest)
-
-    def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
-        own = real_refined(found, first, lead, most)
-        finding = first.ranking[0].finding
-        moved = found.model.point.departures + 0.4
-        points = {() if finding is None else finding.which: moved}
-        return replace(own, points=points, doubtful=True)
-
-    monkeypatch.setattr(inference, "search", search)
-    monkeypatch.setattr(inference, "refined", refined)
-    found = engine.diagnose(
-        small_case(("residual_buoyancy:force_n=8",), effects=("residual_buoyancy",)), threads=1
-    )
+    found, seen, _ = judged_from(monkeypatch, 0.4, flies=False)
     assert len(seen) == 2
     assert found.verdict.effects == ("residual_buoyancy",)
