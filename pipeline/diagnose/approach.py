@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.diagnose.coordinates import Coordinate, may_bend
-from pipeline.diagnose.decision import MEASUREMENT
+from pipeline.diagnose.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import Finding, Group, groups_of

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.diagnose.characteristic import characteristic_profiles
 from pipeline.diagnose.coordinates import coordinates
 from pipeline.diagnose.follow import follow
+from pipeline.diagnose.instruments import InstrumentErrors
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.predictions import Bench, voltage_channel
 from pipeline.effects.effect import Effect
@@ -39,7 +40,9 @@ FORCE_SHARE = 0.005
 class Case:
     """A diagnosis to be made; tables at a period of 0.02 s or less.
 
-    `effects` are the candidates, the whole library that fits the vehicle otherwise.
+    `effects` are the candidates, the whole library that fits the vehicle otherwise. `errors` are
+    what is known to be wrong with the instruments on `runs` and `holdout`: `packed` has it, and
+    `as_stated` is then the vehicle of the file.
     """
 
     name: str
@@ -49,6 +52,13 @@ class Case:
     holdout: tuple[RunTable, ...] = ()
     healthy: tuple[RunTable, ...] = ()
     effects: Mapping[str, Effect] | None = None
+    errors: InstrumentErrors | None = None
+    as_stated: PackedVehicle | None = None
+
+    @property
+    def stated(self) -> PackedVehicle:
+        """The vehicle as its file states it."""
+        return self.packed if self.as_stated is None else self.as_stated
 
     @property
     def candidates(self) -> Mapping[str, Effect]:

@@ -37,6 +37,8 @@ class Ahead:
 
     Attributes
     ----------
+    before, stated : Forecast
+        Without any answer, and by the vehicle file: they differ by known errors of instruments.
     starts : ndarray, shape (windows, STATE)
         Best known starts of the windows.
     floors : Setting
@@ -54,6 +56,7 @@ class Ahead:
     healthy: Prior
     near: Outlook
     before: Forecast
+    stated: Forecast
     spread: dict[str, FloatArray]
     held: BoolArray
     held_told: str
@@ -100,10 +103,12 @@ def look_ahead(  # noqa: PLR0917 - one caller
     seed: int,
     *,
     healthy_known: bool,
+    stated: FloatArray,
 ) -> Ahead:
     """Predict the windows from starts estimated with all readings.
 
-    The forces are free enough for the starts to follow whatever happened.
+    The forces are free enough for the starts to follow whatever happened. `stated` is the parameter
+    vector of the vehicle file.
     """
     setting, top = found.setting, answered.ranking[0]
     wide = Level(np.full(6, max(4.0, 2.0 * answered.force_scale)), 1.0, False)
@@ -113,7 +118,9 @@ def look_ahead(  # noqa: PLR0917 - one caller
         moved_starts(setting.bench.stack.starts, state.starts * setting.problem.start_scales),
     )
     near = outlook(setting, runs, channels, starts, AHEAD_S)
-    before = forecast(near, setting.bench.stack.packed.vector, channels)
+    vector = setting.bench.stack.packed.vector
+    before = forecast(near, vector, channels)
+    as_stated = before if np.array_equal(stated, vector) else forecast(near, stated, channels)
     ordinary = min((j.level.size for j in found.judged if j.level.ordinary), default=1.0)
     ordinary = float(np.clip(answered.force_scale, ordinary, 1.0 if healthy_known else 2.0))
     floors = replace(setting, force_unit=setting.force_unit * ordinary)
@@ -127,6 +134,7 @@ def look_ahead(  # noqa: PLR0917 - one caller
         healthy,
         near,
         before,
+        as_stated,
         spread,
         ~found.chosen,
         held_told,
@@ -159,7 +167,7 @@ def consequence(
     return Consequence(
         added,
         after,
-        shrink(before, after, *told, spread_after),
+        shrink(ahead.stated, after, *told, spread_after),
         shrink(before, fitted, *told),
         leftover(found, found.grams, best, ahead.runs, every, force_scale),
     )

@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.calibration import Calibration
+from pipeline.diagnose.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 
-#: Effects that only what is measured shows, not how the vehicle moves.
-MEASUREMENT = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
 #: Share of their probability that answers keep where there is no gap.
 _STILL = 0.2
 #: Gap of a healthy vehicle, in healthy floors.

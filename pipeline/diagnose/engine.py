@@ -2,11 +2,19 @@
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.diagnose.answer import Answers, effect_count, equals
+from pipeline.diagnose.beside_errors import (
+    alike_beside,
+    case_beside,
+    errors_of,
+    names_beside,
+    ranking_beside,
+)
 from pipeline.diagnose.calibration import Calibration, calibration
 from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
@@ -18,7 +26,7 @@ from pipeline.diagnose.forecast import (
     healthy_spread,
     whole_runs,
 )
-from pipeline.diagnose.gap import channel_gaps, gap_channels
+from pipeline.diagnose.gap import channel_gaps, gap_channels, worst_gap
 from pipeline.diagnose.hopeless import refuse_hopeless
 from pipeline.diagnose.inference import HELD_OUT, infer
 from pipeline.diagnose.next_run import next_run
@@ -90,7 +98,7 @@ def diagnose_fully(
     `keep` is given the evidence that was weighed, for setting the thresholds.
     """
     try:
-        return _diagnosed(case, threads, seed, keep)
+        return _beside_errors(case, threads, seed, keep)
     except np.linalg.LinAlgError as error:
         raise CannotComputeError(
             f"the runs of {case.name} and its model are so far apart that the equations of the "
@@ -99,18 +107,38 @@ def diagnose_fully(
         ) from None
 
 
-def _diagnosed(
+def _beside_errors(
     case: Case, threads: int, seed: int, keep: Callable[[CaseEvidence], None] | None
 ) -> Diagnosis:
+    """Diagnose, and anew where the answer lacks what the instruments show of each other."""
     began = time.monotonic()
+    case = _in_order(case)
+    answer, found = _diagnosed(case, threads, seed, began, keep)
+    errors = errors_of(case, found)
+    if errors is not None and not set(errors.effects) <= set(answer.record.verdict.effects):
+        with suppress(CannotComputeError):
+            answer, _ = _diagnosed(case_beside(case, errors), threads, seed, began)
+    return answer
+
+
+def _diagnosed(
+    case: Case,
+    threads: int,
+    seed: int,
+    began: float,
+    keep: Callable[[CaseEvidence], None] | None = None,
+) -> tuple[Diagnosis, Search]:
     refuse_hopeless(case)
-    # the order in which runs are given must not matter
-    case = replace(case, runs=_sorted(case.runs), holdout=_sorted(case.holdout))
     thresholds = calibration()
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
     found, answered = infer(case, runs, channels, thresholds, threads)
-    return _told(case, found, answered, thresholds, channels, runs, seed, began, keep)
+    return _told(case, found, answered, thresholds, channels, runs, seed, began, keep), found
+
+
+def _in_order(case: Case) -> Case:
+    """Put the runs in an order of their own: that in which they are given must not matter."""
+    return replace(case, runs=_sorted(case.runs), holdout=_sorted(case.holdout))
 
 
 def _sorted(runs: Sequence[RunTable]) -> tuple[RunTable, ...]:
@@ -144,13 +172,17 @@ def _told(  # noqa: PLR0917 - one caller
         if case.holdout
         else f"every {HELD_OUT}th window of the runs"
     )
-    ahead = look_ahead(found, answered, runs, channels, told, seed, healthy_known=healthy_known)
+    stated = case.stated.vector
+    ahead = look_ahead(
+        found, answered, runs, channels, told, seed, healthy_known=healthy_known, stated=stated
+    )
     every = regressors(setting, runs)
     whole_look = whole_runs(setting, runs, channels, ahead.starts)
-    whole = forecast(whole_look, case.packed.vector, channels)
+    whole = forecast(whole_look, stated, channels)
     whole_spread = healthy_spread(whole_look, ahead.floors, ahead.healthy, channels, whole, seed)
-    gaps = channel_gaps(ahead.before, ahead.spread, whole, whole_spread)
-    worst_ratio = max((one.ratio for one in gaps.values()), default=0.0)
+    gaps = channel_gaps(ahead.stated, ahead.spread, whole, whole_spread)
+    # what is decided is what there is beside known errors
+    worst_ratio = worst_gap(ahead.before, ahead.spread)
     if keep is not None:
         seen = case_evidence(
             found,
@@ -171,9 +203,11 @@ def _told(  # noqa: PLR0917 - one caller
     closed, left = led_to.closed, led_to.left
     decisive = led_to.decides(equals(found, top))
     said = decide(shares, decisive, worst_ratio, thresholds, healthy_known=healthy_known)
-    names, ambiguous = said.names, said.ambiguous
+    names = names_beside(said.names, case.errors)
+    ambiguous = alike_beside(said.ambiguous, case.errors)
     answered = answered.reweighed(said.ranking)
     ranking = ranking_of(found, answered, closed, top, thresholds)
+    ranking = ranking_beside(ranking, case.errors)
     first = ranking[0]
     ground = top.judged.ground
     record = DiagnosisRecord(
@@ -191,7 +225,7 @@ def _told(  # noqa: PLR0917 - one caller
                 every,
                 known=names not in {(NONE,), (UNKNOWN,)},
             ),
-            by_regime=regime_gaps(every, ahead.before, ahead.spread, AHEAD_S),
+            by_regime=regime_gaps(every, ahead.stated, ahead.spread, AHEAD_S),
         ),
         verdict=Verdict(
             effects=names,
@@ -223,10 +257,10 @@ def _told(  # noqa: PLR0917 - one caller
             healthy_runs=tuple(run.name for run in case.healthy),
         ),
         series=series_of(
-            ahead.near, runs, ahead.before, led_to.after, ahead.held, gap_channels(gaps)
+            ahead.near, runs, ahead.stated, led_to.after, ahead.held, gap_channels(gaps)
         ),
         notes=notes_on(case, found),
         elapsed_s=time.monotonic() - began,
     )
-    known = names != (UNKNOWN,)
-    return Diagnosis(record, specs_of(found, led_to.added) if known else ())
+    specs = specs_of(found, led_to.added) if said.names != (UNKNOWN,) else ()
+    return Diagnosis(record, (*(() if case.errors is None else case.errors.specs), *specs))

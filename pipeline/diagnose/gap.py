@@ -46,6 +46,17 @@ def channel_gaps(
     return found
 
 
+def worst_gap(near: Forecast, spread: Mapping[str, FloatArray]) -> float:
+    """Error of the worst channel over its healthy floor."""
+    return max(
+        (
+            figures(errors, spread[name], near.sensor[name]).ratio
+            for name, errors in near.errors.items()
+        ),
+        default=0.0,
+    )
+
+
 def gap_channels(found: Mapping[str, ChannelGap]) -> tuple[str, ...]:
     """Channels that carry the gap, the largest ratio first; the worst alone may be below all."""
     carrying = [name for name, one in found.items() if one.ratio >= GAP_RATIO]

@@ -1,7 +1,7 @@
 """What "no gap" looks like on this vehicle, learned from runs when it was well, then frozen."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -49,7 +49,8 @@ def learn(case: Case, threads: int = 2) -> Healthy:
     estimate and of its own uncertainty.
     """
     channels = channels_of(case.vehicle, case.healthy)
-    setting = setting_of(case, case.healthy, channels, threads=threads)
+    well = replace(case, packed=case.stated)
+    setting = setting_of(well, case.healthy, channels, threads=threads)
     stated = ordinary_prior(setting)
     model = linear_model(setting, setting.origin())
     stated = with_small(stated, reach(model, stated), setting)

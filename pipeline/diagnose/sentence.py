@@ -21,8 +21,8 @@ def sentence(
         )
     elif tuple(names) == ("unknown",):
         said = (
-            f"Unknown: there is a gap that no effect of the library explains {sure}; the force "
-            f"that is left lies mostly in {left.worst_axis}, {left.time_course}"
+            f"Unknown: there is a gap that no effect of the library explains {sure}; "
+            f"{_left_to_say(left)}"
         )
     else:
         titles = " and ".join(
@@ -37,6 +37,15 @@ def sentence(
             )
         where = f" at {first.thruster}" if first is not None and first.thruster else ""
         said = f"{titles}{where} {sure}{values}"
+        if "unknown" in names:
+            said += (
+                "; besides, there is a gap that no effect of the library explains: "
+                f"{_left_to_say(left)}"
+            )
     if ambiguous:
         said += f". These runs cannot tell it from {', '.join(ambiguous)}"
     return said + "."
+
+
+def _left_to_say(left: Leftover) -> str:
+    return f"the force that is left lies mostly in {left.worst_axis}, {left.time_course}"

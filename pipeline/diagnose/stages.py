@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.decision import MEASUREMENT
+from pipeline.diagnose.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.search import Search
 from pipeline.identify.channel_noise import was_measured
 from pipeline.records.run_table import RunTable
@@ -24,6 +24,13 @@ def stages_told(
         told["kinematics"] = "skipped: no velocity over ground was measured"
     elif not others:
         told["kinematics"] = "skipped: nothing to compare the DVL with"
+    elif case.errors is not None:
+        against = [name for name in others if name != "specific_force"]
+        told["kinematics"] = (
+            f"dead reckoning by the DVL against {', '.join(against)}, whatever moves the vehicle: "
+            f"{', '.join(case.errors.effects)}, log evidence {case.errors.log_evidence:.0f} over a "
+            "DVL that is well; what follows was asked beside it"
+        )
     else:
         total = sum(one.probability for one in answered.ranking if one.name in MEASUREMENT)
         told["kinematics"] = (

@@ -46,16 +46,16 @@ def where_told(  # noqa: PLR0917 - one caller
         The answer names effects.
     """
     windows = setting.bench.window_count
-    carried = excess(ahead.before, ahead.spread, windows, AHEAD_S)
+    carried = excess(ahead.stated, ahead.spread, windows, AHEAD_S)
     channels, acting = gap_channels(gaps), carried
-    if known and led_to.added.any():
-        difference = made(ahead.before, led_to.after, ahead.spread)
+    if known and led_to.after is not ahead.stated:
+        difference = made(ahead.stated, led_to.after, ahead.spread)
         size = {name: rms(values) for name, values in difference.items()}
         most = max(size.values(), default=0.0)
         acted = [name for name in size if size[name] >= max(_ACTS * most, 1e-12)]
         acted = [name for name in acted if name not in channels]
         channels = (*channels, *sorted(acted, key=lambda name: -size[name]))
-        acting = by_window(difference, ahead.before, windows)
+        acting = by_window(difference, ahead.stated, windows)
     return Where(
         channels=channels,
         regimes=regime_shares(every, acting),

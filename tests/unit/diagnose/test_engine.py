@@ -7,7 +7,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose import consequences
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.engine import diagnose
+from pipeline.diagnose.engine import diagnose, diagnose_fully
 from pipeline.diagnose.linear_model import Setting, vector_of
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord
@@ -62,6 +62,26 @@ def test_a_healthy_vehicle_has_no_effect() -> None:
     found = diagnose(small_case(seed=4), threads=1)
     assert found.verdict.effects == ("none",)
     assert found.leftover.axes["surge"] < 2.0
+
+
+def test_an_error_of_the_dvl_is_named_beside_what_has_no_name() -> None:
+    """A current hides the scale among forces; dead reckoning knows it all the same."""
+    case = small_case(
+        ("dvl_scale:scale=1.1", "current:north_mps=0.4"), effects=("dvl_scale", "residual_buoyancy")
+    )
+    answer = diagnose_fully(case, threads=1)
+    found, first = answer.record, answer.record.ranking[0]
+    assert found.verdict.effects == ("dvl_scale", "unknown")
+    assert "no effect of the library explains" in found.verdict.sentence
+    assert set(first.parameters) == {"scale"}
+    low, high = first.parameters["scale"].ci95
+    assert low < 1.1 < high
+    assert sum(row.probability for row in found.ranking) == pytest.approx(1.0)
+    assert {row.effect for row in found.ranking} >= {"none", "unknown", "residual_buoyancy"}
+    # the gap is that of the vehicle file, whose DVL reads right; what was found is written back
+    assert [spec.id for spec in answer.specs] == ["dvl_scale"]
+    assert found.gap.channels["u"].ratio > 1.5
+    assert "dead reckoning" in found.evidence.stages["kinematics"]
 
 
 def test_stated_values_pulled_to_where_no_vehicle_is_refuse_no_diagnosis(
