@@ -29,8 +29,9 @@ _LEAD_ROUNDS = 2
 IMPOSSIBLE = 4.0
 #: Squared cosine of 15 degrees: closer signatures are no pair.
 _SAME = 0.93
-#: What a further parameter of the same effect must add to the log evidence.
-_WORTH_IT = 3.0
+#: Log evidence that a further parameter of the same effect costs: the more there are, the better
+#: they make what is a flaw of the model.
+_FURTHER = 10.0
 
 
 @dataclass(frozen=True)
@@ -200,11 +201,12 @@ def best_subset(
             which = sorted([*chosen, one])
             gain, mean, covariance, variance = judge(ground, all_coordinates, which)
             gain -= log(len(members) * comb(len(members), len(which))) + log(targets)
+            gain -= _FURTHER * (len(which) - 1)
             trials.append((gain, one, mean, covariance, variance))
         if not trials or not np.isfinite(max(trial[0] for trial in trials)):
             break
         gain, one, mean, covariance, variance = max(trials, key=lambda trial: trial[0])
-        if best is not None and gain < best[0] + _WORTH_IT:
+        if best is not None and gain <= best[0]:
             break
         chosen.append(one)
         best = (gain, mean, covariance, variance)
@@ -289,7 +291,8 @@ def _share_made(ground: Marginal, one: Finding, members: Sequence[int]) -> float
 def _subset_price(groups: Mapping[Group, tuple[int, ...]], one: Finding) -> float:
     members = len(groups[one.groups[0]])
     targets = sum(effect == one.groups[0][0] for effect, _ in groups)
-    return -log(members * comb(members, len(one.which))) - log(targets)
+    price = log(members * comb(members, len(one.which))) + log(targets)
+    return -price - _FURTHER * (len(one.which) - 1)
 
 
 def prior_of(prior: Prior, finding: Finding | None) -> Prior:

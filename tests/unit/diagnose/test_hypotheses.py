@@ -41,6 +41,14 @@ def test_of_an_effect_only_the_axes_at_work_are_taken(every: tuple[Coordinate, .
     assert set(first.which) == set(places)
 
 
+def test_a_further_axis_must_pay_more_than_chance_gives(every: tuple[Coordinate, ...]) -> None:
+    """Ten units of log evidence are one of 0.22: its square over two, times 400."""
+    surge, yaw = (index_of(every, f"quadratic_damping:{axis}") for axis in ("surge", "yaw"))
+    for size, taken in ((0.15, {surge}), (0.35, {surge, yaw})):
+        first = screen(planted(every, {surge: 1.0, yaw: size}), every, groups_of(every))[0]
+        assert set(first.which) == taken
+
+
 def test_nothing_planted_leaves_no_evidence(every: tuple[Coordinate, ...]) -> None:
     assert screen(planted(every, {}), every, groups_of(every))[0].log_evidence < 0.0
 
