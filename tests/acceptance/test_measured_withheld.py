@@ -8,9 +8,16 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pipeline.diagnose.engine import diagnose
+from pipeline.diagnose.instruments import instrument_errors
 from pipeline.errors import Rig2SeaError
 from pipeline.records.run_table import RunTable
-from pipeline.stages.measured_withheld_cases import AS_IT_IS, TANK, WithheldCase, read_wrong
+from pipeline.stages.measured_withheld_cases import (
+    AS_IT_IS,
+    TANK,
+    Injection,
+    WithheldCase,
+    read_wrong,
+)
 from pipeline.stages.measured_withheld_runs import (
     altered_run,
     case_to_diagnose,
@@ -90,11 +97,43 @@ def test_hopeless_measured_runs_get_the_reason(
         diagnose(case_to_diagnose(case, rov, logs), threads=1)
 
 
-def test_a_measured_run_against_the_vehicle_of_the_literature_is_unknown(
+@pytest.mark.parametrize(
+    ("injection", "effect"),
+    [
+        (AS_IT_IS, None),
+        (read_wrong(1.1), "dvl_scale"),
+        (read_wrong(0.9), "dvl_scale"),
+        (read_wrong(delay_s=0.15), "dvl_delay"),
+        (read_wrong(delay_s=0.3), "dvl_delay"),
+    ],
+)
+@pytest.mark.parametrize("healthy", [False, True])
+def test_dead_reckoning_knows_what_is_wrong_with_the_velocity(
+    rov: SimulatedVehicle,
+    logs: list[Path],
+    injection: Injection,
+    effect: str | None,
+    healthy: bool,
+) -> None:
+    case = case_to_diagnose(replace(CASE, injection=injection, healthy=healthy), rov, logs)
+    found = instrument_errors(case.vehicle, case.packed, case.candidates, case.runs, case.healthy)
+    if effect is None:
+        assert found is None
+        return
+    assert found is not None
+    assert found.effects == (effect,)
+    for name, value in injection.value.items():
+        low, high = found.parameters[effect][name].ci95
+        assert low < value < high
+        assert high - low < 0.1
+
+
+def test_a_wrong_velocity_is_named_beside_what_the_vehicle_of_the_literature_lacks(
     rov: SimulatedVehicle, logs: list[Path]
 ) -> None:
-    """Another exemplar, an autopilot in between, a tether: no effect explains it, none is named."""
-    found = diagnose(case_to_diagnose(replace(CASE, fold=TANK[1]), rov, logs), threads=1)
-    assert found.verdict.effects == ("unknown",)
+    """Another exemplar, an autopilot in between, a tether: no effect explains what is left."""
+    case = replace(CASE, fold=TANK[1], injection=read_wrong(1.1))
+    found = diagnose(case_to_diagnose(case, rov, logs), threads=1)
+    assert found.verdict.effects == ("dvl_scale", "unknown")
     assert max(found.leftover.axes.values()) > 3.0
     assert any("no healthy runs" in note for note in found.notes)
