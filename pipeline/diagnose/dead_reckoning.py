@@ -174,7 +174,9 @@ def _of_run(number: int, track: Track, errors: FloatArray, mount: Mount) -> list
         change = covered(velocity_of_body(track, ahead, mount))
         causes.append((change - covered(velocity_of_body(track, behind, mount))) / (2.0 * step))
     turned = [covered(np.cross(axis, velocity)) for axis in np.eye(3)]
-    gaps = np.concatenate([[0], np.cumsum(track.missing)])
+    # what a late velocity shows at a time was read later
+    later = np.interp(track.time_s + errors[0], track.time_s, track.missing) > 0.0
+    gaps = np.concatenate([[0], np.cumsum(track.missing | later)])
     found = []
     for axis, (ends, place) in enumerate(zip(track.ends, track.place, strict=True)):
         if ends.size < 2:

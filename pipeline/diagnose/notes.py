@@ -23,6 +23,12 @@ def notes_on(case: Case, found: Search) -> tuple[str, ...]:
         else "no healthy runs were given: what is ordinary rests on the uncertainties and sensor "
         "figures of the vehicle file"
     )
+    if case.errors is not None:
+        wrong = ", ".join(case.errors.effects)
+        notes.append(
+            f"dead reckoning by the DVL disagrees with the measured place ({wrong}), whatever "
+            "moves the vehicle: everything else was asked with that known"
+        )
     notes.extend(
         f"{name}: readings scatter more than stated (variance {one.variance:.2f}, lag-1 "
         f"{one.lag1:.2f}); they count as if their noise were {one.widen:.2f} times larger"

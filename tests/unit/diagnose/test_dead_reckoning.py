@@ -114,6 +114,17 @@ def test_a_stretch_in_which_the_velocity_is_missing_is_left_out() -> None:
         assert np.abs(one.lacks).max() < 1e-3
 
 
+def test_a_late_velocity_is_missing_before_it_was_read() -> None:
+    run = reckoned_run(lively(), delay_s=0.5)
+    known = run.valid["velocity"] & ~((run.time_s > 20.0) & (run.time_s < 20.3))
+    values = run.values | {"velocity": np.where(known[:, None], run.values["velocity"], np.nan)}
+    track = track_of(replace(run, values=values, valid=run.valid | {"velocity": known}), PLAIN)
+    assert track is not None
+    late = NEUTRAL + np.array([0.5, 0, 0, 0, 0, 0, 0, 0])
+    found = stretches([track], late, mount_of(PLAIN))
+    assert max(np.abs(one.lacks).max() for one in found) < 1e-3
+
+
 def test_too_few_stretches_say_nothing() -> None:
     track = track_of(reckoned_run(lively(), seconds=10.0), PLAIN)
     assert track is not None
