@@ -132,10 +132,13 @@ def _told(record: DiagnosisRecord, truth: str | None) -> dict[str, Any]:
     names = [row.effect for row in record.ranking]
     holding = [row for row in record.ranking if wanted in row.effect.split("+")]
     alone = next((row for row in record.ranking if row.effect == wanted), None)
+    if wanted in record.verdict.effects:
+        # as it stands in the answer, be it beside `unknown`
+        alone = holding[0]
     return {
         "runs": list(record.runs),
         "verdict": record.verdict.model_dump(mode="json"),
-        "rank": names.index(wanted) + 1 if wanted in names else None,
+        "rank": names.index(alone.effect) + 1 if alone is not None else None,
         "probability_of_truth": sum(row.probability for row in holding),
         "found": None if alone is None else alone.model_dump(mode="json"),
         "ranking": [
