@@ -14,6 +14,7 @@ from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.predictions import Bench, voltage_channel
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import candidates
+from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise, was_measured
 from pipeline.identify.run_nuisance import run_nuisance
@@ -59,6 +60,11 @@ class Case:
     def stated(self) -> PackedVehicle:
         """The vehicle as its file states it."""
         return self.packed if self.as_stated is None else self.as_stated
+
+    @property
+    def known_specs(self) -> tuple[EffectSpec, ...]:
+        """Errors of the instruments as they are switched on."""
+        return () if self.errors is None else self.errors.specs
 
     @property
     def candidates(self) -> Mapping[str, Effect]:

@@ -114,9 +114,10 @@ def _beside_errors(
     began = time.monotonic()
     case = _in_order(case)
     answer, found = _diagnosed(case, threads, seed, began, keep)
-    errors = errors_of(case, found)
-    if errors is not None and not set(errors.effects) <= set(answer.record.verdict.effects):
-        with suppress(CannotComputeError):
+    # what cannot be solved there takes nothing from the answer that there is
+    with suppress(CannotComputeError, np.linalg.LinAlgError):
+        errors = errors_of(case, found)
+        if errors is not None and not set(errors.effects) <= set(answer.record.verdict.effects):
             answer, _ = _diagnosed(case_beside(case, errors), threads, seed, began)
     return answer
 
@@ -263,4 +264,4 @@ def _told(  # noqa: PLR0917 - one caller
         elapsed_s=time.monotonic() - began,
     )
     specs = specs_of(found, led_to.added) if said.names != (UNKNOWN,) else ()
-    return Diagnosis(record, (*(() if case.errors is None else case.errors.specs), *specs))
+    return Diagnosis(record, (*case.known_specs, *specs))

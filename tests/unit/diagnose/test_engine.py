@@ -2,10 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
-from pipeline.diagnose import consequences
+from pipeline.diagnose import consequences, engine
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose, diagnose_fully
 from pipeline.diagnose.linear_model import Setting, vector_of
@@ -82,6 +83,18 @@ def test_an_error_of_the_dvl_is_named_beside_what_has_no_name() -> None:
     assert [spec.id for spec in answer.specs] == ["dvl_scale"]
     assert found.gap.channels["u"].ratio > 1.5
     assert "dead reckoning" in found.evidence.stages["kinematics"]
+
+
+@pytest.mark.parametrize("fault", [CannotComputeError("no"), np.linalg.LinAlgError("no")])
+def test_instruments_that_cannot_be_compared_take_nothing_from_the_answer(
+    weak_case: Case, weak: DiagnosisRecord, monkeypatch: pytest.MonkeyPatch, fault: Exception
+) -> None:
+    def refuse(*_: object) -> None:
+        raise fault
+
+    monkeypatch.setattr(engine, "errors_of", refuse)
+    found = diagnose(weak_case, threads=1)
+    assert found.verdict == weak.verdict
 
 
 def test_stated_values_pulled_to_where_no_vehicle_is_refuse_no_diagnosis(
