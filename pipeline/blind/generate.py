@@ -119,7 +119,7 @@ def generate(subject: Subject, spec: CaseSpec) -> GeneratedCase:
     healthy: list[RunTable] = []
     if spec.healthy:
         kinds = [every[k % len(every)] for k in range(spec.healthy)]
-        sound = fly_all(stage, Patient(well), kinds, spec.duration_s, seeds[4])
+        _, sound = _flown(stage, Patient(well), kinds, spec, seeds[4])
         healthy, more = read_runs(stage, sound, "healthy", seeds[4])
         logs |= more
     count = len(names)
@@ -143,7 +143,7 @@ def _flown(
         except VehicleLost:
             smaller = tuple(_SMALLER * size for size in patient.sizes)
             patient = Patient(patient.well, patient.faults, smaller)
-    what = ", ".join(spec.what) or "no fault"
+    what = ", ".join(spec.what) if patient.faults else "no fault"
     raise CannotComputeError(f"the vehicle cannot be flown with {what}, however small")
 
 

@@ -178,7 +178,8 @@ def _run(wanted: list[int], request: BlindRequest) -> Iterator[dict[str, Any]]:
         try:
             for future in as_completed(waiting):
                 yield future.result()
-        except (KeyboardInterrupt, GeneratorExit):
+        except BaseException:
+            # what goes wrong in one case is told at once, not when all others are done
             pool.shutdown(wait=False, cancel_futures=True)
             raise
 

@@ -1,11 +1,16 @@
 """A case: its size, its repeatability, what is in it and what is not."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
+from pipeline.blind import generate as generate_module
+from pipeline.blind.flying import Flown, Patient, Stage, VehicleLost
 from pipeline.blind.generate import CaseSpec, GeneratedCase, generate
 from pipeline.blind.severity import CHANNELS
 from pipeline.blind.subject import Subject, possible_effects, variant_for
+from pipeline.errors import CannotComputeError
 
 
 def test_the_gap_is_near_the_one_that_was_asked_for(sagging: GeneratedCase) -> None:
@@ -32,6 +37,28 @@ def test_runs_hold_what_the_vehicle_measures(sagging: GeneratedCase) -> None:
         assert np.isfinite(values[valid]).all()
         assert np.isnan(values[~valid]).all()
     np.testing.assert_allclose(np.linalg.norm(run.values["attitude"], axis=1), 1.0, atol=1e-9)
+
+
+def test_a_healthy_vehicle_that_is_lost_makes_no_case(
+    rov8: Subject, sagging: GeneratedCase, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """rov8 in a transit that tips it over: the campaign is told, and goes on."""
+    fly = generate_module.fly_all
+
+    def lost(
+        stage: Stage,
+        patient: Patient,
+        kinds: Sequence[str],
+        duration_s: float,
+        seeds: np.random.SeedSequence,
+    ) -> list[Flown]:
+        if not patient.faults:
+            raise VehicleLost
+        return fly(stage, patient, kinds, duration_s, seeds)
+
+    monkeypatch.setattr(generate_module, "fly_all", lost)
+    with pytest.raises(CannotComputeError, match="cannot be flown with no fault"):
+        generate(rov8, sagging.spec)
 
 
 def test_a_sagging_supply_is_measured_lower_than_a_healthy_one(sagging: GeneratedCase) -> None:
