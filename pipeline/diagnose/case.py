@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pipeline.diagnose.characteristic import characteristic_profiles
 from pipeline.diagnose.coordinates import coordinates
+from pipeline.diagnose.dead_reckoning import mount_of
 from pipeline.diagnose.follow import follow
 from pipeline.diagnose.instruments import InstrumentErrors
 from pipeline.diagnose.linear_model import Setting
@@ -132,17 +132,14 @@ def setting_of(
         windows = [one for one, is_in in zip(windows, taken(windows), strict=True) if is_in]
     windows, pulls = follow(packed, runs, windows, channels, vector, threads=threads)
     stack = stack_windows(packed, windows, channels)
-    sensors = case.vehicle.sensors
-    dvl = None if sensors is None else sensors.dvl
-    rotation = (0.0, 0.0, 0.0) if dvl is None else dvl.rotation_deg
-    voltage = None if sensors is None else sensors.voltage
+    sensors = case.vehicle.sensors if case.vehicle.sensors is not None else Sensors()
     bench = Bench(
         stack,
         tuple(np.nan_to_num(run.values["command"]) for run in runs),
         tuple(float(np.median(np.diff(run.time_s))) for run in runs),
-        Rotation.from_euler("ZYX", np.radians(rotation)[::-1]),
-        None if voltage is None else voltage.nominal_v,
-        dvl is not None and dvl.water_track,
+        mount_of(sensors).turn,
+        None if sensors.voltage is None else sensors.voltage.nominal_v,
+        sensors.dvl is not None and sensors.dvl.water_track,
         PIECES,
         tuple(pulls),
         threads,

@@ -9,6 +9,7 @@ information is worth less (sandwich estimator; White 1980, Econometrica 48(4), 8
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 
@@ -151,11 +152,8 @@ def _widening(normal: _Normal, covariance: FloatArray) -> FloatArray:
 
 def _normal(rows: Sequence[Stretches], noise: Mapping[bool, _Noise], size: int) -> _Normal:
     matrix, score, parts = np.zeros((size, size)), np.zeros(size), []
-    first = len(NEUTRAL)
     for one in rows:
-        columns = np.zeros((one.lacks.size, size))
-        columns[:, :first] = one.causes
-        columns[:, first + 3 * one.run : first + 3 * one.run + 3] = one.turned
+        columns = _columns(one, size)
         own = noise[one.axis == 2]
         root = np.linalg.cholesky(own.walk * _covariance(one, own.ratio))
         columns, lacks = np.linalg.solve(root, columns), np.linalg.solve(root, one.lacks)
@@ -163,6 +161,14 @@ def _normal(rows: Sequence[Stretches], noise: Mapping[bool, _Noise], size: int) 
         score += columns.T @ lacks
         parts.append((one, columns, lacks))
     return _Normal(matrix, score, tuple(parts))
+
+
+def _columns(one: Stretches, size: int) -> FloatArray:
+    """Columns (n, size) of the errors and of every run's attitude."""
+    found, first = np.zeros((one.lacks.size, size)), len(NEUTRAL) + 3 * one.run
+    found[:, : len(NEUTRAL)] = one.causes
+    found[:, first : first + 3] = one.turned
+    return found
 
 
 def _covariance(one: Stretches, ratio: float) -> FloatArray:
@@ -177,25 +183,16 @@ def _noise_of(
     rows: Sequence[Stretches], best: FloatArray, before: Mapping[bool, _Noise]
 ) -> dict[bool, _Noise]:
     """Most probable noise of what is left, horizontal (False) and vertical (True)."""
-    found, first = dict(before), len(NEUTRAL)
+    found = dict(before)
     for vertical in (False, True):
         left = [
-            (
-                one,
-                one.lacks
-                - one.causes @ best[:first]
-                - one.turned @ best[first + 3 * one.run : first + 3 * one.run + 3],
-            )
+            (one, one.lacks - _columns(one, best.size) @ best)
             for one in rows
             if (one.axis == 2) == vertical
         ]
         if left:
-            found[vertical] = max((_likely(left, ratio) for ratio in _RATIOS), key=_first)[1]
+            found[vertical] = max((_likely(left, ratio) for ratio in _RATIOS), key=itemgetter(0))[1]
     return found
-
-
-def _first(one: tuple[float, _Noise]) -> float:
-    return one[0]
 
 
 def _likely(left: Sequence[tuple[Stretches, FloatArray]], ratio: float) -> tuple[float, _Noise]:

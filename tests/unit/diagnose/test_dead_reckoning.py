@@ -75,8 +75,10 @@ def test_intervals_hold_what_they_promise() -> None:
     """Squared errors over their variance, on average over noise: one for each of the eight."""
     squares = []
     for seed in range(12):
-        noise = {"noise": (0.01, 0.03), "seed": seed, "seconds": 90.0}
-        found = reckoned(reckoned_run(lively(), delay_s=0.2, scale=1.05, **noise))  # type: ignore[arg-type]
+        run = reckoned_run(
+            lively(), delay_s=0.2, scale=1.05, noise=(0.01, 0.03), seed=seed, seconds=90.0
+        )
+        found = reckoned(run)
         off = best(found) - np.array([0.2, 0, 0, 0, 0, 0, 0, 1.05])
         squares.append(float((off / UNIT) @ found.information @ (off / UNIT)) / 8.0)
     assert 0.4 < np.mean(squares) < 1.3

@@ -29,7 +29,7 @@ def judged_from(
     own_points: list[FloatArray] = []
     real_search, real_refined = inference.search, inference.refined
 
-    def search(setting: Setting, near: Near, *rest: Any) -> Search:  # noqa: ANN401
+    def search(setting: Setting, near: Near, *rest: Any) -> Search:  # noqa: ANN401 (passed on as they come)
         seen.append(near.departures)
         if len(seen) > 1 and not flies:
             raise CannotComputeError("the simulation runs away")
