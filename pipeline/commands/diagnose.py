@@ -1,7 +1,6 @@
 """``rig2sea diagnose``."""
 
 import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -62,9 +61,6 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
       rig2sea diagnose mmt300 new_bollard_test.xlsx
       rig2sea diagnose rov8 trial1.mcap trial2.mcap --holdout trial3.mcap --to trial/
     """
-    # before numpy is loaded: the matrices are small, and threads of BLAS only wait for each other
-    for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(name, "1")
     from pipeline.stages.bench_diagnosis import are_tables
 
     if are_tables(runs):

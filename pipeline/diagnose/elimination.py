@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+from scipy.linalg import solve_triangular
 
 from pipeline.diagnose.linear_model import LinearModel
 from pipeline.types import FloatArray, IntArray
@@ -125,15 +126,28 @@ def marginal(found: Grams, forces: ForcePrior) -> Marginal:
 
 
 def _schur(found: Grams, forces: ForcePrior) -> tuple[FloatArray, FloatArray, float]:
-    """Take every window's own unknowns out: rest (w, r, r), weights (w, a, r), log determinant."""
+    """Take every window's own unknowns out: rest (w, r, r), own equations (w, a, a), log |own|."""
+    own = _own_equations(found, forces)
+    try:
+        root = np.linalg.cholesky(own)
+    except np.linalg.LinAlgError:
+        # readings of a motion that nearly ran away drown the priors
+        left = found.rest - np.swapaxes(found.cross, 1, 2) @ np.linalg.solve(own, found.cross)
+        log_own = np.linalg.slogdet(own)[1].sum()
+    else:
+        half = solve_triangular(root, found.cross, lower=True, check_finite=False)
+        left = found.rest - np.swapaxes(half, 1, 2) @ half
+        log_own = 2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum()
+    return left, own, float(log_own + len(own) * forces.log_determinant)
+
+
+def _own_equations(found: Grams, forces: ForcePrior) -> FloatArray:
+    """Windows' own normal equations (w, a, a) with the priors of starts and forces."""
     own = found.own.copy()
-    at = np.arange(own.shape[1])
-    own[:, at[:12], at[:12]] += 1.0
+    at = np.arange(12)
+    own[:, at, at] += 1.0
     own[:, 12:, 12:] += forces.precision
-    solved = np.linalg.solve(own, found.cross)
-    left = found.rest - np.swapaxes(found.cross, 1, 2) @ solved
-    log_determinant = float(np.linalg.slogdet(own)[1].sum() + len(own) * forces.log_determinant)
-    return left, np.asarray(solved), log_determinant
+    return own
 
 
 def _assembled(found: Grams, left: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -151,7 +165,7 @@ def _assembled(found: Grams, left: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def solve(found: Grams, forces: ForcePrior, departures: FloatArray) -> Solution:
     """Most probable own and shared unknowns at given departures (g,)."""
-    left, solved, _ = _schur(found, forces)
+    left, equations, _ = _schur(found, forces)
     wide, block = _assembled(found, left)
     count = len(block)
     right = wide[:count, -1] - wide[:count, count:-1] @ departures
@@ -160,7 +174,8 @@ def solve(found: Grams, forces: ForcePrior, departures: FloatArray) -> Solution:
     rest = np.concatenate(
         [shared[found.index], np.broadcast_to(departures, (len(left), departures.size))], axis=1
     )
-    local = solved[:, :, -1] - np.einsum("wak,wk->wa", solved[:, :, : own + departures.size], rest)
+    unknown = found.cross[:, :, : own + departures.size] @ rest[:, :, None]
+    local = np.linalg.solve(equations, found.cross[:, :, -1:] - unknown)[:, :, 0]
     return Solution(local[:, :12], local[:, 12:], np.asarray(shared))
 
 
@@ -169,9 +184,6 @@ def force_posterior(
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and standard deviation of the outside forces (windows, 6 pieces), shared ones known."""
     best = solve(found, forces, departures)
-    own = found.own.copy()
-    at = np.arange(own.shape[1])
-    own[:, at[:12], at[:12]] += 1.0
-    own[:, 12:, 12:] += forces.precision
-    spread = np.sqrt(np.diagonal(np.linalg.inv(own), axis1=1, axis2=2))
+    spread = np.linalg.inv(_own_equations(found, forces))
+    spread = np.sqrt(np.diagonal(spread, axis1=1, axis2=2))
     return best.forces, np.asarray(spread[:, 12:])

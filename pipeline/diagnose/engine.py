@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from pipeline.diagnose.answer import Answers, effect_count, equals
 from pipeline.diagnose.beside_errors import (
@@ -98,7 +99,9 @@ def diagnose_fully(
     `keep` is given the evidence that was weighed, for setting the thresholds.
     """
     try:
-        return _beside_errors(case, threads, seed, keep)
+        # the matrices are small: threads of BLAS beside our own only wait for each other
+        with threadpool_limits(1, user_api="blas"):
+            return _beside_errors(case, threads, seed, keep)
     except np.linalg.LinAlgError as error:
         raise CannotComputeError(
             f"the runs of {case.name} and its model are so far apart that the equations of the "

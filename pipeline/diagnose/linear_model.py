@@ -12,6 +12,7 @@ unknowns (sensor offsets, attitude wander) to a run, the departures to all.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -101,7 +102,7 @@ class LinearModel:
     residual: FloatArray
     """Weighted residual at the point."""
 
-    @property
+    @cached_property
     def says(self) -> BoolArray:
         """(rows,) which readings say something: all of a row is 0 where the simulation ran away.
 

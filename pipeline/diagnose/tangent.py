@@ -100,24 +100,7 @@ def chained(  # noqa: PLR0917 - one caller
         moved[:, i, :, 12 + forces :] += c[:, i - 1]
     scales = setting.problem.start_scales
     moved[:, :, :, :12] *= scales[:, None, None, :]
-    starts = moved.reshape(windows * pieces, 12, width)
-    readings = np.stack([one.readings for one in passes])
-    if not np.isfinite(readings).all():
-        readings = np.where(np.isfinite(readings), readings, 0.0)
-    owner = _piece_of_entry(bench, vector_of(setting, point.departures))
-    order = np.argsort(owner, kind="stable")
-    bounds = np.searchsorted(owner[order], np.arange(windows * pieces + 1))
-    raw = np.empty((len(owner), width))
-    for piece, (first, last) in enumerate(pairwise(bounds)):
-        rows = order[first:last]
-        own = readings[:, rows].T
-        columns = own[:, :12] @ starts[piece]
-        at = 12 + 6 * (piece % pieces)
-        columns[:, at : at + 6] += own[:, 12:18]
-        columns[:, 12 + forces :] += own[:, 18:]
-        raw[rows] = columns
-    white = _whitened_columns(bench, raw)
-    white *= setting.row_scale[:, None]
+    white = _whitened_columns(setting, point, passes, moved.reshape(-1, 12, width))
     every, profiles = len(anew), setting.profiles.shape[2]
     first = 12 + forces + every
     weight = setting.row_scale[:, None]
@@ -181,31 +164,64 @@ def _piece_of_entry(bench: Bench, vector: FloatArray) -> IntArray:
     return np.concatenate(found)
 
 
-def _whitened_columns(bench: Bench, raw: FloatArray) -> FloatArray:
-    """Columns (entries, k) of `raw` with white noise, in the order of the residuals."""
-    found, begin = np.empty_like(raw), 0
-    tasks: list[Callable[[], None]] = []
-    for rows in bench.stack.rows:
+def _whitened_columns(
+    setting: Setting, point: Point, passes: Sequence[Pass], moved: FloatArray
+) -> FloatArray:
+    """Weighted columns (rows, 12 + forces + others) with white noise, in the residuals' order.
+
+    `moved` (pieces, 12, columns) is how the start of each piece moves with every unknown. What is
+    white already is weighted before it is spread over the columns: there are many more of them.
+    """
+    bench, order = setting.bench, setting.bench.stack.order
+    width = moved.shape[2]
+    tail = width - (len(passes) - 18)
+    weight, coloured = _noise_of_entries(setting)
+    readings = np.stack([one.readings for one in passes], axis=1)[order]
+    if not np.isfinite(readings).all():
+        readings = np.where(np.isfinite(readings), readings, 0.0)
+    readings *= weight[:, None]
+    owner = _piece_of_entry(bench, vector_of(setting, point.departures))[order]
+    by_piece = np.argsort(owner, kind="stable")
+    bounds = np.searchsorted(owner[by_piece], np.arange(len(moved) + 1))
+    found = np.zeros((len(order), width))
+    for piece, (first, last) in enumerate(pairwise(bounds)):
+        rows = by_piece[first:last]
+        own, start = readings[rows], moved[piece]
+        # no reading knows of the forces that come after it
+        at = 12 + 6 * (piece % bench.pieces)
+        found[rows, :at] = own[:, :12] @ start[:, :at]
+        found[rows, at : at + 6] = own[:, 12:18]
+        found[rows, tail:] = own[:, :12] @ start[:, tail:] + own[:, 18:]
+    over_threads(bench, [partial(_whitened, setting, found, *one) for one in coloured])
+    return found
+
+
+def _noise_of_entries(setting: Setting) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]:
+    """Weight (rows,) of readings with white noise, and places and whitener of the others' windows.
+
+    The others have weight 1: theirs is that of `Setting.row_scale`, after they are white.
+    """
+    stack, begin = setting.bench.stack, 0
+    place = np.empty_like(stack.order)
+    place[stack.order] = np.arange(stack.order.size)
+    weight, coloured = setting.row_scale.copy(), []
+    for rows in stack.rows:
         width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
-        end = begin + rows.sample.size * width
-        values = raw[begin:end].reshape(rows.sample.size, width, -1)
-        out = found[begin:end].reshape(values.shape)
+        own = place[begin : begin + rows.sample.size * width].reshape(-1, width)
         for members, whitener in rows.blocks:
             if isinstance(whitener, float):
-                tasks.append(partial(_scaled, values, out, members, whitener))
+                weight[own[members]] *= whitener
             else:
-                tasks += [partial(_whitened, values, out, one, whitener) for one in members]
-        begin = end
-    over_threads(bench, tasks)
-    return found[bench.stack.order]
+                weight[own[members]] = 1.0
+                coloured += [(own[one], whitener) for one in members]
+        begin += own.size
+    return weight, coloured
 
 
-def _scaled(values: FloatArray, out: FloatArray, rows: IntArray, whitener: float) -> None:
-    """Whiten readings whose noise is white already."""
-    out[rows] = values[rows] * whitener
-
-
-def _whitened(values: FloatArray, out: FloatArray, rows: IntArray, whitener: FloatArray) -> None:
-    """Whiten the readings of one window (k, width, columns)."""
-    block = values[rows]
-    out[rows] = (whitener @ block.reshape(len(rows), -1)).reshape(block.shape)
+def _whitened(
+    setting: Setting, columns: FloatArray, places: IntArray, whitener: FloatArray
+) -> None:
+    """Whiten and weigh the readings of one window, in rows `places` (k, width) of the columns."""
+    block = columns[places]
+    white = (whitener @ block.reshape(len(places), -1)).reshape(block.shape)
+    columns[places] = white * setting.row_scale[places][..., None]

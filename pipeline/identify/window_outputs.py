@@ -212,7 +212,7 @@ def predicted_reading(
     if quantity == "angular_velocity":
         return omega
     if quantity == "velocity":
-        return np.asarray(velocity + np.cross(omega, place))
+        return np.asarray(velocity + omega @ lever(place))
     if quantity == "position":
         return x[:, 0:3]
     # the down axis in body coordinates: last row of the rotation matrix
@@ -222,11 +222,19 @@ def predicted_reading(
         return np.asarray(x[:, 2:3] + down @ place[:, None])
     return np.asarray(
         x_dot[:, :3]
-        + np.cross(omega, velocity)
-        + np.cross(x_dot[:, 3:], place)
-        + np.cross(omega, np.cross(omega, place))
+        + x_dot[:, 3:] @ lever(place)
+        + np.cross(omega, velocity + omega @ lever(place))
         - gravity * down
     )
+
+
+def lever(place: FloatArray) -> FloatArray:
+    """Matrix (3, 3) that takes turning rates (k, 3) to velocities at a place (3,): rate @ matrix.
+
+    A tenth of the time of `numpy.cross`, which is called for every reading.
+    """
+    x, y, z = place
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
 def turn_between(predicted: FloatArray, measured: FloatArray) -> FloatArray:

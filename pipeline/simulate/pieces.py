@@ -87,8 +87,8 @@ def run_pieces(
         thrusts,
     )
     # numbers that only a run-away motion has would overflow in what is made of them
-    lost = ~(np.abs(states) < _RUN_AWAY).all(axis=1) | ~(np.abs(accelerations) < _RUN_AWAY).all(
-        axis=1
-    )
-    states[lost], accelerations[lost] = np.nan, np.nan
+    if not max(np.abs(states).max(initial=0.0), np.abs(accelerations).max(initial=0.0)) < _RUN_AWAY:
+        lost = ~(np.abs(states) < _RUN_AWAY).all(axis=1)
+        lost |= ~(np.abs(accelerations) < _RUN_AWAY).all(axis=1)
+        states[lost], accelerations[lost] = np.nan, np.nan
     return states, accelerations
