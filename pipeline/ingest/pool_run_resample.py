@@ -30,12 +30,13 @@ def resample(
 
     A reading stands at its time less its known delay. Sensors are interpolated on a line between
     the two readings around (quaternions on the shorter arc, normalised); a command holds until the
-    next. No value is made up in a gap, before the first or after the last reading: it is not a
-    number and `valid` is False. Readings with the marks of `LEFT_OUT_OF_TABLES` take no part and
-    are counted. Commands and shaft speeds of all thrusters are put together in the order of the
-    vehicle file: a thruster without a command has 0, one without shaft speed is not a number, and
-    `notes` say so. Where only the velocity over the earth was measured, the attitude turns it into
-    body axes.
+    next, and each row has the one in the middle of its step: the one at its begin would be late by
+    half a step on average, which looks like a lag of the drives. No value is made up in a gap,
+    before the first or after the last reading: it is not a number and `valid` is False. Readings
+    with the marks of `LEFT_OUT_OF_TABLES` take no part and are counted. Commands and shaft speeds
+    of all thrusters are put together in the order of the vehicle file: a thruster without a command
+    has 0, one without shaft speed is not a number, and `notes` say so. Where only the velocity over
+    the earth was measured, the attitude turns it into body axes.
 
     Parameters
     ----------
@@ -161,21 +162,27 @@ def _time_base(
 
 
 def _placed(
-    channel: RunChannel, begin_ns: int, time_s: FloatArray
+    channel: RunChannel, begin_ns: int, time_s: FloatArray, later_s: float = 0.0
 ) -> tuple[FloatArray, BoolArray, BoolArray]:
-    """Values (m, k) of a channel, where there are any (m,), and the samples of readings (m,)."""
-    values, there = place_on(channel, begin_ns, time_s)
+    """Values (m, k) of a channel, where there are any (m,), and the samples of readings (m,).
+
+    The values are those so much later than the samples. [s]
+    """
+    values, there = place_on(channel, begin_ns, time_s + later_s)
     there = there & np.isfinite(values).all(axis=1)
     return values, there, _nearest(kept_readings(channel, begin_ns)[0], time_s) & there
 
 
 def _nearest(source_s: FloatArray, time_s: FloatArray) -> BoolArray:
     """Mark the sample nearest to each reading."""
-    period = time_s[1] - time_s[0] if time_s.size > 1 else 1.0
-    index: IntArray = np.rint(source_s / period).astype(np.int64)
+    index: IntArray = np.rint(source_s / _period(time_s)).astype(np.int64)
     marked = np.zeros(time_s.size, np.bool_)
     marked[index[(index >= 0) & (index < time_s.size)]] = True
     return marked
+
+
+def _period(time_s: FloatArray) -> float:
+    return float(time_s[1] - time_s[0]) if time_s.size > 1 else 1.0
 
 
 def _of_thrusters(
@@ -191,8 +198,9 @@ def _of_thrusters(
     valid = np.ones(time_s.size, np.bool_)
     reading = np.zeros(time_s.size, np.bool_)
     missing = dict.fromkeys(names)
+    later_s = 0.5 * _period(time_s) if quantity == "command" else 0.0
     for channel in channels:
-        new, there, nearest = _placed(channel, begin_ns, time_s)
+        new, there, nearest = _placed(channel, begin_ns, time_s, later_s)
         valid &= there
         reading |= nearest
         for column, name in zip(new.T, channel.columns, strict=True):
