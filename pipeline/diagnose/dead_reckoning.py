@@ -38,7 +38,8 @@ MEASUREMENT = frozenset(effect for effect, _, _, _ in ERRORS)
 NEUTRAL = np.array([neutral for _, _, neutral, _ in ERRORS])
 #: Least and most time from one end of a stretch to the other. [s]
 _STRETCH_S, _LONGEST_S = 2.0, 6.0
-_NEEDED = ("velocity", "attitude", "angular_velocity")
+_CONTINUOUS = ("velocity", "attitude", "angular_velocity")
+_NEEDED = (*_CONTINUOUS, "position")
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Track:
 
     `omega`, `velocity` (m, 3) as measured at `time_s` (m,), `missing` (m,) where either or the
     attitude is not known. By axis north, east, down: `ends`, samples between which stretches lie,
-    and `place`, what was read there; both empty along an axis where nothing was.
+    and `place`, what was read there.
     """
 
     time_s: FloatArray
@@ -96,17 +97,18 @@ def mount_of(sensors: Sensors) -> Mount:
 
 
 def track_of(run: RunTable, sensors: Sensors) -> Track | None:
-    """Take from a run what dead reckoning needs; None where that was not measured."""
+    """Take from a run what dead reckoning needs; None where that was not measured.
+
+    Depth alone is not enough: what the attitude's wander adds to the little that a vehicle moves up
+    and down looks like a DVL that is turned.
+    """
     if not all(was_measured(run, name) for name in _NEEDED):
         return None
-    known = np.logical_and.reduce([run.valid[name] for name in _NEEDED])
+    known = np.logical_and.reduce([run.valid[name] for name in _CONTINUOUS])
     level = np.array([1.0, 0.0, 0.0, 0.0])
     quaternion = np.where(run.valid["attitude"][:, None], run.values["attitude"], level)
     attitude = Rotation.from_quat(quaternion[:, [1, 2, 3, 0]])
-    nothing = np.zeros(0, int), np.zeros(0)
-    axes = [nothing, nothing, nothing]
-    if was_measured(run, "position"):
-        axes = [_ends(run, "position", values) for values in run.values["position"].T]
+    axes = [_ends(run, "position", values) for values in run.values["position"].T]
     if was_measured(run, "depth"):
         place = np.zeros(3) if sensors.depth is None else np.array(sensors.depth.position_m)
         depth = run.values["depth"][:, 0] - attitude.apply(place)[:, 2]

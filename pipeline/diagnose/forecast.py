@@ -152,16 +152,21 @@ def healthy_spread(  # noqa: PLR0917 - one caller
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     packed, every = setting.bench.stack.packed, setting.coordinates
     total = {name: np.zeros(one.size) for name, one in model.errors.items()}
+    made = 0
     unit = np.tile(setting.force_unit, ahead.bench.pieces)
     middle = prior.mean if departures is None else prior.mean + departures
     for _ in range(DRAWS):
         drawn = middle + root @ generator.choice((-1.0, 1.0), len(values))
-        vector = vector_at(packed, every, plain(every, realisable(every, drawn)))
         forces = unit * generator.standard_normal((ahead.bench.window_count, unit.size))
-        found = forecast(ahead, vector, channels, forces)
+        try:
+            vector = vector_at(packed, every, plain(every, realisable(every, drawn)))
+        except CannotComputeError:
+            # no vehicle can be that: it has no buoyancy left, or no supply
+            continue
+        found, made = forecast(ahead, vector, channels, forces), made + 1
         for name, errors in found.errors.items():
-            total[name] += np.nan_to_num((errors - model.errors[name]) ** 2) / DRAWS
-    return total
+            total[name] += np.nan_to_num((errors - model.errors[name]) ** 2)
+    return {name: squares / max(made, 1) for name, squares in total.items()}
 
 
 def rms(values: FloatArray) -> float:

@@ -84,18 +84,27 @@ def test_intervals_hold_what_they_promise() -> None:
     assert 0.4 < np.mean(squares) < 1.3
 
 
-def test_depth_alone_shows_the_scale() -> None:
+def test_depth_shows_the_scale_beside_a_position_that_shows_little() -> None:
     run = reckoned_run(lively(), scale=1.1)
-    values = {name: one for name, one in run.values.items() if name != "position"}
-    values["depth"] = run.values["position"][:, 2:]
-    run = replace(
-        run,
-        values=values,
-        valid=dict.fromkeys(values, run.valid["velocity"]),
-        reading={"depth": run.reading["position"]},
-    )
+    rng = np.random.default_rng(3)
+    values = run.values | {
+        "depth": run.values["position"][:, 2:],
+        "position": run.values["position"] + 50.0 * rng.standard_normal((run.time_s.size, 3)),
+    }
+    valid = run.valid | {"depth": run.valid["velocity"]}
+    run = replace(run, values=values, valid=valid)
+    run = replace(run, reading=run.reading | {"depth": run.reading["position"]})
     found = best(reckoned(run, replace(run, name="again")))
     assert found[7] == pytest.approx(1.1, abs=0.02)
+
+
+def test_depth_alone_is_not_enough() -> None:
+    run = reckoned_run(lively())
+    values = {name: one for name, one in run.values.items() if name != "position"}
+    values["depth"] = run.values["position"][:, 2:]
+    valid = dict.fromkeys(values, run.valid["velocity"])
+    reading = {"depth": run.reading["position"]}
+    assert track_of(replace(run, values=values, valid=valid, reading=reading), PLAIN) is None
 
 
 def test_without_a_place_or_an_attitude_there_is_nothing_to_hold_against() -> None:
