@@ -119,13 +119,13 @@ def _text(record: "DiagnosisRecord") -> str:
     )
     lines.extend(
         f"  {row.share:.0%} of it where {row.regressor} is {row.range[0]:.3g} to "
-        f"{row.range[1]:.3g} {row.unit} ({row.share_of_time:.0%} of the time)"
+        f"{_with_unit(f'{row.range[1]:.3g}', row.unit)} ({row.share_of_time:.0%} of the time)"
         for row in record.gap.where.regimes[:3]
     )
     lines.append("")
     for answer in record.ranking[:5]:
         values = ", ".join(
-            f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}] {one.unit}"
+            _with_unit(f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}]", one.unit)
             for name, one in answer.parameters.items()
         )
         where = f" at {answer.thruster}" if answer.thruster else ""
@@ -143,3 +143,8 @@ def _text(record: "DiagnosisRecord") -> str:
         )
     lines += [f"note: {note}" for note in record.notes]
     return "\n".join(lines)
+
+
+def _with_unit(text: str, unit: str) -> str:
+    """Write a unit behind a number; nothing where there is none."""
+    return text if unit == "1" else f"{text} {unit}"

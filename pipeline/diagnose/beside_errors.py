@@ -97,13 +97,17 @@ def _beside(row: RankedEffect, errors: InstrumentErrors) -> RankedEffect:
     for effect, values in errors.parameters.items():
         for name, value in values.items():
             parameters[f"{effect}.{name}" if several else name] = value
-    if UNKNOWN not in own:
+    # of what has no name neither values nor a place are told
+    nameless = UNKNOWN in own
+    if not nameless:
         for name, value in row.parameters.items():
             parameters[name if "." in name else f"{row.effect}.{name}"] = value
     return row.model_copy(
         update={
             "effect": "+".join(names),
             "parameters": parameters,
+            "thruster": None if nameless else row.thruster,
+            "axes": () if nameless else row.axes,
             "log_evidence": row.log_evidence + errors.log_evidence,
         }
     )
