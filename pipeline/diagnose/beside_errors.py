@@ -90,24 +90,18 @@ def ranking_beside(
 
 
 def _beside(row: RankedEffect, errors: InstrumentErrors) -> RankedEffect:
-    own = row.effect.split("+")
-    names = names_beside(own, errors)
+    names = names_beside(row.effect.split("+"), errors)
     several = len(set(names) - {UNKNOWN}) > 1
     parameters: dict[str, ParameterEstimate] = {}
     for effect, values in errors.parameters.items():
         for name, value in values.items():
             parameters[f"{effect}.{name}" if several else name] = value
-    # of what has no name neither values nor a place are told
-    nameless = UNKNOWN in own
-    if not nameless:
-        for name, value in row.parameters.items():
-            parameters[name if "." in name else f"{row.effect}.{name}"] = value
+    for name, value in row.parameters.items():
+        parameters[name if "." in name else f"{row.effect}.{name}"] = value
     return row.model_copy(
         update={
             "effect": "+".join(names),
             "parameters": parameters,
-            "thruster": None if nameless else row.thruster,
-            "axes": () if nameless else row.axes,
             "log_evidence": row.log_evidence + errors.log_evidence,
         }
     )

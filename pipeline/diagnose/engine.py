@@ -235,10 +235,7 @@ def _told(  # noqa: PLR0917 - one caller
             effects=names,
             probability=answered.ranking[0].probability,
             ambiguous_with=ambiguous,
-            detail=Detail(
-                thruster=None if names == (UNKNOWN,) else first.thruster,
-                axes=() if names == (UNKNOWN,) else first.axes,
-            ),
+            detail=Detail(thruster=first.thruster, axes=first.axes),
             sentence=sentence(names, answered.ranking[0].probability, ambiguous, first, left),
         ),
         ranking=ranking,

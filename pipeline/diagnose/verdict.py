@@ -72,7 +72,8 @@ def _parameters(
     found: Search, one: Candidate, factor: float
 ) -> tuple[dict[str, ParameterEstimate], str | None, tuple[str, ...]]:
     """Values with intervals of an answer's parameters, its thruster and its axes."""
-    if one.finding is None:
+    # how what has no name is best imitated is neither its size nor its place
+    if one.finding is None or one.name == UNKNOWN:
         return {}, None, ()
     which = np.array(one.finding.which, int)
     left = posterior(one.judged.found, prior_of(found.prior, one.finding))

@@ -52,22 +52,14 @@ def test_the_ranking_has_the_errors_in_every_answer_and_nothing_is_lost() -> Non
     before = (
         row("thruster_degraded", 0.7, thrust_fraction=THRUST),
         row("none", 0.2),
-        row("unknown", 0.1, thrust_fraction=THRUST),
+        row("unknown", 0.1),
         row("payload", 0.0),
-    )
-    before = tuple(
-        one.model_copy(update={"thruster": "upper", "axes": ("surge",)}) if one.parameters else one
-        for one in before
     )
     found = {one.effect: one for one in ranking_beside(before, ERRORS)}
     assert list(found)[:3] == ["dvl_scale+thruster_degraded", "dvl_scale", "dvl_scale+unknown"]
     assert sum(one.probability for one in found.values()) == pytest.approx(1.0)
     assert found["dvl_scale"].parameters == {"scale": SCALE}
-    nameless = found["dvl_scale+unknown"]
-    assert nameless.parameters == {"scale": SCALE}
-    # where what has no name is best imitated is no place of the error
-    assert (nameless.thruster, nameless.axes) == (None, ())
-    assert found["dvl_scale+thruster_degraded"].thruster == "upper"
+    assert found["dvl_scale+unknown"].parameters == {"scale": SCALE}
     assert found["dvl_scale+thruster_degraded"].parameters == {
         "dvl_scale.scale": SCALE,
         "thruster_degraded.thrust_fraction": THRUST,
