@@ -25,18 +25,18 @@ def resample(
     quantities: Sequence[str] | None = None,
     begin_ns: int | None = None,
     end_ns: int | None = None,
+    by_step: bool = False,
 ) -> RunTable:
     """Put the channels of a run onto one evenly spaced time base.
 
     A reading stands at its time less its known delay. Sensors are interpolated on a line between
     the two readings around (quaternions on the shorter arc, normalised); a command holds until the
-    next, and each row has the one in the middle of its step: the one at its begin would be late by
-    half a step on average, which looks like a lag of the drives. No value is made up in a gap,
-    before the first or after the last reading: it is not a number and `valid` is False. Readings
-    with the marks of `LEFT_OUT_OF_TABLES` take no part and are counted. Commands and shaft speeds
-    of all thrusters are put together in the order of the vehicle file: a thruster without a command
-    has 0, one without shaft speed is not a number, and `notes` say so. Where only the velocity over
-    the earth was measured, the attitude turns it into body axes.
+    next. No value is made up in a gap, before the first or after the last reading: it is not a
+    number and `valid` is False. Readings with the marks of `LEFT_OUT_OF_TABLES` take no part and
+    are counted. Commands and shaft speeds of all thrusters are put together in the order of the
+    vehicle file: a thruster without a command has 0, one without shaft speed is not a number, and
+    `notes` say so. Where only the velocity over the earth was measured, the attitude turns it into
+    body axes.
 
     Parameters
     ----------
@@ -48,6 +48,9 @@ def resample(
         Names of `QUANTITIES`; default all that the run has.
     begin_ns, end_ns : int, optional
         Times on the clock of the log; default the whole run. [ns]
+    by_step : bool
+        Each row has the command in the middle of the step that follows it, for simulation from row
+        to row: the one at the row would be late by half a step on average, as if the drives lagged.
 
     Returns
     -------
@@ -80,7 +83,10 @@ def resample(
         channels = by_quantity[quantity]
         if quantity in _OF_THRUSTERS:
             names = _thruster_names(run, by_quantity)
-            placed, said = _of_thrusters(quantity, channels, names, begin_ns, time_s)
+            later_s = 0.5 * _period(time_s) if by_step and quantity == "command" else 0.0
+            placed, said = _of_thrusters(
+                quantity, channels, names, begin_ns, time_s, later_s=later_s
+            )
             notes += said
         else:
             placed = _placed(channels[0], begin_ns, time_s)
@@ -191,14 +197,15 @@ def _of_thrusters(
     names: Sequence[str],
     begin_ns: int,
     time_s: FloatArray,
+    *,
+    later_s: float,
 ) -> tuple[tuple[FloatArray, BoolArray, BoolArray], list[str]]:
-    """Put the channels of a quantity together, a column for each name."""
+    """Put the channels of a quantity together, a column for each name; as `_placed`."""
     empty = 0.0 if quantity == "command" else np.nan
     values = np.full((time_s.size, len(names)), empty)
     valid = np.ones(time_s.size, np.bool_)
     reading = np.zeros(time_s.size, np.bool_)
     missing = dict.fromkeys(names)
-    later_s = 0.5 * _period(time_s) if quantity == "command" else 0.0
     for channel in channels:
         new, there, nearest = _placed(channel, begin_ns, time_s, later_s)
         valid &= there

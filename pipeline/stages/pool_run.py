@@ -22,7 +22,7 @@ def run(job: Job) -> str:
     def compute() -> StoredRun:
         found = read_pool_run(log, job.vehicle(), job.raw_root)
         rate = min(TABLE_RATE_HZ, max(MOST_ROWS / max(found.duration_s, 1.0), SLOWEST_RATE_HZ))
-        table = resample(found, rate)
+        table = resample(found, rate, by_step=True)
         write_tables(arrays, {"measured": table})
         summary = summarize(found)
         return StoredRun.model_validate(

@@ -78,7 +78,7 @@ def read_run(
             expected=f"at least {SHORTEST_S:g} s with commands; a minute is usual.",
             remedy="Give a longer run.",
         )
-    table, warnings = _without_dead(resample(run, RATE_HZ), without)
+    table, warnings = _without_dead(resample(run, RATE_HZ, by_step=True), without)
     if "command" not in table.values or not table.valid["command"].any():
         raise InputError.at(
             place,
