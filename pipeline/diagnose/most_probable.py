@@ -8,6 +8,7 @@ evidence there is the same to about a nat (Gauss-Newton steps; the evidence is L
 """
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -29,6 +30,8 @@ from pipeline.types import FloatArray
 _CHORDS = 2
 #: A whitened reading this large is that of a simulation that ran away.
 _LOST = 1e7
+#: So is a window in which half of the whitened residuals are larger than this.
+_ASTRAY = 10.0
 
 
 def most_probable(normal: Grams, forces: ForcePrior, departures: FloatArray) -> Point:
@@ -41,7 +44,8 @@ def linear_near(setting: Setting, forces: ForcePrior, departures: FloatArray) ->
     """Linearise at the most probable motion of a vehicle at departures (g,).
 
     It is sought from the measured motion, along which `setting` leads; where nothing can follow it
-    freely, the model is linear along the measured motion itself.
+    freely, or the way to it leads astray, as it may where no velocity was measured, the model is
+    linear along the measured motion itself.
 
     Parameters
     ----------
@@ -56,10 +60,22 @@ def linear_near(setting: Setting, forces: ForcePrior, departures: FloatArray) ->
     model = linear_model(setting, led, renew=())
     point = moved_to(model, grams(model), forces, departures)
     freely = None if point is None else linear_model(setting, point)
-    if freely is not None and freely.lost == 0.0:
+    if freely is not None and freely.lost == 0.0 and not _astray(freely):
         return freely
     along = linear_model(setting, led)
-    return along if freely is None or along.lost < freely.lost else freely
+    if freely is None or _astray(freely) or along.lost < freely.lost:
+        return along
+    return freely
+
+
+def _astray(model: LinearModel) -> bool:
+    """Whether the motion of some window is far from all that was measured in it."""
+    bounds = model.setting.bench.stack.bounds
+    return any(
+        float(np.median(np.abs(model.residual[a:b]))) > _ASTRAY
+        for a, b in pairwise(bounds)
+        if b > a
+    )
 
 
 def moved_to(

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from diagnosis_cases import index_of, small_case
 
+from pipeline.diagnose import most_probable as most_probable_module
 from pipeline.diagnose.case import channels_of, led_by, setting_of
-from pipeline.diagnose.elimination import grams, marginal
+from pipeline.diagnose.elimination import ForcePrior, Grams, grams, marginal
 from pipeline.diagnose.evidence import fit
 from pipeline.diagnose.linear_model import (
     LinearModel,
@@ -103,3 +104,24 @@ def test_an_outside_force_gives_a_heavier_vehicle_the_same_acceleration() -> Non
     column = linear.local[:, 12 + heave]
     expected = (residual(pushed(-0.1)) - residual(pushed(0.1))) / 0.2
     np.testing.assert_allclose(column, expected, atol=5e-3 * np.abs(expected).max())
+
+
+def test_a_way_that_leads_astray_is_not_gone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As without a measured velocity, of one window: the model stays along what was measured."""
+    case = small_case(manoeuvres=("prbs",), seconds=12.5)
+    setting = setting_of(case, case.runs, channels_of(case.vehicle, case.runs), threads=1)
+    forces, departures = force_prior(setting, LEVEL), np.zeros(len(setting.coordinates))
+    assert linear_near(setting, forces, departures).point.pull == 0.0
+    go = most_probable_module.moved_to
+
+    def astray(
+        model: LinearModel, normal: Grams, forces: ForcePrior, departures: FloatArray
+    ) -> Point:
+        point = go(model, normal, forces, departures)
+        assert point is not None
+        starts = point.starts.copy()
+        starts[-1, 6:9] += 20.0
+        return replace(point, starts=starts)
+
+    monkeypatch.setattr(most_probable_module, "moved_to", astray)
+    assert linear_near(setting, forces, departures).point.pull == 1.0
