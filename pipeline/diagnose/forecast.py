@@ -146,6 +146,11 @@ def healthy_spread(  # noqa: PLR0917 - one caller
 
     They lie one deviation to either side in every direction: where one direction matters most, its
     mean square is that of each (Hutchinson, A stochastic estimator of the trace, 1990).
+
+    Raises
+    ------
+    CannotComputeError
+        Where no vehicle can be what was drawn.
     """
     generator = np.random.default_rng(seed)
     values, vectors = np.linalg.eigh(prior.covariance)
@@ -166,7 +171,13 @@ def healthy_spread(  # noqa: PLR0917 - one caller
         found, made = forecast(ahead, vector, channels, forces), made + 1
         for name, errors in found.errors.items():
             total[name] += np.nan_to_num((errors - model.errors[name]) ** 2)
-    return {name: squares / max(made, 1) for name, squares in total.items()}
+    if not made:
+        raise CannotComputeError(
+            "the vehicle file and the healthy runs, if there are any, lead to no vehicle that can "
+            "be: none that was drawn has mass and buoyancy left. Check that they belong together: "
+            "masses, volumes and the uncertainties in vehicle.yaml."
+        )
+    return {name: squares / made for name, squares in total.items()}
 
 
 def rms(values: FloatArray) -> float:

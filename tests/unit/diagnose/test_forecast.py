@@ -32,3 +32,6 @@ def test_vehicles_that_cannot_be_are_left_out_of_the_healthy_floor() -> None:
     above = forecast(near, vector_of(setting, realisable(every, width)), channels)
     for name, squares in found.items():
         np.testing.assert_allclose(squares, (above.errors[name] - nominal.errors[name]) ** 2)
+    nowhere = Prior(-width, np.zeros((len(every), len(every))))
+    with pytest.raises(CannotComputeError, match="no vehicle that can be"):
+        healthy_spread(near, calm, nowhere, channels, nominal, seed=0)
