@@ -46,15 +46,11 @@ def test_a_healthy_vehicle_that_is_lost_makes_no_case(
     fly = generate_module.fly_all
 
     def lost(
-        stage: Stage,
-        patient: Patient,
-        kinds: Sequence[str],
-        duration_s: float,
-        seeds: np.random.SeedSequence,
+        stage: Stage, patient: Patient, *how: *tuple[Sequence[str], float, np.random.SeedSequence]
     ) -> list[Flown]:
         if not patient.faults:
             raise VehicleLost
-        return fly(stage, patient, kinds, duration_s, seeds)
+        return fly(stage, patient, *how)
 
     monkeypatch.setattr(generate_module, "fly_all", lost)
     with pytest.raises(CannotComputeError, match="cannot be flown with no fault"):
