@@ -15,7 +15,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.window_outputs import Rows, Stack, lever, predicted_reading, turn_between
+from pipeline.identify.window_outputs import Rows, Stack, predicted_reading, turn_between
+from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.physics.parameters import offset, read, slot
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY
@@ -215,7 +216,7 @@ def _velocity(bench: Bench, vector: FloatArray, motion: Motion, rows: Rows) -> F
         nu = motion.state[low, 7:13] * (1 - share) + motion.state[low + 1, 7:13] * share
         turn = motion.state[low, 3:7]
     arm = np.array(rows.channel.place_m) + read(vector, "dvl_lever_arm")
-    velocity = nu[:, :3] + nu[:, 3:] @ lever(arm)
+    velocity = nu[:, :3] + nu[:, 3:] @ cross_matrix(arm)
     if bench.water_track and np.isfinite(turn).all():
         water = Rotation.from_quat(turn[:, [1, 2, 3, 0]]).inv().apply(read(vector, "current"))
         velocity = velocity - water

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import elliprd
 
 from pipeline.errors import CannotComputeError
+from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.types import FloatArray
 
 
@@ -165,8 +166,7 @@ def moved_added_mass(
     >>> bool(np.isclose(at_bow[1, 5], 2.0 * sphere[1, 1])), bool(at_bow[2, 4] < 0)
     (True, True)
     """
-    x, y, z = position_m
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    skew = cross_matrix(position_m)
     turn = np.eye(3) if rotation is None else np.asarray(rotation, float).T
     transform = np.block([[turn, -turn @ skew], [np.zeros((3, 3)), turn]])
     return np.asarray(transform.T @ added_mass @ transform, dtype=float)

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.types import FloatArray
 
 
@@ -73,7 +74,7 @@ class HeldPayload:
         Fossen 2021, eq. (3.49).
         """
         translation = self.mass_kg * np.eye(3) + np.diag(self.added_mass_kg)
-        lever = _skew(np.array(self.position_m))
+        lever = cross_matrix(np.array(self.position_m))
         matrix = np.zeros((6, 6))
         matrix[:3, :3] = translation
         matrix[:3, 3:] = -translation @ lever
@@ -272,8 +273,3 @@ def closing_wrench(impulse: FloatArray, latch: Latch, time_s: FloatArray) -> Flo
     phase = np.asarray(time_s, float) / latch.closing_s
     pulse = np.where((phase > 0) & (phase < 1), np.sin(np.pi * phase), 0.0)
     return np.outer(np.pi / (2 * latch.closing_s) * pulse, np.asarray(impulse, float))
-
-
-def _skew(a: FloatArray) -> FloatArray:
-    """Return the matrix of a x."""
-    return np.array([[0.0, -a[2], a[1]], [a[2], 0.0, -a[0]], [-a[1], a[0], 0.0]])
