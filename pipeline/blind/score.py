@@ -49,13 +49,17 @@ class Confusion(Record):
 
 
 class CampaignScore(Record):
-    """The result of a blind check."""
+    """The result of a blind check.
+
+    `compared` is the confusion of this diagnosis on the cases that the plain methods answered, too.
+    """
 
     cases: int
     refused: int
     rates: tuple[Rate, ...]
     figures: tuple[Figure, ...]
     confusion: Confusion
+    compared: Confusion
     baselines: dict[str, Confusion]
 
 
@@ -215,6 +219,9 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
         rates=tuple(rates),
         figures=figures,
         confusion=confusion(scores, lambda one: _one_word(one.verdict)),
+        compared=confusion(
+            [one for one in scores if one.baselines], lambda one: _one_word(one.verdict)
+        ),
         baselines={
             name: confusion(
                 [one for one in scores if name in one.baselines],

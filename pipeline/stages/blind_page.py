@@ -123,11 +123,11 @@ def _figure_row(one: Figure) -> str:
 
 
 def _baselines(score: CampaignScore) -> list[str]:
-    """Share of right answers of the baselines on single effects and none."""
+    """Right answers of the baselines, and of this diagnosis on the same cases."""
     if not score.baselines:
         return []
     rows = []
-    for name, table in (("this diagnosis", score.confusion), *score.baselines.items()):
+    for name, table in (("this diagnosis", score.compared), *score.baselines.items()):
         right = total = quiet = healthy = 0
         for truth, counts in zip(table.truths, table.counts, strict=True):
             hit = counts[table.answers.index(truth)]
@@ -136,8 +136,12 @@ def _baselines(score: CampaignScore) -> list[str]:
             elif truth != "unknown":
                 right, total = right + hit, total + sum(counts)
         rows.append(f"| {name} | {right} of {total} | {quiet} of {healthy} |")
+    answered = sum(sum(counts) for counts in score.compared.counts)
     return [
         "## Beside it: plain methods",
+        "",
+        f"On the {answered} cases of one effect, of none, and of what is outside the library that",
+        "the plain methods answered, too; those outside the library have no right answer here.",
         "",
         "| method | right effect first, single effects of all sizes | none called none |",
         "|---|---|---|",

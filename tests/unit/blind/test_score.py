@@ -178,3 +178,15 @@ def test_seeds_of_calibration_and_test_never_meet(rov8: Subject) -> None:
         theirs = case_of(0, subjects, 3).spec.seed
         assert ours < theirs
     assert CALIBRATION_SEEDS + 999_999 < TEST_SEEDS
+
+
+def test_plain_methods_are_compared_on_the_cases_that_they_answered() -> None:
+    right = verdict("thrust_deduction")
+    both = score_case("a", label(), right, baselines={"plain": "current"})
+    alone = score_case("b", label(), right)
+    score = score_campaign([both, alone])
+    assert score.confusion.counts == ((2,),)
+    assert score.compared.counts == ((1,),)
+    plain = score.baselines["plain"]
+    assert plain.counts[plain.truths.index("thrust_deduction")] == (1, 0)
+    assert score_campaign([alone]).compared.counts == ()
