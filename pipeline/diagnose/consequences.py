@@ -11,7 +11,7 @@ from pipeline.diagnose.elimination import solve
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.forecast import Forecast, Outlook, forecast, healthy_spread, outlook
 from pipeline.diagnose.forecast import smoothed_starts as smoothed
-from pipeline.diagnose.leftover import leftover
+from pipeline.diagnose.leftover import forces_left, leftover
 from pipeline.diagnose.linear_model import Setting, vector_of
 from pipeline.diagnose.nil import stated_alone
 from pipeline.diagnose.regimes import Regressor
@@ -80,6 +80,8 @@ class Consequence:
         what is ordinary is off by more at the end of a long lever arm, and that is no gap.
     left : Leftover
         Outside force that stays.
+    left_by_window : ndarray, shape (windows,)
+        Its mean square in each window, summed over the axes, in units of the ordinary force.
     """
 
     added: FloatArray
@@ -87,6 +89,7 @@ class Consequence:
     closed: Shrink
     judged: Shrink
     left: Leftover
+    left_by_window: FloatArray
 
     def decides(self, alike: tuple[str, ...]) -> Left:
         """As it is decided by, with the effects that are `alike`."""
@@ -163,11 +166,13 @@ def consequence(
         best = added
         vector = vector_of(setting, best)
     fitted = forecast(ahead.near, vector, ahead.channels)
+    forces = forces_left(found, found.grams, best, force_scale)
     told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
     return Consequence(
         added,
         after,
         shrink(ahead.stated, after, *told, spread_after),
         shrink(before, fitted, *told),
-        leftover(found, found.grams, best, ahead.runs, every, force_scale),
+        leftover(found, forces, ahead.runs, every),
+        (forces**2).mean(axis=1).sum(axis=1),
     )

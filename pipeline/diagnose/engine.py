@@ -42,7 +42,7 @@ from pipeline.diagnose.verdict import (
     ranking_of,
     specs_of,
 )
-from pipeline.diagnose.weighing import NONE, UNKNOWN
+from pipeline.diagnose.weighing import UNKNOWN
 from pipeline.diagnose.where import where_told
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
@@ -227,7 +227,7 @@ def _told(  # noqa: PLR0917 - one caller
                 setting,
                 runs,
                 every,
-                known=names not in {(NONE,), (UNKNOWN,)},
+                names,
             ),
             by_regime=regime_gaps(every, ahead.stated, ahead.spread, AHEAD_S),
         ),

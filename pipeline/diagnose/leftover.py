@@ -18,19 +18,23 @@ _TOLD = 0.5
 _BEGINS = 6.0
 
 
-def leftover(  # noqa: PLR0917 - one caller
-    found: Search,
-    normal: Grams,
-    departures: FloatArray,
-    runs: Sequence[RunTable],
-    every: Sequence[Regressor],
-    scale: float,
-) -> Leftover:
-    """Describe the outside force that the answer leaves."""
-    setting = found.setting
+def forces_left(found: Search, normal: Grams, departures: FloatArray, scale: float) -> FloatArray:
+    """Estimate the outside force that an answer leaves.
+
+    Returns
+    -------
+    ndarray, shape (windows, knots, 6)
+        In units of the ordinary outside force.
+    """
     level = Level(np.full(6, max(scale, 1.0)), 1.0, True)
-    best = solve(normal, force_prior(setting, level), departures)
-    forces = best.forces.reshape(len(normal.own), -1, 6)
+    best = solve(normal, force_prior(found.setting, level), departures)
+    return best.forces.reshape(len(normal.own), -1, 6)
+
+
+def leftover(
+    found: Search, forces: FloatArray, runs: Sequence[RunTable], every: Sequence[Regressor]
+) -> Leftover:
+    """Describe the outside force (windows, knots, 6) that the answer leaves."""
     axes = np.sqrt(np.mean(forces**2, axis=(0, 1)))
     worst = int(np.argmax(axes))
     means = forces[:, :, worst].mean(axis=1)

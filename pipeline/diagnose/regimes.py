@@ -1,7 +1,8 @@
 """Which regimes and times carry the gap, and what the leftover force goes with."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from scipy.stats import rankdata
@@ -125,10 +126,24 @@ def excess(
     return total
 
 
-def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[RegimeShare, ...]:
+def regime_shares(
+    every: Sequence[Regressor],
+    carried: FloatArray,
+    goes_with: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[RegimeShare, ...]:
     """Ranges of the regressors in which more of the gap lies than of the time.
 
     First the regressor with which the gap of a window goes most closely.
+
+    Parameters
+    ----------
+    every : sequence of Regressor
+        Over the windows.
+    carried : ndarray, shape (windows,)
+        Part of the gap in each window; not negative.
+    goes_with : mapping
+        Regressors to be named whatever their shares, with their correlations: a force that grows
+        through zero goes with the time, and its size does not.
     """
     whole = float(carried.sum())
     if whole <= 0.0:
@@ -137,13 +152,15 @@ def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[Regi
     for one in every:
         known = np.isfinite(one.values)
         edges = np.quantile(one.values[known], [0.0, 1 / 3, 2 / 3, 1.0])
-        goes_with = rank_correlation(carried[known], one.values[known])
+        told = goes_with.get(one.name)
+        correlation = rank_correlation(carried[known], one.values[known]) if told is None else told
         for low, high in ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3)):
             inside = known & (one.values >= edges[low]) & (one.values <= edges[high])
             share = float(carried[inside].sum()) / whole
             time = float(inside.sum()) / len(carried)
             marked = share >= _LEAST_SHARE and share >= _MARKED * time
-            if marked or (abs(goes_with) >= _GOES_WITH and share >= _LESS_MARKED * time):
+            less_marked = abs(correlation) >= _GOES_WITH and share >= _LESS_MARKED * time
+            if marked or less_marked or told is not None:
                 found.append(
                     RegimeShare(
                         regressor=one.name,
@@ -151,7 +168,7 @@ def regime_shares(every: Sequence[Regressor], carried: FloatArray) -> tuple[Regi
                         range=(float(edges[low]), float(edges[high])),
                         share=share,
                         share_of_time=time,
-                        correlation=goes_with,
+                        correlation=correlation,
                     )
                 )
     best: dict[str, RegimeShare] = {}

@@ -9,6 +9,7 @@ from pipeline.diagnose.forecast import Forecast, rms
 from pipeline.diagnose.gap import gap_channels
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.regimes import Regressor, excess, regime_shares, time_shares
+from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.records.diagnosis import ChannelGap, Where
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
@@ -24,15 +25,15 @@ def where_told(  # noqa: PLR0917 - one caller
     setting: Setting,
     runs: Sequence[RunTable],
     every: Sequence[Regressor],
-    *,
-    known: bool,
+    names: tuple[str, ...],
 ) -> Where:
     """Name where the gap lies.
 
     The channels that carry it, then those in which the effects of the answer act most: a DVL's
     scale that is half a floor in surge is told from the motion as a whole, and the errors of surge
-    alone do not show it. The regimes are those in which the effects act; without an answer those in
-    which the errors lie.
+    alone do not show it. The regimes are those in which the effects act; of what no effect explains
+    those in which its force acts, and first what that goes with; without a gap those in which the
+    errors lie.
 
     Parameters
     ----------
@@ -42,13 +43,18 @@ def where_told(  # noqa: PLR0917 - one caller
         The windows as they are predicted, without and with the answer.
     setting, runs, every
         The windows, their runs, and what a force may depend on.
-    known : bool
-        The answer names effects.
+    names : tuple of str
+        Effects of the answer, `none` or `unknown`.
     """
     windows = setting.bench.window_count
     carried = excess(ahead.stated, ahead.spread, windows, AHEAD_S)
     channels, acting = gap_channels(gaps), carried
-    if known and led_to.after is not ahead.stated:
+    goes_with: dict[str, float] = {}
+    if UNKNOWN in names:
+        acting, left = led_to.left_by_window, led_to.left
+        if left.depends_on is not None and left.correlation is not None:
+            goes_with[left.depends_on] = left.correlation
+    elif names != (NONE,) and led_to.after is not ahead.stated:
         difference = made(ahead.stated, led_to.after, ahead.spread)
         size = {name: rms(values) for name, values in difference.items()}
         most = max(size.values(), default=0.0)
@@ -58,7 +64,7 @@ def where_told(  # noqa: PLR0917 - one caller
         acting = by_window(difference, ahead.stated, windows)
     return Where(
         channels=channels,
-        regimes=regime_shares(every, acting),
+        regimes=regime_shares(every, acting, goes_with),
         times=time_shares(setting, runs, carried),
     )
 

@@ -32,7 +32,10 @@ class RegimeShare(Record):
     share: float
     share_of_time: float
     correlation: float | None = None
-    """Rank correlation of the gap in a window with the regressor."""
+    """Rank correlation of the gap in a window with the regressor.
+
+    Of a cause that is unknown: of the force that is left, for the regressor it depends on.
+    """
 
 
 class TimeShare(Record):

@@ -58,3 +58,14 @@ def test_a_gap_that_grows_a_little_with_speed_throughout_is_said_to_go_with_it()
     assert found.correlation == pytest.approx(1.0)
     assert found.range[1] == 1.0
     assert regime_shares(every, np.ones(12)) == ()
+
+
+def test_a_force_that_grows_through_zero_goes_with_the_time_though_its_size_does_not() -> None:
+    time_s = np.linspace(0.0, 60.0, 12)
+    force = np.linspace(-1.0, 1.0, 12)
+    every = [Regressor("time_s", "s", time_s), Regressor("depth_m", "m", np.sin(time_s))]
+    assert "time_s" not in {one.regressor for one in regime_shares(every, np.ones(12))}
+    first = regime_shares(every, force**2, {"time_s": 1.0})[0]
+    assert first.regressor == "time_s"
+    assert first.correlation == 1.0
+    assert first.share > first.share_of_time
