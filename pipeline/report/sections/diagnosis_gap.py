@@ -1,8 +1,10 @@
 """A diagnosis' page: where the gap lies, and how far it shrinks on what took no part."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
+from pipeline.records.diagnosis import DiagnosisRecord, RegimeShare, ShrinkFigures
 from pipeline.report.blocks import Block, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
     channel_name,
@@ -44,21 +46,8 @@ def gap_section(record: DiagnosisRecord) -> Section:
     where = record.gap.where
     if where.regimes:
         blocks.append(
-            Table(
-                "Regimes that carry the gap",
-                (
-                    "Regime",
-                    "Share of the gap",
-                    f"Share of the {'codes' if of_bench(record) else 'time'}",
-                ),
-                tuple(
-                    (
-                        regime_name(one.regressor, one.unit, one.range),
-                        percent(one.share),
-                        percent(one.share_of_time),
-                    )
-                    for one in where.regimes
-                ),
+            _regime_table(
+                where.regimes, "Share of the codes" if of_bench(record) else "Share of the time"
             )
         )
     if where.times:
@@ -76,6 +65,29 @@ def gap_section(record: DiagnosisRecord) -> Section:
         )
     blocks.append(Details("The heat map as a table", (_map_table(record),)))
     return Section("gap", title, tuple(blocks))
+
+
+def _regime_table(regimes: Sequence[RegimeShare], share_of_all: str) -> Table:
+    """Tabulate the regimes; with the correlation where it was computed, as it is over windows."""
+    rows = [
+        (
+            regime_name(one.regressor, one.unit, one.range),
+            percent(one.share),
+            percent(one.share_of_time),
+        )
+        for one in regimes
+    ]
+    columns = ("Regime", "Share of the gap", share_of_all)
+    correlated = [one.correlation for one in regimes if one.correlation is not None]
+    if len(correlated) < len(rows):
+        return Table("Regimes that carry the gap", columns, tuple(rows))
+    return Table(
+        "Regimes that carry the gap",
+        (*columns, "Rank correlation"),
+        tuple((*row, fixed(value, 2)) for row, value in zip(rows, correlated, strict=True)),
+        note="The rank correlation is that of the gap with the quantity, window by window: "
+        "1 or −1 where it goes with it throughout.",
+    )
 
 
 def _channel_table(record: DiagnosisRecord) -> Table:

@@ -232,3 +232,16 @@ def test_a_list_says_the_answer_in_one_line(record: DiagnosisRecord) -> None:
     assert diagnosis_line(record) == (
         "residual buoyancy (96 %), not to be told from payload; pool-1 and pool-2"
     )
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_how_closely_the_gap_goes_with_a_regime_is_told_where_it_is_known(
+    record: DiagnosisRecord,
+) -> None:
+    assert "Rank correlation" not in diagnosis_page(record)
+    where = record.gap.where
+    regimes = tuple(one.model_copy(update={"correlation": -0.62}) for one in where.regimes)
+    gap = record.gap.model_copy(update={"where": where.model_copy(update={"regimes": regimes})})
+    text = diagnosis_page(record.model_copy(update={"gap": gap}))
+    assert "Rank correlation" in text
+    assert "−0.62" in text
