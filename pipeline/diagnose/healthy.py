@@ -10,7 +10,7 @@ from pipeline.diagnose.elimination import Grams, Marginal, force_posterior, gram
 from pipeline.diagnose.evidence import Prior, fit, posterior, widened
 from pipeline.diagnose.hypotheses import groups_of, screen, with_ordinary
 from pipeline.diagnose.linear_model import Setting, realisable
-from pipeline.diagnose.most_probable import moved_to
+from pipeline.diagnose.most_probable import moving_freely
 from pipeline.diagnose.nil import reach, with_small
 from pipeline.diagnose.noise_check import noise_found, residual_with
 from pipeline.diagnose.scales import Level
@@ -58,8 +58,7 @@ def learn(case: Case, threads: int = 2) -> Healthy:
     factor, departures = _force_factor(setting, normal, stated, np.ones(6))
     forces = force_prior(setting, Level(factor, 1.0, True))
     departures = realisable(setting.coordinates, departures)
-    point = moved_to(model, normal, forces, departures)
-    freely = None if point is None else linear_model(setting, point)
+    freely = moving_freely(model, forces, departures)
     if freely is not None and freely.lost <= model.lost:
         model, normal = freely, grams(freely)
     factor, _ = _force_factor(setting, normal, stated, factor)

@@ -8,6 +8,7 @@ evidence there is the same to about a nat (Gauss-Newton steps; the evidence is L
 """
 
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -32,6 +33,11 @@ _CHORDS = 2
 _LOST = 1e7
 #: So is a window in which half of the whitened residuals are larger than this.
 _ASTRAY = 10.0
+#: Steps with derivatives of their own, at most, and the shares of a step that are tried.
+_STEPS, _SHARES = 12, (1.0, 0.5, 0.25, 0.125)
+#: Root mean square by which the residuals may differ from what the step foretold when it was the
+#: last one.
+_SETTLED = 0.1
 
 
 def most_probable(normal: Grams, forces: ForcePrior, departures: FloatArray) -> Point:
@@ -43,9 +49,9 @@ def most_probable(normal: Grams, forces: ForcePrior, departures: FloatArray) -> 
 def linear_near(setting: Setting, forces: ForcePrior, departures: FloatArray) -> LinearModel:
     """Linearise at the most probable motion of a vehicle at departures (g,).
 
-    It is sought from the measured motion, along which `setting` leads; where nothing can follow it
-    freely, or the way to it leads astray, as it may where no velocity was measured, the model is
-    linear along the measured motion itself.
+    It is sought from the measured motion, along which `setting` leads. Where no velocity was
+    measured the way there is long, and derivatives of its beginning lead astray: then each step has
+    its own. Where nothing can follow the motion freely the model is linear along the measured one.
 
     Parameters
     ----------
@@ -57,24 +63,79 @@ def linear_near(setting: Setting, forces: ForcePrior, departures: FloatArray) ->
         Where the vehicle is.
     """
     led = replace(setting.origin(), departures=departures)
-    model = linear_model(setting, led, renew=())
-    point = moved_to(model, grams(model), forces, departures)
-    freely = None if point is None else linear_model(setting, point)
-    if freely is not None and freely.lost == 0.0 and not _astray(freely):
+    freely = moving_freely(linear_model(setting, led, renew=()), forces, departures)
+    if freely is not None and freely.lost == 0.0:
         return freely
     along = linear_model(setting, led)
-    if freely is None or _astray(freely) or along.lost < freely.lost:
-        return along
-    return freely
+    return along if freely is None or along.lost < freely.lost else freely
 
 
-def _astray(model: LinearModel) -> bool:
-    """Whether the motion of some window is far from all that was measured in it."""
-    bounds = model.setting.bench.stack.bounds
+def moving_freely(
+    model: LinearModel, forces: ForcePrior, departures: FloatArray
+) -> LinearModel | None:
+    """Linearise at the most probable motion at departures (g,), sought from a model near it.
+
+    None where nothing can follow the readings without being led.
+    """
+    ways = (partial(moved_to, model, grams(model)), partial(_moved_step_by_step, model))
+    best = None
+    for way in ways:
+        point = way(forces, departures)
+        found = None if point is None else linear_model(model.setting, point)
+        if found is None or astray(found.setting, found.residual):
+            continue
+        if best is None or found.lost < best.lost:
+            best = found
+        if best.lost == 0.0:
+            break
+    return best
+
+
+def astray(setting: Setting, residual: FloatArray) -> bool:
+    """Whether the motion of some window is far from all that was measured in it (rows,)."""
+    bounds = setting.bench.stack.bounds
     return any(
-        float(np.median(np.abs(model.residual[a:b]))) > _ASTRAY
-        for a, b in pairwise(bounds)
-        if b > a
+        not float(np.median(np.abs(residual[a:b]))) <= _ASTRAY for a, b in pairwise(bounds) if b > a
+    )
+
+
+def _moved_step_by_step(
+    model: LinearModel, forces: ForcePrior, departures: FloatArray
+) -> Point | None:
+    """Go to the most probable motion at departures (g,) with derivatives of each step.
+
+    Gauss-Newton steps, each shortened until no window goes astray (Nocedal and Wright, "Numerical
+    Optimization", 2006, ch. 10). None where that leads nowhere.
+    """
+    setting, begin = model.setting, replace(model.point, departures=departures)
+    try:
+        vector = vector_of(setting, departures)
+    except CannotComputeError:
+        return None
+    for _ in range(_STEPS):
+        end = most_probable(grams(model), forces, departures)
+        for share in _SHARES:
+            point = _between(begin, end, share)
+            residual = residual_of(setting, point, vector, motion_at(setting, point, vector))
+            if not astray(setting, residual):
+                break
+        else:
+            return None
+        foretold = model.readings - readings_from_zero(model, point, np.zeros(residual.size))
+        if point.pull == 0.0 and float(np.sqrt(np.mean((residual - foretold) ** 2))) < _SETTLED:
+            return point
+        begin, model = point, linear_model(setting, point, renew=())
+    return begin if begin.pull == 0.0 else None
+
+
+def _between(begin: Point, end: Point, share: float) -> Point:
+    """Point at a share of the way from one to another at the same departures."""
+    return Point(
+        begin.starts + share * (end.starts - begin.starts),
+        begin.forces + share * (end.forces - begin.forces),
+        begin.shared + share * (end.shared - begin.shared),
+        begin.departures,
+        begin.pull + share * (end.pull - begin.pull),
     )
 
 

@@ -13,12 +13,14 @@ from pipeline.diagnose.evidence import fit
 from pipeline.diagnose.linear_model import (
     LinearModel,
     Point,
+    Setting,
     motion_at,
     realisable,
     residual_of,
     vector_of,
 )
 from pipeline.diagnose.most_probable import linear_near, most_probable, moved_to, readings_there
+from pipeline.diagnose.predictions import Motion
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import force_prior, ordinary_prior
 from pipeline.diagnose.tangent import linear_model
@@ -106,15 +108,16 @@ def test_an_outside_force_gives_a_heavier_vehicle_the_same_acceleration() -> Non
     np.testing.assert_allclose(column, expected, atol=5e-3 * np.abs(expected).max())
 
 
-def test_a_way_that_leads_astray_is_not_gone(monkeypatch: pytest.MonkeyPatch) -> None:
-    """As without a measured velocity, of one window: the model stays along what was measured."""
+def test_a_way_that_leads_astray_is_gone_step_by_step(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As without a measured velocity; where that leads nowhere the model stays along what was."""
     case = small_case(manoeuvres=("prbs",), seconds=12.5)
     setting = setting_of(case, case.runs, channels_of(case.vehicle, case.runs), threads=1)
     forces, departures = force_prior(setting, LEVEL), np.zeros(len(setting.coordinates))
-    assert linear_near(setting, forces, departures).point.pull == 0.0
+    straight = linear_near(setting, forces, departures)
+    assert straight.point.pull == 0.0
     go = most_probable_module.moved_to
 
-    def astray(
+    def far_off(
         model: LinearModel, normal: Grams, forces: ForcePrior, departures: FloatArray
     ) -> Point:
         point = go(model, normal, forces, departures)
@@ -123,5 +126,17 @@ def test_a_way_that_leads_astray_is_not_gone(monkeypatch: pytest.MonkeyPatch) ->
         starts[-1, 6:9] += 20.0
         return replace(point, starts=starts)
 
-    monkeypatch.setattr(most_probable_module, "moved_to", astray)
+    monkeypatch.setattr(most_probable_module, "moved_to", far_off)
+    stepped = linear_near(setting, forces, departures)
+    assert stepped.point.pull == 0.0
+    assert evidence(stepped)[0] == pytest.approx(evidence(straight)[0], abs=1.0)
+    monkeypatch.setattr(most_probable_module, "motion_at", lambda *_: motion_far_off(setting))
     assert linear_near(setting, forces, departures).point.pull == 1.0
+
+
+def motion_far_off(setting: Setting) -> Motion:
+    """Simulate what no reading shows: every window begins at a speed of its own."""
+    origin = setting.origin()
+    starts = origin.starts.copy()
+    starts[:, 6:9] += 20.0
+    return motion_at(setting, replace(origin, starts=starts))
