@@ -1,7 +1,6 @@
 """From runs to weighed answers: where the model is linear, what all say there, and at their own."""
 
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -81,26 +80,36 @@ def infer(
     rough = setting_of(case, runs, channels, force_unit=force_unit, threads=threads, taken=few)
     prior = ordinary_prior(rough) if healthy is None else healthy.prior
 
-    def seen_from(near: Near) -> tuple[Search, Refined, Candidate]:
-        """Judge all hypotheses around a point, and the strongest of them at their own."""
+    def around(near: Near) -> tuple[Search, Answers]:
+        """Judge all hypotheses around a point."""
         vector = vector_of(rough, near.departures)
         setting = setting_of(
             case, runs, channels, force_unit=force_unit, threads=threads, vector=vector
         )
         chosen = _chosen(case, setting.bench.stack.windows)
         found = search(setting, near, every_level, chosen, widen)
-        first = answers(found, limits, healthy_known=known_well)
-        own = refined(found, first, lead, _REFINED)
-        return found, own, answers(own.search, limits, healthy_known=known_well).ranking[0]
+        return found, answers(found, limits, healthy_known=known_well)
+
+    def at_own_points(
+        found: Search, first: Answers, elsewhere: float = np.inf
+    ) -> tuple[Refined, Candidate]:
+        """Judge the strongest hypotheses at their own points."""
+        own = refined(found, first, lead, _REFINED, elsewhere)
+        return own, answers(own.search, limits, healthy_known=known_well).ranking[0]
 
     near = approach(rough, lead, prior, every_level, healthy_known=known_well)
-    found, own, top = seen_from(near)
+    found, first = around(near)
+    own, top = at_own_points(found, first, _ELSEWHERE)
     there = own.point_of(top)
     here = found.model.point.departures
     if there is not None and float(np.abs(there - here).max()) > _ELSEWHERE:
-        # what was judged before stands where no vehicle can follow from that point
-        with suppress(CannotComputeError):
-            found, own, top = seen_from(replace(near, departures=there, level=top.judged.level))
+        try:
+            again = around(replace(near, departures=there, level=top.judged.level))
+            own, top = at_own_points(*again)
+            found = again[0]
+        except CannotComputeError:
+            # no vehicle can follow from that point: what all say from here counts
+            own, top = at_own_points(found, first)
     found = cautious(found, own.search, top, own.sure)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
     return found, checked(found, answered, limits)

@@ -45,7 +45,9 @@ class Refined:
         return self.points.get(which) if self.doubtful else None
 
 
-def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
+def refined(
+    found: Search, first: Answers, lead: Lead, most: int, elsewhere: float = np.inf
+) -> Refined:
     """Judge the strongest hypotheses, and the one with nothing, at their own points.
 
     Parameters
@@ -59,6 +61,9 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
         Leads the windows of a setting along the measured motion with the model at a vector.
     most : int
         How many.
+    elsewhere : float
+        How far from here (in units of half the plausible range) the first may lie for the others
+        to be judged from here.
     """
     wanted = [one for one in first.ranking if one.finding is not None][:most]
     pairs = [one for one in wanted if "+" in one.name][:_PAIRS]
@@ -70,7 +75,7 @@ def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
     for one in wanted:
         if one.finding is not None:
             looked_at.setdefault(one.finding.which, (one.judged, one.finding))
-    seen = seen_closely(found, lead, looked_at)
+    seen = seen_closely(found, lead, looked_at, elsewhere)
     changes = seen.changes
     if not np.isfinite(changes[()]):
         changes[()] = 0.0

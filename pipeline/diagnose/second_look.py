@@ -25,7 +25,8 @@ from pipeline.types import FloatArray
 
 #: Log evidence by which two looks at a lead may differ, and the share of the lead.
 _AGREED, _AGREED_SHARE = 5.0, 0.2
-#: Log evidence from which on an answer that is behind the first is looked at no closer.
+#: Log evidence from which on an answer that is behind the first is looked at no closer, and by
+#: which the linear model is not right about the first at all.
 _FAR_BEHIND = 100.0
 #: Departure (in units of half the plausible range) from where all was judged up to which an answer
 #: was judged at its own point.
@@ -50,52 +51,108 @@ class Closely:
     doubtful: bool = False
 
 
-def seen_closely(found: Search, lead: Lead, looked_at: LookedAt) -> Closely:
-    """See all hypotheses as the linear model leads to them, and those that count from there."""
-    bench, linear = found.setting.bench, _linear(looked_at)
-    here = found.model.point.departures
+def seen_closely(
+    found: Search, lead: Lead, looked_at: LookedAt, elsewhere: float = np.inf
+) -> Closely:
+    """See all hypotheses as the linear model leads to them, and those that count from there.
+
+    Where the first one's own point is further than `elsewhere` away (in units of half the plausible
+    range) from where all was judged, and the linear model was not right about it or its lead, the
+    others are left as they are: they are better seen from there.
+    """
     tasks = [partial(_correction, found, *row) for row in looked_at.values()]
-    corrected = dict(zip(looked_at, over_threads(bench, tasks), strict=True))
-    closely = Closely({which: change for which, (change, _) in corrected.items()})
+    corrected = dict(zip(looked_at, over_threads(found.setting.bench, tasks), strict=True))
+    changes = {which: change for which, (change, _) in corrected.items()}
+    points = {which: point for which, (_, point) in corrected.items()}
+    look = _Look(found, lead, looked_at, points, _linear(looked_at), Closely(changes))
+    top = look.at_the_first()
+    if not look.elsewhere(top, elsewhere):
+        enough = look.value(top) - _FAR_BEHIND
+        look.at_the_simpler(top, enough)
+        look.at_the_others(enough)
+    return look.closely
 
-    def near(which: Which) -> bool:
+
+@dataclass(frozen=True)
+class _Look:
+    """A look at hypotheses: where the linear model leads to, what it says, and what is seen."""
+
+    found: Search
+    lead: Lead
+    looked_at: LookedAt
+    corrected: dict[Which, FloatArray]
+    linear: dict[Which, float]
+    closely: Closely
+
+    def value(self, which: Which) -> float:
+        """Log evidence of a hypothesis as it is seen."""
+        return self.linear[which] + self.closely.changes[which]
+
+    def at_the_first(self) -> Which:
+        """Judge the first hypothesis where it is: what it leaves there is what it leaves."""
+        closely = self.closely
+        closely.sure = {which for which in self.looked_at if self._near(which)}
+        top = max(self.looked_at, key=self.value)
+        if abs(closely.changes[top]) < _AGREED:
+            closely.sure.add(top)
+            closely.points[top] = self.corrected[top]
+        if top not in closely.sure:
+            self._judge_anew([top], -np.inf)
+        return top
+
+    def elsewhere(self, top: Which, far: float) -> bool:
+        """Whether the others are better judged from where the first hypothesis is."""
+        here = self.found.model.point.departures
+        away = float(np.abs(self.closely.points.get(top, here) - here).max()) > far
+        if not away or top != max(self.looked_at, key=self.value):
+            return False
+        wrong = abs(self.closely.changes[top]) > _FAR_BEHIND
+        self.closely.doubtful = wrong or _doubtful(self.linear, self.closely)
+        return self.closely.doubtful
+
+    def at_the_simpler(self, top: Which, enough: float) -> None:
+        """Judge nothing, and each effect of a pair alone, at their own points."""
+        closely = self.closely
+        simpler = [one for one in _simpler(self.looked_at, top) if one not in closely.sure]
+        self._judge_anew(simpler, enough)
+        for which in simpler:
+            if which not in closely.sure:
+                # what runs away on its way says nothing against a simpler answer: the lead stays
+                closely.changes[which] = max(closely.changes[which], closely.changes[top])
+
+    def at_the_others(self, enough: float) -> None:
+        """Judge all that may come near the first at their own points, if its lead is doubtful."""
+        closely = self.closely
+        closely.doubtful = _doubtful(self.linear, closely)
+        if closely.doubtful:
+            others = self.linear.keys() - closely.points.keys() - closely.sure
+            best = {
+                which: self.linear[which] + max(closely.changes[which], 0.0)
+                for which in self.looked_at
+                if which in others
+            }
+            self._judge_anew([which for which in best if best[which] > enough], enough)
+
+    def _near(self, which: Which) -> bool:
         """Whether all was judged at the own point of a hypothesis."""
-        way = np.abs(corrected[which][1] - here)[_own(found, which)]
-        return abs(closely.changes[which]) < _AGREED and float(way.max(initial=0.0)) < _NEAR
+        here = self.found.model.point.departures
+        way = np.abs(self.corrected[which] - here)[_own(self.found, which)]
+        return abs(self.closely.changes[which]) < _AGREED and float(way.max(initial=0.0)) < _NEAR
 
-    def judge_anew(some: Sequence[Which], enough: float) -> None:
+    def _judge_anew(self, some: Sequence[Which], enough: float) -> None:
+        found, closely = self.found, self.closely
         ways = [
-            partial(judged_anew, found, lead, *looked_at[which], corrected[which][1], enough)
+            partial(
+                judged_anew, found, self.lead, *self.looked_at[which], self.corrected[which], enough
+            )
             for which in some
         ]
-        for which, reached in zip(some, over_threads(bench, ways), strict=True):
-            before = log_evidence_at(found, found.grams, *looked_at[which])
+        for which, reached in zip(some, over_threads(found.setting.bench, ways), strict=True):
+            before = log_evidence_at(found, found.grams, *self.looked_at[which])
             closely.changes[which] = reached.value - before
             closely.points[which] = reached.point
             if reached.settled:
                 closely.sure.add(which)
-
-    closely.sure = {which for which in looked_at if near(which)}
-    top = max(looked_at, key=lambda which: linear[which] + closely.changes[which])
-    # the first is seen where it is: what it leaves there is what it leaves
-    if abs(closely.changes[top]) < _AGREED:
-        closely.sure.add(top)
-        closely.points[top] = corrected[top][1]
-    if top not in closely.sure:
-        judge_anew([top], -np.inf)
-    enough = linear[top] + closely.changes[top] - _FAR_BEHIND
-    simpler = [one for one in _simpler(looked_at, top) if one not in closely.sure]
-    judge_anew(simpler, enough)
-    for which in simpler:
-        if which not in closely.sure:
-            # what runs away on its way says nothing against a simpler answer: the lead stays
-            closely.changes[which] = max(closely.changes[which], closely.changes[top])
-    closely.doubtful = _doubtful(linear, closely)
-    if closely.doubtful:
-        best = {which: linear[which] + max(closely.changes[which], 0.0) for which in looked_at}
-        others = [which for which in best if which not in {*closely.points, *closely.sure}]
-        judge_anew([which for which in others if best[which] > enough], enough)
-    return closely
 
 
 def _own(found: Search, which: Which) -> list[int]:

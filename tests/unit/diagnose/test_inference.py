@@ -35,8 +35,8 @@ def judged_from(
             raise CannotComputeError("the simulation runs away")
         return real_search(setting, near, *rest)
 
-    def refined(found: Search, first: Answers, lead: Lead, most: int) -> Refined:
-        own = real_refined(found, first, lead, most)
+    def refined(found: Search, first: Answers, lead: Lead, most: int, elsewhere: float) -> Refined:
+        own = real_refined(found, first, lead, most, elsewhere)
         if own_points:
             return own
         moved = found.model.point.departures.copy()

@@ -12,7 +12,7 @@ from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.hypotheses import Finding
 from pipeline.diagnose.linear_model import vector_of
-from pipeline.diagnose.own_point import judged_anew
+from pipeline.diagnose.own_point import Reached, judged_anew, log_evidence_at
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Search
 from pipeline.diagnose.tangent import linear_model
@@ -33,9 +33,11 @@ def given() -> Given:
     )
     kept: list[Given] = []
 
-    def keep(found: Search, first: Answers, lead: Lead, most: int) -> refine.Refined:
+    def keep(
+        found: Search, first: Answers, lead: Lead, most: int, elsewhere: float
+    ) -> refine.Refined:
         kept.append((found, first, lead))
-        return refine.refined(found, first, lead, most)
+        return refine.refined(found, first, lead, most, elsewhere)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(inference, "refined", keep)
@@ -129,6 +131,39 @@ def test_the_effects_of_a_pair_are_judged_at_their_own_points_too(
         ("thruster_degraded",),
         ("quadratic_damping",),
     }
+
+
+@pytest.mark.parametrize("elsewhere", [0.3, np.inf])
+def test_the_others_wait_where_the_first_answer_lies_elsewhere(
+    given: Given, monkeypatch: pytest.MonkeyPatch, elsewhere: float
+) -> None:
+    """Its lead is the same from its own point, but the linear model was far off about it."""
+    found, first, lead = given
+    gone_to: list[tuple[int, ...]] = []
+
+    def correction(
+        there: Search, _judged: Judged, _finding: Finding | None
+    ) -> tuple[float, FloatArray]:
+        return 500.0, there.model.point.departures
+
+    def anew(there: Search, *hypothesis: Any) -> Reached:  # noqa: ANN401 (passed on as they come)
+        _, judged, finding, begin, _ = hypothesis
+        gone_to.append(() if finding is None else finding.which)
+        value = log_evidence_at(there, there.grams, judged, finding) + 500.0
+        return Reached(value, begin + 0.5, settled=True)
+
+    monkeypatch.setattr(second_look, "_correction", correction)
+    monkeypatch.setattr(second_look, "judged_anew", anew)
+    own = refine.refined(found, first, lead, 3, elsewhere)
+    top = first.ranking[0]
+    assert top.finding is not None
+    assert gone_to[0] == top.finding.which
+    if elsewhere < 0.5:
+        assert gone_to == [top.finding.which]
+        assert own.point_of(top) == pytest.approx(found.model.point.departures + 0.5)
+    else:
+        assert () in gone_to
+        assert own.point_of(top) is None
 
 
 def test_values_that_no_vehicle_has_are_no_answer(
