@@ -34,13 +34,14 @@ class KeptLevel(Record):
 
 
 class KeptConsequence(Record):
-    """What an answer leaves: outside force, held-out gap before and after, its equals by angle."""
+    """What an answer leaves, as in `decision.Left`."""
 
     force: float
     before: float
     after: float
     gap_closed: float | None
     alike: tuple[str, ...]
+    alone: float = 0.0
 
     def left(self) -> Left:
         """As it is decided by."""

@@ -94,7 +94,9 @@ class Consequence:
     def decides(self, alike: tuple[str, ...]) -> Left:
         """As it is decided by, with the effects that are `alike`."""
         force = max(self.left.axes.values(), default=0.0)
-        return Left(force, self.judged.before, self.judged.after, self.judged.gap_closed, alike)
+        alone = self.closed.after / max(self.closed.before, 1e-12)
+        one = self.judged
+        return Left(force, one.before, one.after, one.gap_closed, alike, alone)
 
 
 def look_ahead(  # noqa: PLR0917 - one caller

@@ -46,6 +46,9 @@ class Left:
         Share of the gap that is gone; None where there is next to none.
     alike : tuple of str
         Effects whose signature lies too close to what the answer explains.
+    alone : float
+        Held-out gap with the effects of the answer alone, without the ordinary departures that go
+        with them, over the one before.
     """
 
     force: float
@@ -53,6 +56,7 @@ class Left:
     after: float
     gap_closed: float | None
     alike: tuple[str, ...] = ()
+    alone: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -186,6 +190,24 @@ def with_gap(
     return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 
+def for_the_gap(
+    ranking: Sequence[Share], grown: Sequence[Share], left: Left | None
+) -> tuple[Share, ...]:
+    """Let `none` keep its place unless what took it for the gap's sake makes the gap smaller.
+
+    Parameters
+    ----------
+    ranking, grown : sequence of Share
+        Answers before and after `with_gap`.
+    left : Left or None
+        What the first answer of `grown` leaves, where that is known.
+    """
+    moved = grown[0].name not in {ranking[0].name, UNKNOWN}
+    if moved and left is not None and left.alone >= 1.0:
+        return tuple(ranking)
+    return tuple(grown)
+
+
 def with_unknown(
     ranking: Sequence[Share], left: Left, limits: Calibration, *, healthy_known: bool
 ) -> tuple[Share, ...]:
@@ -253,7 +275,7 @@ def decide(
     *,
     healthy_known: bool,
 ) -> Decided:
-    """Decide what is said, once `with_gap` has put the answers in order.
+    """Decide what is said, once `for_the_gap` has put the answers in order.
 
     Parameters
     ----------

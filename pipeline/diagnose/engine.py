@@ -20,8 +20,8 @@ from pipeline.diagnose.calibration import Calibration, calibration
 from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
-from pipeline.diagnose.consequences import AHEAD_S, consequence, look_ahead
-from pipeline.diagnose.decision import Share, decide, with_gap
+from pipeline.diagnose.consequences import AHEAD_S, Ahead, Consequence, consequence, look_ahead
+from pipeline.diagnose.decision import Left, Share, decide, for_the_gap, with_gap
 from pipeline.diagnose.forecast import (
     forecast,
     healthy_spread,
@@ -33,7 +33,7 @@ from pipeline.diagnose.inference import HELD_OUT, infer
 from pipeline.diagnose.next_run import next_run
 from pipeline.diagnose.notes import notes_on
 from pipeline.diagnose.regime_gaps import regime_gaps
-from pipeline.diagnose.regimes import regressors
+from pipeline.diagnose.regimes import Regressor, regressors
 from pipeline.diagnose.search import Search
 from pipeline.diagnose.sentence import sentence
 from pipeline.diagnose.series import series_of
@@ -140,6 +140,20 @@ def _diagnosed(
     return _told(case, found, answered, thresholds, channels, runs, seed, began, keep), found
 
 
+def _led_to(
+    found: Search,
+    answered: Answers,
+    ahead: Ahead,
+    shares: Sequence[Share],
+    every: Sequence[Regressor],
+) -> tuple[Answers, Consequence, Left]:
+    """Put answers in the order of their shares, and see what the first leads to."""
+    ordered = answered.reweighed(shares)
+    top = ordered.ranking[0]
+    led_to = consequence(found, ahead, top, ordered.force_scale, every)
+    return ordered, led_to, led_to.decides(equals(found, top))
+
+
 def _in_order(case: Case) -> Case:
     """Put the runs in an order of their own: that in which they are given must not matter."""
     return replace(case, runs=_sorted(case.runs), holdout=_sorted(case.holdout))
@@ -200,12 +214,13 @@ def _told(  # noqa: PLR0917 - one caller
         keep(seen)
     weighed = [Share(one.name, one.probability) for one in answered.ranking]
     count = effect_count(found)
-    shares = with_gap(weighed, worst_ratio, count, thresholds, healthy_known=healthy_known)
-    answered = answered.reweighed(shares)
-    top = answered.ranking[0]
-    led_to = consequence(found, ahead, top, answered.force_scale, every)
-    closed, left = led_to.closed, led_to.left
-    decisive = led_to.decides(equals(found, top))
+    grown = with_gap(weighed, worst_ratio, count, thresholds, healthy_known=healthy_known)
+    ordered, led_to, decisive = _led_to(found, answered, ahead, grown, every)
+    shares = for_the_gap(weighed, grown, decisive)
+    if shares != grown:
+        ordered, led_to, decisive = _led_to(found, answered, ahead, shares, every)
+    answered = ordered
+    top, closed, left = answered.ranking[0], led_to.closed, led_to.left
     said = decide(shares, decisive, worst_ratio, thresholds, healthy_known=healthy_known)
     names = names_beside(said.names, case.errors)
     ambiguous = alike_beside(said.ambiguous, case.errors)

@@ -10,8 +10,10 @@ from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case_evidence import CaseEvidence
 from pipeline.diagnose.decision import (
     Decided,
+    Left,
     Share,
     decide,
+    for_the_gap,
     with_gap,
     with_held_out,
     with_sure_second,
@@ -77,10 +79,16 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
     weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
     shares = with_sure_second(with_held_out(shares, one.held_out, limits), limits)
-    shares = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
-    kept = one.consequences.get(shares[0].name)
-    left = None if kept is None else kept.left()
+    grown = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
+    shares = for_the_gap(shares, grown, _left(one, grown))
+    left = _left(one, shares)
     return decide(shares, left, one.worst_ratio, limits, healthy_known=one.healthy)
+
+
+def _left(one: CaseEvidence, shares: Sequence[Share]) -> Left | None:
+    """Return what the first answer leaves, where that was kept."""
+    kept = one.consequences.get(shares[0].name)
+    return None if kept is None else kept.left()
 
 
 def cost(one: Known, limits: Calibration) -> float:

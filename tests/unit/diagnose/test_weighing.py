@@ -11,6 +11,7 @@ from pipeline.diagnose.case_evidence import CaseEvidence, KeptConsequence, KeptL
 from pipeline.diagnose.decision import (
     Left,
     Share,
+    for_the_gap,
     verdict_of,
     with_gap,
     with_held_out,
@@ -218,6 +219,23 @@ def test_gap_that_nothing_explains_is_unknown_where_it_is_large(ratio: float, fi
     found = with_gap(ranking, ratio, 10, LIMITS, healthy_known=False)
     assert found[0].name == first
     assert sum(one.probability for one in found) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("alone", "first"), [(0.6, "lift"), (1.03, "none")])
+def test_what_takes_the_place_for_the_gap_must_make_it_smaller(alone: float, first: str) -> None:
+    grown = with_gap(NONE_FIRST, 3.5, 10, LIMITS, healthy_known=False)
+    left = Left(force=1.0, before=1.6, after=1.2, gap_closed=0.6, alone=alone)
+    assert for_the_gap(NONE_FIRST, grown, left)[0].name == first
+    # it is as sure as it was, or as it became
+    assert for_the_gap(NONE_FIRST, grown, left) in (NONE_FIRST, grown)
+
+
+def test_what_was_first_before_the_gap_was_seen_stays_whatever_it_leaves() -> None:
+    left = Left(force=1.0, before=1.6, after=1.7, gap_closed=-0.2, alone=1.1)
+    ranking = (Share("lift", 0.9), Share("none", 0.1))
+    assert for_the_gap(ranking, ranking, left) == ranking
+    unknown = (Share("unknown", 0.8), Share("none", 0.2))
+    assert for_the_gap(NONE_FIRST, unknown, left) == unknown
 
 
 def case(truth: str, gain: float, ratio: float = 5.0) -> Known:
