@@ -82,7 +82,7 @@ def moving_freely(
     for way in ways:
         point = way(forces, departures)
         found = None if point is None else linear_model(model.setting, point)
-        if found is None or astray(found.setting, found.residual):
+        if found is None or _astray(found.setting, found.residual):
             continue
         if best is None or found.lost < best.lost:
             best = found
@@ -91,7 +91,7 @@ def moving_freely(
     return best
 
 
-def astray(setting: Setting, residual: FloatArray) -> bool:
+def _astray(setting: Setting, residual: FloatArray) -> bool:
     """Whether the motion of some window is far from all that was measured in it (rows,)."""
     bounds = setting.bench.stack.bounds
     return any(
@@ -117,7 +117,7 @@ def _moved_step_by_step(
         for share in _SHARES:
             point = _between(begin, end, share)
             residual = residual_of(setting, point, vector, motion_at(setting, point, vector))
-            if not astray(setting, residual):
+            if not _astray(setting, residual):
                 break
         else:
             return None

@@ -66,10 +66,12 @@ def seen_closely(
     points = {which: point for which, (_, point) in corrected.items()}
     look = _Look(found, lead, looked_at, points, _linear(looked_at), Closely(changes))
     top = look.at_the_first()
-    if not look.elsewhere(top, elsewhere):
-        enough = look.value(top) - _FAR_BEHIND
-        look.at_the_simpler(top, enough)
-        look.at_the_others(enough)
+    if look.better_from(top, elsewhere):
+        look.closely.doubtful = True
+        return look.closely
+    enough = look.value(top) - _FAR_BEHIND
+    look.at_the_simpler(top, enough)
+    look.at_the_others(enough)
     return look.closely
 
 
@@ -100,15 +102,14 @@ class _Look:
             self._judge_anew([top], -np.inf)
         return top
 
-    def elsewhere(self, top: Which, far: float) -> bool:
+    def better_from(self, top: Which, far: float) -> bool:
         """Whether the others are better judged from where the first hypothesis is."""
         here = self.found.model.point.departures
         away = float(np.abs(self.closely.points.get(top, here) - here).max()) > far
         if not away or top != max(self.looked_at, key=self.value):
             return False
         wrong = abs(self.closely.changes[top]) > _FAR_BEHIND
-        self.closely.doubtful = wrong or _doubtful(self.linear, self.closely)
-        return self.closely.doubtful
+        return wrong or _doubtful(self.linear, self.closely)
 
     def at_the_simpler(self, top: Which, enough: float) -> None:
         """Judge nothing, and each effect of a pair alone, at their own points."""
