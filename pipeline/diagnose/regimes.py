@@ -152,8 +152,11 @@ def regime_shares(
     for one in every:
         known = np.isfinite(one.values)
         edges = np.quantile(one.values[known], [0.0, 1 / 3, 2 / 3, 1.0])
+        correlation = rank_correlation(carried[known], one.values[known])
         told = goes_with.get(one.name)
-        correlation = rank_correlation(carried[known], one.values[known]) if told is None else told
+        if told is not None:
+            # a force along the axis or against it: the gap grows with its size
+            correlation = float(np.copysign(told, correlation))
         for low, high in ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3)):
             inside = known & (one.values >= edges[low]) & (one.values <= edges[high])
             share = float(carried[inside].sum()) / whole

@@ -69,3 +69,9 @@ def test_a_force_that_grows_through_zero_goes_with_the_time_though_its_size_does
     assert first.regressor == "time_s"
     assert first.correlation == 1.0
     assert first.share > first.share_of_time
+
+
+def test_the_gap_grows_with_the_time_also_where_the_force_is_against_the_axis() -> None:
+    time_s = np.linspace(0.0, 60.0, 12)
+    (found,) = regime_shares([Regressor("time_s", "s", time_s)], time_s**2, {"time_s": -0.8})
+    assert found.correlation == 0.8
