@@ -78,15 +78,32 @@ def value_at(tree: Any, path: Path) -> Any:  # noqa: ANN401  a message holds val
     return here
 
 
+#: Names of components that say by themselves which is which.
+_COMPONENT_NAMES = (
+    ("x", "y", "z"),
+    ("x", "y", "z", "w"),
+    ("qx", "qy", "qz", "qw"),
+    ("roll", "pitch", "yaw"),
+    ("u", "v", "w"),
+    ("p", "q", "r"),
+)
+
+
 def numbers_below(tree: Any, path: Path) -> list[Path]:  # noqa: ANN401  as above
     """Paths of all numbers at or below a path, in the order of the message.
 
+    Components whose names say which is which come in their own order: the members of a JSON object
+    have none, and a program that sorts them writes the w of a quaternion first.
+
     >>> numbers_below({"twist": {"linear": {"x": 1.0, "y": 2.0}}}, ("twist", "linear"))
     [('twist', 'linear', 'x'), ('twist', 'linear', 'y')]
+    >>> [path[-1] for path in numbers_below({"q": {"w": 1.0, "x": 0, "y": 0, "z": 0}}, ("q",))]
+    ['x', 'y', 'z', 'w']
     """
     value = value_at(tree, path)
     if isinstance(value, dict):
-        return [found for name in value for found in numbers_below(tree, (*path, name))]
+        names = next((known for known in _COMPONENT_NAMES if set(known) == set(value)), value)
+        return [found for name in names for found in numbers_below(tree, (*path, name))]
     if isinstance(value, list):
         return [
             found

@@ -174,7 +174,7 @@ def plan_channel(
         unit,
         unit_from,
         tuple(stated.sign) * (len(numbers) if len(stated.sign) == 1 else 1),
-        stated.order,
+        _order(stated, numbers),
         body,
         earth,
         clock,
@@ -220,6 +220,12 @@ def _picked(stated: PoolChannel, numbers: list[Path], fields: Sequence[str]) -> 
             f"index {beyond[0]} is beyond the {len(numbers)} numbers of {', '.join(fields)}"
         )
     return [numbers[number] for number in stated.index]
+
+
+def _order(stated: PoolChannel, numbers: Sequence[Path]) -> Literal["xyzw", "wxyz"]:
+    """Order of a quaternion: as stated, unless its components are named and no paths are listed."""
+    named = [str(path[-1]).lower()[-1:] for path in numbers] == ["x", "y", "z", "w"]
+    return "xyzw" if named else stated.order
 
 
 def _elements(

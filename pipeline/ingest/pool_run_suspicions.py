@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
+from pipeline.ingest.pool_run_gravity import gravity_against_attitude
 from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.records.run_arrays import PoolRun, RunChannel
@@ -50,12 +51,13 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     Returns
     -------
     list of Problem
-        Warnings about units off by a factor, shaft speeds that contradict commands, thrusters
-        that seem to be swapped or reversed. None of them changes anything.
+        Warnings about units off by a factor, two opinions of where down is, shaft speeds that
+        contradict commands, thrusters that seem to be swapped or reversed. None of them changes anything.
     """
     place = Place(run.file)
     found = [*_sizes(run, place), *_voltage(run, vehicle, place)]
     try:  # what follows lays the readings on a common time base
+        found += gravity_against_attitude(run, place)
         found += _attitude_against_rate(run, place)
         found += _shaft_against_command(run, place)
         found += thrusters_against_rates(run, vehicle, place)

@@ -176,6 +176,27 @@ def test_json_with_the_same_fields_needs_no_mapping(tmp_path: Path) -> None:
     assert run.channels["thruster_command"].clock.used == "log"
 
 
+@pytest.mark.parametrize("order", ["xyzw", "wxyz", "zwyx"])
+@pytest.mark.parametrize("stated", ["", "xyzw", "wxyz"])
+def test_components_with_names_may_come_in_any_order(
+    tmp_path: Path, order: str, stated: str
+) -> None:
+    """A program that sorts the members of an object writes the w of a quaternion first."""
+    times = ticks(200, 50.0)
+    turn = Rotation.from_euler("ZYX", np.radians([100.0, 5.0, -3.0])).as_quat()
+    orientation = {name: float(turn["xyzw".index(name)]) for name in order}
+    rate = dict(zip("zxy", (0.3, 0.1, 0.2), strict=True))
+    messages = [{"orientation": orientation, "angular_velocity": rate}] * len(times)
+    channel = {"quantity": "attitude_quaternion", "topic": "/imu"}
+    mapped = [channel | {"order": stated}] if stated else []
+    run = read(
+        write_log(tmp_path / "run.mcap", [json_topic("/imu", times, messages)]),
+        rov(channels=mapped),
+    )
+    np.testing.assert_array_equal(run.channels["attitude"].values[0], turn[[3, 0, 1, 2]])
+    np.testing.assert_array_equal(run.channels["angular_velocity"].values[0], [0.1, 0.2, 0.3])
+
+
 def test_protobuf_by_its_descriptor(tmp_path: Path) -> None:
     times = ticks(300, 10.0)
     messages = [

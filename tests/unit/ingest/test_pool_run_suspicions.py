@@ -8,6 +8,7 @@ from pool_logs import (
     NAMES,
     Topic,
     imu_topic,
+    json_topic,
     joints_topic,
     ros_topic,
     rov,
@@ -157,6 +158,27 @@ def test_rates_against_the_attitude(tmp_path: Path, factor: list[float], says: s
         assert says in text
     else:
         assert "rate" not in text
+
+
+@pytest.mark.parametrize(
+    ("sign", "degrees"), [((1, 1, 1), ""), ((-1, -1, -1), "16"), ((1, -1, -1), "15")]
+)
+def test_down_by_the_accelerometer_against_down_by_the_attitude(
+    tmp_path: Path, sign: tuple[int, int, int], degrees: str
+) -> None:
+    """Bow up by 10 degrees, accelerations of 2 m/s2: only wrong axes are told."""
+    times = ticks(1000, 100.0)
+    turn = Rotation.from_euler("ZYX", np.radians([150.0, 10.0, 0.0]))
+    moving = 2.0 * np.random.default_rng(1).standard_normal((1000, 3))
+    force = (moving + turn.inv().apply([0.0, 0.0, -9.81])) * sign
+    contents = [
+        {"orientation": vector(turn.as_quat()), "linear_acceleration": vector(row)} for row in force
+    ]
+    text = warnings_of(tmp_path, [json_topic("/imu", times, contents)])
+    if degrees:
+        assert f"down by the attitude (/imu) are {degrees}" in text
+    else:
+        assert "down by" not in text
 
 
 def test_a_supply_in_millivolts(tmp_path: Path) -> None:
