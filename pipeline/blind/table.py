@@ -3,7 +3,8 @@
 import numpy as np
 
 from pipeline.blind.truth.sensors import Log, Reading
-from pipeline.records.run_table import RunTable
+from pipeline.records.held_commands import mean_held
+from pipeline.records.run_table import OffRow, RunTable
 from pipeline.types import BoolArray, FloatArray
 
 #: A gap of more than so many periods is not bridged.
@@ -47,10 +48,11 @@ def table_of(
     command = log["command"]
     end = float(command.logged_s[-1])
     time_s = np.asarray(np.arange(int(end / period_s + 1e-6) + 1) * period_s, np.float64)
-    index = np.searchsorted(command.stamp_s, time_s + 1e-9, side="right") - 1
-    values: dict[str, FloatArray] = {"command": command.values[np.clip(index, 0, None)]}
-    valid: dict[str, BoolArray] = {"command": index >= 0}
+    held = mean_held(command.stamp_s, command.values, time_s, period_s)
+    values: dict[str, FloatArray] = {"command": held}
+    valid: dict[str, BoolArray] = {"command": time_s + 0.5 * period_s >= command.stamp_s[0]}
     reading: dict[str, BoolArray] = {"command": _nearest(command.stamp_s, time_s)}
+    off_row: dict[str, OffRow] = {}
     for quantity, (instrument, columns) in _PARTS.items():
         if instrument not in log or log[instrument].stamp_s.size < 2:
             continue
@@ -59,12 +61,16 @@ def table_of(
         if quantity == "attitude":
             values[quantity] /= np.linalg.norm(values[quantity], axis=1, keepdims=True)
         reading[quantity] = _nearest(source.stamp_s, time_s) & valid[quantity]
+        off = OffRow.of(time_s, values[quantity], source.stamp_s, source.values[:, columns])
+        if off is not None:
+            off_row[quantity] = off
     return RunTable(
         name,
         time_s,
         values,
         valid,
         reading=reading,
+        off_row=off_row,
         thrusters=thrusters,
         start_time_ns=start_time_ns,
     )

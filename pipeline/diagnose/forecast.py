@@ -12,7 +12,7 @@ from pipeline.diagnose.predictions import Bench, innovations, outside_forces, si
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_outputs import stack_windows
-from pipeline.identify.windows import Window
+from pipeline.identify.windows import Readings, Window
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray, IntArray
 
@@ -82,9 +82,11 @@ def outlook(
                 continue
             good = run.valid[quantity][index] & np.isfinite(run.values[quantity][index]).all(axis=1)
             if good.any():
-                readings[quantity] = (
+                # what stands in the row is compared with the row, whenever it was read
+                readings[quantity] = Readings(
                     (index[good] - begin) // stride,
                     run.values[quantity][index[good]],
+                    np.zeros(int(good.sum())),
                 )
         command = np.nan_to_num(run.values["command"][begin:end:stride])
         if not len(command):

@@ -15,7 +15,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.window_outputs import Rows, Stack, predicted_reading, turn_between
+from pipeline.identify.window_outputs import (
+    Rows,
+    Stack,
+    at_readings,
+    predicted_reading,
+    turn_between,
+)
 from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.physics.parameters import offset, read, slot
 from pipeline.simulate.applied_wrench import actuator_states
@@ -191,7 +197,7 @@ def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatA
     found = []
     for rows in stack.rows:
         quantity, place = rows.channel.quantity, np.array(rows.channel.place_m)
-        x, x_dot = motion.state[rows.sample, :13], motion.rate[rows.sample]
+        x, x_dot = at_readings(rows, bench.piece_of_sample, motion.state[:, :13], motion.rate)
         if quantity == "attitude":
             found.append(turn_between(x[:, 3:7], rows.measured))
         elif quantity == "velocity":
@@ -206,10 +212,9 @@ def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatA
 def _velocity(bench: Bench, vector: FloatArray, motion: Motion, rows: Rows) -> FloatArray:
     """Velocity that a DVL shows whose scale, mount, place and age may be wrong, body axes."""
     late = float(read(vector, "dvl_delay"))
-    sample, window = rows.sample, rows.window
-    nu, turn = motion.state[sample, 7:13], motion.state[sample, 3:7]
+    nu, turn = at_readings(rows, bench.piece_of_sample, motion.state[:, 7:13], motion.state[:, 3:7])
     if late != 0.0:
-        step = np.array([w.step_s for w in bench.stack.windows])[window]
+        step = np.array([w.step_s for w in bench.stack.windows])[rows.window]
         wanted, low = _shown_at(bench, rows, late)
         # before its start a window goes back as it began, for a short time
         share = np.clip((wanted - low)[:, None], -0.5 / step[:, None], 1.0 + 0.5 / step[:, None])
@@ -240,7 +245,7 @@ def _shown_at(bench: Bench, rows: Rows, late: float) -> tuple[FloatArray, IntArr
     window = rows.window
     step = np.array([w.step_s for w in bench.stack.windows])[window]
     begins = window_begins(bench)
-    wanted = rows.sample - late / step
+    wanted = rows.sample + rows.late - late / step
     low = np.clip(np.floor(wanted).astype(int), begins[window], begins[window + 1] - 2)
     return wanted, low
 

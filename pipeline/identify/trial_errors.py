@@ -98,7 +98,7 @@ def predicted_table(
         there[first : first + count] = found.valid[quantity][:count] & flown.valid[:count]
         placed[~there] = np.nan
         values[quantity], valid[quantity] = placed, there
-    return replace(found, time_s=table.time_s, values=values, valid=valid, reading={})
+    return replace(found, time_s=table.time_s, values=values, valid=valid, reading={}, off_row={})
 
 
 def sensor_log(packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: Flown) -> Log:

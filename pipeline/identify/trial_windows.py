@@ -182,6 +182,7 @@ def rows_of(table: RunTable, begin: int, end: int) -> RunTable:
         values={name: values[part] for name, values in table.values.items()},
         valid={name: valid[part] for name, valid in table.valid.items()},
         reading={name: marks[part] for name, marks in table.reading.items()},
+        off_row={name: off.rows(part) for name, off in table.off_row.items()},
         start_time_ns=table.start_time_ns + round(1e9 * float(table.time_s[begin])),
     )
 
@@ -251,10 +252,10 @@ def _starts(
 def _lead(window: Window, lead: int) -> Window:
     """Keep the commands and readings of a window's lead."""
     readings = {}
-    for quantity, (index, values) in window.readings.items():
-        early = index <= lead
+    for quantity, found in window.readings.items():
+        early = found.sample <= lead
         if early.any():
-            readings[quantity] = (index[early], values[early])
+            readings[quantity] = found.part(early)
     return replace(window, command=window.command[: lead + 1], readings=readings)
 
 

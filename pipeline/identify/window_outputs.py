@@ -26,13 +26,15 @@ OFFSET_COUNT = 7
 class Rows:
     """The readings of one channel over all windows.
 
-    `sample` (k,) index into the stacked samples, `window` (k,), `measured` (k, c), `blocks` one
-    (rows, whitener) a set of windows with the same sampling: rows (n, j) of n windows, and the
-    number or matrix (j, j) that makes their noise white with unit variance.
+    `sample` (k,) index into the stacked samples, `late` (k,) by how many steps the reading is later
+    than that, `window` (k,), `measured` (k, c), `blocks` one (rows, whitener) a set of windows with
+    the same sampling: rows (n, j) of n windows, and the number or matrix (j, j) that makes their
+    noise white with unit variance.
     """
 
     channel: ChannelNoise
     sample: IntArray
+    late: FloatArray
     window: IntArray
     measured: FloatArray
     blocks: tuple[tuple[IntArray, FloatArray | float], ...]
@@ -72,15 +74,17 @@ def stack_windows(
     offsets = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in windows])])
     rows, owner_window, owner_channel = [], [], []
     for channel in channels:
-        samples, numbers, values, begin = [], [], [], 0
+        samples, lates, numbers, values, begin = [], [], [], [], 0
         alike: dict[bytes, tuple[FloatArray, float, list[IntArray]]] = {}
         for number, window in enumerate(windows):
             if channel.quantity not in window.readings:
                 continue
-            index, measured = window.readings[channel.quantity]
+            own = window.readings[channel.quantity]
+            index = own.sample
             samples.append(offsets[number] + index)
+            lates.append(own.late_s / window.step_s)
             numbers.append(np.full(index.size, number))
-            values.append(measured)
+            values.append(own.values)
             time_s = np.asarray(index * window.step_s)
             key = np.round([*time_s, window.duration_s], 6).tobytes()
             group = alike.setdefault(key, (time_s, window.duration_s, []))
@@ -92,6 +96,7 @@ def stack_windows(
             Rows(
                 channel,
                 np.concatenate(samples),
+                np.concatenate(lates),
                 np.concatenate(numbers),
                 np.concatenate(values),
                 tuple(
@@ -190,9 +195,12 @@ def innovations(
     state, rate = simulate_windows(stack, vector, starts)
     gravity = stack.packed.context.gravity_mps2
     run_of = np.array([window.run for window in stack.windows])
+    stretch = np.repeat(
+        np.arange(len(stack.windows)), [len(window.command) + 1 for window in stack.windows]
+    )
     found = []
     for rows in stack.rows:
-        x, x_dot = state[rows.sample], rate[rows.sample]
+        x, x_dot = at_readings(rows, stretch, state, rate)
         place = np.array(rows.channel.place_m)
         found.append(
             rows.measured - predicted_reading(rows.channel.quantity, x, x_dot, place, gravity)
@@ -203,6 +211,29 @@ def innovations(
             columns = OFFSETS[rows.channel.quantity]
             found[-1] = found[-1] - offsets[run_of[rows.window], columns]
     return found
+
+
+def at_readings(rows: Rows, stretch: IntArray, *motion: FloatArray) -> list[FloatArray]:
+    """Take the motion (samples, n) at the times of a channel's readings, (k, n) each.
+
+    A reading between two samples lies on the line through them; `stretch` (samples,) numbers what
+    was simulated in one go, and no line leads from one into the next.
+    """
+    late = rows.late
+    if not late.any():
+        return [one[rows.sample] for one in motion]
+    # the neighbour on the reading's side, or else the one on the other side
+    side = np.where(late < 0.0, -1, 1)
+    last = len(stretch) - 1
+    side = np.where(_same(stretch, rows.sample, rows.sample + side, last), side, -side)
+    beside = np.clip(rows.sample + side, 0, last)
+    share = np.where(_same(stretch, rows.sample, beside, last), late * side, 0.0)[:, None]
+    return [one[rows.sample] + share * (one[beside] - one[rows.sample]) for one in motion]
+
+
+def _same(stretch: IntArray, first: IntArray, second: IntArray, last: int) -> BoolArray:
+    there = (second >= 0) & (second <= last)
+    return np.asarray(there & (stretch[first] == stretch[np.clip(second, 0, last)]))
 
 
 def predicted_reading(

@@ -113,10 +113,10 @@ def _lead(window: Window) -> Window:
     """Keep the readings of a window's first part only."""
     last = round(LEAD_SHARE * len(window.command))
     readings = {}
-    for quantity, (index, values) in window.readings.items():
-        early = index <= last
+    for quantity, found in window.readings.items():
+        early = found.sample <= last
         if early.any():
-            readings[quantity] = (index[early], values[early])
+            readings[quantity] = found.part(early)
     return replace(window, readings=readings)
 
 

@@ -27,12 +27,29 @@ BLIND_WINDOW_S = 20.0
 
 
 @dataclass(frozen=True)
+class Readings:
+    """Readings of one channel in a window.
+
+    `sample` (k,) within the window nearest to each, `values` (k, c), and by how much the reading is
+    later than the sample, `late_s` (k,).
+    """
+
+    sample: IntArray
+    values: FloatArray
+    late_s: FloatArray
+
+    def part(self, kept: BoolArray) -> "Readings":
+        """Return some of the readings."""
+        return Readings(self.sample[kept], self.values[kept], self.late_s[kept])
+
+
+@dataclass(frozen=True)
 class Window:
     """A piece of a run.
 
     `command` (m, n) held for `step_s` each; `start` (STATE,) kernel state guessed from the
     measurements; `known` (6,) whether linear (0-2) and angular (3-5) velocity there was measured;
-    `readings` quantity -> (sample within the window (k,), values (k, c)).
+    `readings` by quantity.
     """
 
     run: int
@@ -41,7 +58,7 @@ class Window:
     command: FloatArray
     start: FloatArray
     known: BoolArray
-    readings: dict[str, tuple[IntArray, FloatArray]]
+    readings: dict[str, Readings]
 
     @property
     def duration_s(self) -> float:
@@ -125,8 +142,9 @@ def _cut_run(  # noqa: PLR0917 - one caller
             inside = index[(index >= begin) & (index <= end)]
             usual = min(channel.rate_hz, FASTEST_HZ) * (end - begin) * period
             if inside.size >= max(SMALLEST_SHARE * usual, 1):
-                sample = np.round((inside - begin) / stride).astype(int)
-                readings[channel.quantity] = (sample, run.values[channel.quantity][inside])
+                readings[channel.quantity] = _readings(
+                    run, channel.quantity, inside, begin, stride, period
+                )
         if not readings:
             continue
         start, known = _start(run, begin, end, channels, going)
@@ -143,6 +161,20 @@ def _cut_run(  # noqa: PLR0917 - one caller
             )
         )
     return windows
+
+
+def _readings(  # noqa: PLR0917 - one caller
+    run: RunTable, quantity: str, row: IntArray, begin: int, stride: int, period_s: float
+) -> Readings:
+    """Take the readings next to some rows of a table as samples of a window."""
+    sample = np.round((row - begin) / stride).astype(int)
+    values = run.values[quantity][row]
+    late_s = (row - begin - sample * stride) * period_s
+    off = run.off_row.get(quantity)
+    if off is not None:
+        late_s = late_s + off.late_s[row]
+        values = values + off.more[row]
+    return Readings(sample, values, late_s)
 
 
 def _begins(known: BoolArray, length: int) -> list[tuple[int, int]]:

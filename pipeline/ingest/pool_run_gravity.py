@@ -51,4 +51,4 @@ def _down_in_body(attitude: FloatArray) -> FloatArray:
     """R^T e_z of quaternions w, x, y, z, body to NED, of any length but zero."""
     w, x, y, z = attitude.T
     down = np.stack([x * z - w * y, y * z + w * x, 0.5 * (w * w - x * x - y * y + z * z)], axis=1)
-    return 2.0 * down / (attitude**2).sum(axis=1, keepdims=True)
+    return np.asarray(2.0 * down / (attitude**2).sum(axis=1, keepdims=True))

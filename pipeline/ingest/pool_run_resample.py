@@ -7,8 +7,9 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.pool_run_interpolate import kept_readings, place_on
+from pipeline.records.held_commands import mean_held
 from pipeline.records.run_arrays import PoolRun, RunChannel
-from pipeline.records.run_table import QUANTITIES, RunTable
+from pipeline.records.run_table import QUANTITIES, OffRow, RunTable
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 _MOST_ROWS = 50_000_000
@@ -33,10 +34,10 @@ def resample(
     the two readings around (quaternions on the shorter arc, normalised); a command holds until the
     next. No value is made up in a gap, before the first or after the last reading: it is not a
     number and `valid` is False. Readings with the marks of `LEFT_OUT_OF_TABLES` take no part and
-    are counted. Commands and shaft speeds of all thrusters are put together in the order of the
-    vehicle file: a thruster without a command has 0, one without shaft speed is not a number, and
-    `notes` say so. Where only the velocity over the earth was measured, the attitude turns it into
-    body axes.
+    are counted. How readings differ from the rows nearest to them is kept beside. Commands and
+    shaft speeds of all thrusters are put together in the order of the vehicle file: a thruster
+    without a command has 0, one without shaft speed is not a number, and `notes` say so. Where only
+    the velocity over the earth was measured, the attitude turns it into body axes.
 
     Parameters
     ----------
@@ -49,7 +50,7 @@ def resample(
     begin_ns, end_ns : int, optional
         Times on the clock of the log; default the whole run. [ns]
     by_step : bool
-        Each row has the command in the middle of the step that follows it, for simulation from row
+        Each row has the mean of the commands over the step that follows it, for simulation from row
         to row: the one at the row would be late by half a step on average, as if the drives lagged.
 
     Returns
@@ -70,6 +71,7 @@ def resample(
     values: dict[str, FloatArray] = {}
     valid: dict[str, BoolArray] = {}
     reading: dict[str, BoolArray] = {}
+    off_row: dict[str, OffRow] = {}
     notes: list[str] = []
     wanted = _wanted(run, by_quantity, quantities)
     for quantity in wanted:
@@ -83,13 +85,14 @@ def resample(
         channels = by_quantity[quantity]
         if quantity in _OF_THRUSTERS:
             names = _thruster_names(run, by_quantity)
-            later_s = 0.5 * _period(time_s) if by_step and quantity == "command" else 0.0
-            placed, said = _of_thrusters(
-                quantity, channels, names, begin_ns, time_s, later_s=later_s
-            )
+            step_s = _period(time_s) if by_step and quantity == "command" else 0.0
+            placed, said = _of_thrusters(quantity, channels, names, begin_ns, time_s, step_s=step_s)
             notes += said
         else:
             placed = _placed(channels[0], begin_ns, time_s)
+            off = OffRow.of(time_s, placed[0], *kept_readings(channels[0], begin_ns))
+            if off is not None:
+                off_row[quantity] = off
         values[quantity], valid[quantity], reading[quantity] = placed
     return RunTable(
         PurePath(run.file).stem,
@@ -98,6 +101,7 @@ def resample(
         valid,
         tuple(notes),
         reading,
+        off_row,
         _thruster_names(run, by_quantity),
         begin_ns,
         _left_out(run, wanted),
@@ -168,15 +172,18 @@ def _time_base(
 
 
 def _placed(
-    channel: RunChannel, begin_ns: int, time_s: FloatArray, later_s: float = 0.0
+    channel: RunChannel, begin_ns: int, time_s: FloatArray, step_s: float = 0.0
 ) -> tuple[FloatArray, BoolArray, BoolArray]:
     """Values (m, k) of a channel, where there are any (m,), and the samples of readings (m,).
 
-    The values are those so much later than the samples. [s]
+    With `step_s` they are the means of what is held over that time from each sample on. [s]
     """
-    values, there = place_on(channel, begin_ns, time_s + later_s)
+    values, there = place_on(channel, begin_ns, time_s + 0.5 * step_s)
     there = there & np.isfinite(values).all(axis=1)
-    return values, there, _nearest(kept_readings(channel, begin_ns)[0], time_s) & there
+    own_s, own = kept_readings(channel, begin_ns)
+    if step_s > 0.0 and there.any():
+        values = np.where(there[:, None], mean_held(own_s, own, time_s, step_s), np.nan)
+    return values, there, _nearest(own_s, time_s) & there
 
 
 def _nearest(source_s: FloatArray, time_s: FloatArray) -> BoolArray:
@@ -198,7 +205,7 @@ def _of_thrusters(
     begin_ns: int,
     time_s: FloatArray,
     *,
-    later_s: float,
+    step_s: float,
 ) -> tuple[tuple[FloatArray, BoolArray, BoolArray], list[str]]:
     """Put the channels of a quantity together, a column for each name; as `_placed`."""
     empty = 0.0 if quantity == "command" else np.nan
@@ -207,7 +214,7 @@ def _of_thrusters(
     reading = np.zeros(time_s.size, np.bool_)
     missing = dict.fromkeys(names)
     for channel in channels:
-        new, there, nearest = _placed(channel, begin_ns, time_s, later_s)
+        new, there, nearest = _placed(channel, begin_ns, time_s, step_s)
         valid &= there
         reading |= nearest
         for column, name in zip(new.T, channel.columns, strict=True):

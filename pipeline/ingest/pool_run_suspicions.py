@@ -52,7 +52,8 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     -------
     list of Problem
         Warnings about units off by a factor, two opinions of where down is, shaft speeds that
-        contradict commands, thrusters that seem to be swapped or reversed. None of them changes anything.
+        contradict commands, thrusters that seem to be swapped or reversed. None of them changes
+        anything.
     """
     place = Place(run.file)
     found = [*_sizes(run, place), *_voltage(run, vehicle, place)]

@@ -5,8 +5,11 @@ Held in memory only; the processed file of a run is made by the stage that reads
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Self
 
-from pipeline.types import BoolArray, FloatArray
+import numpy as np
+
+from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Quantities of a run: name -> (columns, unit, meaning). Axes SNAME and NED. Commands and shaft
 #: speeds have a column for each thruster.
@@ -22,6 +25,62 @@ QUANTITIES: dict[str, tuple[tuple[str, ...], str, str]] = {
     "voltage": (("supply",), "V", "supply"),
     "current": (("supply",), "A", "drawn from the supply"),
 }
+
+
+#: Readings that stand in their rows to this are not told apart from them. [s]
+_ON_ROW_S = 1e-9
+
+
+@dataclass(frozen=True)
+class OffRow:
+    """How the readings of a quantity differ from the rows nearest to them; zero in other rows.
+
+    `late_s` (m,) is by how much a reading is later than its row, `more` (m, k) what it shows less
+    the value of the table there, which lies on the line to the next reading. Between two readings
+    of a DVL a vehicle may have changed its mind, and a line misses that by more than the noise.
+    """
+
+    late_s: FloatArray
+    more: FloatArray
+
+    @classmethod
+    def of(
+        cls, time_s: FloatArray, values: FloatArray, reading_s: FloatArray, readings: FloatArray
+    ) -> Self | None:
+        """Compare readings with a table; None where all stand in their rows.
+
+        Parameters
+        ----------
+        time_s : ndarray, shape (m,)
+            Evenly spaced times of the table. [s]
+        values : ndarray, shape (m, k)
+            The table; four columns are a quaternion of either sign.
+        reading_s, readings : ndarray, shape (n,), (n, k)
+            Times and values of the readings.
+        """
+        if time_s.size < 2:
+            return None
+        period = float(time_s[1] - time_s[0])
+        row = np.rint((reading_s - time_s[0]) / period).astype(int)
+        inside = (row >= 0) & (row < time_s.size)
+        row, reading_s, readings = row[inside], reading_s[inside], readings[inside]
+        late_s = reading_s - time_s[row]
+        if not (np.abs(late_s) > _ON_ROW_S).any():
+            return None
+        # of several readings next to a row the nearest is written last and stays
+        order = np.argsort(-np.abs(late_s), kind="stable")
+        row, late_s, readings = row[order], late_s[order], readings[order]
+        if readings.shape[1] == 4:
+            side = np.einsum("ij,ij->i", readings, np.nan_to_num(values[row]))
+            readings = readings * np.where(side < 0.0, -1.0, 1.0)[:, None]
+        found = cls(np.zeros(time_s.size), np.zeros(values.shape))
+        found.late_s[row] = late_s
+        found.more[row] = np.nan_to_num(readings - values[row])
+        return found
+
+    def rows(self, kept: slice | BoolArray | IntArray) -> Self:
+        """Return some of the rows."""
+        return type(self)(self.late_s[kept], self.more[kept])
 
 
 @dataclass(frozen=True)
@@ -42,6 +101,8 @@ class RunTable:
     reading: dict[str, BoolArray] = field(default_factory=dict)
     """Quantity -> (m,) True at the sample nearest to each reading of the sensor; what lies between
     is interpolated. A quantity that is absent here says nothing about it."""
+    off_row: dict[str, OffRow] = field(default_factory=dict)
+    """Quantity -> how its readings differ from their rows; absent where they stand in them."""
     thrusters: tuple[str, ...] = ()
     """Names of the columns of `command` and `shaft_speed`; empty where nothing names them."""
     start_time_ns: int = 0

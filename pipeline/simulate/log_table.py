@@ -7,7 +7,8 @@ removed, every channel on one time base, velocity turned from the DVL's axes int
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from pipeline.records.run_table import RunTable
+from pipeline.records.held_commands import mean_held
+from pipeline.records.run_table import OffRow, RunTable
 from pipeline.simulate.sensors import Channel, Log
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.sensor_schema import Sensors
@@ -22,7 +23,7 @@ def table_of_log(
     """Resample a simulated log to one time base.
 
     Values are interpolated linearly between readings (attitude along the shortest turn); the
-    command is the last one sent.
+    command is the mean over the step that follows.
 
     Parameters
     ----------
@@ -43,9 +44,11 @@ def table_of_log(
     command = log["command"]
     begin, end = command.valid_s[[0, -1]]
     time_s = begin + period_s * np.arange(int(np.floor((end - begin) / period_s + 1e-9)) + 1)
-    values: dict[str, FloatArray] = {"command": _held(command, time_s)}
+    held = mean_held(command.valid_s, command.values, time_s, period_s)
+    values: dict[str, FloatArray] = {"command": held}
     valid: dict[str, BoolArray] = {"command": np.ones(time_s.size, bool)}
     reading: dict[str, BoolArray] = {}
+    off_row: dict[str, OffRow] = {}
     for quantity, channel, columns in _quantities(log, sensors):
         if not channel.valid_s.size:
             continue
@@ -57,7 +60,10 @@ def table_of_log(
             )
         valid[quantity] = _between_readings(channel.valid_s, time_s)
         reading[quantity] = _nearest(channel.valid_s, time_s) & valid[quantity]
-    return RunTable(name, time_s - begin, values, valid, reading=reading)
+        off = OffRow.of(time_s, values[quantity], channel.valid_s, columns)
+        if off is not None:
+            off_row[quantity] = off
+    return RunTable(name, time_s - begin, values, valid, reading=reading, off_row=off_row)
 
 
 def _quantities(log: Log, sensors: Sensors) -> list[tuple[str, Channel, FloatArray]]:
@@ -78,11 +84,6 @@ def _quantities(log: Log, sensors: Sensors) -> list[tuple[str, Channel, FloatArr
         if name in log
     ]
     return found
-
-
-def _held(channel: Channel, time_s: FloatArray) -> FloatArray:
-    index = np.searchsorted(channel.valid_s, time_s + 1e-9, side="right") - 1
-    return channel.values[np.clip(index, 0, None)]
 
 
 def _turned(reading_s: FloatArray, quaternion: FloatArray, time_s: FloatArray) -> FloatArray:

@@ -118,6 +118,8 @@ def _wrong_velocity(
         values=put(table_.values, wrong.values),
         valid=put(table_.valid, wrong.valid),
         reading=put(table_.reading, wrong.reading),
+        off_row={name: off for name, off in table_.off_row.items() if name != "velocity"}
+        | {name: off.rows(slice(count)) for name, off in wrong.off_row.items()},
     )
 
 
@@ -151,6 +153,7 @@ def _cut(table_: RunTable, seconds: float) -> RunTable:
         values=cut(table_.values),
         valid=cut(table_.valid),
         reading=cut(table_.reading),
+        off_row={name: off.rows(kept) for name, off in table_.off_row.items()},
     )
 
 

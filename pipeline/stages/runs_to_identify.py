@@ -147,4 +147,5 @@ def _without_dead(table: RunTable, without: Sequence[str]) -> tuple[RunTable, li
     kept = {name: values for name, values in table.values.items() if name not in dead}
     valid = {name: flags for name, flags in table.valid.items() if name not in dead}
     reading = {name: marks for name, marks in table.reading.items() if name not in dead}
-    return replace(table, values=kept, valid=valid, reading=reading), warnings
+    off_row = {name: off for name, off in table.off_row.items() if name not in dead}
+    return replace(table, values=kept, valid=valid, reading=reading, off_row=off_row), warnings
