@@ -195,6 +195,11 @@ def add_thrust(
             t = screw_thrust(p, i, actuator[i], inflow[i], screws)
         else:
             t = static_thrust(p, i, actuator[i], inflow[i], thrust_tables, steps)
+            if p[INFLOW_FRACTION + i] < 0.0:
+                # no vehicle has this; a fit that crosses zero meets the mirror image of the other
+                # side there, where the thrust at rest against the motion would be a kink
+                mirrored = static_thrust(p, i, actuator[i], -inflow[i], thrust_tables, steps)
+                t = 2.0 * static_thrust(p, i, actuator[i], 0.0, thrust_tables, steps) - mirrored
         thrust[i] = t
         f0 += t * d0
         f1 += t * d1

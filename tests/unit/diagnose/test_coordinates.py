@@ -8,7 +8,11 @@ from pipeline.diagnose.coordinates import Coordinate, coordinates, specs_at, vec
 from pipeline.diagnose.linear_model import plain, realisable
 from pipeline.effects.library import candidates
 from pipeline.physics.parameters import read
+from pipeline.simulate.fly import fly
+from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.simulate.run import run
+from pipeline.types import FloatArray
 from pipeline.vehicle.load import load_vehicle
 
 Rov8 = tuple[PackedVehicle, tuple[Coordinate, ...], dict[str, int]]
@@ -64,3 +68,23 @@ def test_beyond_what_is_possible_the_vector_goes_on_as_it_came(rov8: Rov8) -> No
         ways.append(vector_at(packed, every, x) - packed.vector)
     np.testing.assert_allclose(ways[0], -ways[1])
     assert read(ways[1], "dead_zone")[0] == pytest.approx(-0.1 * every[index].unit_size)
+
+
+def test_no_departure_has_a_kink_at_neutral(rov8: Rov8) -> None:
+    """A step to one side moves the vehicle as far as one to the other, the other way."""
+    packed, every, _ = rov8
+    flown = fly(packed, MANOEUVRES["multisine"].plan(packed, 1.0, 8.0))
+
+    def velocity(departures: FloatArray) -> FloatArray:
+        vector = vector_at(packed, every, departures)
+        return run(packed, flown.command[:400], dt_s=0.02, vector=vector).nu
+
+    nominal = velocity(np.zeros(len(every)))
+    for index, one in enumerate(every):
+        if one.leads:
+            continue
+        step = np.zeros(len(every))
+        step[index] = 0.002
+        forward, back = velocity(step) - nominal, velocity(-step) - nominal
+        uneven = np.linalg.norm(forward + back) / max(float(np.linalg.norm(forward)), 1e-9)
+        assert uneven < 0.1, one.name
