@@ -84,7 +84,7 @@ def test_no_departure_has_a_kink_at_neutral(rov8: Rov8) -> None:
         if one.leads:
             continue
         step = np.zeros(len(every))
-        step[index] = 0.002
+        step[index] = 3e-4
         forward, back = velocity(step) - nominal, velocity(-step) - nominal
         uneven = np.linalg.norm(forward + back) / max(float(np.linalg.norm(forward)), 1e-9)
         assert uneven < 0.1, one.name
