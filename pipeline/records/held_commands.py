@@ -6,6 +6,8 @@ from pipeline.types import FloatArray
 
 #: Times that agree to this are the same. [s]
 _SAME_S = 1e-9
+#: Decimals of a mean: what differences of long sums leave beyond them is round-off.
+_DIGITS = 9
 
 
 def mean_held(
@@ -52,4 +54,4 @@ def mean_held(
     last, ended = held_at(time_s + step_s - _SAME_S)
     mean = (ended - begun) / (step_s - 2.0 * _SAME_S)
     # one command alone is that command, not nearly so: thrusts have kinks at whole codes
-    return np.where((first == last)[:, None], values[first], mean)
+    return np.where((first == last)[:, None], values[first], np.round(mean, _DIGITS))
