@@ -4,8 +4,8 @@ import numpy as np
 
 from pipeline.types import FloatArray
 
-#: Times that agree to this are the same. [s]
-_SAME_S = 1e-9
+#: Times that agree to this are the same: stamps are rounded, and so are steps. [s]
+_SAME_S = 1e-6
 #: Decimals of a mean: what differences of long sums leave beyond them is round-off.
 _DIGITS = 9
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.ingest.run_commands import RunCommands
+from pipeline.records.held_commands import mean_held
 from pipeline.simulate.events import PayloadSchedule
 from pipeline.simulate.fly import run_changing
 from pipeline.simulate.mover import Mover
@@ -72,9 +73,10 @@ def replay(
         state[:3], state[3:7] = log.start.position_ned_m, log.start.quaternion
         state[7:13] = log.start.nu
     steps = max(round(log.end_s / step_s), 1)
-    at = np.searchsorted(log.time_s, step_s * np.arange(steps) + 1e-6, side="right") - 1
     columns = [log.names.index(name) for name in one.packed.thruster_names]
-    codes = log.codes[np.clip(at, 0, None)][:, columns]
+    codes = mean_held(
+        log.time_s, log.codes[:, columns], np.asarray(step_s * np.arange(steps), float), step_s
+    )
     low, high = one.packed.code_limits.T
     beyond = np.logical_or(codes < low, codes > high).any(axis=0).tolist()
     if any(beyond):
