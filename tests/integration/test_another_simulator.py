@@ -1,0 +1,34 @@
+"""Runs of a vehicle and a simulator that the package has never seen, by the command."""
+
+import json
+from pathlib import Path
+from shutil import copyfile
+
+import pytest
+from another_simulator import Scout, write_run
+from shared_runs import rig2sea
+
+
+def diagnosed(folder: Path, scout: Scout) -> dict[str, dict[str, object]]:
+    copyfile(Path(__file__).parent / "scout.yaml", folder / "vehicle.yaml")
+    for seed, kind in enumerate(("steps", "sines")):
+        write_run(folder / "pool" / f"{kind}.mcap", scout, kind, 60.0, seed)
+    done = rig2sea(folder, "diagnose", str(folder), "steps", "sines", "--to", str(folder / "out"))
+    assert done.returncode == 0, done.stderr
+    found = json.loads((folder / "out" / "diagnosis.json").read_text(encoding="utf-8"))
+    assert isinstance(found, dict)
+    return found
+
+
+def test_a_vehicle_as_its_file_says_is_called_that(tmp_path: Path) -> None:
+    verdict = diagnosed(tmp_path, Scout())["verdict"]
+    assert verdict["effects"] == ["none"]
+    assert verdict["ambiguous_with"] == []
+
+
+@pytest.mark.parametrize("force_n", [5.0])
+def test_a_buoyancy_is_found_and_its_size(tmp_path: Path, force_n: float) -> None:
+    found = diagnosed(tmp_path, Scout(volume_m3=0.02107 + force_n / (1000.0 * 9.81)))
+    assert found["verdict"]["effects"] == ["residual_buoyancy"]
+    first = found["ranking"][0]["parameters"]["force_n"]
+    assert first["ci95"][0] < force_n < first["ci95"][1]
