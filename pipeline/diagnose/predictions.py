@@ -16,9 +16,10 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_outputs import (
+    Lines,
     Rows,
     Stack,
-    at_readings,
+    lines_of,
     predicted_reading,
     turn_between,
 )
@@ -97,6 +98,11 @@ class Bench:
             found[a + number : b + number] = step[a:b]
             found[b + number] = step[b - 1]
         return found
+
+    @cached_property
+    def lines(self) -> tuple[Lines, ...]:
+        """Where the readings of each channel lie, each piece being simulated in one go."""
+        return tuple(lines_of(rows, self.piece_of_sample) for rows in self.stack.rows)
 
     @cached_property
     def row_of_sample(self) -> IntArray:
@@ -195,13 +201,13 @@ def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatA
     stack = bench.stack
     gravity = stack.packed.context.gravity_mps2
     found = []
-    for rows in stack.rows:
+    for rows, lines in zip(stack.rows, bench.lines, strict=True):
         quantity, place = rows.channel.quantity, np.array(rows.channel.place_m)
-        x, x_dot = at_readings(rows, bench.piece_of_sample, motion.state[:, :13], motion.rate)
+        x, x_dot = lines.at(motion.state[:, :13]), lines.at(motion.rate)
         if quantity == "attitude":
             found.append(turn_between(x[:, 3:7], rows.measured))
         elif quantity == "velocity":
-            found.append(rows.measured - _velocity(bench, vector, motion, rows))
+            found.append(rows.measured - _velocity(bench, vector, motion, rows, lines))
         elif quantity == "voltage":
             found.append(rows.measured - _voltage(bench, vector)[rows.sample])
         else:
@@ -209,10 +215,12 @@ def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatA
     return found
 
 
-def _velocity(bench: Bench, vector: FloatArray, motion: Motion, rows: Rows) -> FloatArray:
+def _velocity(
+    bench: Bench, vector: FloatArray, motion: Motion, rows: Rows, lines: Lines
+) -> FloatArray:
     """Velocity that a DVL shows whose scale, mount, place and age may be wrong, body axes."""
     late = float(read(vector, "dvl_delay"))
-    nu, turn = at_readings(rows, bench.piece_of_sample, motion.state[:, 7:13], motion.state[:, 3:7])
+    nu, turn = lines.at(motion.state[:, 7:13]), lines.at(motion.state[:, 3:7])
     if late != 0.0:
         step = np.array([w.step_s for w in bench.stack.windows])[rows.window]
         wanted, low = _shown_at(bench, rows, late)

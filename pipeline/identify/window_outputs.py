@@ -6,6 +6,7 @@ one array, so that every channel is computed once for all windows.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -41,6 +42,25 @@ class Rows:
 
 
 @dataclass(frozen=True)
+class Lines:
+    """Where the readings of a channel lie between samples.
+
+    Of the way from `sample` (k,) to the one `beside` it (k,), each by a `share` (k, 1).
+    """
+
+    sample: IntArray
+    beside: IntArray
+    share: FloatArray
+
+    def at(self, motion: FloatArray) -> FloatArray:
+        """Take the motion (samples, n) at the times of the readings, (k, n)."""
+        here = motion[self.sample]
+        if self.share.any():
+            here += self.share * (motion[self.beside] - here)
+        return here
+
+
+@dataclass(frozen=True)
 class Stack:
     """Windows ready to be simulated together; `scale` widens a channel's noise by its quantity."""
 
@@ -52,6 +72,13 @@ class Stack:
     owner: IntArray
     """(all residuals,): index of the channel in `rows`, in the order of the residuals."""
     scale: dict[str, float] = field(default_factory=dict)
+
+    @cached_property
+    def lines(self) -> tuple[Lines, ...]:
+        """Where the readings of each channel lie, each window being simulated in one go."""
+        lengths = [len(window.command) + 1 for window in self.windows]
+        stretch = np.repeat(np.arange(len(self.windows)), lengths)
+        return tuple(lines_of(rows, stretch) for rows in self.rows)
 
     @property
     def starts(self) -> FloatArray:
@@ -195,12 +222,9 @@ def innovations(
     state, rate = simulate_windows(stack, vector, starts)
     gravity = stack.packed.context.gravity_mps2
     run_of = np.array([window.run for window in stack.windows])
-    stretch = np.repeat(
-        np.arange(len(stack.windows)), [len(window.command) + 1 for window in stack.windows]
-    )
     found = []
-    for rows in stack.rows:
-        x, x_dot = at_readings(rows, stretch, state, rate)
+    for rows, lines in zip(stack.rows, stack.lines, strict=True):
+        x, x_dot = lines.at(state), lines.at(rate)
         place = np.array(rows.channel.place_m)
         found.append(
             rows.measured - predicted_reading(rows.channel.quantity, x, x_dot, place, gravity)
@@ -213,22 +237,18 @@ def innovations(
     return found
 
 
-def at_readings(rows: Rows, stretch: IntArray, *motion: FloatArray) -> list[FloatArray]:
-    """Take the motion (samples, n) at the times of a channel's readings, (k, n) each.
+def lines_of(rows: Rows, stretch: IntArray) -> Lines:
+    """Find the lines on which the readings of a channel lie.
 
-    A reading between two samples lies on the line through them; `stretch` (samples,) numbers what
-    was simulated in one go, and no line leads from one into the next.
+    `stretch` (samples,) numbers what was simulated in one go: no line leads from one into the next.
     """
-    late = rows.late
-    if not late.any():
-        return [one[rows.sample] for one in motion]
-    # the neighbour on the reading's side, or else the one on the other side
-    side = np.where(late < 0.0, -1, 1)
     last = len(stretch) - 1
+    # the neighbour on the reading's side, or else the one on the other side
+    side = np.where(rows.late < 0.0, -1, 1)
     side = np.where(_same(stretch, rows.sample, rows.sample + side, last), side, -side)
     beside = np.clip(rows.sample + side, 0, last)
-    share = np.where(_same(stretch, rows.sample, beside, last), late * side, 0.0)[:, None]
-    return [one[rows.sample] + share * (one[beside] - one[rows.sample]) for one in motion]
+    share = np.where(_same(stretch, rows.sample, beside, last), rows.late * side, 0.0)
+    return Lines(rows.sample, beside, share[:, None])
 
 
 def _same(stretch: IntArray, first: IntArray, second: IntArray, last: int) -> BoolArray:
