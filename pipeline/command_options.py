@@ -1,6 +1,6 @@
 """Options that several commands have alike."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,3 +23,42 @@ def folder(option: str, default: str, meaning: str) -> Callable[[_F], _F]:
 RAW = folder("--raw", "raw", "Where a VEHICLE that is a name is looked for.  [default: raw]")
 OUT = folder("--out", "", "Folder that holds processed/.  [default: here]")
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+
+
+class ValuesCommand(click.Command):
+    """A command whose repeatable options take all values up to the next option.
+
+    ``diagnose VEHICLE RUN --healthy A B`` is ``--healthy A --healthy B``: a shell writes it that
+    way for ``--healthy day/*.mcap``, and a healthy run read as a sick one would spoil the answer
+    without a word. Before the arguments are there an option takes one value, as usual.
+    """
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        """Read the command line with its options repeated for each of their values."""
+        return super().parse_args(ctx, list(self._repeated(ctx, args)))
+
+    def _repeated(self, ctx: click.Context, args: Sequence[str]) -> Iterator[str]:
+        params = self.get_params(ctx)
+        options = {
+            name: one for one in params if isinstance(one, click.Option) for name in one.opts
+        }
+        wanted = sum(isinstance(one, click.Argument) for one in params)
+        found, takes_all = 0, ""
+        rest = iter(args)
+        for word in rest:
+            if word == "--":
+                yield word
+                yield from rest
+            elif word.startswith("-") and len(word) > 1:
+                yield word
+                option = options.get(word)
+                several = option is not None and option.multiple and found >= wanted
+                takes_all = word if several else ""
+                if option is not None and not option.is_flag:
+                    yield from [value for value in [next(rest, None)] if value is not None]
+            elif takes_all:
+                yield takes_all
+                yield word
+            else:
+                found += 1
+                yield word

@@ -6,27 +6,27 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.command_options import OUT, RAW
+from pipeline.command_options import OUT, RAW, ValuesCommand
 from pipeline.language import translate
 
 if TYPE_CHECKING:
     from pipeline.records.diagnosis import DiagnosisRecord
 
 
-@click.command()
+@click.command(cls=ValuesCommand)
 @click.argument("vehicle")
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...")
 @click.option(
     "--holdout",
     multiple=True,
-    metavar="RUN",
-    help="A run that takes no part and by which the answer is judged.  [default: every 4th window]",
+    metavar="RUN...",
+    help="Runs that take no part and by which the answer is judged.  [default: every 4th window]",
 )
 @click.option(
     "--healthy",
     multiple=True,
-    metavar="RUN",
-    help="A run from when the vehicle was well: shows what is ordinary on it.",
+    metavar="RUN...",
+    help="Runs from when the vehicle was well: they show what is ordinary on it.",
 )
 @click.option(
     "--to",
@@ -51,13 +51,13 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
 
     VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle
     (rov8, cargo_carrier). RUN is a name under the vehicle's pool/, a log (*.mcap), or a folder of
-    logs; or a mooring table (*.xlsx, *.csv), which is judged against the thruster model. Writes
-    diagnosis.json and, where the verdict changes it, vehicle_corrected.yaml; the
-    vehicle file itself is never changed.
+    logs; or a mooring table (*.xlsx, *.csv), which is judged against the thruster model. All names
+    after --holdout or --healthy belong to it, up to the next option. Writes diagnosis.json and,
+    where the verdict changes it, vehicle_corrected.yaml; the vehicle file itself is never changed.
 
     \b
     Examples:
-      rig2sea diagnose mmt300 zig_zag surge_steps --healthy first_day
+      rig2sea diagnose mmt300 zig_zag surge_steps --healthy first_day second_day
       rig2sea diagnose mmt300 new_bollard_test.xlsx
       rig2sea diagnose rov8 trial1.mcap trial2.mcap --holdout trial3.mcap --to trial/
     """

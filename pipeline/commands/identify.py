@@ -6,18 +6,18 @@ from typing import Literal
 
 import click
 
-from pipeline.command_options import OUT, RAW
+from pipeline.command_options import OUT, RAW, ValuesCommand
 from pipeline.language import translate
 
 
-@click.command()
+@click.command(cls=ValuesCommand)
 @click.argument("vehicle")
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...")
 @click.option(
     "--holdout",
     multiple=True,
-    metavar="RUN",
-    help="A run to judge the fit by, which takes no part in it; may be given several times.",
+    metavar="RUN...",
+    help="Runs to judge the fit by, which take no part in it: all names up to the next option.",
 )
 @click.option(
     "--method",
@@ -29,14 +29,14 @@ from pipeline.language import translate
 @click.option(
     "--without",
     multiple=True,
-    metavar="CHANNEL",
+    metavar="CHANNEL...",
     help="Leave a channel out of the fit: velocity, angular_velocity, specific_force, attitude, "
     "depth or position; for one that is an estimate, or not to be trusted.",
 )
 @click.option(
     "--only",
     multiple=True,
-    metavar="PARAMETER",
+    metavar="PARAMETER...",
     help="Free these parameters alone: names of the result, or an axis (yaw: all of yaw).",
 )
 @click.option(

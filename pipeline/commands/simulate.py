@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from pipeline.command_options import AS_JSON, OUT, RAW
+from pipeline.command_options import AS_JSON, OUT, RAW, ValuesCommand
 from pipeline.language import translate
 
 if TYPE_CHECKING:
     from pipeline.stages.simulation import SimulationResult
 
 
-@click.command()
+@click.command(cls=ValuesCommand)
 @click.argument("vehicle", required=False)
 @click.option("--manoeuvre", metavar="NAME", help="A named manoeuvre; --list shows them.")
 @click.option(
@@ -27,20 +27,20 @@ if TYPE_CHECKING:
     "--effect",
     "effects",
     multiple=True,
-    metavar="ID:KEY=VALUE",
+    metavar="ID:KEY=VALUE...",
     help="Switch an effect on, ID:key=value[,key=value][@thruster]; may be given several times.",
 )
 @click.option(
     "--release",
     multiple=True,
-    metavar="MODULE@S",
+    metavar="MODULE@S...",
     help="Release a payload module of the vehicle file after so many seconds.",
 )
-@click.option("--attach", multiple=True, metavar="MODULE@S", help="Attach one that lies still.")
+@click.option("--attach", multiple=True, metavar="MODULE@S...", help="Attach one that lies still.")
 @click.option(
     "--winch",
     multiple=True,
-    metavar="SPEED@S",
+    metavar="SPEED@S...",
     help="Drive the tether's winch from S seconds on, m/s, positive pays out, 0 brakes.",
 )
 @click.option(
