@@ -151,7 +151,7 @@ def setting_of(
         usual_force(packed) if force_unit is None else force_unit,
         np.zeros((len(stack.owner), 0)),
         np.ones(len(stack.owner)),
-        characteristic_profiles(packed, stack.windows, bench.whole),
+        characteristic_profiles(packed, stack.windows, bench.whole, model.uncertainty.thrust),
     )
     return replace(setting, extra=_voltage_offsets(setting, len(runs)))
 

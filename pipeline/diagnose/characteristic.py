@@ -1,9 +1,9 @@
-"""What a bench leaves uncertain of a thruster beside its scale: the curve's shape, and transients.
+"""What a bench leaves uncertain of a thruster beside its scale: both signs, shape, transients.
 
-A stated thrust uncertainty is one factor. Near the dead zone, and while the code changes, the
-thrust of a healthy thruster differs from its static characteristic by more: the shaft lags and not
-the code, friction sticks, and the wash takes time. Forces of that kind, alike in all thrusters, are
-unknowns of every diagnosis, so that they are not taken for a dead zone or a voltage.
+A stated thrust uncertainty is one factor. The two signs of a thruster are measured apart, each with
+an error of its own. Near the dead zone, and while the code changes, the thrust of a healthy
+thruster differs from its static characteristic by more: friction sticks, and the wash takes time.
+Forces of that kind are unknowns of every diagnosis, so that they are not taken for a fault.
 """
 
 from collections.abc import Sequence
@@ -23,10 +23,12 @@ KNOTS = (0.1, 0.3, 0.6)
 KNOT_SHARE = 0.005
 #: Standard deviation of the lag of thrust, as a share of the stated one.
 LAG_SHARE = 0.3
+#: Of two signs with an error of their own each, half the difference: over the error.
+_HALF_DIFFERENCE = 0.5**0.5
 
 
 def characteristic_profiles(
-    packed: PackedVehicle, windows: Sequence[Window], pieces: Pieces
+    packed: PackedVehicle, windows: Sequence[Window], pieces: Pieces, thrust_share: float
 ) -> FloatArray:
     """Compute forces (steps, 6, k) of one standard deviation of each unknown of the characteristic.
 
@@ -38,6 +40,8 @@ def characteristic_profiles(
         With their starts.
     pieces : Pieces
         The windows as stretches.
+    thrust_share : float
+        Stated standard uncertainty of thrust.
     """
     count = len(packed.thruster_names)
     starts = np.stack([window.start for window in windows])
@@ -59,9 +63,12 @@ def characteristic_profiles(
         right = KNOTS[number + 1] if number + 1 < len(KNOTS) else 1.0
         size = np.interp(level, [left, knot, right], [0.0, 1.0, 0.0 if right < 1.0 else 1.0])
         found.append(KNOT_SHARE * most * (sign * size) @ unit)
+    reached, thrust = thruster_wrench(packed, actuator, still)
+    found.extend(
+        _HALF_DIFFERENCE * thrust_share * np.abs(thrust[:, [i]]) * unit[i] for i in range(count)
+    )
     in_time = bool((read(packed.vector, "rotor_inertia")[:count] > 0.0).any())
     if not in_time and bool((read(packed.vector, "lag")[:count] > 0.0).any()):
-        reached, _ = thruster_wrench(packed, actuator, still)
         wanted, _ = thruster_wrench(packed, pieces.commands, still)
         found.append(LAG_SHARE * (wanted - reached))
     return np.stack(found, axis=2)
