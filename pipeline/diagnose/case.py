@@ -13,7 +13,7 @@ from pipeline.diagnose.instruments import InstrumentErrors
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.predictions import Bench, voltage_channel
 from pipeline.effects.effect import Effect
-from pipeline.effects.library import candidates
+from pipeline.effects.library import candidates, unstated
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise, was_measured
@@ -147,7 +147,7 @@ def setting_of(
     setting = Setting(
         bench,
         run_nuisance(stack, len(runs)),
-        coordinates(packed, case.candidates, model.uncertainty),
+        coordinates(packed, {**case.candidates, **unstated(packed.context)}, model.uncertainty),
         usual_force(packed) if force_unit is None else force_unit,
         np.zeros((len(stack.owner), 0)),
         np.ones(len(stack.owner)),

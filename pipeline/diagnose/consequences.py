@@ -43,6 +43,10 @@ class Ahead:
         Best known starts of the windows.
     floors : Setting
         With the ordinary outside force.
+    unstated : ndarray, shape (g,)
+        Departures in what no vehicle file states, as the runs show them; all predictions have them.
+    stated_vector : ndarray
+        Parameters of the vehicle file, with these.
     healthy : Prior
         Departures of healthy vehicles.
     held : ndarray of bool, shape (windows,)
@@ -53,6 +57,8 @@ class Ahead:
     channels: tuple[ChannelNoise, ...]
     starts: FloatArray
     floors: Setting
+    unstated: FloatArray
+    stated_vector: FloatArray
     healthy: Prior
     near: Outlook
     before: Forecast
@@ -117,25 +123,31 @@ def look_ahead(  # noqa: PLR0917 - one caller
     """
     setting, top = found.setting, answered.ranking[0]
     wide = Level(np.full(6, max(4.0, 2.0 * answered.force_scale)), 1.0, False)
-    state = solve(found.grams, force_prior(setting, wide), departures_of(found, top, top.finding))
+    best = departures_of(found, top, top.finding)
+    state = solve(found.grams, force_prior(setting, wide), best)
     starts = smoothed(
         setting.bench.stack.windows,
         moved_starts(setting.bench.stack.starts, state.starts * setting.problem.start_scales),
     )
     near = outlook(setting, runs, channels, starts, AHEAD_S)
-    vector = setting.bench.stack.packed.vector
+    unstated = np.where([one.effect.unstated for one in setting.coordinates], best, 0.0)
+    vector = vector_of(setting, unstated)
     before = forecast(near, vector, channels)
+    stated = stated + (vector - setting.bench.stack.packed.vector)
     as_stated = before if np.array_equal(stated, vector) else forecast(near, stated, channels)
     ordinary = min((j.level.size for j in found.judged if j.level.ordinary), default=1.0)
     ordinary = float(np.clip(answered.force_scale, ordinary, 1.0 if healthy_known else 2.0))
     floors = replace(setting, force_unit=setting.force_unit * ordinary)
     healthy = stated_alone(found.prior, setting.coordinates)
+    healthy = replace(healthy, mean=np.where(unstated != 0.0, unstated, healthy.mean))
     spread = healthy_spread(near, floors, healthy, channels, before, seed)
     return Ahead(
         tuple(runs),
         tuple(channels),
         starts,
         floors,
+        unstated,
+        stated,
         healthy,
         near,
         before,
@@ -157,7 +169,8 @@ def consequence(
     setting, before = found.setting, ahead.before
     after, spread_after = before, None
     if added.any():
-        after = forecast(ahead.near, vector_of(setting, added), ahead.channels)
+        vector = vector_of(setting, added + ahead.unstated)
+        after = forecast(ahead.near, vector, ahead.channels)
         spread_after = healthy_spread(
             ahead.near, ahead.floors, ahead.healthy, ahead.channels, after, ahead.seed, added
         )
@@ -165,7 +178,7 @@ def consequence(
         vector = vector_of(setting, best)
     except CannotComputeError:
         # where nothing explains the runs, what is stated may be pulled to where no vehicle is
-        best = added
+        best = added + ahead.unstated
         vector = vector_of(setting, best)
     fitted = forecast(ahead.near, vector, ahead.channels)
     forces = forces_left(found, found.grams, best, force_scale)

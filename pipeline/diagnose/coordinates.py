@@ -129,7 +129,7 @@ def coordinates(
                         parameter,
                         target,
                         unit,
-                        _ordinary(effect.id, parameter.name, packed, uncertainty) / unit,
+                        _ordinary(effect.id, parameter, packed, uncertainty) / unit,
                         tuple(k for k in own if found[k].parameter in needed),
                         tuple(k for k in own if found[k].parameter in against),
                     )
@@ -152,9 +152,9 @@ def may_bend(all_coordinates: Sequence[Coordinate]) -> frozenset[int]:
 
 
 def _ordinary(
-    effect_id: str, parameter: str, packed: PackedVehicle, uncertainty: Uncertainty
+    effect_id: str, parameter: Parameter, packed: PackedVehicle, uncertainty: Uncertainty
 ) -> float:
-    """Return what the vehicle file's uncertainty says of an effect's parameter.
+    """Return what the vehicle file's uncertainty says of an effect's parameter, or else its own.
 
     Lift is a hull force as damping is, and its moments stand against the Munk moment of the added
     masses, whose uncertainty they share.
@@ -162,9 +162,10 @@ def _ordinary(
     if effect_id == "lift":
         added = np.diag(read(packed.vector, "added_mass"))
         munk = {"pitch_slope": added[2] - added[0], "yaw_slope": added[1] - added[0]}
-        slope = float(read(packed.vector, parameter.replace("_slope", "_lift_slope")))
+        name = parameter.name
+        slope = float(read(packed.vector, name.replace("_slope", "_lift_slope")))
         return float(
-            np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk.get(parameter, 0.0))
+            np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk.get(name, 0.0))
         )
     return {
         "thruster_degraded": uncertainty.thrust,
@@ -174,7 +175,7 @@ def _ordinary(
         "quadratic_damping": uncertainty.damping,
         "residual_buoyancy": uncertainty.buoyancy_n,
         "cg_shift": uncertainty.centre_of_mass_m,
-    }.get(effect_id, 0.0)
+    }.get(effect_id, parameter.ordinary)
 
 
 def specs_at(

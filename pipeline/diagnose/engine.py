@@ -196,7 +196,7 @@ def _told(  # noqa: PLR0917 - one caller
     )
     every = regressors(setting, runs)
     whole_look = whole_runs(setting, runs, channels, ahead.starts)
-    whole = forecast(whole_look, stated, channels)
+    whole = forecast(whole_look, ahead.stated_vector, channels)
     whole_spread = healthy_spread(whole_look, ahead.floors, ahead.healthy, channels, whole, seed)
     gaps = channel_gaps(ahead.stated, ahead.spread, whole, whole_spread)
     # what is decided is what there is beside known errors

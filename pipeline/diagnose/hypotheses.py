@@ -62,9 +62,11 @@ class Finding:
 
 
 def groups_of(all_coordinates: Sequence[Coordinate]) -> dict[Group, tuple[int, ...]]:
-    """Coordinates of each effect at each target."""
+    """Coordinates of each effect at each target; what no vehicle file states is no hypothesis."""
     found: dict[Group, list[int]] = {}
     for index, one in enumerate(all_coordinates):
+        if one.effect.unstated:
+            continue
         found.setdefault((one.effect.id, one.target), []).append(index)
     return {group: tuple(members) for group, members in found.items()}
 

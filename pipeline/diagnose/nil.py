@@ -61,9 +61,10 @@ def stated_alone(prior: Prior, every: Sequence[Coordinate]) -> Prior:
     """Prior with those departures of which nothing is stated held where they are most probable.
 
     Each of them is too small to matter; together they are not: a healthy floor with all of them is
-    up to twice what healthy vehicles leave.
+    up to twice what healthy vehicles leave. So is what no vehicle file states held: it is not by
+    that that a vehicle may differ from its file.
     """
-    stated = np.array([one.ordinary > 0.0 for one in every])
+    stated = np.array([one.ordinary > 0.0 and not one.effect.unstated for one in every])
     within, across = (
         prior.covariance[np.ix_(stated, stated)],
         prior.covariance[np.ix_(stated, ~stated)],

@@ -16,6 +16,7 @@ class Parameter:
 
     `plausible` is where the number lies when the effect is at work on a real vehicle, so it need
     not hold the neutral value. Outside `possible` the number has no meaning and is refused.
+    `ordinary` is the standard deviation on healthy vehicles of what no vehicle file states.
     """
 
     name: str
@@ -24,6 +25,7 @@ class Parameter:
     plausible: tuple[float, float]
     meaning: str
     possible: tuple[float, float] = (-math.inf, math.inf)
+    ordinary: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,8 @@ class Effect:
     `scope` "vehicle" has no target, "thruster" names one thruster. `missing` says why the effect
     is no candidate for a vehicle (None when it is one), e.g. because the nominal model contains
     the term already. `channels` are those it can touch: u v w p q r phi theta psi z x y.
-    `vector_slots` lists the slots that `apply` writes.
+    `vector_slots` lists the slots that `apply` writes. What is `unstated` is no fault: vehicle
+    files say nothing of it, so that it may differ on any vehicle, and it is never an answer.
     """
 
     id: str
@@ -78,6 +81,7 @@ class Effect:
     apply: Apply
     scope: Literal["vehicle", "thruster"] = "vehicle"
     missing: Callable[[EffectContext], str | None] = field(default=always)
+    unstated: bool = False
 
     def neutral_values(self) -> dict[str, float]:
         """Values at which the effect vanishes."""

@@ -26,12 +26,13 @@ __all__ = [
     "description",
     "effects",
     "parse_effect",
+    "unstated",
     "why_not",
 ]
 
 
 def effects() -> dict[str, Effect]:
-    """Return every effect by its id, in alphabetical order.
+    """Return every effect that can be an answer by its id, in alphabetical order.
 
     Raises
     ------
@@ -43,7 +44,16 @@ def effects() -> dict[str, Effect]:
     >>> effects()["current"].parameters[0].name
     'north_mps'
     """
-    return dict(_collected())
+    return {id_: effect for id_, effect in _collected().items() if not effect.unstated}
+
+
+def unstated(context: EffectContext) -> dict[str, Effect]:
+    """Return what may differ on any vehicle because no vehicle file states it, by id."""
+    return {
+        id_: effect
+        for id_, effect in _collected().items()
+        if effect.unstated and _missing(effect, context) is None
+    }
 
 
 @cache
@@ -135,7 +145,7 @@ def apply_effects(
     array([1. , 0.6, 1. ])
     """
     changed = vector.copy()
-    library = effects()
+    library = _collected()
     for spec in sorted(specs, key=_order):
         specification.check(spec, library, context.thruster_names)
         effect = library[spec.id]

@@ -2,7 +2,7 @@
 
 The motor must bring rotor, propeller and the water that turns with it to speed, a controller may
 ramp the code to spare the gearbox, and the jet behind the propeller takes time to build up.
-Together this is close to a first-order lag of the shaft speed (Yoerger and Slotine 1990; Healey
+Together this is close to a first-order lag of the shaft speed (Yoerger and others 1990; Healey
 and others 1995). The effect adds a time constant to the one in the vehicle file, the same for all
 thrusters:
 
@@ -45,8 +45,8 @@ EFFECT = Effect(
     id="thruster_lag",
     title="thrust follows the code late",
     source=(
-        "Yoerger and Slotine 1990, IEEE J. Oceanic Eng. 15(3), 167-178; Healey and others 1995, "
-        "IEEE J. Oceanic Eng. 20(4), 354-361"
+        "Yoerger, Cooke and Slotine 1990, IEEE J. Oceanic Eng. 15(3), 167-178; Healey and others "
+        "1995, IEEE J. Oceanic Eng. 20(4), 354-361"
     ),
     parameters=(
         Parameter(

@@ -77,7 +77,12 @@ SLOTS: tuple[Slot, ...] = (
     Slot("inflow_fraction", _EACH, "1", 1.0, "share of the inflow that the thruster feels"),
     Slot("dead_zone", _EACH, "code", 0.0, "codes lost on top of the characteristic's dead zone"),
     Slot("code_max", _EACH, "code", 127.0, "largest code"),
+    Slot("drive_dead", _EACH, "code", 0.0, "dead zone of the characteristic itself"),
     Slot("lag", _EACH, "s", 0.0, "time constant of the first-order lag of code or shaft speed"),
+    Slot(
+        "lag_dead_share", (), "1", 0.0, "share of the drives' dead zones that comes before the lag"
+    ),
+    Slot("lag_square", (), "1", 0.0, "what lags: 0 the code beyond it, 1 the square of that"),
     Slot("rotor_inertia", _EACH, "kg m^2", 0.0, "of shaft and propeller; 0: static thrust"),
     Slot("supply_drop", (), "1", 0.0, "share of the supply voltage that is missing at no load"),
     Slot("load_drop", (), "1", 0.0, "further share that is missing with every thruster at full"),

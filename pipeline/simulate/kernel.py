@@ -28,6 +28,7 @@ from pipeline.simulate.kernel_hull import (
 from pipeline.simulate.kernel_thrusters import (
     add_thrust,
     effective_codes,
+    late_code,
     shaft_rate,
     thruster_directions,
 )
@@ -37,6 +38,8 @@ Array = Any
 CURRENT = offset("current")
 THRUSTER_COUNT = offset("thruster_count")
 LAG = offset("lag")
+LAG_DEAD_SHARE = offset("lag_dead_share")
+LAG_SQUARE = offset("lag_square")
 ROTOR_INERTIA = offset("rotor_inertia")
 #: Entries of the state.
 BODY = 13
@@ -227,13 +230,16 @@ def lagged(p: Array, start: Array, codes: Array, remaining: Array, row: int, sta
     would tie the step to the shortest lag. Row `row` of `remaining` belongs to the time: the
     exponentials are taken once a run, not once a thruster and step.
     """
+    of_code = p[LAG_DEAD_SHARE] == 0.0 and p[LAG_SQUARE] == 0.0
     for i in range(int(p[THRUSTER_COUNT])):
         if p[ROTOR_INERTIA + i] > 0.0:
             continue
-        if p[LAG + i] > 0.0:
+        if p[LAG + i] <= 0.0:
+            state[BODY + i] = codes[i]
+        elif of_code:
             state[BODY + i] = codes[i] + (start[BODY + i] - codes[i]) * remaining[row, i]
         else:
-            state[BODY + i] = codes[i]
+            state[BODY + i] = late_code(p, i, start[BODY + i], codes[i], remaining[row, i])
 
 
 @inlined

@@ -1,5 +1,6 @@
 """Compiled kernel: from commanded codes to the forces of the thrusters."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,9 @@ REVERSE_GAIN = offset("reverse_gain")
 INFLOW_FRACTION = offset("inflow_fraction")
 DEAD_ZONE = offset("dead_zone")
 CODE_MAX = offset("code_max")
-LAG = offset("lag")
+DRIVE_DEAD = offset("drive_dead")
+LAG_DEAD_SHARE = offset("lag_dead_share")
+LAG_SQUARE = offset("lag_square")
 ROTOR_INERTIA = offset("rotor_inertia")
 SUPPLY_DROP = offset("supply_drop")
 LOAD_DROP = offset("load_drop")
@@ -75,6 +78,35 @@ def effective_codes(p: Array, command: Array, codes: Array) -> None:
             size = max(abs(code) - lost, 0.0) * largest / (largest - lost)
             code = np.copysign(size, code)
         codes[i] = supply * code
+
+
+@inlined
+def lagging(code: float, dead: float, largest: float, square: float) -> float:
+    """Return what of a code lags: (1 - b) s + b s^2, signed, of its share s beyond `dead`."""
+    share = max(abs(code) - dead, 0.0) / (largest - dead)
+    lags = share * (1.0 - square + square * share)
+    return lags if code >= 0.0 else -lags
+
+
+@inlined
+def late_code(p: Array, i: int, start: float, code: float, left: float) -> float:
+    """Code of thruster i on its way from `start` to `code`, of which a share is left.
+
+    Where it is not the code itself that lags: what lags is left where a first-order lag leaves it,
+    and the code is the one that belongs to that. A share of the dead zone beyond its bounds, where
+    only a fit goes, moves codes in the dead zone or next to it, so the thrust has no kink there.
+    """
+    dead, largest, square = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i], p[CODE_MAX + i], p[LAG_SQUARE]
+    aim = lagging(code, dead, largest, square)
+    lags = aim + (lagging(start, dead, largest, square) - aim) * left
+    if lags == 0.0:
+        return 0.0
+    size = abs(lags)
+    # the root of the square's equation in the form that holds without a square, too
+    straight = 1.0 - square
+    root = math.sqrt(max(straight * straight + 4.0 * square * size, 0.0))
+    size = dead + 2.0 * size / (straight + root) * (largest - dead)
+    return size if lags > 0.0 else -size
 
 
 @inlined

@@ -26,7 +26,14 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
     kinds: list[tuple[str, str]] = []
     rows = {
         name: np.zeros(MOST_THRUSTERS)
-        for name in ("thruster_type", "lag", "rotor_inertia", "inflow_fraction", "code_max")
+        for name in (
+            "thruster_type",
+            "drive_dead",
+            "lag",
+            "rotor_inertia",
+            "inflow_fraction",
+            "code_max",
+        )
     }
     rows["code_max"][:] = 1.0
     position, direction = np.zeros((MOST_THRUSTERS, 3)), np.zeros((MOST_THRUSTERS, 3))
@@ -36,6 +43,8 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
             kinds.append(kind)
         drive = model_of(vehicle).thrusters[thruster.drive]
         rows["thruster_type"][i] = kinds.index(kind)
+        if isinstance(drive.characteristic, FromBollard):
+            rows["drive_dead"][i] = drive.characteristic.dead_zone_code
         rows["lag"][i] = drive.lag_s
         rows["rotor_inertia"][i] = _inertia(drive)
         rows["inflow_fraction"][i] = 1.0 if model_of(vehicle).terms.thrust_falls_with_speed else 0.0

@@ -56,6 +56,8 @@ class Scout:
     linear: Array = field(default_factory=lambda: np.array([8.0, 14.0, 20.0, 0.6, 0.9, 0.9]))
     quadratic: Array = field(default_factory=lambda: np.array([60.0, 130.0, 160.0, 1.2, 1.6, 2.0]))
     lag_s: float = 0.12
+    #: Whether small codes are ignored by the controller, before the shaft lags.
+    dead_zone_first: bool = False
 
 
 def plan(kind: str, seconds: float, generator: np.random.Generator) -> Array:
@@ -78,7 +80,7 @@ def plan(kind: str, seconds: float, generator: np.random.Generator) -> Array:
     return np.round(np.clip(np.where(np.abs(force) > 0.05, code, 0.0), -100.0, 100.0))
 
 
-@numba.njit  # type: ignore[untyped-decorator]
+@numba.njit  # type: ignore[untyped-decorator]  # numba has no types
 def _fly(  # noqa: PLR0917 - compiled: no records
     codes: Array,
     mass: Array,
@@ -86,6 +88,7 @@ def _fly(  # noqa: PLR0917 - compiled: no records
     drag: Array,
     weight: Array,
     lag_s: float,
+    dead_zone_first: bool,
     gust: Array,
     place: Array,
     direction: Array,
@@ -105,9 +108,13 @@ def _fly(  # noqa: PLR0917 - compiled: no records
         )
         down = turn[2].copy()
         wrench = gust[k] - drag[0] * nu - drag[1] * np.abs(nu) * nu
-        act += STEP_S / lag_s * (codes[int(k * STEP_S / COMMAND_S + 1e-9)] - act)
+        code = codes[int(k * STEP_S / COMMAND_S + 1e-9)]
+        if dead_zone_first:
+            code = np.sign(code) * np.maximum(np.abs(code) - DEAD_CODES, 0.0)
+        act += STEP_S / lag_s * (code - act)
         for i in range(6):
-            share = max(abs(act[i]) - DEAD_CODES, 0.0) / (100.0 - DEAD_CODES)
+            lost = 0.0 if dead_zone_first else DEAD_CODES
+            share = max(abs(act[i]) - lost, 0.0) / (100.0 - DEAD_CODES)
             thrust = share * share * (AHEAD_N if act[i] > 0.0 else -ASTERN_N)
             wrench[:3] += thrust * direction[i]
             wrench[3:] += np.cross(place[i], thrust * direction[i])
@@ -141,7 +148,8 @@ def fly(scout: Scout, codes: Array, generator: np.random.Generator) -> Array:
     gust = _wander(generator, steps, np.array([0.25, 0.25, 0.25, 0.01, 0.01, 0.01]), 3.0)
     drag = np.stack([scout.linear, scout.quadratic])
     inverse = np.linalg.inv(mass)
-    return np.asarray(_fly(codes, mass, inverse, drag, weight, scout.lag_s, gust, PLACE, DIRECTION))
+    late = scout.lag_s, scout.dead_zone_first
+    return np.asarray(_fly(codes, mass, inverse, drag, weight, *late, gust, PLACE, DIRECTION))
 
 
 def _wander(generator: np.random.Generator, steps: int, size: Array, time_s: float) -> Array:

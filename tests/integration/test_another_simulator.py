@@ -20,8 +20,10 @@ def diagnosed(folder: Path, scout: Scout) -> dict[str, dict[str, object]]:
     return found
 
 
-def test_a_vehicle_as_its_file_says_is_called_that(tmp_path: Path) -> None:
-    verdict = diagnosed(tmp_path, Scout())["verdict"]
+@pytest.mark.parametrize("dead_zone_first", [False, True])
+def test_a_vehicle_as_its_file_says_is_called_that(tmp_path: Path, dead_zone_first: bool) -> None:
+    """Also where the dead zone comes before the lag, of which a vehicle file says nothing."""
+    verdict = diagnosed(tmp_path, Scout(dead_zone_first=dead_zone_first))["verdict"]
     assert verdict["effects"] == ["none"]
     assert verdict["ambiguous_with"] == []
 

@@ -1,0 +1,64 @@
+"""Form of the lag: of what in a thruster the stated lag is one.
+
+A vehicle file states a time constant, not what lags by it. Where a motor controller ignores small
+codes the dead zone comes before the lag of the shaft; where a drive ramps its code it comes after.
+And it may be the code that lags or the shaft speed, which goes about with it, or the thrust, which
+goes about with its square (first order in shaft speed: Yoerger, Cooke and Slotine 1990; in thrust:
+the actuator models of many simulators). With d the share of the dead zone N_dead that comes before,
+and b that of the square,
+
+    s = (|N| - d N_dead) / (N_max - d N_dead),    q = sign(N) ((1 - b) s + b s^2),
+    tau dq_act/dt + q_act = q
+
+and the characteristic takes the code that belongs to q_act. At rest all forms are the same. They
+differ for about tau after steps, most where thrust changes its sign, and by far more than an
+accelerometer's noise: a vehicle that is exactly as its file states had a supply voltage 30 % too
+high and a thrust deduction of 0.4, surely, for want of this. It is no fault, so it is ordinary on
+every vehicle, and no answer.
+"""
+
+from collections.abc import Mapping
+
+from pipeline.effects.change import add
+from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.thruster_lag import EFFECT as THRUSTER_LAG
+from pipeline.types import FloatArray
+
+
+def _apply(
+    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
+) -> None:
+    add(vector, "lag_dead_share", values["dead_share"])
+    add(vector, "lag_square", values["square_share"])
+
+
+EFFECT = Effect(
+    id="lag_form",
+    title="what in a thruster lags",
+    source="Yoerger, Cooke and Slotine 1990, IEEE J. Oceanic Eng. 15(3), 167-178",
+    parameters=(
+        Parameter(
+            "dead_share",
+            unit="1",
+            neutral=0.0,
+            plausible=(0.0, 1.0),
+            meaning="share of the dead zone that comes before the lag",
+            possible=(0.0, 1.0),
+            ordinary=0.7,
+        ),
+        Parameter(
+            "square_share",
+            unit="1",
+            neutral=0.0,
+            plausible=(0.0, 1.0),
+            meaning="share of the square of the code in what lags: 0 the code, 1 about the thrust",
+            possible=(-0.5, 1.2),
+            ordinary=0.5,
+        ),
+    ),
+    channels=THRUSTER_LAG.channels,
+    vector_slots=("lag_dead_share", "lag_square"),
+    apply=_apply,
+    missing=THRUSTER_LAG.missing,
+    unstated=True,
+)
