@@ -32,7 +32,15 @@ from pipeline.types import FloatArray, IntArray
 
 T = TypeVar("T")
 #: Slots that decide what the drives are at when a window starts.
-_DRIVE_SLOTS = ("dead_zone", "lag", "supply_drop", "load_drop", "rotor_inertia")
+_DRIVE_SLOTS = (
+    "dead_zone",
+    "lag",
+    "lag_dead_share",
+    "lag_square",
+    "supply_drop",
+    "load_drop",
+    "rotor_inertia",
+)
 #: Slots that only the sensors read: the motion is as without them.
 _SENSOR_SLOTS = ("dvl_scale", "dvl_rotation", "dvl_delay", "dvl_lever_arm")
 #: Sets of drives whose states are kept: long runs of many thrusters fill the memory.

@@ -85,7 +85,9 @@ def lagging(code: float, dead: float, largest: float, square: float) -> float:
     """Return what of a code lags: (1 - b) s + b s^2, signed, of its share s beyond `dead`."""
     share = max(abs(code) - dead, 0.0) / (largest - dead)
     lags = share * (1.0 - square + square * share)
-    return lags if code >= 0.0 else -lags
+    if code == 0.0:
+        return 0.0
+    return lags if code > 0.0 else -lags
 
 
 @inlined
@@ -94,7 +96,8 @@ def late_code(p: Array, i: int, start: float, code: float, left: float) -> float
 
     Where it is not the code itself that lags: what lags is left where a first-order lag leaves it,
     and the code is the one that belongs to that. A share of the dead zone beyond its bounds, where
-    only a fit goes, moves codes in the dead zone or next to it, so the thrust has no kink there.
+    only a fit goes, moves codes in the dead zone or next to it, so the thrust has no kink there,
+    as long as no code is on either side of zero.
     """
     dead, largest, square = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i], p[CODE_MAX + i], p[LAG_SQUARE]
     aim = lagging(code, dead, largest, square)
