@@ -275,7 +275,7 @@ def _told(  # noqa: PLR0917 - one caller
         series=series_of(
             ahead.near, runs, ahead.stated, led_to.after, ahead.held, gap_channels(gaps)
         ),
-        notes=notes_on(case, found),
+        notes=notes_on(case, found, top),
         elapsed_s=time.monotonic() - began,
     )
     specs = specs_of(found, led_to.added) if said.names != (UNKNOWN,) else ()

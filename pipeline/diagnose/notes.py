@@ -1,6 +1,11 @@
 """What the reader should know of the data, and how much rests on what."""
 
+from collections.abc import Iterator
+
+from pipeline.diagnose.answer import Candidate
 from pipeline.diagnose.case import Case
+from pipeline.diagnose.evidence import fit
+from pipeline.diagnose.hypotheses import prior_of
 from pipeline.diagnose.search import Search
 
 _COSTS = {
@@ -11,9 +16,12 @@ _COSTS = {
     "attitude": "trim and list cannot be judged",
     "depth": "buoyancy shows only in vertical speed",
 }
+#: Standard deviations, and departures in half of what is plausible, from which on the form of the
+#: lag is told.
+_SURE, _MUCH = 3.0, 0.5
 
 
-def notes_on(case: Case, found: Search) -> tuple[str, ...]:
+def notes_on(case: Case, found: Search, top: Candidate) -> tuple[str, ...]:
     """List what is missing and what it costs, what is ordinary, and which noise was widened."""
     have = {rows.channel.quantity for rows in found.setting.bench.stack.rows}
     notes = [f"no {name}: {cost}" for name, cost in _COSTS.items() if name not in have]
@@ -35,7 +43,26 @@ def notes_on(case: Case, found: Search) -> tuple[str, ...]:
         for name, one in found.noise.items()
         if one.widen > 1.0
     )
+    notes.extend(_form_of_the_lag(found, top))
     return tuple(notes)
+
+
+def _form_of_the_lag(found: Search, top: Candidate) -> Iterator[str]:
+    best = fit(top.judged.found, prior_of(found.prior, top.finding))
+    for one, mean, std in zip(found.setting.coordinates, best.mean, best.std, strict=True):
+        if not one.effect.unstated or abs(mean) < max(_SURE * std, _MUCH):
+            continue
+        share = min(float(mean) * one.unit_size, 1.0)
+        if one.parameter.name == "dead_share":
+            yield (
+                f"{share:.0%} of the thrusters' dead zone comes before their lag, by these runs. "
+                "The vehicle file says nothing of it, so that is no fault"
+            )
+        else:
+            yield (
+                f"the square of the code lags by {share:.0%}, as thrust does, by these runs. The "
+                "vehicle file says nothing of it, so that is no fault"
+            )
 
 
 def _healthy_runs(count: int) -> str:

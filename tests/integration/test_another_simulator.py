@@ -3,13 +3,14 @@
 import json
 from pathlib import Path
 from shutil import copyfile
+from typing import Any
 
 import pytest
 from another_simulator import Scout, write_run
 from shared_runs import rig2sea
 
 
-def diagnosed(folder: Path, scout: Scout) -> dict[str, dict[str, object]]:
+def diagnosed(folder: Path, scout: Scout) -> dict[str, Any]:
     copyfile(Path(__file__).parent / "scout.yaml", folder / "vehicle.yaml")
     for seed, kind in enumerate(("steps", "sines")):
         write_run(folder / "pool" / f"{kind}.mcap", scout, kind, 60.0, seed)
@@ -23,9 +24,11 @@ def diagnosed(folder: Path, scout: Scout) -> dict[str, dict[str, object]]:
 @pytest.mark.parametrize("dead_zone_first", [False, True])
 def test_a_vehicle_as_its_file_says_is_called_that(tmp_path: Path, dead_zone_first: bool) -> None:
     """Also where the dead zone comes before the lag, of which a vehicle file says nothing."""
-    verdict = diagnosed(tmp_path, Scout(dead_zone_first=dead_zone_first))["verdict"]
-    assert verdict["effects"] == ["none"]
-    assert verdict["ambiguous_with"] == []
+    found = diagnosed(tmp_path, Scout(dead_zone_first=dead_zone_first))
+    assert found["verdict"]["effects"] == ["none"]
+    assert found["verdict"]["ambiguous_with"] == []
+    told = [note for note in found["notes"] if "dead zone comes before their lag" in note]
+    assert len(told) == dead_zone_first
 
 
 @pytest.mark.parametrize("force_n", [5.0])
