@@ -102,7 +102,12 @@ def wrong_call(program: str, rest: str) -> str | None:
     if command is None:
         return f"rig2sea {name}: there is no such command"
     parts = [command, *getattr(command, "commands", {}).values()]
-    known = {option for part in parts for param in part.params for option in param.opts}
+    known = {
+        option
+        for part in parts
+        for param in part.params
+        for option in param.opts + param.secondary_opts
+    }
     asked = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", rest))
     odd = sorted(asked - known - {"--help"})
     return f"rig2sea {name}: there is no {', '.join(odd)}" if odd else None
