@@ -166,13 +166,17 @@ def plain(all_coordinates: Sequence[Coordinate], departures: FloatArray) -> Floa
 
 
 def realisable(all_coordinates: Sequence[Coordinate], departures: FloatArray) -> FloatArray:
-    """Departures that a vehicle can have: products without a lead are 0, places within bounds."""
+    """Departures that a vehicle can have: products without a lead are 0, places within bounds.
+
+    What no file states has no mirror image, and beyond where it has a meaning a slope of its own.
+    """
     found = departures.copy()
     for index, one in enumerate(all_coordinates):
         if not one.leads:
             low, high = one.limits
+            beyond = 0.0 if one.effect.unstated else BEYOND
             found[index] = np.clip(
-                found[index], max(low - BEYOND, -_FARTHEST), min(high + BEYOND, _FARTHEST)
+                found[index], max(low - beyond, -_FARTHEST), min(high + beyond, _FARTHEST)
             )
     alone = plain(all_coordinates, found)
     for index, one in enumerate(all_coordinates):

@@ -102,8 +102,8 @@ def _followed(  # noqa: PLR0917 - two callers
     reached = Reached(-np.inf, at, settled=False)
     normal = grams(there) if there is not found.model else found.grams
     # on the way what is stated keeps its derivatives; where it counts it has its own
+    at = realisable(every, at)
     for renew in (which, free, free):
-        at = realisable(every, at)
         point = moved_to(there, normal, forces, at)
         if point is None:
             return reached
@@ -114,12 +114,13 @@ def _followed(  # noqa: PLR0917 - two callers
         best = fit(marginal(part(normal, found.chosen), forces), prior)
         if finding is not None and cannot_be(found, finding, best):
             return Reached(-np.inf, at, settled=True)
-        move = float(np.abs(best.mean - at)[list(free)].max(initial=0.0))
+        goes_to = realisable(every, best.mean)
+        move = float(np.abs(goes_to - at)[list(free)].max(initial=0.0))
         reached = Reached(log_evidence_at(found, normal, judged, finding), at, move < _SETTLED)
         far_behind = reached.settled and reached.value < enough
         if far_behind or (move < _STAYS and renew == free):
             break
-        at = best.mean
+        at = goes_to
     return reached
 
 

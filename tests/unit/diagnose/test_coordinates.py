@@ -6,7 +6,7 @@ import pytest
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.diagnose.coordinates import Coordinate, coordinates, specs_at, vector_at
 from pipeline.diagnose.linear_model import plain, realisable
-from pipeline.effects.library import candidates
+from pipeline.effects.library import candidates, unstated
 from pipeline.physics.parameters import read
 from pipeline.simulate.fly import fly
 from pipeline.simulate.manoeuvres import MANOEUVRES
@@ -23,7 +23,8 @@ def rov8() -> Rov8:
     vehicle = load_vehicle(bundled_vehicle("rov8"))
     packed = pack_vehicle(vehicle)
     assert vehicle.model is not None
-    every = coordinates(packed, candidates(packed.context), vehicle.model.uncertainty)
+    effects = {**candidates(packed.context), **unstated(packed.context)}
+    every = coordinates(packed, effects, vehicle.model.uncertainty)
     return packed, every, {one.name: k for k, one in enumerate(every)}
 
 
@@ -68,6 +69,19 @@ def test_beyond_what_is_possible_the_vector_goes_on_as_it_came(rov8: Rov8) -> No
         ways.append(vector_at(packed, every, x) - packed.vector)
     np.testing.assert_allclose(ways[0], -ways[1])
     assert read(ways[1], "dead_zone")[0] == pytest.approx(-0.1 * every[index].unit_size)
+
+
+def test_the_form_of_the_lag_stays_where_it_is_one(rov8: Rov8) -> None:
+    """A motor that adds a dead zone to its code jumps at every zero: no derivative means that."""
+    _, every, place = rov8
+    form, zone = place["lag_form:dead_share"], place["dead_zone:codes"]
+    x = np.zeros(len(every))
+    x[[form, zone]] = -1.0
+    kept = realisable(every, x)
+    assert kept[form] == 0.0
+    assert -1.0 < kept[zone] < 0.0
+    x[form] = 9.0
+    assert realisable(every, x)[form] * every[form].unit_size == pytest.approx(1.0)
 
 
 def test_no_departure_has_a_kink_at_neutral(rov8: Rov8) -> None:
