@@ -210,16 +210,16 @@ def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatA
     gravity = stack.packed.context.gravity_mps2
     found = []
     for rows, lines in zip(stack.rows, bench.lines, strict=True):
-        quantity, place = rows.channel.quantity, np.array(rows.channel.place_m)
-        x, x_dot = lines.at(motion.state[:, :13]), lines.at(motion.rate)
+        quantity = rows.channel.quantity
         if quantity == "attitude":
-            found.append(turn_between(x[:, 3:7], rows.measured))
+            found.append(turn_between(lines.at(motion.state[:, 3:7]), rows.measured))
         elif quantity == "velocity":
             found.append(rows.measured - _velocity(bench, vector, motion, rows, lines))
         elif quantity == "voltage":
             found.append(rows.measured - _voltage(bench, vector)[rows.sample])
         else:
-            found.append(rows.measured - predicted_reading(quantity, x, x_dot, place, gravity))
+            read_there = predicted_reading(rows.channel, lines, motion.state, motion.rate, gravity)
+            found.append(rows.measured - read_there)
     return found
 
 

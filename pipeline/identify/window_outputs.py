@@ -52,11 +52,20 @@ class Lines:
     beside: IntArray
     share: FloatArray
 
+    @cached_property
+    def _between(self) -> bool:
+        return bool(self.share.any())
+
     def at(self, motion: FloatArray) -> FloatArray:
         """Take the motion (samples, n) at the times of the readings, (k, n)."""
-        here = motion[self.sample]
-        if self.share.any():
-            here += self.share * (motion[self.beside] - here)
+        # rows of what lies together are taken twice as fast
+        motion = np.ascontiguousarray(motion)
+        here = motion.take(self.sample, axis=0)
+        if self._between:
+            way = motion.take(self.beside, axis=0)
+            way -= here
+            way *= self.share
+            here += way
         return here
 
 
@@ -224,12 +233,10 @@ def innovations(
     run_of = np.array([window.run for window in stack.windows])
     found = []
     for rows, lines in zip(stack.rows, stack.lines, strict=True):
-        x, x_dot = lines.at(state), lines.at(rate)
-        place = np.array(rows.channel.place_m)
         found.append(
-            rows.measured - predicted_reading(rows.channel.quantity, x, x_dot, place, gravity)
+            rows.measured - predicted_reading(rows.channel, lines, state, rate, gravity)
             if rows.channel.quantity != "attitude"
-            else turn_between(x[:, 3:7], rows.measured)
+            else turn_between(lines.at(state[:, 3:7]), rows.measured)
         )
         if offsets is not None and rows.channel.quantity in OFFSETS:
             columns = OFFSETS[rows.channel.quantity]
@@ -257,27 +264,33 @@ def _same(stretch: IntArray, first: IntArray, second: IntArray, last: int) -> Bo
 
 
 def predicted_reading(
-    quantity: str, x: FloatArray, x_dot: FloatArray, place: FloatArray, gravity: float
+    channel: ChannelNoise, lines: Lines, state: FloatArray, rate: FloatArray, gravity: float
 ) -> FloatArray:
-    """Return readings (k, c) at `place` from states (k, 13) and accelerations (k, 6)."""
-    velocity, omega = x[:, 7:10], x[:, 10:13]
+    """Return readings (k, c) from states (samples, 13 or more) and accelerations (samples, 6)."""
+    quantity, place = channel.quantity, np.array(channel.place_m)
     if quantity == "angular_velocity":
-        return omega
-    if quantity == "velocity":
-        return np.asarray(velocity + omega @ cross_matrix(place))
+        return lines.at(state[:, 10:13])
     if quantity == "position":
-        return x[:, 0:3]
-    # the down axis in body coordinates: last row of the rotation matrix
-    w, i, j, k = x[:, 3], x[:, 4], x[:, 5], x[:, 6]
-    down = np.stack([2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)], axis=1)
+        return lines.at(state[:, 0:3])
+    if quantity == "velocity":
+        nu = lines.at(state[:, 7:13])
+        return np.asarray(nu[:, :3] + nu[:, 3:] @ cross_matrix(place))
+    down = _down(lines.at(state[:, 3:7]))
     if quantity == "depth":
-        return np.asarray(x[:, 2:3] + down @ place[:, None])
+        return np.asarray(lines.at(state[:, 2:3]) + down @ place[:, None])
+    nu, nu_dot = lines.at(state[:, 7:13]), lines.at(rate)
     return np.asarray(
-        x_dot[:, :3]
-        + x_dot[:, 3:] @ cross_matrix(place)
-        + np.cross(omega, velocity + omega @ cross_matrix(place))
+        nu_dot[:, :3]
+        + nu_dot[:, 3:] @ cross_matrix(place)
+        + np.cross(nu[:, 3:], nu[:, :3] + nu[:, 3:] @ cross_matrix(place))
         - gravity * down
     )
+
+
+def _down(attitude: FloatArray) -> FloatArray:
+    """Down axis in body axes (k, 3), the rotation matrix's last row, of quaternions (k, 4)."""
+    w, i, j, k = attitude.T
+    return np.stack([2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)], axis=1)
 
 
 def turn_between(predicted: FloatArray, measured: FloatArray) -> FloatArray:
