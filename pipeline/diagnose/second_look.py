@@ -18,7 +18,6 @@ from pipeline.diagnose.hypotheses import Finding, prior_of
 from pipeline.diagnose.linear_model import realisable
 from pipeline.diagnose.most_probable import most_probable, readings_there
 from pipeline.diagnose.own_point import cannot_be, judged_anew, log_evidence_at
-from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.search import Judged, Search, force_prior, part
 from pipeline.diagnose.trials import Lead
 from pipeline.types import FloatArray
@@ -61,7 +60,7 @@ def seen_closely(
     others are left as they are: they are better seen from there.
     """
     tasks = [partial(_correction, found, *row) for row in looked_at.values()]
-    corrected = dict(zip(looked_at, over_threads(found.setting.bench, tasks), strict=True))
+    corrected = dict(zip(looked_at, found.setting.bench.workers.each(tasks), strict=True))
     changes = {which: change for which, (change, _) in corrected.items()}
     points = {which: point for which, (_, point) in corrected.items()}
     look = _Look(found, lead, looked_at, points, _linear(looked_at), Closely(changes))
@@ -148,7 +147,7 @@ class _Look:
             )
             for which in some
         ]
-        for which, reached in zip(some, over_threads(found.setting.bench, ways), strict=True):
+        for which, reached in zip(some, found.setting.bench.workers.each(ways), strict=True):
             before = log_evidence_at(found, found.grams, *self.looked_at[which])
             closely.changes[which] = reached.value - before
             closely.points[which] = reached.point
@@ -244,6 +243,11 @@ def _not_reached(
     left = marginal(part(normal, found.chosen), forces)
     active = np.flatnonzero(np.diag(prior.covariance) > 0.0)
     block = np.ix_(active, active)
-    way = (fit(left, prior).mean - last)[active]
+    every = found.setting.coordinates
+    promised = fit(left, prior).mean
+    # what is promised of the form of the lag beyond where it is one is so from every point
+    form = [k for k, one in enumerate(every) if one.effect.unstated]
+    promised[form] = realisable(every, promised)[form]
+    way = (promised - last)[active]
     believed = np.linalg.pinv(prior.covariance[block], hermitian=True)
     return 0.5 * float(way @ (left.information[block] + believed) @ way)
