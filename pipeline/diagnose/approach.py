@@ -13,7 +13,6 @@ from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import Finding, Group, groups_of
 from pipeline.diagnose.linear_model import LinearModel, Setting
 from pipeline.diagnose.nil import reach, with_small
-from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Near, judge_all
 from pipeline.diagnose.tangent import linear_model
@@ -107,7 +106,7 @@ def approach(
         partial(follow.probed, begin, group, [index], _TWO_SIDED if two_sided else _PROBED)
         for group, index, two_sided in _bent(every, groups, model, strong)
     ]
-    seen = [one for one in over_threads(setting.bench, bent) if one is not None]
+    seen = [one for one in setting.bench.workers.each(bent) if one is not None]
     if best.best.level.ordinary:
         seen = [one for one in seen if one.value > best.value]
     # where an effect was tried at its size, what is seen there counts, too
@@ -133,7 +132,7 @@ def _laden(follow: Follower, best: Trial) -> list[Trial]:
         for size in _LADEN
         if members
     ]
-    probes = over_threads(follow.setting.bench, starts)
+    probes = follow.setting.bench.workers.each(starts)
     return [one for one in probes if one is not None and one.value > best.value - _LADEN_BEHIND]
 
 
@@ -148,7 +147,7 @@ def _best_others(
         for under, finding in _strongest_effects(judged, len(follow.groups))
         if not tried & set(finding.effects)
     ]
-    seen = [one for one in over_threads(follow.setting.bench, others) if one is not None]
+    seen = [one for one in follow.setting.bench.workers.each(others) if one is not None]
     return sorted(seen, key=value_of)[-_TRIED_LATER:]
 
 
@@ -165,7 +164,7 @@ def _misled(follow: Follower, best: Trial) -> list[Trial]:
         for group in errors
         if group not in best.groups
     ]
-    seen = [one for one in over_threads(follow.setting.bench, beside) if one is not None]
+    seen = [one for one in follow.setting.bench.workers.each(beside) if one is not None]
     return [one for one in seen if len(one.groups) > 1]
 
 

@@ -12,6 +12,7 @@ from pipeline.diagnose.follow import follow
 from pipeline.diagnose.instruments import InstrumentErrors
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.predictions import Bench, voltage_channel
+from pipeline.diagnose.workers import Workers
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import candidates, unstated
 from pipeline.effects.specification import EffectSpec
@@ -130,7 +131,8 @@ def setting_of(
     windows = windows_of(packed, runs, channels)
     if taken is not None:
         windows = [one for one, is_in in zip(windows, taken(windows), strict=True) if is_in]
-    windows, pulls = follow(packed, runs, windows, channels, vector, threads=threads)
+    workers = Workers(threads)
+    windows, pulls = follow(packed, runs, windows, channels, vector, workers=workers)
     stack = stack_windows(packed, windows, channels)
     sensors = case.vehicle.sensors if case.vehicle.sensors is not None else Sensors()
     bench = Bench(
@@ -142,7 +144,7 @@ def setting_of(
         sensors.dvl is not None and sensors.dvl.water_track,
         PIECES,
         tuple(pulls),
-        threads,
+        workers,
     )
     setting = Setting(
         bench,
@@ -166,7 +168,7 @@ def led_by(
     """Let the model at a parameter vector follow the measured motion."""
     bench, stack = setting.bench, setting.bench.stack
     windows, pulls = follow(
-        packed, runs, stack.windows, channels, vector, bench.pulls, bench.threads
+        packed, runs, stack.windows, channels, vector, bench.pulls, bench.workers
     )
     stack = replace(stack, windows=tuple(windows))
     return replace(setting, bench=replace(bench, stack=stack, pulls=tuple(pulls)))

@@ -10,6 +10,7 @@ unknowns, then those that a run shares.
 """
 
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -76,10 +77,15 @@ def grams(model: LinearModel) -> Grams:
     precision = np.eye(count + extra)
     precision[:count, :count] = setting.shared.precision
     local = model.local.shape[1]
-    every = np.concatenate(
-        [model.local, model.shared, model.extra, model.departures, model.readings[:, None]], axis=1
+    columns = (model.local, model.shared, model.extra, model.departures, model.readings[:, None])
+
+    def of_window(first: int, last: int) -> FloatArray:
+        every = np.concatenate([one[first:last] for one in columns], axis=1)
+        return np.asarray(every.T @ every)
+
+    found = np.stack(
+        setting.bench.workers.each([partial(of_window, *one) for one in pairwise(bounds)])
     )
-    found = np.stack([every[a:b].T @ every[a:b] for a, b in pairwise(bounds)])
     return Grams(
         found[:, :local, :local],
         found[:, :local, local:],

@@ -12,13 +12,14 @@ are not sensitive: no residual is taken from it.
 """
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.spatial.transform import Rotation
 
+from pipeline.diagnose.workers import Workers
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.position_speed import sure_position, velocity_of_position
 from pipeline.identify.windows import Window
@@ -85,7 +86,7 @@ def follow(  # noqa: PLR0917 - what is followed, then what follows
     channels: Sequence[ChannelNoise],
     vector: FloatArray | None = None,
     nearby: Sequence[FloatArray] | None = None,
-    threads: int = 1,
+    workers: Workers | None = None,
 ) -> tuple[list[Window], list[FloatArray]]:
     """Windows that start on the followed motion, and the pull over each, (steps, 6) [N, N m].
 
@@ -103,8 +104,8 @@ def follow(  # noqa: PLR0917 - what is followed, then what follows
         Parameter vector of the model that follows; the nominal one otherwise.
     nearby : sequence of ndarray, optional
         The pulls of another model on the same windows: from there it is not far.
-    threads : int
-        Runs side by side.
+    workers : Workers, optional
+        Lead runs side by side; one after another otherwise.
     """
     at = packed.vector if vector is None else vector
     matrix = np.empty((6, 6))
@@ -128,11 +129,7 @@ def follow(  # noqa: PLR0917 - what is followed, then what follows
         return started, known
 
     started = list(windows)
-    if threads <= 1:
-        found = [led(own) for own in places.values()]
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            found = list(pool.map(led, places.values()))
+    found = (workers or Workers(1)).each([partial(led, own) for own in places.values()])
     for own, (new, forces) in zip(places.values(), found, strict=True):
         for number, window, force in zip(own, new, forces, strict=True):
             started[number], pulls[number] = window, force

@@ -9,7 +9,6 @@ from pipeline.diagnose.case import Case, channels_of, setting_of
 from pipeline.diagnose.elimination import grams, marginal
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import Finding, with_ordinary
-from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Search, force_prior
 from pipeline.diagnose.tangent import linear_model
@@ -75,8 +74,8 @@ def next_run(
         except CannotComputeError:
             return None
 
-    values = over_threads(
-        found.setting.bench, [partial(separation, one) for one in MANOEUVRES.values()]
+    values = found.setting.bench.workers.each(
+        [partial(separation, one) for one in MANOEUVRES.values()]
     )
     flyable = [
         (value, name) for name, value in zip(MANOEUVRES, values, strict=True) if value is not None

@@ -5,15 +5,13 @@ that a window is made of, each simulated from where the motion is at its begin. 
 samples of windows; a piece knows which samples are its own.
 """
 
-from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TypeVar
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from pipeline.diagnose.workers import Workers
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_outputs import (
     Lines,
@@ -30,7 +28,6 @@ from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pieces import Pieces, run_pieces
 from pipeline.types import FloatArray, IntArray
 
-T = TypeVar("T")
 #: Slots that decide what the drives are at when a window starts.
 _DRIVE_SLOTS = (
     "dead_zone",
@@ -65,7 +62,7 @@ class Bench:
     water_track: bool
     pieces: int
     pulls: tuple[FloatArray, ...]
-    threads: int = 2
+    workers: Workers = field(compare=False)
     drive_states: dict[bytes, list[FloatArray]] = field(default_factory=dict, compare=False)
 
     @property
@@ -270,14 +267,6 @@ def _voltage(bench: Bench, vector: FloatArray) -> FloatArray:
     """Supply voltage at every stacked sample (samples, 1)."""
     share = 1.0 - read(vector, "supply_drop") - read(vector, "load_drop") * bench.load
     return np.asarray((bench.nominal_v or 0.0) * share)[:, None]
-
-
-def over_threads(bench: Bench, tasks: Sequence[Callable[[], T]]) -> list[T]:
-    """Call functions side by side; the kernel lets go of the interpreter's lock."""
-    if bench.threads <= 1:
-        return [task() for task in tasks]
-    with ThreadPoolExecutor(bench.threads) as pool:
-        return list(pool.map(lambda task: task(), tasks))
 
 
 def voltage_channel(nominal_v: float, noise_v: float, rate_hz: float) -> ChannelNoise:

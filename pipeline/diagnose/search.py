@@ -25,7 +25,6 @@ from pipeline.diagnose.linear_model import (
 )
 from pipeline.diagnose.most_probable import linear_near
 from pipeline.diagnose.noise_check import NoiseFound, noise_found, residual_with, widened
-from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.errors import CannotComputeError
 from pipeline.types import BoolArray, FloatArray
@@ -136,17 +135,17 @@ def judge_all(
         return replace(one, pairs=tuple(found))
 
     even = [level for level in every_level if np.ptp(level.factor) == 0.0]
-    judged = over_threads(bench, [partial(alone, level, groups) for level in even])
+    judged = bench.workers.each([partial(alone, level, groups) for level in even])
     best = max(judged, key=lambda one: one.nothing)
     strong = {one.groups[0]: groups[one.groups[0]] for one in best.singles[:_STRONG]}
     uneven = [level for level in every_level if np.ptp(level.factor) > 0.0]
-    by_axis = over_threads(bench, [partial(alone, level, strong) for level in uneven])
+    by_axis = bench.workers.each([partial(alone, level, strong) for level in uneven])
     if with_pairs:
         # where they can matter: under the levels that the readings prefer
         judged.sort(
             key=lambda one: -(one.nothing + max((f.log_evidence for f in one.singles), default=0.0))
         )
-        first = over_threads(bench, [partial(paired, one) for one in judged[:_LEVELS_WITH_PAIRS]])
+        first = bench.workers.each([partial(paired, one) for one in judged[:_LEVELS_WITH_PAIRS]])
         judged = [*first, *judged[_LEVELS_WITH_PAIRS:]]
     return (*judged, *by_axis)
 

@@ -30,7 +30,6 @@ from pipeline.diagnose.linear_model import (
 from pipeline.diagnose.moved_pieces import MovedPieces, Pass, seen_in
 from pipeline.diagnose.predictions import (
     Bench,
-    over_threads,
     shown_samples,
 )
 from pipeline.types import FloatArray, IntArray
@@ -69,7 +68,7 @@ def linear_model(
     tasks += [partial(base.from_profile, k) for k in range(setting.profiles.shape[2])]
     if point.pull != 0.0:
         tasks.append(base.from_pull)
-    passes = over_threads(bench, tasks)
+    passes = bench.workers.each(tasks)
     residual = residual_of(setting, point, vector, motion)
     return chained(setting, point, passes, residual, known, anew)
 
@@ -176,23 +175,27 @@ def _whitened_columns(
     width = moved.shape[2]
     tail = width - (len(passes) - 18)
     weight, coloured = _noise_of_entries(setting)
-    readings = np.stack([one.readings for one in passes], axis=1)[order]
-    if not np.isfinite(readings).all():
-        readings = np.where(np.isfinite(readings), readings, 0.0)
-    readings *= weight[:, None]
     owner = _piece_of_entry(bench, vector_of(setting, point.departures))[order]
-    by_piece = np.argsort(owner, kind="stable")
-    bounds = np.searchsorted(owner[by_piece], np.arange(len(moved) + 1))
     found = np.zeros((len(order), width))
-    for piece, (first, last) in enumerate(pairwise(bounds)):
-        rows = by_piece[first:last]
-        own, start = readings[rows], moved[piece]
-        # no reading knows of the forces that come after it
-        at = 12 + 6 * (piece % bench.pieces)
-        found[rows, :at] = own[:, :12] @ start[:, :at]
-        found[rows, at : at + 6] = own[:, 12:18]
-        found[rows, tail:] = own[:, :12] @ start[:, tail:] + own[:, 18:]
-    over_threads(bench, [partial(_whitened, setting, found, *one) for one in coloured])
+
+    def fill(first: int, last: int) -> None:
+        """Fill the rows of one window."""
+        readings = np.stack([one.readings[order[first:last]] for one in passes], axis=1)
+        if not np.isfinite(readings).all():
+            readings = np.where(np.isfinite(readings), readings, 0.0)
+        readings *= weight[first:last, None]
+        for piece in np.unique(owner[first:last]):
+            rows = np.flatnonzero(owner[first:last] == piece)
+            own, start = readings[rows], moved[piece]
+            # no reading knows of the forces that come after it
+            at = 12 + 6 * (piece % bench.pieces)
+            rows += first
+            found[rows, :at] = own[:, :12] @ start[:, :at]
+            found[rows, at : at + 6] = own[:, 12:18]
+            found[rows, tail:] = own[:, :12] @ start[:, tail:] + own[:, 18:]
+
+    bench.workers.each([partial(fill, *one) for one in pairwise(bench.stack.bounds)])
+    bench.workers.each([partial(_whitened, setting, found, *one) for one in coloured])
     return found
 
 

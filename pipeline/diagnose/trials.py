@@ -11,7 +11,6 @@ from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.hypotheses import Finding, Group, groups_of, judge_freely, total_departures
 from pipeline.diagnose.linear_model import LinearModel, Setting, realisable, vector_of
-from pipeline.diagnose.predictions import over_threads
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, judge_all, sober
 from pipeline.diagnose.tangent import linear_model
@@ -145,7 +144,7 @@ class Follower:
         What a way is promised where it starts does not count where it was gone.
         """
         ways = [partial(self.steps, trial, most, best.value) for trial in trials]
-        reached = over_threads(self.setting.bench, ways)
+        reached = self.setting.bench.workers.each(ways)
         return max((best, *(one for way in reached for one in way[1:] or way)), key=value_of)
 
     def probed(

@@ -8,6 +8,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose.case import Case, channels_of, windows_of
 from pipeline.diagnose.follow import follow
+from pipeline.diagnose.workers import Workers
 from pipeline.types import FloatArray
 
 
@@ -24,7 +25,7 @@ def _followed(
     channels = channels_of(case.vehicle, case.runs)
     windows = windows_of(case.packed, case.runs, channels)
     started, pulls = follow(
-        case.packed, case.runs, windows, channels, nearby=nearby, threads=threads
+        case.packed, case.runs, windows, channels, nearby=nearby, workers=Workers(threads)
     )
     return np.array([one.start for one in started]), pulls
 
