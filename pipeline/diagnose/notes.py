@@ -16,8 +16,8 @@ _COSTS = {
     "attitude": "trim and list cannot be judged",
     "depth": "buoyancy shows only in vertical speed",
 }
-#: Standard deviations, and departures in half of what is plausible, from which on the form of the
-#: lag is told.
+#: Standard deviations, and departures in half of what is plausible, from which on what no file
+#: states is told.
 _SURE, _MUCH = 3.0, 0.5
 
 
@@ -43,26 +43,32 @@ def notes_on(case: Case, found: Search, top: Candidate) -> tuple[str, ...]:
         for name, one in found.noise.items()
         if one.widen > 1.0
     )
-    notes.extend(_form_of_the_lag(found, top))
+    if found.setting.scatter.any():
+        notes.append(
+            "each run fits with somewhat other parameters than the others, so the model lacks "
+            "something beside any effect; an effect counts as far as the runs agree on it"
+        )
+    notes.extend(_what_no_file_states(found, top))
     return tuple(notes)
 
 
-def _form_of_the_lag(found: Search, top: Candidate) -> Iterator[str]:
+def _what_no_file_states(found: Search, top: Candidate) -> Iterator[str]:
     best = fit(top.judged.found, prior_of(found.prior, top.finding))
     for one, mean, std in zip(found.setting.coordinates, best.mean, best.std, strict=True):
         if not one.effect.unstated or abs(mean) < max(_SURE * std, _MUCH):
             continue
-        share = min(float(mean) * one.unit_size, 1.0)
-        if one.parameter.name == "dead_share":
-            yield (
-                f"{share:.0%} of the thrusters' dead zone comes before their lag, by these runs. "
-                "The vehicle file says nothing of it, so that is no fault"
-            )
-        else:
-            yield (
-                f"the square of the code lags by {share:.0%}, as thrust does, by these runs. The "
-                "vehicle file says nothing of it, so that is no fault"
-            )
+        value = one.parameter.neutral + min(float(mean) * one.unit_size, 1.0)
+        yield {
+            "dead_share": f"{value:.0%} of the thrusters' dead zone comes before their lag, by "
+            "these runs. The vehicle file says nothing of it, so that is no fault",
+            "power": f"what lags in a thruster is the code to the power of {value:.2g}, by these "
+            "runs. The vehicle file says nothing of it, so that is no fault",
+            "opposed_share": "against the motion thrusters give more than at rest, by "
+            f"{value:.0%} of what they lose along it, by these runs. The vehicle file says "
+            "nothing of it, so that is no fault",
+            "inflow_share": f"{value:.0%} of the stated inflow reaches the thrusters' blades, by "
+            "these runs. The vehicle file says nothing of it, so that is no fault",
+        }[one.parameter.name]
 
 
 def _healthy_runs(count: int) -> str:

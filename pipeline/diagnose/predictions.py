@@ -33,7 +33,7 @@ _DRIVE_SLOTS = (
     "dead_zone",
     "lag",
     "lag_dead_share",
-    "lag_square",
+    "lag_power",
     "supply_drop",
     "load_drop",
     "rotor_inertia",

@@ -2,13 +2,12 @@
 
 A vehicle file states a time constant, not what lags by it. Where a motor controller ignores small
 codes the dead zone comes before the lag of the shaft; where a drive ramps its code it comes after.
-And it may be the code that lags or the shaft speed, which goes about with it, or the thrust, which
-goes about with its square (first order in shaft speed: Yoerger, Cooke and Slotine 1990; in thrust:
-the actuator models of many simulators). With d the share of the dead zone N_dead that comes before,
-and b that of the square,
+And it may be the code that lags, or the shaft speed, or the thrust (first order in shaft speed:
+Yoerger, Cooke and Slotine 1990; in thrust: the actuator models of many simulators). Of a
+characteristic T = T_max s^e the shaft speed goes as the code to the power e / 2, the thrust as that
+to the power e. With d the share of the dead zone N_dead that comes before, and m the power,
 
-    s = (|N| - d N_dead) / (N_max - d N_dead),    q = sign(N) ((1 - b) s + b s^2),
-    tau dq_act/dt + q_act = q
+    s = (|N| - d N_dead) / (N_max - d N_dead),    q = sign(N) s^m,    tau dq_act/dt + q_act = q
 
 and the characteristic takes the code that belongs to q_act. At rest all forms are the same. They
 differ for about tau after steps, most where thrust changes its sign, and by far more than an
@@ -19,7 +18,7 @@ every vehicle, and no answer.
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
+from pipeline.effects.change import add, scale
 from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.effects.thruster_lag import EFFECT as THRUSTER_LAG
 from pipeline.types import FloatArray
@@ -29,7 +28,7 @@ def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
 ) -> None:
     add(vector, "lag_dead_share", values["dead_share"])
-    add(vector, "lag_square", values["square_share"])
+    scale(vector, "lag_power", values["power"])
 
 
 EFFECT = Effect(
@@ -47,17 +46,18 @@ EFFECT = Effect(
             ordinary=0.7,
         ),
         Parameter(
-            "square_share",
+            "power",
             unit="1",
-            neutral=0.0,
-            plausible=(0.0, 1.0),
-            meaning="share of the square of the code in what lags: 0 the code, 1 about the thrust",
-            possible=(-0.5, 1.2),
+            neutral=1.0,
+            plausible=(0.5, 2.0),
+            meaning="power of the code that lags: 1 the code; half the characteristic's exponent "
+            "the shaft speed, all of it the thrust",
+            possible=(0.4, 3.0),
             ordinary=0.5,
         ),
     ),
     channels=THRUSTER_LAG.channels,
-    vector_slots=("lag_dead_share", "lag_square"),
+    vector_slots=("lag_dead_share", "lag_power"),
     apply=_apply,
     missing=THRUSTER_LAG.missing,
     unstated=True,

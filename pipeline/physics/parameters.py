@@ -75,6 +75,7 @@ SLOTS: tuple[Slot, ...] = (
     Slot("thrust_gain", _EACH, "1", 1.0, "thrust over that of the characteristic, both signs"),
     Slot("reverse_gain", _EACH, "1", 1.0, "extra factor on negative thrust"),
     Slot("inflow_fraction", _EACH, "1", 1.0, "share of the inflow that the thruster feels"),
+    Slot("opposed_share", (), "1", 0.0, "rise of thrust against the motion over its fall along it"),
     Slot("dead_zone", _EACH, "code", 0.0, "codes lost on top of the characteristic's dead zone"),
     Slot("code_max", _EACH, "code", 127.0, "largest code"),
     Slot("drive_dead", _EACH, "code", 0.0, "dead zone of the characteristic itself"),
@@ -82,7 +83,7 @@ SLOTS: tuple[Slot, ...] = (
     Slot(
         "lag_dead_share", (), "1", 0.0, "share of the drives' dead zones that comes before the lag"
     ),
-    Slot("lag_square", (), "1", 0.0, "what lags: 0 the code beyond it, 1 the square of that"),
+    Slot("lag_power", (), "1", 1.0, "what lags: this power of the share of the code beyond it"),
     Slot("rotor_inertia", _EACH, "kg m^2", 0.0, "of shaft and propeller; 0: static thrust"),
     Slot("supply_drop", (), "1", 0.0, "share of the supply voltage that is missing at no load"),
     Slot("load_drop", (), "1", 0.0, "further share that is missing with every thruster at full"),

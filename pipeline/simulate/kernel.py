@@ -39,7 +39,7 @@ CURRENT = offset("current")
 THRUSTER_COUNT = offset("thruster_count")
 LAG = offset("lag")
 LAG_DEAD_SHARE = offset("lag_dead_share")
-LAG_SQUARE = offset("lag_square")
+LAG_POWER = offset("lag_power")
 ROTOR_INERTIA = offset("rotor_inertia")
 #: Entries of the state.
 BODY = 13
@@ -230,12 +230,15 @@ def lagged(p: Array, start: Array, codes: Array, remaining: Array, row: int, sta
     would tie the step to the shortest lag. Row `row` of `remaining` belongs to the time: the
     exponentials are taken once a run, not once a thruster and step.
     """
-    of_code = p[LAG_DEAD_SHARE] == 0.0 and p[LAG_SQUARE] == 0.0
+    of_code = p[LAG_DEAD_SHARE] == 0.0 and p[LAG_POWER] == 1.0
     for i in range(int(p[THRUSTER_COUNT])):
         if p[ROTOR_INERTIA + i] > 0.0:
             continue
         if p[LAG + i] <= 0.0:
             state[BODY + i] = codes[i]
+        elif remaining[row, i] == 1.0:
+            # the step begins: it is where it is
+            state[BODY + i] = start[BODY + i]
         elif of_code:
             state[BODY + i] = codes[i] + (start[BODY + i] - codes[i]) * remaining[row, i]
         else:

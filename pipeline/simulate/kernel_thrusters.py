@@ -1,6 +1,5 @@
 """Compiled kernel: from commanded codes to the forces of the thrusters."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -17,11 +16,12 @@ THRUSTER_TYPE = offset("thruster_type")
 THRUST_GAIN = offset("thrust_gain")
 REVERSE_GAIN = offset("reverse_gain")
 INFLOW_FRACTION = offset("inflow_fraction")
+OPPOSED_SHARE = offset("opposed_share")
 DEAD_ZONE = offset("dead_zone")
 CODE_MAX = offset("code_max")
 DRIVE_DEAD = offset("drive_dead")
 LAG_DEAD_SHARE = offset("lag_dead_share")
-LAG_SQUARE = offset("lag_square")
+LAG_POWER = offset("lag_power")
 ROTOR_INERTIA = offset("rotor_inertia")
 SUPPLY_DROP = offset("supply_drop")
 LOAD_DROP = offset("load_drop")
@@ -81,10 +81,10 @@ def effective_codes(p: Array, command: Array, codes: Array) -> None:
 
 
 @inlined
-def lagging(code: float, dead: float, largest: float, square: float) -> float:
-    """Return what of a code lags: (1 - b) s + b s^2, signed, of its share s beyond `dead`."""
+def lagging(code: float, dead: float, largest: float, power: float) -> float:
+    """Return what of a code lags: a power of its share beyond `dead`, signed."""
     share = max(abs(code) - dead, 0.0) / (largest - dead)
-    lags = share * (1.0 - square + square * share)
+    lags = share if power == 1.0 else share**power
     if code == 0.0:
         return 0.0
     return lags if code > 0.0 else -lags
@@ -99,16 +99,13 @@ def late_code(p: Array, i: int, start: float, code: float, left: float) -> float
     only a fit goes, moves codes in the dead zone or next to it, so the thrust has no kink there,
     as long as no code is on either side of zero.
     """
-    dead, largest, square = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i], p[CODE_MAX + i], p[LAG_SQUARE]
-    aim = lagging(code, dead, largest, square)
-    lags = aim + (lagging(start, dead, largest, square) - aim) * left
+    dead, largest, power = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i], p[CODE_MAX + i], p[LAG_POWER]
+    aim = lagging(code, dead, largest, power)
+    lags = aim + (lagging(start, dead, largest, power) - aim) * left
     if lags == 0.0:
         return 0.0
-    size = abs(lags)
-    # the root of the square's equation in the form that holds without a square, too
-    straight = 1.0 - square
-    root = math.sqrt(max(straight * straight + 4.0 * square * size, 0.0))
-    size = dead + 2.0 * size / (straight + root) * (largest - dead)
+    share = abs(lags) if power == 1.0 else abs(lags) ** (1.0 / power)
+    size = dead + share * (largest - dead)
     return size if lags > 0.0 else -size
 
 
@@ -140,16 +137,23 @@ def static_thrust(
 ) -> float:
     """Thrust of thruster i from its table T(|N|, V along the thrust), signed.
 
-    Against the motion the row at rest holds; beyond the last speed the thrust goes on falling to
-    zero and stays there.
+    Against the motion the row at rest holds, and a share of what the thrust would lose along it is
+    added; beyond the last speed the thrust goes on falling to zero and stays there.
     """
     kind = int(p[THRUSTER_TYPE + i])
     side = 0 if code >= 0.0 else 1
     along = speed if code >= 0.0 else -speed
+    share = p[OPPOSED_SHARE] if along < 0.0 else 0.0
     value = tabulated(
         thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], max(along, 0.0), abs(code)
     )
-    value = max(value, 0.0) * p[THRUST_GAIN + i]
+    value = max(value, 0.0)
+    if share != 0.0:
+        lost = tabulated(
+            thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], -along, abs(code)
+        )
+        value += share * (value - max(lost, 0.0))
+    value *= p[THRUST_GAIN + i]
     if code < 0.0:
         return -value * p[REVERSE_GAIN + i]
     return value

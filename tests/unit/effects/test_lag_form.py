@@ -39,14 +39,17 @@ def shares(rov: PackedVehicle, first: float, then: float, values: dict[str, floa
     return np.sign(codes) * np.maximum(np.abs(codes) - DEAD, 0.0) / (LARGEST - DEAD)
 
 
-@pytest.mark.parametrize("square", [-0.3, 0.0, 0.4, 1.0])
-def test_code_and_square_beyond_the_dead_zone_lag(rov: PackedVehicle, square: float) -> None:
-    """First order by hand: q = q_1 + (q_0 - q_1) exp(-t / tau), through zero as well."""
-    found = shares(rov, 300.0, -200.0, {"dead_share": 1.0, "square_share": square})
+@pytest.mark.parametrize("power", [0.665, 1.0, 1.33, 2.0])
+def test_a_power_of_the_code_beyond_the_dead_zone_lags(rov: PackedVehicle, power: float) -> None:
+    """First order by hand: q = q_1 + (q_0 - q_1) exp(-t / tau), through zero as well.
+
+    Shaft speed (half the exponent of the characteristic), code, thrust (all of it), and more.
+    """
+    found = shares(rov, 300.0, -200.0, {"dead_share": 1.0, "power": power})
     s0, s1 = (300 - DEAD) / 372, -(200 - DEAD) / 372
-    q0, q1 = ((1 - square) * s + square * s * abs(s) for s in (s0, s1))
+    q0, q1 = (np.sign(s) * abs(s) ** power for s in (s0, s1))
     q = q1 + (q0 - q1) * LEFT
-    assert (1 - square) * found + square * found * np.abs(found) == pytest.approx(q, abs=1e-12)
+    assert np.sign(found) * np.abs(found) ** power == pytest.approx(q, abs=1e-12)
 
 
 def test_a_dead_zone_behind_the_lag_delays_what_changes_its_sign(rov: PackedVehicle) -> None:
@@ -71,7 +74,7 @@ def test_at_rest_all_forms_are_the_same(rov: PackedVehicle) -> None:
     count = len(rov.thruster_names)
     for code in (-400.0, -150.0, -20.0, 0.0, 10.0, 28.0, 60.0, 400.0):
         thrust = []
-        for values in ({}, {"dead_share": 1.0}, {"dead_share": 0.4, "square_share": 0.7}):
+        for values in ({}, {"dead_share": 1.0}, {"dead_share": 0.4, "power": 1.7}):
             vector = apply_effects(rov.vector, [EffectSpec("lag_form", values)], rov.context)
             states = actuator_states(rov, np.full((500, count), code), STEP_S, vector=vector)
             thrust.append(thruster_wrench(rov, states[-1:], np.zeros((1, 6)))[1][0])
@@ -80,10 +83,11 @@ def test_at_rest_all_forms_are_the_same(rov: PackedVehicle) -> None:
         assert thrust[2] == pytest.approx(thrust[0], abs=2e-3)
 
 
-@pytest.mark.parametrize("slot", ["lag_dead_share", "lag_square"])
-@pytest.mark.parametrize("bound", [0.0, 1.0])
+@pytest.mark.parametrize(
+    ("slot", "bound"), [("lag_dead_share", 0.0), ("lag_dead_share", 1.0), ("lag_power", 1.0)]
+)
 def test_the_thrust_has_no_kink_at_the_bounds(rov: PackedVehicle, slot: str, bound: float) -> None:
-    """A fit that crosses a bound goes on as it came."""
+    """A fit that crosses a bound, or the form that is computed otherwise, goes on as it came."""
 
     def thrust(share: float) -> FloatArray:
         vector = rov.vector.copy()
@@ -102,7 +106,7 @@ def test_the_thrust_has_no_kink_at_the_bounds(rov: PackedVehicle, slot: str, bou
 def test_it_is_no_answer_but_may_differ_on_any_vehicle() -> None:
     assert "lag_form" not in effects()
     assert "lag_form" not in candidates(CONTEXT)
-    assert set(unstated(CONTEXT)) == {"lag_form"}
+    assert "lag_form" in unstated(CONTEXT)
     vector = sample_vector()
-    changed = apply_effects(vector, [EffectSpec("lag_form", {"square_share": 0.8})], CONTEXT)
-    assert read(changed, "lag_square") == read(vector, "lag_square") + 0.8
+    changed = apply_effects(vector, [EffectSpec("lag_form", {"power": 1.8})], CONTEXT)
+    assert read(changed, "lag_power") == 1.8 * read(vector, "lag_power")
