@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.diagnose.characteristic import characteristic_profiles
+from pipeline.diagnose.characteristic import characteristic_profiles, curve_errors
 from pipeline.diagnose.coordinates import coordinates
 from pipeline.diagnose.dead_reckoning import mount_of
 from pipeline.diagnose.follow import follow
@@ -146,14 +146,18 @@ def setting_of(
         tuple(pulls),
         workers,
     )
+    every = coordinates(packed, {**case.candidates, **unstated(packed.context)}, model.uncertainty)
+    curves = curve_errors(case.vehicle, model.uncertainty.thrust)
     setting = Setting(
         bench,
         run_nuisance(stack, len(runs)),
-        coordinates(packed, {**case.candidates, **unstated(packed.context)}, model.uncertainty),
+        every,
         usual_force(packed) if force_unit is None else force_unit,
         np.zeros((len(stack.owner), 0)),
         np.ones(len(stack.owner)),
-        characteristic_profiles(packed, stack.windows, bench.whole, model.uncertainty.thrust),
+        characteristic_profiles(packed, stack.windows, bench.whole, curves),
+        np.zeros(len(every)),
+        curves,
     )
     return replace(setting, extra=_voltage_offsets(setting, len(runs)))
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipeline.diagnose.characteristic import characteristic_profiles
 from pipeline.diagnose.coordinates import vector_at
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.linear_model import Setting, plain, realisable
@@ -51,10 +52,14 @@ class Forecast:
 
 @dataclass(frozen=True)
 class Outlook:
-    """Windows that start where the runs' windows do, and last longer."""
+    """Windows that start where the runs' windows do, and last longer.
+
+    `profiles` (steps, 6, k) as of `Setting`: forces by which healthy thrusters differ.
+    """
 
     bench: Bench
     starts: FloatArray
+    profiles: FloatArray
 
 
 def outlook(
@@ -100,7 +105,9 @@ def outlook(
         stack=stack,
         pulls=tuple(np.zeros((len(w.command), 6)) for w in windows),
     )
-    return Outlook(bench, starts)
+    packed = setting.bench.stack.packed
+    profiles = characteristic_profiles(packed, stack.windows, bench.whole, setting.curves)
+    return Outlook(bench, starts, profiles)
 
 
 def _plain(channel: ChannelNoise) -> ChannelNoise:
@@ -113,11 +120,15 @@ def forecast(
     vector: FloatArray,
     channels: Sequence[ChannelNoise],
     forces: FloatArray | None = None,
+    curves: FloatArray | None = None,
 ) -> Forecast:
-    """Errors of a model over the windows."""
+    """Errors of a model over the windows, with outside forces and curves (k,) that are off."""
     bench = ahead.bench
     outside = np.zeros((bench.window_count, 6 * bench.pieces)) if forces is None else forces
-    motion = simulate_windows(bench, vector, ahead.starts, outside_forces(bench, outside, 0.0))
+    pushed = outside_forces(bench, outside, 0.0)
+    if curves is not None:
+        pushed = pushed + ahead.profiles @ curves
+    motion = simulate_windows(bench, vector, ahead.starts, pushed)
     raw = innovations(bench, vector, motion)
     begins = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in bench.stack.windows])])
     step = np.array([w.step_s for w in bench.stack.windows])
@@ -165,12 +176,13 @@ def healthy_spread(  # noqa: PLR0917 - one caller
     for _ in range(DRAWS):
         drawn = middle + root @ generator.choice((-1.0, 1.0), len(values))
         forces = unit * generator.standard_normal((ahead.bench.window_count, unit.size))
+        curves = generator.choice((-1.0, 1.0), ahead.profiles.shape[2])
         try:
             vector = vector_at(packed, every, plain(every, realisable(every, drawn)))
         except CannotComputeError:
             # no vehicle can be that: it has no buoyancy left, or no supply
             continue
-        found, made = forecast(ahead, vector, channels, forces), made + 1
+        found, made = forecast(ahead, vector, channels, forces, curves), made + 1
         for name, errors in found.errors.items():
             total[name] += np.nan_to_num((errors - model.errors[name]) ** 2)
     if not made:

@@ -16,6 +16,7 @@ from functools import cached_property
 
 import numpy as np
 
+from pipeline.diagnose.characteristic import CurveErrors
 from pipeline.diagnose.coordinates import Coordinate, vector_at
 from pipeline.diagnose.predictions import (
     Bench,
@@ -69,6 +70,10 @@ class Setting:
     """(rows,) weight of each reading: below 1 for outliers and noisy channels."""
     profiles: FloatArray
     """(steps, 6, k) forces of further unknowns of unit variance, after those of `extra`."""
+    scatter: FloatArray
+    """(g,) by how much the departures of a run differ from the vehicle's."""
+    curves: CurveErrors
+    """By how much the thrusters' curves may be off: what `profiles` are made of."""
 
     @property
     def problem(self) -> Problem:

@@ -6,6 +6,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose.approach import approach
 from pipeline.diagnose.case import channels_of, led_by, setting_of
+from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.scales import levels
 from pipeline.diagnose.search import ordinary_prior
@@ -61,11 +62,11 @@ def test_shift_far_beyond_what_is_stated_is_reached() -> None:
 
 def test_both_of_two_effects_are_reached() -> None:
     found = reached(
-        "dead_zone:codes=20",
+        "dead_zone:codes=30",
         "dvl_misalignment:yaw_deg=8",
         effects=("dead_zone", "dvl_misalignment", "added_mass", "current"),
     )
-    assert found["dead_zone:codes"] == pytest.approx(20 / 30, rel=0.1)
+    assert found["dead_zone:codes"] == pytest.approx(30 / 30, rel=0.1)
     assert found["dvl_misalignment:yaw_deg"] != pytest.approx(0.0, abs=0.5)
 
 
@@ -105,17 +106,14 @@ def test_dead_zone_beyond_what_is_plausible_is_reached() -> None:
     assert found["dead_zone:codes"] == pytest.approx(84.0 / 30.0, rel=0.03)
 
 
-def test_what_leads_the_model_astray_is_reached_beside_a_strong_fault(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_what_leads_the_model_astray_is_found_beside_a_strong_fault() -> None:
     """The model is led along the DVL's velocity, taken as if the DVL were where it is stated."""
-    # among few effects it would be found there; among all of them it is promised too little
-    monkeypatch.setattr("pipeline.diagnose.trials.Follower.anew", lambda *_: [])
-    found = reached(
-        "dead_zone:codes=100",
-        "dvl_lever_arm:x_m=0.55,y_m=0.07,z_m=0.24",
+    case = small_case(
+        ("dead_zone:codes=100", "dvl_lever_arm:x_m=0.55,y_m=0.07,z_m=0.24"),
         effects=("dead_zone", "dvl_lever_arm", "thrust_deduction", "added_mass"),
     )
-    assert found["dead_zone:codes"] == pytest.approx(100.0 / 30.0, rel=0.03)
-    assert found["dvl_lever_arm:x_m"] == pytest.approx(0.55 / 0.25, rel=0.05)
-    assert found["dvl_lever_arm:z_m"] == pytest.approx(0.24 / 0.25, rel=0.1)
+    found = diagnose(case)
+    assert found.verdict.effects == ("dead_zone", "dvl_lever_arm")
+    values = {name: one.value for name, one in found.ranking[0].parameters.items()}
+    assert values["dead_zone.codes"] == pytest.approx(100.0, rel=0.03)
+    assert values["dvl_lever_arm.x_m"] == pytest.approx(0.55, rel=0.05)
