@@ -139,6 +139,11 @@ def look_ahead(  # noqa: PLR0917 - one caller
     ordinary = float(np.clip(answered.force_scale, ordinary, 1.0 if healthy_known else 2.0))
     floors = replace(setting, force_unit=setting.force_unit * ordinary)
     healthy = stated_alone(found.prior, setting.coordinates)
+    if healthy_known:
+        # healthy runs showed by how much one run differs from another
+        stated_ones = np.array([one.ordinary > 0.0 for one in setting.coordinates])
+        more = np.diag(np.where(stated_ones, setting.scatter, 0.0) ** 2)
+        healthy = replace(healthy, covariance=healthy.covariance + more)
     healthy = replace(healthy, mean=np.where(unstated != 0.0, unstated, healthy.mean))
     spread = healthy_spread(near, floors, healthy, channels, before, seed)
     return Ahead(

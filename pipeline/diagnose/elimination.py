@@ -5,8 +5,13 @@ products. All that is needed of it is
 
 .. math:: M = G^T S^{-1} G, \quad b = G^T S^{-1} y, \quad c = y^T S^{-1} y, \quad \log|S|
 
-which comes from the windows' normal equations by two Schur complements: first each window's own
-unknowns, then those that a run shares.
+which comes from the windows' normal equations by three Schur complements: each window's own
+unknowns, then those that a run shares, then those that all runs share.
+
+What a model lacks acts from one manoeuvre to the next like other values of its parameters. So the
+departures of a run may differ from those of the vehicle, x_r = x + d_r with d_r ~ N(0, D) and D
+diagonal (a random-effects model; Laird and Ware 1982, Biometrics 38, 963-974). Being sums of
+squares over the same columns, the d_r leave with the unknowns of their run.
 """
 
 from dataclasses import dataclass, replace
@@ -25,7 +30,9 @@ class Grams:
     """Normal equations of each window: own unknowns (a), then shared, departures and readings (r).
 
     `own` (w, a, a), `cross` (w, a, r), `rest` (w, r, r); `index` (w, k) says which shared unknown
-    the first k of the rest are, `precision` (s, s) is the prior of the shared.
+    the first k of the rest are, `precision` (s, s) is the prior of the shared. `run` (w,) is that
+    of each window, `owner` (s,) that of each shared unknown, -1 where all runs share it; `scatter`
+    (g,) is by how much the departures of a run differ from the vehicle's.
     """
 
     own: FloatArray
@@ -33,6 +40,9 @@ class Grams:
     rest: FloatArray
     index: IntArray
     precision: FloatArray
+    run: IntArray
+    owner: IntArray
+    scatter: FloatArray
 
 
 @dataclass(frozen=True)
@@ -76,6 +86,9 @@ def grams(model: LinearModel) -> Grams:
     )
     precision = np.eye(count + extra)
     precision[:count, :count] = setting.shared.precision
+    run = np.array([window.run for window in setting.bench.stack.windows])
+    owner = np.full(count + extra, -1)
+    owner[setting.shared.index] = run[:, None]
     local = model.local.shape[1]
     columns = (model.local, model.shared, model.extra, model.departures, model.readings[:, None])
 
@@ -92,6 +105,9 @@ def grams(model: LinearModel) -> Grams:
         found[:, local:, local:],
         index,
         precision,
+        run,
+        owner,
+        setting.scatter,
     )
 
 
@@ -121,14 +137,60 @@ def marginal(found: Grams, forces: ForcePrior) -> Marginal:
         What is believed of the outside forces.
     """
     left, _, log_determinant = _schur(found, forces)
-    wide, shared = _assembled(found, left)
-    solved = np.linalg.solve(shared, wide[: len(shared), len(shared) :])
-    rest = wide[len(shared) :, len(shared) :] - wide[len(shared) :, : len(shared)] @ solved
-    log_determinant += float(np.linalg.slogdet(shared)[1] - np.linalg.slogdet(found.precision)[1])
+    common = np.flatnonzero(found.owner < 0)
+    size = common.size + found.scatter.size + 1
+    wide = np.zeros((size, size))
+    wide[: common.size, : common.size] = found.precision[np.ix_(common, common)]
+    log_determinant -= float(np.linalg.slogdet(wide[: common.size, : common.size])[1])
+    for number in np.unique(found.run):
+        own = np.flatnonzero(found.owner == number)
+        of_run, more = _without(_of_run(found, left, number, own, common), own.size)
+        log_determinant += more - float(np.linalg.slogdet(found.precision[np.ix_(own, own)])[1])
+        of_run, more = _without_scatter(of_run, found.scatter)
+        log_determinant += more
+        wide += of_run
+    rest, more = _without(wide, common.size)
     information = rest[:-1, :-1]
     return Marginal(
-        (information + information.T) / 2, rest[:-1, -1], float(rest[-1, -1]), log_determinant
+        (information + information.T) / 2,
+        rest[:-1, -1],
+        float(rest[-1, -1]),
+        log_determinant + more,
     )
+
+
+def _of_run(
+    found: Grams, left: FloatArray, number: int, own: IntArray, common: IntArray
+) -> FloatArray:
+    """Put one run together, with the prior of its own unknowns: own, common, x, readings."""
+    ordered = np.concatenate([own, common])
+    place = np.full(len(found.precision), -1)
+    place[ordered] = np.arange(ordered.size)
+    tail = np.arange(ordered.size, ordered.size + left.shape[1] - found.index.shape[1])
+    wide = np.zeros((ordered.size + tail.size,) * 2)
+    wide[: own.size, : own.size] = found.precision[np.ix_(own, own)]
+    for window in np.flatnonzero(found.run == number):
+        places = np.concatenate([place[found.index[window]], tail])
+        wide[np.ix_(places, places)] += left[window]
+    return wide
+
+
+def _without(wide: FloatArray, count: int) -> tuple[FloatArray, float]:
+    """Take the first unknowns out of normal equations; with the log determinant of their block."""
+    solved = np.linalg.solve(wide[:count, :count], wide[:count, count:])
+    rest = wide[count:, count:] - wide[count:, :count] @ solved
+    return rest, float(np.linalg.slogdet(wide[:count, :count])[1])
+
+
+def _without_scatter(of_run: FloatArray, scatter: FloatArray) -> tuple[FloatArray, float]:
+    """Take out what the departures of a run differ by: they have the columns of the departures."""
+    free = np.flatnonzero(scatter)
+    if not free.size:
+        return of_run, 0.0
+    at = len(of_run) - 1 - scatter.size + free
+    side = of_run[:, at] * scatter[free]
+    inner = np.eye(free.size) + side[at] * scatter[free, None]
+    return of_run - side @ np.linalg.solve(inner, side.T), float(np.linalg.slogdet(inner)[1])
 
 
 def _schur(found: Grams, forces: ForcePrior) -> tuple[FloatArray, FloatArray, float]:

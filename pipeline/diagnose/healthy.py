@@ -14,6 +14,7 @@ from pipeline.diagnose.most_probable import moving_freely
 from pipeline.diagnose.nil import reach, with_small
 from pipeline.diagnose.noise_check import noise_found, residual_with
 from pipeline.diagnose.scales import Level
+from pipeline.diagnose.scatter import scatter_between_runs
 from pipeline.diagnose.search import force_prior, ordinary_prior
 from pipeline.diagnose.tangent import linear_model
 from pipeline.types import FloatArray
@@ -32,11 +33,16 @@ _LEAST_FORCE = 0.1
 
 @dataclass(frozen=True)
 class Healthy:
-    """Learned from healthy runs: prior of the departures, outside force [N, N m], noise factors."""
+    """Learned from healthy runs: prior of the departures, outside force [N, N m], noise factors.
+
+    `scatter` (g,) is by how much the departures of a run differ from the vehicle's; None where one
+    run cannot show it.
+    """
 
     prior: Prior
     force_unit: FloatArray
     widen: Mapping[str, float]
+    scatter: FloatArray | None
     runs: tuple[str, ...]
 
 
@@ -53,7 +59,8 @@ def learn(case: Case, threads: int = 2) -> Healthy:
     setting = setting_of(well, case.healthy, channels, threads=threads)
     stated = ordinary_prior(setting)
     model = linear_model(setting, setting.origin())
-    stated = with_small(stated, reach(model, stated), setting)
+    moved_by = reach(model, stated)
+    stated = with_small(stated, moved_by, setting)
     normal = grams(model)
     factor, departures = _force_factor(setting, normal, stated, np.ones(6))
     forces = force_prior(setting, Level(factor, 1.0, True))
@@ -63,9 +70,11 @@ def learn(case: Case, threads: int = 2) -> Healthy:
         model, normal = freely, grams(freely)
     factor, _ = _force_factor(setting, normal, stated, factor)
     forces = force_prior(setting, Level(factor, 1.0, True))
-    found = posterior(
-        marginal(normal, forces), _with_unmodelled(setting, marginal(normal, forces), stated)
+    scatter = scatter_between_runs(
+        setting, normal, forces, stated, moved_by, groups_of(setting.coordinates)
     )
+    left = marginal(replace(normal, scatter=scatter), forces)
+    found = posterior(left, _with_unmodelled(setting, left, stated))
     # what is too small to matter is so from one day to the next as well
     nothing_stated = np.array([one.ordinary == 0.0 for one in setting.coordinates])
     differs = _DAY_TO_DAY if len(case.healthy) > 1 else _ONE_RUN
@@ -77,6 +86,7 @@ def learn(case: Case, threads: int = 2) -> Healthy:
         Prior(found.mean, covariance),
         setting.force_unit * factor,
         widen,
+        scatter if len(case.healthy) > 1 else None,
         tuple(run.name for run in case.healthy),
     )
 

@@ -70,6 +70,7 @@ def infer(
     every_level = levels(healthy_known=known_well)
     force_unit = None if healthy is None else healthy.force_unit
     widen = None if healthy is None else dict(healthy.widen)
+    scatter = None if healthy is None else healthy.scatter
 
     def few(windows: Sequence[Window]) -> BoolArray:
         return thinned(_chosen(case, windows), _ENOUGH)
@@ -87,7 +88,7 @@ def infer(
             case, runs, channels, force_unit=force_unit, threads=threads, vector=vector
         )
         chosen = _chosen(case, setting.bench.stack.windows)
-        found = search(setting, near, every_level, chosen, widen)
+        found = search(setting, near, every_level, chosen, widen, scatter)
         return found, answers(found, limits, healthy_known=known_well)
 
     def at_own_points(

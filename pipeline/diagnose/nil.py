@@ -49,12 +49,17 @@ def reach(model: LinearModel, prior: Prior) -> FloatArray:
 def with_small(prior: Prior, moved: FloatArray, setting: Setting) -> Prior:
     """Prior in which departures of which nothing is stated may be as large as does not matter."""
     covariance = prior.covariance.copy()
+    width = small_widths(moved, setting.coordinates)
     for index in np.flatnonzero(np.diag(prior.covariance) == 0.0).tolist():
-        if setting.coordinates[index].leads:
-            continue
-        # what nothing shows of may be anything; the unit keeps numbers in bounds
-        covariance[index, index] = min(SMALL / max(moved[index], 1e-12), 0.3) ** 2
+        covariance[index, index] = width[index] ** 2
     return Prior(prior.mean, covariance)
+
+
+def small_widths(moved: FloatArray, every: Sequence[Coordinate]) -> FloatArray:
+    """Departures (g,) that do not matter, by what a unit moves; those of a product are 0."""
+    # what nothing shows of may be anything; the unit keeps numbers in bounds
+    width = np.minimum(SMALL / np.maximum(moved, 1e-12), 0.3)
+    return np.where([bool(one.leads) for one in every], 0.0, width)
 
 
 def stated_alone(prior: Prior, every: Sequence[Coordinate]) -> Prior:

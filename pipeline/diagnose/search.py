@@ -26,6 +26,7 @@ from pipeline.diagnose.linear_model import (
 from pipeline.diagnose.most_probable import linear_near
 from pipeline.diagnose.noise_check import NoiseFound, noise_found, residual_with, widened
 from pipeline.diagnose.scales import Level
+from pipeline.diagnose.scatter import scatter_between_runs
 from pipeline.errors import CannotComputeError
 from pipeline.types import BoolArray, FloatArray
 
@@ -103,12 +104,13 @@ def force_prior(setting: Setting, level: Level) -> ForcePrior:
 
 def part(found: Grams, chosen: BoolArray) -> Grams:
     """Keep some of the windows."""
-    return Grams(
-        found.own[chosen],
-        found.cross[chosen],
-        found.rest[chosen],
-        found.index[chosen],
-        found.precision,
+    return replace(
+        found,
+        own=found.own[chosen],
+        cross=found.cross[chosen],
+        rest=found.rest[chosen],
+        index=found.index[chosen],
+        run=found.run[chosen],
     )
 
 
@@ -177,12 +179,13 @@ def sober(departures: FloatArray, prior: Prior, finding: Finding | None) -> Floa
     return np.asarray(kept)
 
 
-def search(
+def search(  # noqa: PLR0917 - one caller
     setting: Setting,
     near: Near,
     every_level: Sequence[Level],
     chosen: BoolArray,
     widen: dict[str, float] | None = None,
+    scatter: FloatArray | None = None,
 ) -> Search:
     """Judge all hypotheses on all windows, linear around the most probable motion near a point.
 
@@ -198,6 +201,8 @@ def search(
         Windows that may speak.
     widen : dict, optional
         Factors on the channels' noise learned from healthy runs; found here otherwise.
+    scatter : ndarray, shape (g,), optional
+        By how much the departures of a run differ from the vehicle's, likewise.
     """
     groups = groups_of(setting.coordinates)
     ordinary = [one for one in every_level if one.ordinary or np.ptp(one.factor) == 0.0]
@@ -220,6 +225,18 @@ def search(
     factors = {q: n.widen for q, n in noise.items()} if widen is None else widen
     model = widened(model, residual, factors)
     normal = grams(model)
+    if scatter is None:
+        scatter = scatter_between_runs(
+            setting,
+            part(normal, chosen),
+            force_prior(setting, best.level),
+            near.prior,
+            near.reach,
+            groups,
+            () if finding is None else (finding,),
+        )
+    model = replace(model, setting=replace(model.setting, scatter=scatter))
+    normal = replace(normal, scatter=scatter)
     judged = judge_all(
         setting, part(normal, chosen), near.prior, every_level, groups, with_pairs=True
     )

@@ -11,26 +11,37 @@ from pipeline.types import FloatArray
 
 Linear = tuple[Grams, FloatArray, FloatArray, ForcePrior]
 WINDOWS, ROWS, PIECES, SHARED, DEPARTURES = 3, 40, 2, 2, 4
+RUN = np.array([0, 0, 1])
+#: What the departures of a run differ by: some of them do not.
+SCATTER = np.array([0.3, 0.0, 0.7, 0.0])
 
 
-@pytest.fixture(scope="module")
-def linear() -> Linear:
-    """Random normal equations, with the dense columns and the dense covariance of the rest."""
+@pytest.fixture(scope="module", params=["one vehicle", "from run to run"])
+def linear(request: pytest.FixtureRequest) -> Linear:
+    """Random normal equations, with the dense columns and the dense covariance of the rest.
+
+    Of the shared unknowns each run has one, and one is common to both.
+    """
     generator = np.random.default_rng(5)
     own = 12 + 6 * PIECES
     forces = ForcePrior(np.eye(6 * PIECES) / 0.49, 6 * PIECES * np.log(0.49))
-    shared_precision = np.diag([1.0, 4.0])
+    shared_precision = np.diag([1.0, 2.0, 4.0])
     own_columns = generator.normal(size=(WINDOWS, ROWS, own))
     shared_columns = generator.normal(size=(WINDOWS, ROWS, SHARED))
     departures = generator.normal(size=(WINDOWS, ROWS, DEPARTURES))
     readings = generator.normal(size=(WINDOWS, ROWS, 1)) * 3.0
     rest = np.concatenate([shared_columns, departures, readings], axis=2)
+    scatter = SCATTER if request.param == "from run to run" else np.zeros(DEPARTURES)
+    index = np.column_stack([RUN, np.full(WINDOWS, 2)])
     grams = Grams(
         np.einsum("wka,wkb->wab", own_columns, own_columns),
         np.einsum("wka,wkb->wab", own_columns, rest),
         np.einsum("wka,wkb->wab", rest, rest),
-        np.tile(np.arange(SHARED), (WINDOWS, 1)),
+        index,
         shared_precision,
+        RUN,
+        np.array([0, 1, -1]),
+        scatter,
     )
     size = WINDOWS * ROWS
     covariance = np.eye(size)
@@ -38,15 +49,20 @@ def linear() -> Linear:
     for number, columns in enumerate(own_columns):
         rows = slice(number * ROWS, (number + 1) * ROWS)
         covariance[rows, rows] += columns @ spread @ columns.T
-    flat = shared_columns.reshape(size, SHARED)
+    flat = np.zeros((size, len(shared_precision)))
+    for number, columns in enumerate(shared_columns):
+        flat[number * ROWS : (number + 1) * ROWS, index[number]] = columns
     covariance += flat @ np.linalg.inv(shared_precision) @ flat.T
+    of_row = np.repeat(RUN, ROWS)
+    wide = departures.reshape(size, DEPARTURES) * scatter
+    covariance += np.where(of_row[:, None] == of_row, wide @ wide.T, 0.0)
     columns = np.concatenate(
         [departures.reshape(size, DEPARTURES), readings.reshape(size, 1)], axis=1
     )
     return grams, columns, covariance, forces
 
 
-def test_two_schur_complements_are_the_dense_marginal(linear: Linear) -> None:
+def test_schur_complements_are_the_dense_marginal(linear: Linear) -> None:
     grams, columns, covariance, forces = linear
     found = marginal(grams, forces)
     solved = np.linalg.solve(covariance, columns)
@@ -89,7 +105,7 @@ def test_own_and_shared_unknowns_solve_the_joint_equations(linear: Linear) -> No
     # gradient of the cost by each window's own unknowns is zero
     for number in range(WINDOWS):
         own = np.concatenate([best.starts[number], best.forces[number]])
-        rest = np.concatenate([best.shared, departures])
+        rest = np.concatenate([best.shared[grams.index[number]], departures])
         pull = grams.cross[number, :, -1] - grams.cross[number, :, :-1] @ rest
         pull -= grams.own[number] @ own
         pull[:12] -= best.starts[number]

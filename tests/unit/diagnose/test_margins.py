@@ -52,7 +52,7 @@ def _search(*judged: Judged) -> Search:
     none = np.zeros(0)
     return Search(
         LinearModel.__new__(LinearModel),
-        Grams(none, none, none, none.astype(int), none),
+        Grams(none, none, none, none.astype(int), none, none.astype(int), none.astype(int), none),
         Prior(none, none),
         judged,
         {},
