@@ -21,7 +21,7 @@ from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
 from pipeline.diagnose.consequences import AHEAD_S, Ahead, Consequence, consequence, look_ahead
-from pipeline.diagnose.decision import Left, Share, decide, for_the_gap, with_gap
+from pipeline.diagnose.decision import Left, Share, decide, for_the_gap, that_help, with_gap
 from pipeline.diagnose.forecast import (
     forecast,
     healthy_spread,
@@ -215,11 +215,21 @@ def _told(  # noqa: PLR0917 - one caller
     weighed = [Share(one.name, one.probability) for one in answered.ranking]
     count = effect_count(found)
     grown = with_gap(weighed, worst_ratio, count, thresholds, healthy_known=healthy_known)
-    ordered, led_to, decisive = _led_to(found, answered, ahead, grown, every)
-    shares = for_the_gap(weighed, grown, decisive)
-    if shares != grown:
-        ordered, led_to, decisive = _led_to(found, answered, ahead, shares, every)
-    answered = ordered
+    seen_of: dict[str, tuple[Answers, Consequence, Left]] = {}
+
+    def led_to_by(shares: Sequence[Share]) -> tuple[Answers, Consequence, Left]:
+        name = shares[0].name
+        if name not in seen_of:
+            seen_of[name] = _led_to(found, answered, ahead, shares, every)
+        return seen_of[name]
+
+    def left_of(shares: Sequence[Share]) -> Left:
+        return led_to_by(shares)[2]
+
+    shares = for_the_gap(weighed, grown, left_of(grown))
+    shares = that_help(shares, left_of, worst_ratio, thresholds, healthy_known=healthy_known)
+    _, led_to, decisive = led_to_by(shares)
+    answered = answered.reweighed(shares)
     top, closed, left = answered.ranking[0], led_to.closed, led_to.left
     said = decide(shares, decisive, worst_ratio, thresholds, healthy_known=healthy_known)
     names = names_beside(said.names, case.errors)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from pipeline.diagnose.decision import (
     Share,
     decide,
     for_the_gap,
+    that_help,
     with_gap,
     with_held_out,
     with_sure_second,
@@ -81,6 +83,9 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
     shares = with_sure_second(with_held_out(shares, one.held_out, limits), limits)
     grown = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
     shares = for_the_gap(shares, grown, _left(one, grown))
+    shares = that_help(
+        shares, partial(_left, one), one.worst_ratio, limits, healthy_known=one.healthy
+    )
     left = _left(one, shares)
     return decide(shares, left, one.worst_ratio, limits, healthy_known=one.healthy)
 

@@ -12,6 +12,7 @@ from pipeline.diagnose.decision import (
     Left,
     Share,
     for_the_gap,
+    that_help,
     verdict_of,
     with_gap,
     with_held_out,
@@ -228,6 +229,56 @@ def test_what_takes_the_place_for_the_gap_must_make_it_smaller(alone: float, fir
     assert for_the_gap(NONE_FIRST, grown, left)[0].name == first
     # it is as sure as it was, or as it became
     assert for_the_gap(NONE_FIRST, grown, left) in (NONE_FIRST, grown)
+
+
+def helped(
+    ranking: Sequence[Share], alone: dict[str, float], ratio: float = 1.2
+) -> tuple[str, dict[str, float]]:
+    """First answer, and all probabilities, where answers leave so much of the held-out gap."""
+
+    def left_of(shares: Sequence[Share]) -> Left:
+        return Left(1.0, 1.6, 1.2, 0.5, alone=alone.get(shares[0].name, 1.0))
+
+    found = that_help(ranking, left_of, ratio, LIMITS, healthy_known=False)
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    return found[0].name, {one.name: one.probability for one in found}
+
+
+SURE_OF_A_PAIR = (Share("lift+tether", 0.98), Share("lift", 0.01), Share("none", 0.01))
+
+
+@pytest.mark.parametrize(("ratio", "heir"), [(1.2, "none"), (3.5, "unknown")])
+def test_what_makes_no_gap_smaller_gives_way(ratio: float, heir: str) -> None:
+    """To none, or to unknown where the gap is one that no healthy vehicle has."""
+    ranking = (Share("lift", 0.99), Share("none", 0.01))
+    first, shares = helped(ranking, {"lift": 1.04}, ratio)
+    assert first == heir
+    assert shares["lift"] == pytest.approx(0.099)
+
+
+def test_what_makes_the_gap_smaller_stays() -> None:
+    ranking = (Share("lift", 0.99), Share("none", 0.01))
+    assert helped(ranking, {"lift": 0.97}) == ("lift", {"lift": 0.99, "none": 0.01})
+
+
+def test_others_that_are_probable_take_the_place() -> None:
+    ranking = (Share("lift", 0.7), Share("tether", 0.2), Share("none", 0.1))
+    first, shares = helped(ranking, {"lift": 1.0, "tether": 0.8})
+    assert first == "tether"
+    # they keep their places among each other
+    assert shares["tether"] / shares["none"] == pytest.approx(2.0)
+
+
+def test_an_effect_goes_before_a_pair_that_leaves_no_less() -> None:
+    first, shares = helped(SURE_OF_A_PAIR, {"lift+tether": 0.7, "lift": 0.6})
+    assert first == "lift"
+    assert shares["lift+tether"] == pytest.approx(0.098)
+    assert helped(SURE_OF_A_PAIR, {"lift+tether": 0.6, "lift": 0.7})[0] == "lift+tether"
+
+
+def test_an_error_of_measurement_is_told_whatever_it_leaves() -> None:
+    ranking = (Share("dvl_scale", 0.99), Share("none", 0.01))
+    assert helped(ranking, {"dvl_scale": 1.04})[0] == "dvl_scale"
 
 
 def test_what_was_first_before_the_gap_was_seen_stays_whatever_it_leaves() -> None:
