@@ -89,7 +89,9 @@ def _parameters(
         # what the healthy runs showed of a stated parameter is not the effect's
         departure = float(alone[index])
         departure -= float(found.prior.mean[index]) if coordinate.ordinary else 0.0
-        value = neutral + coordinate.unit_size * departure
+        least, most = coordinate.parameter.possible
+        # the mirror image of what can be is next to what can be
+        value = min(max(neutral + coordinate.unit_size * departure, least), most)
         # the vehicle's own ordinary departure cannot be told from the effect's; a factor's grows
         # with the factor
         own = float(np.sqrt(found.prior.covariance[index, index])) if coordinate.ordinary else 0.0
@@ -101,7 +103,9 @@ def _parameters(
         if coordinate.parameter.name in AXES:
             axes.append(name)
         parameters[f"{coordinate.effect.id}.{name}" if pair else name] = ParameterEstimate(
-            value=value, unit=coordinate.parameter.unit, ci95=(value - half, value + half)
+            value=value,
+            unit=coordinate.parameter.unit,
+            ci95=(max(value - half, least), min(value + half, most)),
         )
     targets = [target for _, target in one.finding.groups if target is not None]
     return parameters, targets[0] if targets else None, tuple(dict.fromkeys(axes))
