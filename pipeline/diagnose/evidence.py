@@ -42,6 +42,22 @@ def widened(prior: Prior, which: IntArray, variance: FloatArray) -> Prior:
     return Prior(prior.mean, covariance)
 
 
+def held_at(prior: Prior, index: int, value: float) -> Prior:
+    """Prior in which one departure is known to have a value: the conditional normal distribution.
+
+    >>> left = held_at(Prior(np.zeros(2), np.array([[1.0, 0.5], [0.5, 1.0]])), 0, 2.0)
+    >>> left.mean, left.covariance[1, 1]
+    (array([2., 1.]), np.float64(0.75))
+    """
+    side = prior.covariance[:, index].copy()
+    own = max(float(side[index]), 1e-300)
+    mean = prior.mean + side / own * (value - prior.mean[index])
+    covariance = prior.covariance - np.outer(side, side) / own
+    mean[index] = value
+    covariance[index], covariance[:, index] = 0.0, 0.0
+    return Prior(mean, covariance)
+
+
 def fit(found: Marginal, prior: Prior) -> Fit:
     """Posterior and log evidence of the readings under a prior."""
     active = np.flatnonzero(np.diag(prior.covariance) > 0.0)

@@ -24,6 +24,8 @@ from pipeline.types import FloatArray
 
 #: A point is reached when no departure moves further (in units of half the plausible range).
 _SETTLED = 0.1
+#: Or, of what is known no better than that, by more than this share of its deviation.
+_OPEN_SHARE = 0.5
 #: No further step is worth its time.
 _STAYS = 0.05
 
@@ -115,7 +117,9 @@ def _followed(  # noqa: PLR0917 - two callers
         if finding is not None and cannot_be(found, finding, best):
             return Reached(-np.inf, at, settled=True)
         goes_to = realisable(every, best.mean)
-        move = float(np.abs(goes_to - at)[list(free)].max(initial=0.0))
+        # what the readings leave open wanders, and it does not matter
+        known = np.minimum(_SETTLED / np.maximum(_OPEN_SHARE * best.std, 1e-12), 1.0)
+        move = float((known * np.abs(goes_to - at))[list(free)].max(initial=0.0))
         reached = Reached(log_evidence_at(found, normal, judged, finding), at, move < _SETTLED)
         far_behind = reached.settled and reached.value < enough
         if far_behind or (move < _STAYS and renew == free):

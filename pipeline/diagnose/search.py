@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.diagnose.elimination import ForcePrior, Grams, Marginal, grams, marginal, solve
-from pipeline.diagnose.evidence import Prior
+from pipeline.diagnose.evidence import Prior, held_at
 from pipeline.diagnose.hypotheses import (
     Finding,
     Group,
@@ -179,6 +179,18 @@ def sober(departures: FloatArray, prior: Prior, finding: Finding | None) -> Floa
     return np.asarray(kept)
 
 
+def _within_forms(setting: Setting, prior: Prior, departures: FloatArray) -> Prior:
+    """Hold what no file states where it has a meaning, if the readings want it beyond.
+
+    Else the linear model promises there what no vehicle has, and each answer goes to look for it.
+    """
+    for index, one in enumerate(setting.coordinates):
+        inside = float(np.clip(departures[index], *one.limits))
+        if one.effect.unstated and inside != departures[index]:
+            prior = held_at(prior, index, inside)
+    return prior
+
+
 def search(  # noqa: PLR0917 - one caller
     setting: Setting,
     near: Near,
@@ -216,7 +228,8 @@ def search(  # noqa: PLR0917 - one caller
     judged = judge_all(setting, part(normal, chosen), near.prior, ordinary, groups, with_pairs=True)
     best, finding = strongest(judged)
     departures = total_departures(best.found, near.prior, finding)
-    departures = realisable(setting.coordinates, sober(departures, near.prior, finding))
+    prior = _within_forms(setting, near.prior, departures)
+    departures = realisable(setting.coordinates, sober(departures, prior, finding))
     # the noise is judged where the outside force may explain everything that is slow
     high = replace(best.level, factor=np.maximum(best.level.factor, 2.0))
     best_values = solve(normal, force_prior(setting, high), departures)
@@ -230,14 +243,12 @@ def search(  # noqa: PLR0917 - one caller
             setting,
             part(normal, chosen),
             force_prior(setting, best.level),
-            near.prior,
+            prior,
             near.reach,
             groups,
             () if finding is None else (finding,),
         )
     model = replace(model, setting=replace(model.setting, scatter=scatter))
     normal = replace(normal, scatter=scatter)
-    judged = judge_all(
-        setting, part(normal, chosen), near.prior, every_level, groups, with_pairs=True
-    )
-    return Search(model, normal, near.prior, judged, groups, noise, near.rounds, chosen, near.reach)
+    judged = judge_all(setting, part(normal, chosen), prior, every_level, groups, with_pairs=True)
+    return Search(model, normal, prior, judged, groups, noise, near.rounds, chosen, near.reach)
