@@ -42,6 +42,7 @@ class KeptConsequence(Record):
     gap_closed: float | None
     alike: tuple[str, ...]
     alone: float = 0.0
+    gap_there: float | None = None
 
     def left(self) -> Left:
         """As it is decided by."""

@@ -1,6 +1,6 @@
 """What an answer leads to on the runs: the gap with it, and the force that it leaves."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,8 +9,9 @@ from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.decision import Left
 from pipeline.diagnose.elimination import solve
 from pipeline.diagnose.evidence import Prior
-from pipeline.diagnose.forecast import Forecast, Outlook, forecast, healthy_spread, outlook
+from pipeline.diagnose.forecast import Forecast, Outlook, forecast, healthy_spread, outlook, rms
 from pipeline.diagnose.forecast import smoothed_starts as smoothed
+from pipeline.diagnose.gap import figures
 from pipeline.diagnose.leftover import forces_left, leftover
 from pipeline.diagnose.linear_model import Setting, vector_of
 from pipeline.diagnose.nil import stated_alone
@@ -27,6 +28,8 @@ from pipeline.records.diagnosis import Leftover, Shrink
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
+#: Share of the largest change of a channel, over its floor, from which on effects act in it.
+_ACTS = 0.4
 #: How far ahead the gap is looked at. [s]
 AHEAD_S = 10.0
 
@@ -88,6 +91,8 @@ class Consequence:
         Outside force that stays.
     left_by_window : ndarray, shape (windows,)
         Its mean square in each window, summed over the axes, in units of the ordinary force.
+    gap_there : float or None
+        Gap of the worst channel among those in which the effects act.
     """
 
     added: FloatArray
@@ -96,13 +101,14 @@ class Consequence:
     judged: Shrink
     left: Leftover
     left_by_window: FloatArray
+    gap_there: float | None
 
     def decides(self, alike: tuple[str, ...]) -> Left:
         """As it is decided by, with the effects that are `alike`."""
         force = max(self.left.axes.values(), default=0.0)
         alone = self.closed.after / max(self.closed.before, 1e-12)
         one = self.judged
-        return Left(force, one.before, one.after, one.gap_closed, alike, alone)
+        return Left(force, one.before, one.after, one.gap_closed, alike, alone, self.gap_there)
 
 
 def look_ahead(  # noqa: PLR0917 - one caller
@@ -195,4 +201,20 @@ def consequence(
         shrink(before, fitted, *told),
         leftover(found, forces, ahead.runs, every),
         (forces**2).mean(axis=1).sum(axis=1),
+        _gap_where_it_acts(before, after, ahead.spread),
     )
+
+
+def _gap_where_it_acts(
+    before: Forecast, after: Forecast, spread: Mapping[str, FloatArray]
+) -> float | None:
+    """Gap over the healthy floor of the worst channel among those that effects change most."""
+    gaps, moved = {}, {}
+    for name, errors in before.errors.items():
+        one = figures(errors, spread[name], before.sensor[name])
+        gaps[name] = one.ratio
+        moved[name] = rms(after.errors[name] - errors) / max(one.healthy_floor, 1e-12)
+    most = max(moved.values(), default=0.0)
+    if most == 0.0:
+        return None
+    return max(gaps[name] for name, value in moved.items() if value >= _ACTS * most)

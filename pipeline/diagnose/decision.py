@@ -4,6 +4,7 @@ Only numbers: a diagnosis and the setting of its thresholds decide by the same f
 """
 
 from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -54,6 +55,9 @@ class Left:
     alone : float
         Held-out gap with the effects of the answer alone, without the ordinary departures that go
         with them, over the one before.
+    gap_there : float or None
+        Gap over the healthy floor of the worst channel among those in which the effects act; None
+        where there are none.
     """
 
     force: float
@@ -62,6 +66,7 @@ class Left:
     gap_closed: float | None
     alike: tuple[str, ...] = ()
     alone: float = 0.0
+    gap_there: float | None = None
 
 
 @dataclass(frozen=True)
@@ -236,7 +241,7 @@ def that_help(
     healthy_known : bool
         The floor was learned from healthy runs.
     """
-    shares = tuple(ranking)
+    shares, refused = tuple(ranking), set[str]()
     for _ in range(_ASKED):
         top, left = shares[0], left_of(shares)
         sensors = set(top.name.split("+")) <= MEASUREMENT
@@ -246,7 +251,8 @@ def that_help(
         if simpler is not None:
             shares = _passed_on(shares, simpler)
         elif left.alone >= 1.0:
-            shares = _given_way(shares, worst_ratio, limits, healthy_known=healthy_known)
+            refused.add(top.name)
+            shares = _given_way(shares, refused, worst_ratio, limits, healthy_known=healthy_known)
         else:
             break
     return shares
@@ -278,17 +284,25 @@ def _passed_on(ranking: Sequence[Share], heir: str) -> tuple[Share, ...]:
 
 
 def _given_way(
-    ranking: Sequence[Share], worst_ratio: float, limits: Calibration, *, healthy_known: bool
+    ranking: Sequence[Share],
+    refused: AbstractSet[str],
+    worst_ratio: float,
+    limits: Calibration,
+    *,
+    healthy_known: bool,
 ) -> tuple[Share, ...]:
-    """Take most of its probability from the first answer, for the others or for no effect."""
-    top, others = ranking[0], ranking[1:]
-    rest = sum(one.probability for one in others)
+    """Take most of its probability from the first answer, for others or for no effect."""
+    top = ranking[0]
+    rest = sum(one.probability for one in ranking if one.name not in refused)
     if rest < _OTHERS:
         most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
         return _passed_on(ranking, NONE if worst_ratio <= most else UNKNOWN)
     kept = top.probability * _NO_HELP
-    grown = (1.0 - kept) / rest
-    shares = [replace(one, probability=grown * one.probability) for one in others]
+    grown = 1.0 + (top.probability - kept) / rest
+    shares = [
+        replace(one, probability=one.probability * (1.0 if one.name in refused else grown))
+        for one in ranking[1:]
+    ]
     shares.append(replace(top, probability=kept))
     return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
@@ -374,5 +388,8 @@ def decide(
     shares = tuple(ranking)
     if left is not None:
         shares = with_unknown(shares, left, limits, healthy_known=healthy_known)
+    if left is not None and left.gap_there is not None and shares[0].name != UNKNOWN:
+        # a gap in channels in which the answer does nothing is not its
+        worst_ratio = min(worst_ratio, left.gap_there)
     shares = without_gap(shares, worst_ratio, limits)
     return Decided(shares, *verdict_of(shares, () if left is None else left.alike, limits))

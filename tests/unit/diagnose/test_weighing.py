@@ -11,6 +11,7 @@ from pipeline.diagnose.case_evidence import CaseEvidence, KeptConsequence, KeptL
 from pipeline.diagnose.decision import (
     Left,
     Share,
+    decide,
     for_the_gap,
     that_help,
     verdict_of,
@@ -274,6 +275,21 @@ def test_an_effect_goes_before_a_pair_that_leaves_no_less() -> None:
     assert first == "lift"
     assert shares["lift+tether"] == pytest.approx(0.098)
     assert helped(SURE_OF_A_PAIR, {"lift+tether": 0.6, "lift": 0.7})[0] == "lift+tether"
+
+
+def test_what_gave_way_once_does_not_come_back() -> None:
+    """Two answers that do not help would else hand the place to each other."""
+    ranking = (Share("lift", 0.6), Share("tether", 0.3), Share("none", 0.1))
+    first, shares = helped(ranking, {"lift": 1.2, "tether": 1.1})
+    assert first == "none"
+    assert shares["lift"] < 0.1
+
+
+@pytest.mark.parametrize(("there", "first"), [(1.2, "none"), (1.4, "lift"), (None, "lift")])
+def test_a_gap_where_an_answer_does_nothing_is_not_its(there: float | None, first: str) -> None:
+    ranking = (Share("lift", 0.99), Share("none", 0.01))
+    left = Left(force=1.0, before=1.2, after=1.1, gap_closed=0.5, alone=0.9, gap_there=there)
+    assert decide(ranking, left, 1.6, LIMITS, healthy_known=True).names == (first,)
 
 
 def test_an_error_of_measurement_is_told_whatever_it_leaves() -> None:
