@@ -58,6 +58,9 @@ class Scout:
     lag_s: float = 0.12
     #: Whether small codes are ignored by the controller, before the shaft lags.
     dead_zone_first: bool = False
+    #: Whether a shaft starts with a jump at its dead band of 4 codes and levels off, as a motor
+    #: controller's does; the file then has a formula fitted to that.
+    jumps: bool = False
 
 
 def plan(kind: str, seconds: float, generator: np.random.Generator) -> Array:
@@ -89,6 +92,7 @@ def _fly(  # noqa: PLR0917 - compiled: no records
     weight: Array,
     lag_s: float,
     dead_zone_first: bool,
+    jumps: bool,
     gust: Array,
     place: Array,
     direction: Array,
@@ -111,10 +115,16 @@ def _fly(  # noqa: PLR0917 - compiled: no records
         code = codes[int(k * STEP_S / COMMAND_S + 1e-9)]
         if dead_zone_first:
             code = np.sign(code) * np.maximum(np.abs(code) - DEAD_CODES, 0.0)
+        elif jumps:
+            beyond = np.maximum(np.abs(code) - 4.0, 0.0) / 96.0
+            share = 0.05 + 0.95 * (1.4 * beyond - 0.4 * beyond * beyond)
+            code = np.sign(code) * np.where(beyond > 0.0, share, 0.0)
         act += STEP_S / lag_s * (code - act)
         for i in range(6):
             lost = 0.0 if dead_zone_first else DEAD_CODES
             share = max(abs(act[i]) - lost, 0.0) / (100.0 - DEAD_CODES)
+            if jumps:
+                share = abs(act[i])
             thrust = share * share * (AHEAD_N if act[i] > 0.0 else -ASTERN_N)
             wrench[:3] += thrust * direction[i]
             wrench[3:] += np.cross(place[i], thrust * direction[i])
@@ -148,7 +158,7 @@ def fly(scout: Scout, codes: Array, generator: np.random.Generator) -> Array:
     gust = _wander(generator, steps, np.array([0.25, 0.25, 0.25, 0.01, 0.01, 0.01]), 3.0)
     drag = np.stack([scout.linear, scout.quadratic])
     inverse = np.linalg.inv(mass)
-    late = scout.lag_s, scout.dead_zone_first
+    late = scout.lag_s, scout.dead_zone_first, scout.jumps
     return np.asarray(_fly(codes, mass, inverse, drag, weight, *late, gust, PLACE, DIRECTION))
 
 
