@@ -3,8 +3,7 @@
 Only numbers: a diagnosis and the setting of its thresholds decide by the same function.
 """
 
-from collections.abc import Callable, Mapping, Sequence
-from collections.abc import Set as AbstractSet
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,11 +18,6 @@ _STILL = 0.2
 _HEALTHY_GAP = 1.0
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
-#: Share of its probability that an answer keeps with which the held-out gap is no smaller, and how
-#: many are asked.
-_NO_HELP, _ASKED = 0.1, 4
-#: Probability of all other answers together from which on they share what such an answer loses.
-_OTHERS = 0.05
 #: Log evidence of the held-out windows that chance alone can make negative.
 _CHANCE = 3.0
 #: Beyond this many times the limit more force makes `unknown` no surer.
@@ -216,95 +210,6 @@ def for_the_gap(
     if moved and left is not None and left.alone >= 1.0:
         return tuple(ranking)
     return tuple(grown)
-
-
-def that_help(
-    ranking: Sequence[Share],
-    left_of: Callable[[Sequence[Share]], Left | None],
-    worst_ratio: float,
-    limits: Calibration,
-    *,
-    healthy_known: bool,
-) -> tuple[Share, ...]:
-    """Let answers give way with which the runs that took no part are predicted no better.
-
-    A flaw of the model can be explained with certainty by an effect that pulls against others, and
-    by itself only makes the gap larger; and so a second effect beside a true one. Errors of
-    measurement are told all the same, see `without_gap`.
-
-    Parameters
-    ----------
-    ranking, worst_ratio, limits
-        As of `without_gap`.
-    left_of : callable
-        What the first of some answers leaves, where that is known.
-    healthy_known : bool
-        The floor was learned from healthy runs.
-    """
-    shares, refused = tuple(ranking), set[str]()
-    for _ in range(_ASKED):
-        top, left = shares[0], left_of(shares)
-        sensors = set(top.name.split("+")) <= MEASUREMENT
-        if top.name in {NONE, UNKNOWN} or sensors or left is None:
-            break
-        simpler = _enough_alone(shares, left, left_of)
-        if simpler is not None:
-            shares = _passed_on(shares, simpler)
-        elif left.alone >= 1.0:
-            refused.add(top.name)
-            shares = _given_way(shares, refused, worst_ratio, limits, healthy_known=healthy_known)
-        else:
-            break
-    return shares
-
-
-def _enough_alone(
-    ranking: Sequence[Share], left: Left, left_of: Callable[[Sequence[Share]], Left | None]
-) -> str | None:
-    """Name the effect of a pair with which alone the held-out gap is no larger than with both."""
-    top = ranking[0]
-    alone = [one for one in ranking[1:] if one.name in top.name.split("+")]
-    leave = {}
-    for one in alone:
-        by_itself = left_of([one, *(other for other in ranking if other is not one)])
-        if by_itself is not None:
-            leave[one.name] = by_itself.alone
-    best = min(leave, key=lambda name: leave[name], default=None)
-    return best if best is not None and leave[best] < min(left.alone, 1.0) else None
-
-
-def _passed_on(ranking: Sequence[Share], heir: str) -> tuple[Share, ...]:
-    """Pass most of the probability of the first answer on to another one."""
-    passed = ranking[0].probability * (1.0 - _NO_HELP)
-    worth = {one.name: one.probability for one in ranking}
-    worth[ranking[0].name] -= passed
-    worth[heir] = worth.get(heir, 0.0) + passed
-    shares = [Share(name, value) for name, value in worth.items()]
-    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
-
-
-def _given_way(
-    ranking: Sequence[Share],
-    refused: AbstractSet[str],
-    worst_ratio: float,
-    limits: Calibration,
-    *,
-    healthy_known: bool,
-) -> tuple[Share, ...]:
-    """Take most of its probability from the first answer, for others or for no effect."""
-    top = ranking[0]
-    rest = sum(one.probability for one in ranking if one.name not in refused)
-    if rest < _OTHERS:
-        most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
-        return _passed_on(ranking, NONE if worst_ratio <= most else UNKNOWN)
-    kept = top.probability * _NO_HELP
-    grown = 1.0 + (top.probability - kept) / rest
-    shares = [
-        replace(one, probability=one.probability * (1.0 if one.name in refused else grown))
-        for one in ranking[1:]
-    ]
-    shares.append(replace(top, probability=kept))
-    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 
 def with_unknown(

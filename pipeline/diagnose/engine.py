@@ -21,13 +21,14 @@ from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
 from pipeline.diagnose.consequences import AHEAD_S, Ahead, Consequence, consequence, look_ahead
-from pipeline.diagnose.decision import Left, Share, decide, for_the_gap, that_help, with_gap
+from pipeline.diagnose.decision import Left, Share, decide, for_the_gap, with_gap
 from pipeline.diagnose.forecast import (
     forecast,
     healthy_spread,
     whole_runs,
 )
 from pipeline.diagnose.gap import channel_gaps, gap_channels, worst_gap
+from pipeline.diagnose.helping import that_help
 from pipeline.diagnose.hopeless import refuse_hopeless
 from pipeline.diagnose.inference import HELD_OUT, infer
 from pipeline.diagnose.next_run import next_run

@@ -15,11 +15,11 @@ from pipeline.diagnose.decision import (
     Share,
     decide,
     for_the_gap,
-    that_help,
     with_gap,
     with_held_out,
     with_sure_second,
 )
+from pipeline.diagnose.helping import that_help
 from pipeline.diagnose.weighing import NONE, UNKNOWN, weigh
 
 #: Values that are tried, one threshold after the other. `verdict` is not: what stands alone is to

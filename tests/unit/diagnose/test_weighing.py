@@ -13,7 +13,6 @@ from pipeline.diagnose.decision import (
     Share,
     decide,
     for_the_gap,
-    that_help,
     verdict_of,
     with_gap,
     with_held_out,
@@ -21,6 +20,7 @@ from pipeline.diagnose.decision import (
     with_unknown,
     without_gap,
 )
+from pipeline.diagnose.helping import that_help
 from pipeline.diagnose.threshold_search import (
     TRIED,
     WORTH_MOVING,
