@@ -24,8 +24,8 @@ from pipeline.vehicle.schema import Vehicle
 #: Codes over the largest at which the curve may be off, of each sign by itself.
 KNOTS = (0.07, 0.16, 0.35, 0.7)
 #: By how much of the largest thrust: of a curve from the bench's own tables, and of a formula with
-#: one dead zone and one exponent for both signs. Formulas fitted to measured thrusters leave an rms
-#: of 0.6 to 1 % (docs/vehicles.md), and most of it next to the dead zone.
+#: one dead zone and one exponent for both signs. Fitted to a measured thruster it leaves an rms of
+#: 1 % (docs/vehicles.md, rov8); most of that is next to the dead zone.
 TABLE_SHARE, FORMULA_SHARE = 0.005, 0.007
 #: Standard deviation of the lag of thrust, as a share of the stated one.
 LAG_SHARE = 0.3

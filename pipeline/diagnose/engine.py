@@ -147,12 +147,12 @@ def _led_to(
     ahead: Ahead,
     shares: Sequence[Share],
     every: Sequence[Regressor],
-) -> tuple[Answers, Consequence, Left]:
-    """Put answers in the order of their shares, and see what the first leads to."""
+) -> tuple[Consequence, Left]:
+    """See what the first of the answers in the order of their shares leads to."""
     ordered = answered.reweighed(shares)
     top = ordered.ranking[0]
     led_to = consequence(found, ahead, top, ordered.force_scale, every)
-    return ordered, led_to, led_to.decides(equals(found, top))
+    return led_to, led_to.decides(equals(found, top))
 
 
 def _in_order(case: Case) -> Case:
@@ -216,20 +216,20 @@ def _told(  # noqa: PLR0917 - one caller
     weighed = [Share(one.name, one.probability) for one in answered.ranking]
     count = effect_count(found)
     grown = with_gap(weighed, worst_ratio, count, thresholds, healthy_known=healthy_known)
-    seen_of: dict[str, tuple[Answers, Consequence, Left]] = {}
+    seen_of: dict[str, tuple[Consequence, Left]] = {}
 
-    def led_to_by(shares: Sequence[Share]) -> tuple[Answers, Consequence, Left]:
+    def led_to_by(shares: Sequence[Share]) -> tuple[Consequence, Left]:
         name = shares[0].name
         if name not in seen_of:
             seen_of[name] = _led_to(found, answered, ahead, shares, every)
         return seen_of[name]
 
     def left_of(shares: Sequence[Share]) -> Left:
-        return led_to_by(shares)[2]
+        return led_to_by(shares)[1]
 
     shares = for_the_gap(weighed, grown, left_of(grown))
     shares = that_help(shares, left_of, worst_ratio, thresholds, healthy_known=healthy_known)
-    _, led_to, decisive = led_to_by(shares)
+    led_to, decisive = led_to_by(shares)
     answered = answered.reweighed(shares)
     top, closed, left = answered.ranking[0], led_to.closed, led_to.left
     said = decide(shares, decisive, worst_ratio, thresholds, healthy_known=healthy_known)
