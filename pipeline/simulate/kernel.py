@@ -25,10 +25,17 @@ from pipeline.simulate.kernel_hull import (
     subtract_coriolis,
     wall_factor,
 )
+from pipeline.simulate.kernel_lag import (
+    Lags,
+    aim_lags,
+    begin_lags,
+    end_lags,
+    lagged,
+    lags_at,
+)
 from pipeline.simulate.kernel_thrusters import (
     add_thrust,
     effective_codes,
-    late_code,
     shaft_rate,
     thruster_directions,
 )
@@ -37,9 +44,6 @@ Array = Any
 
 CURRENT = offset("current")
 THRUSTER_COUNT = offset("thruster_count")
-LAG = offset("lag")
-LAG_DEAD_SHARE = offset("lag_dead_share")
-LAG_POWER = offset("lag_power")
 ROTOR_INERTIA = offset("rotor_inertia")
 #: Entries of the state.
 BODY = 13
@@ -70,8 +74,7 @@ class Work(NamedTuple):
 
     Of `rates`: `nu_r`, `force`, `solution` (6,), `water` (3,), `rotation` (3, 3), `inflow` (12,),
     `heavier`, `factor` (6, 6). Of the integrator: `state`, `start` of a step, `rate`, `total` of
-    the weighted rates (STATE,), `codes`, `thrust` (12,), and `remaining` (3, 12): what is left of
-    a lagging code's distance at the start, the middle and the end of a step.
+    the weighted rates (STATE,), `codes`, `thrust` (12,), and the thrusters' `lags`.
     """
 
     nu_r: Array
@@ -88,22 +91,13 @@ class Work(NamedTuple):
     total: Array
     codes: Array
     thrust: Array
-    remaining: Array
-
-
-@inlined
-def remaining_shares(p: Array, elapsed: float, row: int, remaining: Array) -> None:
-    """Fill a row of `remaining`: what a first-order lag leaves of a difference after a time."""
-    for i in range(int(p[THRUSTER_COUNT])):
-        tau = p[LAG + i]
-        if tau > 0.0:
-            remaining[row, i] = np.exp(-elapsed / tau)
+    lags: Lags
 
 
 @compiled
 def work_space(p: Array, initial: Array, dt: float) -> Work:
     """Make the work space of a run that starts from `initial` (STATE,)."""
-    work = Work(
+    return Work(
         nu_r=np.zeros(6),
         force=np.zeros(6),
         water=np.zeros(3),
@@ -118,11 +112,8 @@ def work_space(p: Array, initial: Array, dt: float) -> Work:
         total=np.zeros(STATE),
         codes=np.zeros(MOST_THRUSTERS),
         thrust=np.zeros(MOST_THRUSTERS),
-        remaining=np.zeros((3, MOST_THRUSTERS)),
+        lags=lags_at(p, initial[BODY:], dt),
     )
-    for row in range(3):
-        remaining_shares(p, 0.5 * row * dt, row, work.remaining)
-    return work
 
 
 @compiled
@@ -223,29 +214,6 @@ def rates(
 
 
 @inlined
-def lagged(p: Array, start: Array, codes: Array, remaining: Array, row: int, state: Array) -> None:
-    """Set the lagged codes of a state some time after the start of a step, exactly.
-
-    The command is constant over a step, so the first-order lag has a closed form; integrating it
-    would tie the step to the shortest lag. Row `row` of `remaining` belongs to the time: the
-    exponentials are taken once a run, not once a thruster and step.
-    """
-    of_code = p[LAG_DEAD_SHARE] == 0.0 and p[LAG_POWER] == 1.0
-    for i in range(int(p[THRUSTER_COUNT])):
-        if p[ROTOR_INERTIA + i] > 0.0:
-            continue
-        if p[LAG + i] <= 0.0:
-            state[BODY + i] = codes[i]
-        elif remaining[row, i] == 1.0:
-            # the step begins: it is where it is
-            state[BODY + i] = start[BODY + i]
-        elif of_code:
-            state[BODY + i] = codes[i] + (start[BODY + i] - codes[i]) * remaining[row, i]
-        else:
-            state[BODY + i] = late_code(p, i, start[BODY + i], codes[i], remaining[row, i])
-
-
-@inlined
 def copied(source: Array, target: Array) -> None:
     """Copy a vector of the target's length."""
     for i in range(target.shape[0]):
@@ -272,16 +240,17 @@ def integrate(
     accelerations: Array,
     thrusts: Array,
 ) -> None:
-    """Do the work of `simulate` in arrays that it has made, from work.state."""
+    """Do the work of `simulate` in arrays that it has made, from work.state and work.lags."""
     count = commands.shape[0]
-    codes, thrust, remaining = work.codes, work.thrust, work.remaining
+    codes, thrust, lags = work.codes, work.thrust, work.lags
     x, start, rate, total = work.state, work.start, work.rate, work.total
     for k in range(count + 1):
         now = min(k, count - 1)
         row = min(now, external.shape[0] - 1)
         effective_codes(p, commands[now], codes)
+        aim_lags(p, codes, lags)
         # a thruster without lag is at its code from the start of the step
-        lagged(p, x, codes, remaining, 0, x)
+        lagged(p, x, codes, 0, lags, BODY, x)
         copied(x, start)
         copied(x, states[k])
         # the four slopes of Runge and Kutta, the first and that half a step on, or the first alone
@@ -298,7 +267,7 @@ def integrate(
                 moved(total, rate, 2.0 if stage < 3 else 1.0, 0, STATE, total)
             if stage < last:
                 moved(start, rate, dt if stage == 2 else 0.5 * dt, 0, STATE, x)
-                lagged(p, start, codes, remaining, 2 if stage == 2 else 1, x)
+                lagged(p, start, codes, 2 if stage == 2 else 1, lags, BODY, x)
         if k == count:
             break
         if method == SEMI_IMPLICIT:
@@ -309,8 +278,29 @@ def integrate(
             moved(start, rate, dt, 0, 7, x)
         else:
             moved(start, total, dt if method == MIDPOINT else dt / 6.0, 0, STATE, x)
-        lagged(p, start, codes, remaining, 2, x)
+        lagged(p, start, codes, 2, lags, BODY, x)
+        end_lags(p, lags)
         normalise_quaternion(x)
+
+
+@compiled
+def run_on(
+    p: Array,
+    initial: Array,
+    commands: Array,
+    external: Array,
+    dt: float,
+    method: int,
+    fixed: Fixed,
+    work: Work,
+    states: Array,
+    accelerations: Array,
+    thrusts: Array,
+) -> None:
+    """Do the work of `simulate` from `initial` (STATE,), in the work space of runs of this step."""
+    copied(initial, work.state)
+    begin_lags(p, initial[BODY:], work.lags)
+    integrate(p, commands, external, dt, method, fixed, work, states, accelerations, thrusts)
 
 
 @compiled
@@ -337,4 +327,4 @@ def simulate(
     """
     fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
     work = work_space(p, initial, dt)
-    integrate(p, commands, external, dt, method, fixed, work, states, accelerations, thrusts)
+    run_on(p, initial, commands, external, dt, method, fixed, work, states, accelerations, thrusts)

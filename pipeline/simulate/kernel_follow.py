@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.simulate.compiled import compiled
-from pipeline.simulate.kernel import simulate
+from pipeline.simulate.kernel import fixed_parts, run_on, work_space
 
 Array = Any
 
@@ -83,6 +83,8 @@ def follow_window(
     accelerations, thrusts = np.empty((held + 1, 6)), np.empty((held + 1, 12))
     lag, wanted, off = np.zeros(3), np.zeros(6), np.zeros(3)
     states[0] = begin
+    fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
+    work = work_space(p, begin, dt)
     for k in range(0, count, held):
         end = min(k + held, count)
         state = states[k]
@@ -109,18 +111,15 @@ def follow_window(
         push = mass @ wanted
         for j in range(k, end):
             pull[j] += push
-        simulate(
+        run_on(
             p,
-            states[k].copy(),
+            states[k],
             commands[k:end],
             pull[k:end],
             dt,
             method,
-            strips,
-            thrust_tables,
-            screws,
-            torque_tables,
-            steps,
+            fixed,
+            work,
             states[k : end + 1],
             accelerations[: end - k + 1],
             thrusts[: end - k + 1],

@@ -3,7 +3,8 @@
 from typing import Any
 
 from pipeline.simulate.compiled import compiled
-from pipeline.simulate.kernel import simulate
+from pipeline.simulate.kernel import fixed_parts, run_on, work_space
+from pipeline.simulate.kernel_lag import set_step
 
 Array = Any
 
@@ -32,20 +33,24 @@ def simulate_pieces(
     (m + k, STATE) and the others a stretch fills one row more than it has steps, so its first row
     is bounds[k] + k.
     """
-    for k in range(starts.shape[0]):
+    count = starts.shape[0]
+    if count == 0:
+        return
+    fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
+    work = work_space(p, starts[0], steps_s[0])
+    for k in range(count):
         first, end = bounds[k], bounds[k + 1]
-        simulate(
+        if k > 0 and steps_s[k] != steps_s[k - 1]:
+            set_step(p, steps_s[k], work.lags)
+        run_on(
             p,
             starts[k],
             commands[first:end],
             external[first:end],
             steps_s[k],
             method,
-            strips,
-            thrust_tables,
-            screws,
-            torque_tables,
-            steps,
+            fixed,
+            work,
             states[first + k : end + k + 1],
             accelerations[first + k : end + k + 1],
             thrusts[first + k : end + k + 1],

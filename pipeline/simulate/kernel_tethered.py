@@ -17,18 +17,18 @@ import numpy as np
 from pipeline.physics.parameters import offset
 from pipeline.simulate.compiled import compiled, inlined
 from pipeline.simulate.kernel import (
+    BODY,
     STATE,
     Fixed,
     Work,
     copied,
     fixed_parts,
-    lagged,
     rates,
-    remaining_shares,
     work_space,
 )
 from pipeline.simulate.kernel_frames import normalise_quaternion, rotation_matrix
 from pipeline.simulate.kernel_hull import mass_matrix, solve_symmetric, wall_factor
+from pipeline.simulate.kernel_lag import aim_lags, end_lags, lagged, set_step
 from pipeline.simulate.kernel_swing import (
     COUNT,
     DONE,
@@ -230,6 +230,7 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
     place, speed, rest, wrench = nodes.place, nodes.speed, nodes.rest, joint.wrench
     # x is the state of a stage, begun that of the sub-step
     x, begun, rate, total = work.state, work.start, work.rate, work.total
+    lags = work.lags
     total_steps = commands.shape[0]
     count = int(carried[COUNT])
     drum_speed, owed = carried[DRUM], carried[OWED]
@@ -239,6 +240,7 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
         up = min(now, top_velocity.shape[0] - 1)
         command = winch_commands[min(now, winch_commands.shape[0] - 1)]
         effective_codes(p, commands[now], work.codes)
+        aim_lags(p, work.codes, lags)
         for j in range(3):
             speed[0, j] = top_velocity[up, j]
         attach(p, x, joint.rotation, count, place, speed)
@@ -253,10 +255,9 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
         paid_out = paid_out_length(count, nodes, owed)
         logs[k, 0], logs[k, 1], logs[k, 2], logs[k, 3] = count, paid_out, drum_speed, n
         h = dt / n
-        for part in range(3):
-            remaining_shares(p, 0.5 * part * h, part, work.remaining)
+        set_step(p, h, lags)
         for step in range(n):
-            lagged(p, x, work.codes, work.remaining, 0, x)
+            lagged(p, x, work.codes, 0, lags, BODY, x)
             payout = drum_speed * winch[RADIUS]
             growth = payout + owed / GIVE_BACK_S
             top = rest[0]
@@ -285,14 +286,15 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
                 for i in range(STATE):
                     total[i] += weight * rate[i]
                     x[i] = begun[i] + elapsed * rate[i]
-                lagged(p, begun, work.codes, work.remaining, 1 if stage < 2 else 2, x)
+                lagged(p, begun, work.codes, 1 if stage < 2 else 2, lags, BODY, x)
                 next_stage(count, count - 1, weight, elapsed, nodes)
                 rest[0] = top + elapsed * growth
             if k == total_steps:
                 break
             for i in range(STATE):
                 x[i] = begun[i] + h / 6.0 * total[i]
-            lagged(p, begun, work.codes, work.remaining, 2, x)
+            lagged(p, begun, work.codes, 2, lags, BODY, x)
+            end_lags(p, lags)
             normalise_quaternion(x)
             finish(count, h, nodes)
             attach(p, x, joint.rotation, count, place, speed)

@@ -19,9 +19,6 @@ INFLOW_FRACTION = offset("inflow_fraction")
 OPPOSED_SHARE = offset("opposed_share")
 DEAD_ZONE = offset("dead_zone")
 CODE_MAX = offset("code_max")
-DRIVE_DEAD = offset("drive_dead")
-LAG_DEAD_SHARE = offset("lag_dead_share")
-LAG_POWER = offset("lag_power")
 ROTOR_INERTIA = offset("rotor_inertia")
 SUPPLY_DROP = offset("supply_drop")
 LOAD_DROP = offset("load_drop")
@@ -78,35 +75,6 @@ def effective_codes(p: Array, command: Array, codes: Array) -> None:
             size = max(abs(code) - lost, 0.0) * largest / (largest - lost)
             code = np.copysign(size, code)
         codes[i] = supply * code
-
-
-@inlined
-def lagging(code: float, dead: float, largest: float, power: float) -> float:
-    """Return what of a code lags: a power of its share beyond `dead`, signed."""
-    share = max(abs(code) - dead, 0.0) / (largest - dead)
-    lags = share if power == 1.0 else share**power
-    if code == 0.0:
-        return 0.0
-    return lags if code > 0.0 else -lags
-
-
-@inlined
-def late_code(p: Array, i: int, start: float, code: float, left: float) -> float:
-    """Code of thruster i on its way from `start` to `code`, of which a share is left.
-
-    Where it is not the code itself that lags: what lags is left where a first-order lag leaves it,
-    and the code is the one that belongs to that. A share of the dead zone beyond its bounds, where
-    only a fit goes, moves codes in the dead zone or next to it, so the thrust has no kink there,
-    as long as no code is on either side of zero.
-    """
-    dead, largest, power = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i], p[CODE_MAX + i], p[LAG_POWER]
-    aim = lagging(code, dead, largest, power)
-    lags = aim + (lagging(start, dead, largest, power) - aim) * left
-    if lags == 0.0:
-        return 0.0
-    share = abs(lags) if power == 1.0 else abs(lags) ** (1.0 / power)
-    size = dead + share * (largest - dead)
-    return size if lags > 0.0 else -size
 
 
 @inlined

@@ -1,0 +1,151 @@
+"""Compiled kernel: how the code of a thruster lags, by the closed form of a first-order lag.
+
+The command is constant over a step, so the lag has a closed form; integrating it would tie the step
+to the shortest lag. What lags is the code, or a power of its share beyond a dead zone.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pipeline.physics.parameters import MOST_THRUSTERS, offset
+from pipeline.simulate.compiled import compiled, inlined
+
+Array = Any
+
+THRUSTER_COUNT = offset("thruster_count")
+CODE_MAX = offset("code_max")
+LAG = offset("lag")
+DRIVE_DEAD = offset("drive_dead")
+LAG_DEAD_SHARE = offset("lag_dead_share")
+LAG_POWER = offset("lag_power")
+ROTOR_INERTIA = offset("rotor_inertia")
+
+
+class Lags(NamedTuple):
+    """Where the lagging thrusters are, and where they go to.
+
+    `remaining` (3, 12): what is left of a distance at the start, the middle and the end of a step.
+    Where it is not the code itself that lags: `now`, `aims` (12,), what lags at the start of the
+    step and what it goes to, and `aimed` (12,), the codes that the aims belong to.
+    """
+
+    remaining: Array
+    now: Array
+    aims: Array
+    aimed: Array
+
+
+@compiled
+def lags_at(p: Array, actuator: Array, dt: float) -> Lags:
+    """Make the lags of a run of steps of dt that starts with `actuator` (12,)."""
+    lags = Lags(
+        remaining=np.zeros((3, MOST_THRUSTERS)),
+        now=np.zeros(MOST_THRUSTERS),
+        aims=np.zeros(MOST_THRUSTERS),
+        aimed=np.zeros(MOST_THRUSTERS),
+    )
+    set_step(p, dt, lags)
+    begin_lags(p, actuator, lags)
+    return lags
+
+
+@inlined
+def set_step(p: Array, dt: float, lags: Lags) -> None:
+    """Work out what a first-order lag leaves of a difference in steps of dt."""
+    for i in range(int(p[THRUSTER_COUNT])):
+        tau = p[LAG + i]
+        if tau > 0.0:
+            for row in range(3):
+                lags.remaining[row, i] = np.exp(-0.5 * row * dt / tau)
+
+
+@inlined
+def lagging(code: float, dead: float, largest: float, power: float) -> float:
+    """Return what of a code lags: a power of its share beyond `dead`, signed."""
+    share = max(abs(code) - dead, 0.0) / (largest - dead)
+    lags = share if power == 1.0 else share**power
+    if code == 0.0:
+        return 0.0
+    return lags if code > 0.0 else -lags
+
+
+@inlined
+def code_lags(p: Array) -> bool:
+    """Whether it is the code itself that lags."""
+    return bool(p[LAG_DEAD_SHARE] == 0.0 and p[LAG_POWER] == 1.0)
+
+
+@inlined
+def begin_lags(p: Array, actuator: Array, lags: Lags) -> None:
+    """Set out from effective codes (12,)."""
+    if code_lags(p):
+        return
+    for i in range(int(p[THRUSTER_COUNT])):
+        dead = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i]
+        lags.now[i] = lagging(actuator[i], dead, p[CODE_MAX + i], p[LAG_POWER])
+        lags.aims[i], lags.aimed[i] = 0.0, 0.0
+
+
+@inlined
+def aim_lags(p: Array, codes: Array, lags: Lags) -> None:
+    """Aim at the codes (12,) of a step: a power is taken where a code is new, and only there."""
+    if code_lags(p):
+        return
+    for i in range(int(p[THRUSTER_COUNT])):
+        if codes[i] != lags.aimed[i]:
+            dead = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i]
+            lags.aims[i] = lagging(codes[i], dead, p[CODE_MAX + i], p[LAG_POWER])
+            lags.aimed[i] = codes[i]
+
+
+@inlined
+def end_lags(p: Array, lags: Lags) -> None:
+    """Go to the end of a step."""
+    if code_lags(p):
+        return
+    for i in range(int(p[THRUSTER_COUNT])):
+        aim = lags.aims[i]
+        lags.now[i] = aim + (lags.now[i] - aim) * lags.remaining[2, i]
+
+
+@inlined
+def late_code(p: Array, i: int, row: int, lags: Lags) -> float:
+    """Code of thruster i at the time of a row of `remaining`, where it is no code that lags.
+
+    What lags is where a first-order lag leaves it, and the code is the one that belongs to that.
+    A share of the dead zone beyond its bounds, where only a fit goes, moves codes in the dead zone
+    or next to it, so the thrust has no kink there, as long as no code is on either side of zero.
+    """
+    dead, largest, power = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i], p[CODE_MAX + i], p[LAG_POWER]
+    value = lags.aims[i] + (lags.now[i] - lags.aims[i]) * lags.remaining[row, i]
+    if value == 0.0:
+        return 0.0
+    share = abs(value) if power == 1.0 else abs(value) ** (1.0 / power)
+    size = dead + share * (largest - dead)
+    return size if value > 0.0 else -size
+
+
+@inlined
+def lagged(
+    p: Array, start: Array, codes: Array, row: int, lags: Lags, first: int, state: Array
+) -> None:
+    """Set the lagged codes of a state some time after the start of a step, exactly.
+
+    They are its entries from `first` on; row `row` of `remaining` belongs to the time. The
+    exponentials are taken once a run, not once a thruster and step.
+    """
+    of_code = code_lags(p)
+    for i in range(int(p[THRUSTER_COUNT])):
+        if p[ROTOR_INERTIA + i] > 0.0:
+            continue
+        if p[LAG + i] <= 0.0:
+            state[first + i] = codes[i]
+        elif row == 0:
+            # the step begins: it is where it is
+            state[first + i] = start[first + i]
+        elif of_code:
+            late = (start[first + i] - codes[i]) * lags.remaining[row, i]
+            state[first + i] = codes[i] + late
+        else:
+            state[first + i] = late_code(p, i, row, lags)
