@@ -124,7 +124,7 @@ def _moved_step_by_step(
         foretold = model.readings - readings_from_zero(model, point, np.zeros(residual.size))
         if point.pull == 0.0 and float(np.sqrt(np.mean((residual - foretold) ** 2))) < _SETTLED:
             return point
-        begin, model = point, linear_model(setting, point, renew=())
+        begin, model = point, linear_model(setting, point, known=model, renew=())
     return begin if begin.pull == 0.0 else None
 
 

@@ -5,7 +5,7 @@ it counted in newtons, a vehicle of less mass, less drag and less thrust would n
 the same motion, and that would speak for it: all of them came out too small together.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from pipeline.diagnose.predictions import (
     same_motion,
 )
 from pipeline.identify.window_derivatives import moved_starts
+from pipeline.physics.parameters import read
 from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pieces import run_pieces
 from pipeline.types import FloatArray
@@ -69,10 +70,19 @@ class MovedPieces:
 
     def from_start(self, index: int) -> Pass:
         """Move the starts in one of twelve directions."""
+        if index < 3 and _alike_everywhere(self.vector):
+            return _way(self.known, self._elsewhere(index), _STEPS[index])
         by = np.zeros((len(self.starts), 12))
         by[:, index] = _STEPS[index]
         moved = seen_in(self.setting, self.vector, moved_starts(self.starts, by), self.forces)
         return _way(self.known, moved, _STEPS[index])
+
+    def _elsewhere(self, axis: int) -> Seen:
+        """Carry the motion a step along one axis of the world, as it is."""
+        by = np.zeros(self.starts.shape[1])
+        by[axis] = _STEPS[axis]
+        motion = replace(self.known.motion, state=self.known.motion.state + by)
+        return Seen(motion, _raw(self.setting.bench, self.vector, motion), self.known.ends + by)
 
     def from_force(self, axis: int) -> Pass:
         """Push along one axis."""
@@ -130,6 +140,11 @@ class MovedPieces:
         if np.array_equal(here, there):
             return self.forces
         return np.asarray(self.forces @ np.linalg.solve(here, there))
+
+
+def _alike_everywhere(vector: FloatArray) -> bool:
+    """Whether a vehicle moves alike wherever it is: no wall is near it, and no tether pulls."""
+    return not (read(vector, "wall_strength").any() or read(vector, "tether_pull").any())
 
 
 def _way(first: Seen, second: Seen, by: float) -> Pass:

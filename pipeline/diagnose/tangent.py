@@ -49,10 +49,11 @@ def linear_model(
     """Linearise along the motion at a point.
 
     Of the departures only those of `renew` are taken anew where some are asked for; the others are
-    those of a linear model of the same windows that is known already, or none. With `wide` the
-    signature of a departure that is at neutral, and of which nothing is stated, is the secant to
-    one of that size: drag in a current, or a dead zone, has next to no derivative where it is not
-    there.
+    those of a linear model of the same windows that is known already, or none. So is what errors of
+    the thrusters' curves do: half a per cent of a thrust moves a vehicle alike wherever it is
+    judged. With `wide` the signature of a departure that is at neutral, and of which nothing is
+    stated, is the secant to one of that size: drag in a current, or a dead zone, has next to no
+    derivative where it is not there.
     """
     bench = setting.bench
     vector = vector_of(setting, point.departures)
@@ -65,7 +66,8 @@ def linear_model(
     tasks: list[Callable[[], Pass]] = [partial(base.from_start, k) for k in range(12)]
     tasks += [partial(base.from_force, k) for k in range(6)]
     tasks += [partial(base.from_departure, k) for k in anew]
-    tasks += [partial(base.from_profile, k) for k in range(setting.profiles.shape[2])]
+    if known is None:
+        tasks += [partial(base.from_profile, k) for k in range(setting.profiles.shape[2])]
     if point.pull != 0.0:
         tasks.append(base.from_pull)
     passes = bench.workers.each(tasks)
@@ -100,19 +102,22 @@ def chained(  # noqa: PLR0917 - one caller
     scales = setting.problem.start_scales
     moved[:, :, :, :12] *= scales[:, None, None, :]
     white = _whitened_columns(setting, point, passes, moved.reshape(-1, 12, width))
-    every, profiles = len(anew), setting.profiles.shape[2]
+    every, profiles = len(anew), 0 if known is not None else setting.profiles.shape[2]
     first = 12 + forces + every
     weight = setting.row_scale[:, None]
-    departures = np.zeros((len(white), len(setting.coordinates)))
     if known is not None:
         departures = known.departures.copy()
+        curves = known.extra[:, setting.extra.shape[1] :]
+    else:
+        departures = np.zeros((len(white), len(setting.coordinates)))
+        curves = white[:, first : first + profiles]
     departures[:, list(anew)] = white[:, 12 + forces : first]
     model = LinearModel(
         setting,
         point,
         white[:, : 12 + forces],
         setting.shared.columns * weight,
-        np.concatenate([setting.extra * weight, white[:, first : first + profiles]], axis=1),
+        np.concatenate([setting.extra * weight, curves], axis=1),
         departures,
         np.zeros(0),
         residual,

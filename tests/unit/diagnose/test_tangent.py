@@ -52,7 +52,7 @@ def close(found: FloatArray, expected: FloatArray) -> None:
     np.testing.assert_allclose(found, expected, atol=5e-3 * size)
 
 
-@pytest.mark.parametrize("index", [3, 5, 6, 8, 11])
+@pytest.mark.parametrize("index", [0, 2, 3, 5, 6, 8, 11])
 def test_by_the_start(model: Model, index: int) -> None:
     linear, _ = model
 
