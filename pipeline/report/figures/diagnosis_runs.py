@@ -152,8 +152,8 @@ def before_after_figure(
         f"fig-held-out-{number}",
         _lead(record, one),
         alt,
-        f"{_capital(channel_name(one.channel))} in {one.run}. Dark: measured. Red: the vehicle "
-        f"file's model.{added} Below: measured less model{grey}.{turned}",
+        f"{_capital(channel_name(one.channel))} in {one.run}. Dark: measured. Orange: the "
+        f"vehicle file's model.{added} Below: measured less model{grey}.{turned}",
         panels,
         x_label="control code  [–]" if bench else "time in the run  [s]",
         resolution=detail,
