@@ -5,18 +5,22 @@ from pathlib import Path
 
 from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
 from pipeline.errors import InputError
-from pipeline.plan import VEHICLE_FILE, UsageError, choose
+from pipeline.plan import VEHICLE_FILE, UsageError, choose, is_vehicle_name
+from pipeline.vehicle.load import load_vehicle
 
 
 def find_vehicle(text: str, raw: Path, out: Path) -> tuple[str, Path]:
     """Return name and vehicle file: under the raw folder, a path, or a bundled vehicle.
+
+    A vehicle is called what its folder is called. Where a path leads to one of another kind of name
+    ("001"), it is called what its file says: no result is filed under the folder's name here.
 
     Raises
     ------
     UsageError
         When there is none.
     InputError
-        When the folder's name cannot be that of a vehicle.
+        When the folder's name cannot be that of a vehicle, or its file cannot be read.
     """
     try:
         chosen, refused = choose((text,), raw, out)
@@ -27,5 +31,15 @@ def find_vehicle(text: str, raw: Path, out: Path) -> tuple[str, Path]:
         hint = f' Did you mean "{near[0]}"?' if near else ""
         raise UsageError(f"{error} Bundled: {', '.join(bundled_vehicles())}.{hint}") from None
     if not chosen:
+        file = _vehicle_file_at(Path(text))
+        if file is not None:
+            return load_vehicle(file).name, file
         raise InputError(refused[0])
     return chosen[0].name, out / chosen[0].vehicle_file
+
+
+def _vehicle_file_at(path: Path) -> Path | None:
+    """Vehicle file at a path whose folder is not named as vehicles are; None where that is not."""
+    file = path if path.name == VEHICLE_FILE else path / VEHICLE_FILE
+    misnamed = not is_vehicle_name(file.absolute().parent.name)
+    return file if misnamed and file.is_file() else None
