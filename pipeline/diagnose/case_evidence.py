@@ -7,6 +7,7 @@ from pipeline.diagnose.answer import Answers, effect_count, equals, evidence_of
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.consequences import Ahead, consequence
 from pipeline.diagnose.decision import Left
+from pipeline.diagnose.gap_left import gaps_left
 from pipeline.diagnose.regimes import Regressor
 from pipeline.diagnose.search import Search
 from pipeline.diagnose.weighing import NONE, UNKNOWN, LevelEvidence
@@ -60,6 +61,8 @@ class CaseEvidence(Record):
     consequences: dict[str, KeptConsequence]
     held_out: dict[str, float]
     """Log evidence of the held-out windows, by answer; see `held_out_gains`."""
+    gap_left: dict[str, float]
+    """Surprise at the gap that answers leave; see `gap_left`."""
 
 
 def case_evidence(  # noqa: PLR0917 - one caller
@@ -97,4 +100,5 @@ def case_evidence(  # noqa: PLR0917 - one caller
         ),
         consequences=kept,
         held_out=dict(answered.held_out),
+        gap_left=gaps_left(found, ahead, answered),
     )

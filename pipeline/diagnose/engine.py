@@ -28,6 +28,7 @@ from pipeline.diagnose.forecast import (
     whole_runs,
 )
 from pipeline.diagnose.gap import channel_gaps, gap_channels, worst_gap
+from pipeline.diagnose.gap_left import by_gap_left, gaps_left
 from pipeline.diagnose.helping import that_help
 from pipeline.diagnose.hopeless import refuse_hopeless
 from pipeline.diagnose.inference import HELD_OUT, infer
@@ -213,7 +214,10 @@ def _told(  # noqa: PLR0917 - one caller
             healthy_known=healthy_known,
         )
         keep(seen)
-    weighed = [Share(one.name, one.probability) for one in answered.ranking]
+    weighed = by_gap_left(
+        [Share(one.name, one.probability) for one in answered.ranking],
+        gaps_left(found, ahead, answered),
+    )
     count = effect_count(found)
     grown = with_gap(weighed, worst_ratio, count, thresholds, healthy_known=healthy_known)
     seen_of: dict[str, tuple[Consequence, Left]] = {}

@@ -325,6 +325,7 @@ def case(truth: str, gain: float, ratio: float = 5.0) -> Known:
         levels=levels,
         consequences={"none": left, "lift": left, "tether": left},
         held_out={},
+        gap_left={},
     )
     return Known(evidence, (truth,), ratio)
 
