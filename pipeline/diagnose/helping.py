@@ -59,16 +59,18 @@ def that_help(
 def _enough_alone(
     ranking: Sequence[Share], left: Left, left_of: Callable[[Sequence[Share]], Left | None]
 ) -> str | None:
-    """Name the effect of a pair with which alone the held-out gap is no larger than with both."""
+    """Name the effect of a pair with which alone the held-out gap is smaller than with both.
+
+    Of two such effects the more probable: two that do nearly the same close the same gap.
+    """
     top = ranking[0]
-    alone = [one for one in ranking[1:] if one.name in top.name.split("+")]
-    leave = {}
-    for one in alone:
+    for one in ranking[1:]:
+        if one.name not in top.name.split("+"):
+            continue
         by_itself = left_of([one, *(other for other in ranking if other is not one)])
-        if by_itself is not None:
-            leave[one.name] = by_itself.alone
-    best = min(leave, key=lambda name: leave[name], default=None)
-    return best if best is not None and leave[best] < min(left.alone, 1.0) else None
+        if by_itself is not None and by_itself.alone < min(left.alone, 1.0):
+            return one.name
+    return None
 
 
 def _passed_on(ranking: Sequence[Share], heir: str) -> tuple[Share, ...]:

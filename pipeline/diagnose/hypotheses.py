@@ -6,7 +6,7 @@ many (as does the one thruster among all).
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import comb, log
 
 import numpy as np
@@ -32,6 +32,8 @@ _SAME = 0.93
 #: Log evidence that a further parameter of the same effect costs: the more there are, the better
 #: they make what is a flaw of the model.
 _FURTHER = 10.0
+#: Parameters of an effect that are few: all of them are looked at together, too.
+_FEW = 3
 
 
 @dataclass(frozen=True)
@@ -215,6 +217,28 @@ def best_subset(
     if best is None:
         return Finding((group,), (), 0.0, np.zeros(0), np.zeros((0, 0)), np.zeros(0))
     return Finding((group,), tuple(sorted(chosen)), *best)
+
+
+def with_all_parameters(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    groups: Mapping[Group, tuple[int, ...]],
+    one: Finding,
+) -> Finding | None:
+    """Return a finding with all parameters of its effect; None where it has them, or no such.
+
+    Seen from afar one of a few seems to suffice. An effect with a place, or with an axis each, is
+    not meant: there one parameter without the others is an effect by itself.
+    """
+    members = groups[one.groups[0]]
+    several = len(one.which) < len(members) <= _FEW and len(one.groups) == 1
+    if not several or any(all_coordinates[k].leads for k in members):
+        return None
+    found = judge(ground, all_coordinates, members)
+    if not np.isfinite(found[0]):
+        return None
+    whole = Finding(one.groups, tuple(members), *found)
+    return replace(whole, log_evidence=found[0] + _subset_price(groups, whole))
 
 
 def screen(

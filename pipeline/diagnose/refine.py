@@ -1,6 +1,6 @@
 """Judge the best answers at their own points, and take out those that no vehicle can be."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.decision import Share
 from pipeline.diagnose.evidence import fit
-from pipeline.diagnose.hypotheses import Finding, prior_of
+from pipeline.diagnose.hypotheses import Finding, prior_of, with_all_parameters
 from pipeline.diagnose.linear_model import vector_of
 from pipeline.diagnose.own_point import cannot_be
 from pipeline.diagnose.search import Judged, Search
@@ -75,6 +75,9 @@ def refined(
     for one in wanted:
         if one.finding is not None:
             looked_at.setdefault(one.finding.which, (one.judged, one.finding))
+    whole = _with_all_parameters(found, wanted)
+    for finding, judged_by in whole:
+        looked_at.setdefault(finding.which, (judged_by, finding))
     seen = seen_closely(found, lead, looked_at, elsewhere)
     changes = seen.changes
     if not np.isfinite(changes[()]):
@@ -95,7 +98,7 @@ def refined(
             nothing=one.nothing + changes[()],
             singles=tuple(
                 replace(f, log_evidence=f.log_evidence + gained(f) - changes[()])
-                for f in one.singles
+                for f in (*one.singles, *(f for f, own in whole if own is one))
             ),
             pairs=tuple(
                 replace(f, log_evidence=f.log_evidence + gained(f) - changes[()]) for f in one.pairs
@@ -104,6 +107,22 @@ def refined(
         for one in found.judged
     )
     return Refined(replace(found, judged=judged), seen.points, frozenset(seen.sure), seen.doubtful)
+
+
+def _with_all_parameters(
+    found: Search, wanted: Sequence[Candidate]
+) -> list[tuple[Finding, Judged]]:
+    """Single effects among some answers with all of their few parameters, each under its level."""
+    whole = []
+    for one in wanted:
+        if one.finding is None:
+            continue
+        finding = with_all_parameters(
+            one.judged.ground, found.setting.coordinates, found.groups, one.finding
+        )
+        if finding is not None:
+            whole.append((finding, one.judged))
+    return whole
 
 
 def possible_alone(found: Search, answered: Answers) -> Answers:

@@ -9,7 +9,10 @@ to the power e. With d the share of the dead zone N_dead that comes before, and 
 
     s = (|N| - d N_dead) / (N_max - d N_dead),    q = sign(N) s^m,    tau dq_act/dt + q_act = q
 
-and the characteristic takes the code that belongs to q_act. At rest all forms are the same. They
+and the characteristic takes the code that belongs to q_act. That share is out of reach of the
+supply as well: a controller ignores the same codes at any voltage, where a motor that does not
+overcome its friction needs more code at a lower one. A sagging supply that took it for the other
+looked like thrust deduction, surely. At the stated supply and at rest all forms are the same. They
 differ for about tau after steps, most where thrust changes its sign, and by far more than an
 accelerometer's noise: a vehicle that is exactly as its file states had a supply voltage 30 % too
 high and a thrust deduction of 0.4, surely, for want of this. It is no fault, so it is ordinary on
@@ -41,7 +44,7 @@ EFFECT = Effect(
             unit="1",
             neutral=0.0,
             plausible=(0.0, 1.0),
-            meaning="share of the dead zone that comes before the lag",
+            meaning="share of the dead zone that comes before lag and supply",
             possible=(0.0, 1.0),
             ordinary=0.7,
         ),

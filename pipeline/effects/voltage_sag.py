@@ -8,7 +8,8 @@ propeller drive goes about with the square of the code). For all thrusters alike
 
     N_act = N_eff (1 - drop - load_drop mean((N_i / N_max)^2))
 
-with the mean over the vehicle's thrusters. A negative drop is a supply above that of the bench, as
+with the mean over the vehicle's thrusters; of a stated dead zone that share is left alone which
+comes before the drive. A negative drop is a supply above that of the bench, as
 with a freshly charged battery.
 
 It shows as thrust missing at all codes in the same proportion of code (drop), and more so the more

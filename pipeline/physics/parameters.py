@@ -81,7 +81,11 @@ SLOTS: tuple[Slot, ...] = (
     Slot("drive_dead", _EACH, "code", 0.0, "dead zone of the characteristic itself"),
     Slot("lag", _EACH, "s", 0.0, "time constant of the first-order lag of code or shaft speed"),
     Slot(
-        "lag_dead_share", (), "1", 0.0, "share of the drives' dead zones that comes before the lag"
+        "lag_dead_share",
+        (),
+        "1",
+        0.0,
+        "share of the drives' dead zones that comes before lag and supply",
     ),
     Slot("lag_power", (), "1", 1.0, "what lags: this power of the share of the code beyond it"),
     Slot("rotor_inertia", _EACH, "kg m^2", 0.0, "of shaft and propeller; 0: static thrust"),

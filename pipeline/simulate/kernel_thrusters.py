@@ -18,6 +18,8 @@ REVERSE_GAIN = offset("reverse_gain")
 INFLOW_FRACTION = offset("inflow_fraction")
 OPPOSED_SHARE = offset("opposed_share")
 DEAD_ZONE = offset("dead_zone")
+DRIVE_DEAD = offset("drive_dead")
+LAG_DEAD_SHARE = offset("lag_dead_share")
 CODE_MAX = offset("code_max")
 ROTOR_INERTIA = offset("rotor_inertia")
 SUPPLY_DROP = offset("supply_drop")
@@ -60,7 +62,11 @@ def thruster_directions(p: Array, directions: Array) -> None:
 
 @inlined
 def effective_codes(p: Array, command: Array, codes: Array) -> None:
-    """Fill codes (12,) with what reaches the drives: dead zone and supply voltage taken off."""
+    """Fill codes (12,) with what reaches the drives: dead zone and supply voltage taken off.
+
+    What a controller ignores of a code it ignores at any voltage: of the characteristic's dead zone
+    the share that comes before the drive is not scaled.
+    """
     count = int(p[THRUSTER_COUNT])
     load = 0.0
     for i in range(count):
@@ -74,7 +80,13 @@ def effective_codes(p: Array, command: Array, codes: Array) -> None:
         if lost != 0.0:
             size = max(abs(code) - lost, 0.0) * largest / (largest - lost)
             code = np.copysign(size, code)
-        codes[i] = supply * code
+        before = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i]
+        if before == 0.0:
+            codes[i] = supply * code
+        elif abs(code) > before:
+            codes[i] = np.copysign(before + supply * (abs(code) - before), code)
+        else:
+            codes[i] = code
 
 
 @inlined

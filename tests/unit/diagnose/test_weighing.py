@@ -277,6 +277,14 @@ def test_an_effect_goes_before_a_pair_that_leaves_no_less() -> None:
     assert helped(SURE_OF_A_PAIR, {"lift+tether": 0.6, "lift": 0.7})[0] == "lift+tether"
 
 
+def test_of_two_that_leave_less_alone_the_more_probable_takes_the_place() -> None:
+    """What does nearly the same as the true effect closes the same gap, by readings that differ."""
+    ranking = (Share("lift+tether", 0.98), Share("lift", 0.015), Share("tether", 1e-9))
+    ranking = (*ranking, Share("none", 0.005))
+    first, _ = helped(ranking, {"lift+tether": 0.4, "lift": 0.35, "tether": 0.3})
+    assert first == "lift"
+
+
 def test_what_gave_way_once_does_not_come_back() -> None:
     """Two answers that do not help would else hand the place to each other."""
     ranking = (Share("lift", 0.6), Share("tether", 0.3), Share("none", 0.1))

@@ -305,3 +305,17 @@ def test_a_supply_above_that_of_the_bench_drives_beyond_the_largest_code() -> No
     # T ~ code^1.33: 5 % more code gives about 7 % more thrust, and 5 % more the same again
     assert first == pytest.approx(0.07 * thrusts[0], rel=0.1)
     assert second == pytest.approx(first, rel=1e-6)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_a_supply_scales_what_lies_beyond_the_dead_zone_before_the_drive(
+    make_packed: Make, share: float
+) -> None:
+    """A controller ignores the same codes at any voltage, a motor with friction more at a lower."""
+    dead, left = 20.0, 0.8
+    packed = make_packed(drive_dead=np.full(12, dead), lag_dead_share=share, supply_drop=1.0 - left)
+    for code in (5.0, 30.0, 127.0):
+        for sign in (1.0, -1.0):
+            reached = actuator_states(packed, np.full((2, 5), sign * code), 0.02)[-1, 0]
+            before = min(share * dead, code)
+            assert reached == pytest.approx(sign * (before + left * (code - before)), rel=1e-12)
