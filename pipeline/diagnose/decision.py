@@ -14,8 +14,8 @@ from pipeline.diagnose.weighing import NONE, UNKNOWN
 
 #: Share of their probability that answers keep where there is no gap.
 _STILL = 0.2
-#: Gap of a healthy vehicle, in healthy floors.
-_HEALTHY_GAP = 1.0
+#: Gap of a healthy vehicle, and one that is clear over all channels, in healthy floors.
+HEALTHY_GAP, CLEAR_GAP = 1.0, 1.5
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
 #: Log evidence of the held-out windows that chance alone can make negative.
@@ -142,7 +142,7 @@ def without_gap(
         Thresholds.
     """
     top = ranking[0].name
-    least = min(limits.least_gap, _HEALTHY_GAP) if top == UNKNOWN else limits.least_gap
+    least = min(limits.least_gap, HEALTHY_GAP) if top == UNKNOWN else limits.least_gap
     if worst_ratio >= least or top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
     others = tuple(
@@ -225,7 +225,9 @@ def with_unknown(
     if top.name == UNKNOWN:
         return tuple(ranking)
     most = limits.most_force_healthy if healthy_known else limits.most_force
-    too_much = left.force > most
+    # a force that moves nothing is no gap
+    explains = left.before >= CLEAR_GAP and left.after <= HEALTHY_GAP and top.name != NONE
+    too_much = left.force > most and not explains
     if top.name != NONE and left.before > limits.most_gap:
         explained = left.gap_closed if left.gap_closed is not None else 0.0
         too_much = too_much or (left.after > limits.most_gap and explained < 0.5)
@@ -262,7 +264,7 @@ def verdict_of(
     if top.probability < limits.verdict:
         total = top.probability
         for one in ranking[1:]:
-            if total >= limits.set_level:
+            if others and total >= limits.set_level:
                 break
             others.extend(one.name.split("+"))
             total += one.probability

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from pipeline.diagnose.after_all import explained_after_all
 from pipeline.diagnose.answer import Answers, effect_count, equals
 from pipeline.diagnose.beside_errors import (
     alike_beside,
@@ -214,6 +215,7 @@ def _told(  # noqa: PLR0917 - one caller
             healthy_known=healthy_known,
         )
         keep(seen)
+    answered = explained_after_all(found, ahead, answered)
     weighed = by_gap_left(
         [Share(one.name, one.probability) for one in answered.ranking],
         gaps_left(found, ahead, answered),

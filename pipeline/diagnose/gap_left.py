@@ -38,21 +38,35 @@ def gaps_left(found: Search, ahead: Ahead, answered: Answers) -> dict[str, float
 
 
 def _surprise_of(found: Search, ahead: Ahead, one: Candidate) -> float:
-    """Look ahead with the effects alone, from the runs that they were found from."""
-    best = departures_of(found, one, one.finding)
-    added = effect_alone(found, best, one.finding)
     try:
-        vector = vector_of(found.setting, added + ahead.unstated)
+        return surprise(ratios_left(found, ahead, one))
     except CannotComputeError:
         return np.inf
-    after = forecast(ahead.near, vector, ahead.channels)
+
+
+def ratios_left(found: Search, ahead: Ahead, one: Candidate | None) -> dict[str, float]:
+    """Error over the healthy floor by channel, on the windows that answers are found from.
+
+    With the effects of an answer alone, without the ordinary departures that go with them; with
+    none where there is no answer.
+
+    Raises
+    ------
+    CannotComputeError
+        Where no vehicle can be that.
+    """
+    after = ahead.before
+    if one is not None:
+        best = departures_of(found, one, one.finding)
+        vector = vector_of(found.setting, effect_alone(found, best, one.finding) + ahead.unstated)
+        after = forecast(ahead.near, vector, ahead.channels)
     ratios = {}
     for name, errors in after.errors.items():
         own = found.chosen[after.window[name]] & np.isfinite(errors)
         if own.any():
             floor = ahead.before.healthy_floor(name, ahead.spread, own)
             ratios[name] = rms(errors[own]) / max(floor, 1e-12)
-    return surprise(ratios)
+    return ratios
 
 
 def surprise(ratios: Mapping[str, float]) -> float:

@@ -61,6 +61,8 @@ class Scout:
     #: Whether a shaft starts with a jump at its dead band of 4 codes and levels off, as a motor
     #: controller's does; the file then has a formula fitted to that.
     jumps: bool = False
+    #: Supply voltage over that of the bench. A controller ignores the same codes at any.
+    supply: float = 1.0
 
 
 def plan(kind: str, seconds: float, generator: np.random.Generator) -> Array:
@@ -93,6 +95,7 @@ def _fly(  # noqa: PLR0917 - compiled: no records
     lag_s: float,
     dead_zone_first: bool,
     jumps: bool,
+    supply: float,
     gust: Array,
     place: Array,
     direction: Array,
@@ -119,7 +122,7 @@ def _fly(  # noqa: PLR0917 - compiled: no records
             beyond = np.maximum(np.abs(code) - 4.0, 0.0) / 96.0
             share = 0.05 + 0.95 * (1.4 * beyond - 0.4 * beyond * beyond)
             code = np.sign(code) * np.where(beyond > 0.0, share, 0.0)
-        act += STEP_S / lag_s * (code - act)
+        act += STEP_S / lag_s * (supply * code - act)
         for i in range(6):
             lost = 0.0 if dead_zone_first else DEAD_CODES
             share = max(abs(act[i]) - lost, 0.0) / (100.0 - DEAD_CODES)
@@ -158,7 +161,7 @@ def fly(scout: Scout, codes: Array, generator: np.random.Generator) -> Array:
     gust = _wander(generator, steps, np.array([0.25, 0.25, 0.25, 0.01, 0.01, 0.01]), 3.0)
     drag = np.stack([scout.linear, scout.quadratic])
     inverse = np.linalg.inv(mass)
-    late = scout.lag_s, scout.dead_zone_first, scout.jumps
+    late = scout.lag_s, scout.dead_zone_first, scout.jumps, scout.supply
     return np.asarray(_fly(codes, mass, inverse, drag, weight, *late, gust, PLACE, DIRECTION))
 
 

@@ -52,3 +52,15 @@ def test_a_buoyancy_is_found_and_its_size(tmp_path: Path) -> None:
     first = found["ranking"][0]["parameters"]["force_n"]
     assert first["ci95"][0] < force_n < first["ci95"][1]
     assert not tells_of_the_lag(found)
+
+
+def test_a_low_supply_is_named_though_it_is_hard_to_tell_from_less_thrust(tmp_path: Path) -> None:
+    """Beyond a dead zone before the drive both scale thrust, and no voltage is logged."""
+    found = diagnosed(tmp_path, Scout(dead_zone_first=True, supply=0.8))
+    verdict = found["verdict"]
+    said = {*verdict["effects"], *verdict["ambiguous_with"]}
+    assert "voltage_sag" in said
+    assert said <= {"voltage_sag", "thrust_deduction"}
+    sag = next(one for one in found["ranking"] if one["effect"] == "voltage_sag")
+    low, high = sag["parameters"]["drop"]["ci95"]
+    assert low < 0.2 < high

@@ -133,7 +133,7 @@ def test_what_cannot_be_told_apart_is_named_however_sure() -> None:
 def test_force_left_is_judged_by_what_is_known_of_healthy_vehicles(
     healthy: bool, first: str
 ) -> None:
-    found = with_unknown(SHARES, Left(2.5, 3.0, 1.0, 1.0), LIMITS, healthy_known=healthy)
+    found = with_unknown(SHARES, Left(2.5, 3.0, 1.1, 0.95), LIMITS, healthy_known=healthy)
     assert found[0].name == first
     assert sum(one.probability for one in found) == pytest.approx(1.0)
 
@@ -283,6 +283,28 @@ def test_of_two_that_leave_less_alone_the_more_probable_takes_the_place() -> Non
     ranking = (*ranking, Share("none", 0.005))
     first, _ = helped(ranking, {"lift+tether": 0.4, "lift": 0.35, "tether": 0.3})
     assert first == "lift"
+
+
+@pytest.mark.parametrize(
+    ("name", "before", "after", "first"),
+    [
+        ("tether", 2.0, 0.9, "tether"),
+        ("tether", 2.0, 1.2, "unknown"),
+        ("tether", 1.3, 0.9, "unknown"),
+        ("none", 2.0, 0.9, "unknown"),
+    ],
+)
+def test_a_force_that_moves_nothing_is_not_unknown(
+    name: str, before: float, after: float, first: str
+) -> None:
+    left = Left(force=80.0, before=before, after=after, gap_closed=1.0)
+    assert with_unknown((Share(name, 1.0),), left, LIMITS, healthy_known=True)[0].name == first
+
+
+def test_an_answer_that_is_not_sure_never_stands_alone() -> None:
+    shares = (Share("lift", 0.93), Share("tether", 0.07))
+    limits = replace(LIMITS, set_level=0.9, verdict=0.95)
+    assert verdict_of(shares, (), limits) == (("lift",), ("tether",))
 
 
 def test_what_gave_way_once_does_not_come_back() -> None:
