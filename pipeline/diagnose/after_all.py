@@ -21,6 +21,7 @@ from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.nil import matters
 from pipeline.diagnose.search import Search
 from pipeline.diagnose.weighing import UNKNOWN
+from pipeline.errors import CannotComputeError
 
 #: Single effects and pairs that are looked at.
 _SINGLES, _PAIRS = 3, 2
@@ -82,5 +83,9 @@ def _strongest(found: Search, unknown: Candidate) -> Iterator[Finding]:
 
 def _gap(ahead: Ahead, found: Search, one: Candidate | None) -> float:
     """Gap over the healthy floor on the chosen windows, over all channels."""
-    ratios = ratios_left(found, ahead, one)
+    try:
+        ratios = ratios_left(found, ahead, one)
+    except CannotComputeError:
+        # no vehicle can be that
+        return math.inf
     return math.sqrt(sum(value**2 for value in ratios.values()) / max(len(ratios), 1))

@@ -13,7 +13,7 @@ from pipeline.diagnose.healthy import learn
 from pipeline.diagnose.held_out import checked
 from pipeline.diagnose.linear_model import Setting, vector_of
 from pipeline.diagnose.margins import cautious
-from pipeline.diagnose.refine import Refined, possible_alone, refined
+from pipeline.diagnose.refine import Refined, possible_alone, refined, that_depart
 from pipeline.diagnose.scales import levels
 from pipeline.diagnose.search import Near, Search, ordinary_prior, search
 from pipeline.errors import CannotComputeError
@@ -113,6 +113,7 @@ def infer(
             own, top = at_own_points(found, first)
     found = cautious(found, own.search, top, own.sure)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
+    answered = that_depart(found, answered, limits.interval_factor)
     return found, checked(found, answered, limits)
 
 

@@ -14,7 +14,7 @@ from pipeline.diagnose.own_point import cannot_be
 from pipeline.diagnose.search import Judged, Search
 from pipeline.diagnose.second_look import Which, seen_closely
 from pipeline.diagnose.trials import Lead
-from pipeline.diagnose.verdict import departures_of, effect_alone
+from pipeline.diagnose.verdict import departures_of, effect_alone, idle_effects
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
@@ -149,6 +149,34 @@ def possible_alone(found: Search, answered: Answers) -> Answers:
         ),
     )
     return plain.reweighed([Share(name, value) for name, value in ordered])
+
+
+def that_depart(found: Search, answered: Answers, factor: float) -> Answers:
+    """Pass the probability of a pair on to one of its effects where the other does nothing.
+
+    Readings can speak for a change of something stated that only undoes what healthy runs, or other
+    runs, said of it: the vehicle is as its file says.
+
+    Parameters
+    ----------
+    found : Search
+        As it ended.
+    answered : Answers
+        The answers in order.
+    factor : float
+        On the intervals; see `Calibration`.
+    """
+    shares = {one.name: one.probability for one in answered.ranking}
+    for one in answered.ranking:
+        if "+" not in one.name or one.probability < _COUNTS:
+            continue
+        idle = idle_effects(found, one, factor)
+        left = [effect for effect in one.name.split("+") if effect not in idle]
+        if len(left) == 1 and left[0] in shares:
+            shares[left[0]] += shares[one.name]
+            shares[one.name] = 0.0
+    ordered = sorted(shares.items(), key=lambda row: (-row[1], row[0]))
+    return answered.reweighed([Share(name, value) for name, value in ordered])
 
 
 def _no_vehicle(found: Search, one: Candidate) -> bool:

@@ -46,7 +46,7 @@ def ranking_of(
     """Every answer with its parameters; those that were never probable have probability 0."""
     rows = []
     for one in answered.ranking:
-        parameters, thruster, axes = _parameters(found, one, limits.interval_factor)
+        parameters, thruster, axes = parameters_of(found, one, limits.interval_factor)
         rows.append(
             RankedEffect(
                 effect=one.name,
@@ -68,10 +68,31 @@ def ranking_of(
     return tuple(rows)
 
 
-def _parameters(
+def idle_effects(found: Search, one: Candidate, factor: float) -> tuple[str, ...]:
+    """Return effects of an answer of which every value may as well be what the vehicle file states.
+
+    An effect is a departure from what is stated. Where a thing sits says nothing without its size.
+    """
+    if one.finding is None or one.name in {NONE, UNKNOWN}:
+        return ()
+    values, _, _ = parameters_of(found, one, factor)
+    pair, departing = len(one.finding.effects) > 1, set[str]()
+    for index in one.finding.which:
+        coordinate = found.setting.coordinates[index]
+        effect, name = coordinate.effect.id, coordinate.parameter.name
+        low, high = values[f"{effect}.{name}" if pair else name].ci95
+        if not coordinate.leads and not low <= coordinate.parameter.neutral <= high:
+            departing.add(effect)
+    return tuple(effect for effect in one.finding.effects if effect not in departing)
+
+
+def parameters_of(
     found: Search, one: Candidate, factor: float
 ) -> tuple[dict[str, ParameterEstimate], str | None, tuple[str, ...]]:
-    """Values with intervals of an answer's parameters, its thruster and its axes."""
+    """Values with intervals of an answer's parameters, its thruster and its axes.
+
+    `factor` is that on the spread of the linear model; see `Calibration`.
+    """
     # how what has no name is best imitated is neither its size nor its place
     if one.finding is None or one.name == UNKNOWN:
         return {}, None, ()

@@ -17,7 +17,7 @@ from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Search
 from pipeline.diagnose.tangent import linear_model
 from pipeline.diagnose.trials import Lead
-from pipeline.diagnose.verdict import departures_of
+from pipeline.diagnose.verdict import departures_of, idle_effects
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 
@@ -186,3 +186,32 @@ def test_values_that_no_vehicle_has_are_no_answer(
     assert answered.of(top.name) is None
     assert (answered.ranking[0].name, answered.ranking[0].finding) == ("unknown", None)
     assert sum(one.probability for one in answered.ranking) == pytest.approx(1.0)
+
+
+def test_a_pair_whose_second_effect_does_nothing_is_its_first(given: Given) -> None:
+    found, first, _ = given
+    factor = 1.4
+    alone = first.of("thruster_degraded")
+    assert alone is not None
+    assert alone.finding is not None
+    every = found.setting.coordinates
+    surge = next(k for k, one in enumerate(every) if one.name == "quadratic_damping:surge")
+    which = tuple(sorted((*alone.finding.which, surge)))
+    both = replace(
+        alone.finding,
+        groups=(*alone.finding.groups, ("quadratic_damping", None)),
+        which=which,
+        variance=np.ones(len(which)),
+    )
+    # the drag is as stated: its interval holds the stated value, the thruster's does not
+    pair = replace(alone, name="quadratic_damping+thruster_degraded", finding=both, probability=0.7)
+    assert idle_effects(found, alone, factor) == ()
+    assert idle_effects(found, pair, factor) == ("quadratic_damping",)
+    answered = Answers((pair, replace(alone, probability=0.3)))
+    left = refine.that_depart(found, answered, factor)
+    assert [(one.name, one.probability) for one in left.ranking] == [
+        ("thruster_degraded", pytest.approx(1.0)),
+        ("quadratic_damping+thruster_degraded", 0.0),
+    ]
+    # nobody is there to take its place
+    assert refine.that_depart(found, Answers((pair,)), factor).ranking[0].probability == 0.7
