@@ -17,7 +17,6 @@ from pipeline.diagnose.consequences import Ahead
 from pipeline.diagnose.decision import CLEAR_GAP, HEALTHY_GAP, Share
 from pipeline.diagnose.gap_left import ratios_left
 from pipeline.diagnose.hypotheses import Finding
-from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.nil import matters
 from pipeline.diagnose.search import Search
 from pipeline.diagnose.weighing import UNKNOWN
@@ -44,11 +43,13 @@ def explained_after_all(found: Search, ahead: Ahead, answered: Answers) -> Answe
     first = answered.ranking[0]
     if first.name != UNKNOWN or _gap(ahead, found, None) < CLEAR_GAP:
         return answered
+    # answers count from the best without any effect
+    nothing = max(one.nothing for one in found.judged if one.level.ordinary)
     for finding in _strongest(found, first):
         one = Candidate(
             "+".join(finding.effects),
             first.probability * _PASSED_ON,
-            first.judged.nothing + finding.log_evidence,
+            first.judged.nothing + finding.log_evidence - nothing,
             finding,
             first.judged,
         )
@@ -71,13 +72,10 @@ def _before_unknown(answered: Answers, one: Candidate) -> Answers:
 
 def _strongest(found: Search, unknown: Candidate) -> Iterator[Finding]:
     """Effects, then pairs, that are strongest under the force that was needed."""
-    every: Setting = found.setting
-    judged = unknown.judged
+    judged, coordinates = unknown.judged, found.setting.coordinates
     for some, most in ((judged.singles, _SINGLES), (judged.pairs, _PAIRS)):
         ordered = sorted(some, key=lambda one: -one.log_evidence)
-        counted = [
-            one for one in ordered if one.which and matters(one, found.reach, every.coordinates)
-        ]
+        counted = [one for one in ordered if one.which and matters(one, found.reach, coordinates)]
         yield from counted[:most]
 
 

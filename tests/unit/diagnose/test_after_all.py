@@ -12,6 +12,7 @@ from pipeline.diagnose.after_all import explained_after_all
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.consequences import Ahead
 from pipeline.diagnose.hypotheses import Finding
+from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Search
 
 
@@ -31,9 +32,14 @@ def looked_at(
         finding(buoyancy, "residual_buoyancy", 900.0),
         finding(scale, "dvl_scale", 300.0),
     )
-    judged = cast("Judged", SimpleNamespace(nothing=0.0, singles=singles, pairs=()))
+    judged = cast(
+        "Judged",
+        SimpleNamespace(nothing=0.0, singles=singles, pairs=(), level=Level(np.ones(6), 1.0, True)),
+    )
     found: Any = SimpleNamespace(
-        reach=np.ones(len(every)), setting=SimpleNamespace(coordinates=every)
+        reach=np.ones(len(every)),
+        setting=SimpleNamespace(coordinates=every),
+        judged=(judged,),
     )
 
     def ratios(_found: Search, _ahead: Ahead, one: Candidate | None) -> dict[str, float]:
