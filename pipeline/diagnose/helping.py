@@ -12,6 +12,9 @@ from pipeline.diagnose.weighing import NONE, UNKNOWN
 #: Share of its probability that an answer keeps with which the held-out gap is no smaller, and how
 #: many are asked.
 _NO_HELP, _ASKED = 0.1, 4
+#: Probability over that of a pair below which one of its effects alone is out by the readings, and
+#: the share of the pair's gap that it may leave then to take its place all the same.
+_NOT_OUT, _CLEARLY = 1e-12, 0.9
 #: Probability of all other answers together from which on they share what such an answer loses.
 _OTHERS = 0.05
 
@@ -61,14 +64,17 @@ def _enough_alone(
 ) -> str | None:
     """Name the effect of a pair with which alone the held-out gap is smaller than with both.
 
-    Of two such effects the more probable: two that do nearly the same close the same gap.
+    Of two such effects the more probable: two that do nearly the same close the same gap. One that
+    the readings rule out without the other must leave clearly less: a true second effect may act
+    little where the held-out runs were flown.
     """
     top = ranking[0]
     for one in ranking[1:]:
         if one.name not in top.name.split("+"):
             continue
         by_itself = left_of([one, *(other for other in ranking if other is not one)])
-        if by_itself is not None and by_itself.alone < min(left.alone, 1.0):
+        share = 1.0 if one.probability >= _NOT_OUT * top.probability else _CLEARLY
+        if by_itself is not None and by_itself.alone < min(share * left.alone, 1.0):
             return one.name
     return None
 

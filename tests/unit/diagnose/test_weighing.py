@@ -277,6 +277,12 @@ def test_an_effect_goes_before_a_pair_that_leaves_no_less() -> None:
     assert helped(SURE_OF_A_PAIR, {"lift+tether": 0.6, "lift": 0.7})[0] == "lift+tether"
 
 
+@pytest.mark.parametrize(("left", "first"), [(0.58, "lift+tether"), (0.5, "lift")])
+def test_what_the_readings_rule_out_alone_must_leave_clearly_less(left: float, first: str) -> None:
+    ranking = (Share("lift+tether", 1.0), Share("lift", 1e-48), Share("none", 0.0))
+    assert helped(ranking, {"lift+tether": 0.6, "lift": left})[0] == first
+
+
 def test_of_two_that_leave_less_alone_the_more_probable_takes_the_place() -> None:
     """What does nearly the same as the true effect closes the same gap, by readings that differ."""
     ranking = (Share("lift+tether", 0.98), Share("lift", 0.015), Share("tether", 1e-9))
