@@ -44,6 +44,7 @@ class KeptConsequence(Record):
     alike: tuple[str, ...]
     alone: float = 0.0
     gap_there: float | None = None
+    was_unknown: bool = False
 
     def left(self) -> Left:
         """As it is decided by."""

@@ -52,6 +52,8 @@ class Left:
     gap_there : float or None
         Gap over the healthy floor of the worst channel among those in which the effects act; None
         where there are none.
+    was_unknown : bool
+        The answer was named because it closes the gap, whatever force it leaves; see `after_all`.
     """
 
     force: float
@@ -61,6 +63,7 @@ class Left:
     alike: tuple[str, ...] = ()
     alone: float = 0.0
     gap_there: float | None = None
+    was_unknown: bool = False
 
 
 @dataclass(frozen=True)
@@ -225,8 +228,8 @@ def with_unknown(
     if top.name == UNKNOWN:
         return tuple(ranking)
     most = limits.most_force_healthy if healthy_known else limits.most_force
-    # a force that moves nothing is no gap
-    explains = left.before >= CLEAR_GAP and left.after <= HEALTHY_GAP and top.name != NONE
+    # a force that moves nothing is no gap, where what took no part agrees
+    explains = left.was_unknown and left.before >= CLEAR_GAP and left.after <= HEALTHY_GAP
     too_much = left.force > most and not explains
     if top.name != NONE and left.before > limits.most_gap:
         explained = left.gap_closed if left.gap_closed is not None else 0.0

@@ -215,7 +215,8 @@ def _told(  # noqa: PLR0917 - one caller
             healthy_known=healthy_known,
         )
         keep(seen)
-    answered = explained_after_all(found, ahead, answered)
+    was_first, answered = answered.ranking[0].name, explained_after_all(found, ahead, answered)
+    after_all = answered.ranking[0].name if answered.ranking[0].name != was_first else ""
     weighed = by_gap_left(
         [Share(one.name, one.probability) for one in answered.ranking],
         gaps_left(found, ahead, answered),
@@ -236,6 +237,7 @@ def _told(  # noqa: PLR0917 - one caller
     shares = for_the_gap(weighed, grown, left_of(grown))
     shares = that_help(shares, left_of, worst_ratio, thresholds, healthy_known=healthy_known)
     led_to, decisive = led_to_by(shares)
+    decisive = replace(decisive, was_unknown=shares[0].name == after_all)
     answered = answered.reweighed(shares)
     top, closed, left = answered.ranking[0], led_to.closed, led_to.left
     said = decide(shares, decisive, worst_ratio, thresholds, healthy_known=healthy_known)

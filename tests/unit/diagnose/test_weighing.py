@@ -133,7 +133,7 @@ def test_what_cannot_be_told_apart_is_named_however_sure() -> None:
 def test_force_left_is_judged_by_what_is_known_of_healthy_vehicles(
     healthy: bool, first: str
 ) -> None:
-    found = with_unknown(SHARES, Left(2.5, 3.0, 1.1, 0.95), LIMITS, healthy_known=healthy)
+    found = with_unknown(SHARES, Left(2.5, 3.0, 1.0, 1.0), LIMITS, healthy_known=healthy)
     assert found[0].name == first
     assert sum(one.probability for one in found) == pytest.approx(1.0)
 
@@ -292,19 +292,20 @@ def test_of_two_that_leave_less_alone_the_more_probable_takes_the_place() -> Non
 
 
 @pytest.mark.parametrize(
-    ("name", "before", "after", "first"),
+    ("was_unknown", "before", "after", "first"),
     [
-        ("tether", 2.0, 0.9, "tether"),
-        ("tether", 2.0, 1.2, "unknown"),
-        ("tether", 1.3, 0.9, "unknown"),
-        ("none", 2.0, 0.9, "unknown"),
+        (True, 2.0, 0.9, "tether"),
+        (True, 2.0, 1.2, "unknown"),
+        (True, 1.3, 0.9, "unknown"),
+        (False, 2.0, 0.9, "unknown"),
     ],
 )
 def test_a_force_that_moves_nothing_is_not_unknown(
-    name: str, before: float, after: float, first: str
+    was_unknown: bool, before: float, after: float, first: str
 ) -> None:
-    left = Left(force=80.0, before=before, after=after, gap_closed=1.0)
-    assert with_unknown((Share(name, 1.0),), left, LIMITS, healthy_known=True)[0].name == first
+    left = Left(force=80.0, before=before, after=after, gap_closed=1.0, was_unknown=was_unknown)
+    answers = (Share("tether", 0.9), Share("unknown", 0.1))
+    assert with_unknown(answers, left, LIMITS, healthy_known=True)[0].name == first
 
 
 def test_an_answer_that_is_not_sure_never_stands_alone() -> None:
