@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.consequences import Ahead
-from pipeline.diagnose.decision import CLEAR_GAP, HEALTHY_GAP, Share
+from pipeline.diagnose.decision import CLEAR_GAP, HEALTHY_GAP
 from pipeline.diagnose.gap_left import ratios_left
 from pipeline.diagnose.hypotheses import Finding
 from pipeline.diagnose.nil import matters
@@ -59,15 +59,15 @@ def explained_after_all(found: Search, ahead: Ahead, answered: Answers) -> Answe
 
 
 def _before_unknown(answered: Answers, one: Candidate) -> Answers:
-    others = [other for other in answered.ranking[1:] if other.name != one.name]
-    unknown = answered.ranking[0]
-    left = unknown.probability - one.probability
+    unknown, *others = answered.ranking
+    left = replace(unknown, probability=unknown.probability - one.probability)
     known = answered.of(one.name)
     if known is not None:
         one = replace(one, probability=one.probability + known.probability)
-    plain = replace(answered, ranking=(one, replace(unknown, probability=left), *others))
-    shares = [Share(row.name, row.probability) for row in plain.ranking]
-    return plain.reweighed(sorted(shares, key=lambda row: (-row.probability, row.name)))
+    rows = [one, left, *(other for other in others if other.name != one.name)]
+    return replace(
+        answered, ranking=tuple(sorted(rows, key=lambda row: (-row.probability, row.name)))
+    )
 
 
 def _strongest(found: Search, unknown: Candidate) -> Iterator[Finding]:

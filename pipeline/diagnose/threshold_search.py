@@ -77,7 +77,10 @@ class Known:
 
 
 def decided(one: CaseEvidence, limits: Calibration) -> Decided:
-    """Decide on a case as its diagnosis would with other thresholds."""
+    """Decide on a case as its diagnosis would with other thresholds.
+
+    But for what closes the gap after all where the first answer is `unknown`: that is no number.
+    """
     levels = [level.evidence() for level in one.levels]
     weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
