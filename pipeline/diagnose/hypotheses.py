@@ -5,7 +5,7 @@ subset is sought step by step; each step must pay for itself, and a subset pays 
 many (as does the one thruster among all).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import comb, log
 
@@ -238,7 +238,9 @@ def with_all_parameters(
     if not np.isfinite(found[0]):
         return None
     whole = Finding(one.groups, tuple(members), *found)
-    return replace(whole, log_evidence=found[0] + _subset_price(groups, whole))
+    return replace(
+        whole, log_evidence=found[0] + _subset_price(groups, one.groups[0], len(members))
+    )
 
 
 def screen(
@@ -273,17 +275,37 @@ def pairs(
             which = tuple(sorted((*first.which, *second.which)))
             if which in found or not second.which or _says_the_same(ground, groups, first, second):
                 continue
-            gain, mean, covariance, variance = judge(ground, all_coordinates, which)
-            gain += _subset_price(groups, first) + _subset_price(groups, second)
-            found[which] = Finding(
-                tuple(sorted((*first.groups, *second.groups), key=str)),
-                which,
-                gain,
-                mean,
-                covariance,
-                variance,
-            )
-    return sorted(found.values(), key=lambda one: (-one.log_evidence, str(one.groups)))
+            pair = tuple(sorted((*first.groups, *second.groups), key=str))
+            found[which] = _pair_under(ground, all_coordinates, groups, pair, which)
+    return _strongest_first(found.values())
+
+
+def pairs_under(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    groups: Mapping[Group, tuple[int, ...]],
+    found: Iterable[Finding],
+) -> list[Finding]:
+    """Judge pairs that were found on some grounds on another one, the strongest first."""
+    each = {(one.groups, one.which): one for one in found}
+    return _strongest_first(_pair_under(ground, all_coordinates, groups, *pair) for pair in each)
+
+
+def _pair_under(
+    ground: Marginal,
+    all_coordinates: Sequence[Coordinate],
+    groups: Mapping[Group, tuple[int, ...]],
+    pair: tuple[Group, ...],
+    which: tuple[int, ...],
+) -> Finding:
+    gain, mean, covariance, variance = judge(ground, all_coordinates, which)
+    for group in pair:
+        gain += _subset_price(groups, group, sum(k in groups[group] for k in which))
+    return Finding(pair, which, gain, mean, covariance, variance)
+
+
+def _strongest_first(some: Iterable[Finding]) -> list[Finding]:
+    return sorted(some, key=lambda one: (-one.log_evidence, str(one.groups)))
 
 
 def _says_the_same(
@@ -314,11 +336,11 @@ def _share_made(ground: Marginal, one: Finding, members: Sequence[int]) -> float
     return float(side @ made) / max(whole, 1e-300)
 
 
-def _subset_price(groups: Mapping[Group, tuple[int, ...]], one: Finding) -> float:
-    members = len(groups[one.groups[0]])
-    targets = sum(effect == one.groups[0][0] for effect, _ in groups)
-    price = log(members * comb(members, len(one.which))) + log(targets)
-    return -price - _FURTHER * (len(one.which) - 1)
+def _subset_price(groups: Mapping[Group, tuple[int, ...]], group: Group, taken: int) -> float:
+    members = len(groups[group])
+    targets = sum(effect == group[0] for effect, _ in groups)
+    price = log(members * comb(members, taken)) + log(targets)
+    return -price - _FURTHER * (taken - 1)
 
 
 def prior_of(prior: Prior, finding: Finding | None) -> Prior:

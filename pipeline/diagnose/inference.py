@@ -101,16 +101,19 @@ def infer(
     near = approach(rough, lead, prior, every_level, healthy_known=known_well)
     found, first = around(near)
     own, top = at_own_points(found, first, _ELSEWHERE)
-    there = own.point_of(top)
-    here = found.model.point.departures
-    if there is not None and float(np.abs(there - here).max()) > _ELSEWHERE:
+    for further in (_ELSEWHERE, np.inf):
+        there = own.seen_from(top)
+        here = found.model.point.departures
+        if there is None or float(np.abs(there[0] - here).max()) <= _ELSEWHERE:
+            break
         try:
-            again = around(replace(near, departures=there, level=top.judged.level))
-            own, top = at_own_points(*again)
-            found = again[0]
+            again = around(replace(near, departures=there[0], level=there[1]))
+            own, top = at_own_points(*again, further)
         except CannotComputeError:
             # no vehicle can follow from that point: what all say from here counts
             own, top = at_own_points(found, first)
+            break
+        found, first = again
     found = cautious(found, own.search, top, own.sure)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
     answered = that_depart(found, answered, limits.interval_factor)

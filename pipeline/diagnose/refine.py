@@ -11,6 +11,7 @@ from pipeline.diagnose.evidence import fit
 from pipeline.diagnose.hypotheses import Finding, prior_of, with_all_parameters
 from pipeline.diagnose.linear_model import vector_of
 from pipeline.diagnose.own_point import cannot_be
+from pipeline.diagnose.scales import Level
 from pipeline.diagnose.search import Judged, Search
 from pipeline.diagnose.second_look import Which, seen_closely
 from pipeline.diagnose.trials import Lead
@@ -38,11 +39,15 @@ class Refined:
     points: Mapping[Which, FloatArray]
     sure: frozenset[Which]
     doubtful: bool
+    better_from: tuple[FloatArray, Level] | None
 
-    def point_of(self, top: Candidate) -> FloatArray | None:
-        """Own point of an answer, where the linear model was not right."""
+    def seen_from(self, top: Candidate) -> tuple[FloatArray, Level] | None:
+        """Point, and level there, from which all may be seen better; None where here is as good."""
+        if self.better_from is not None:
+            return self.better_from
         which = () if top.finding is None else top.finding.which
-        return self.points.get(which) if self.doubtful else None
+        point = self.points.get(which) if self.doubtful else None
+        return None if point is None else (point, top.judged.level)
 
 
 def refined(
@@ -106,7 +111,14 @@ def refined(
         )
         for one in found.judged
     )
-    return Refined(replace(found, judged=judged), seen.points, frozenset(seen.sure), seen.doubtful)
+    left_for = seen.better_from
+    return Refined(
+        replace(found, judged=judged),
+        seen.points,
+        frozenset(seen.sure),
+        seen.doubtful,
+        None if left_for is None else (seen.points[left_for], looked_at[left_for][0].level),
+    )
 
 
 def _with_all_parameters(

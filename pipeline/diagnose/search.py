@@ -14,6 +14,7 @@ from pipeline.diagnose.hypotheses import (
     groups_of,
     log_evidence_of,
     pairs,
+    pairs_under,
     screen,
     total_departures,
     with_ordinary,
@@ -148,7 +149,13 @@ def judge_all(
             key=lambda one: -(one.nothing + max((f.log_evidence for f in one.singles), default=0.0))
         )
         first = bench.workers.each([partial(paired, one) for one in judged[:_LEVELS_WITH_PAIRS]])
-        judged = [*first, *judged[_LEVELS_WITH_PAIRS:]]
+        found = [pair for one in first for pair in one.pairs]
+
+        def with_all(one: Judged) -> Judged:
+            return replace(one, pairs=tuple(pairs_under(one.ground, every, groups, found)))
+
+        # a single effect of two needs a larger force than both do
+        return tuple(bench.workers.each([partial(with_all, one) for one in (*judged, *by_axis)]))
     return (*judged, *by_axis)
 
 

@@ -48,6 +48,8 @@ class Closely:
     points: dict[Which, FloatArray] = field(default_factory=dict)
     sure: set[Which] = field(default_factory=set)
     doubtful: bool = False
+    better_from: Which | None = None
+    """The hypothesis from whose own point the others, left as they are, are better seen."""
 
 
 def seen_closely(
@@ -67,6 +69,7 @@ def seen_closely(
     top = look.at_the_first()
     if look.better_from(top, elsewhere):
         look.closely.doubtful = True
+        look.closely.better_from = top
         return look.closely
     enough = look.value(top) - _FAR_BEHIND
     look.at_the_simpler(top, enough)

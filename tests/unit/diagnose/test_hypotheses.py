@@ -10,6 +10,7 @@ from pipeline.diagnose.hypotheses import (
     groups_of,
     judge,
     pairs,
+    pairs_under,
     screen,
     with_all_parameters,
 )
@@ -77,6 +78,22 @@ def test_a_pair_is_found_and_must_pay_for_itself(every: tuple[Coordinate, ...]) 
     single = screen(one, every, groups)
     twos = pairs(one, every, groups, single, 3)
     assert twos[0].log_evidence < single[0].log_evidence
+
+
+def test_a_pair_is_judged_on_another_ground_as_where_it_is_found(
+    every: tuple[Coordinate, ...],
+) -> None:
+    heavy, weak = (
+        index_of(every, "residual_buoyancy:force_n"),
+        index_of(every, "thruster_degraded:thrust_fraction@front_left"),
+    )
+    groups = groups_of(every)
+    both, other = (planted(every, {heavy: size, weak: -0.9}) for size in (0.7, 0.2))
+    there = pairs(other, every, groups, screen(other, every, groups), 3)
+    again = pairs_under(other, every, groups, pairs(both, every, groups, there, 3) + there)
+    assert again[0].which == there[0].which
+    assert again[0].log_evidence == pytest.approx(there[0].log_evidence)
+    assert len({one.which for one in again}) == len(again)
 
 
 def test_two_effects_of_one_signature_are_no_pair(every: tuple[Coordinate, ...]) -> None:

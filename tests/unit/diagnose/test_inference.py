@@ -18,12 +18,12 @@ from pipeline.types import FloatArray
 
 
 def judged_from(
-    monkeypatch: pytest.MonkeyPatch, off: float, *, flies: bool = True
+    monkeypatch: pytest.MonkeyPatch, off: float, *, flies: bool = True, times: int = 1
 ) -> tuple[DiagnosisRecord, list[FloatArray], list[FloatArray]]:
     """Diagnose with the first answer's own point so far from where all was judged.
 
     With the points at which all was judged, and the own points. Unless it `flies` no vehicle can
-    follow from an own point.
+    follow from an own point. That it lies elsewhere is so as many `times`.
     """
     seen: list[FloatArray] = []
     own_points: list[FloatArray] = []
@@ -37,7 +37,7 @@ def judged_from(
 
     def refined(found: Search, first: Answers, lead: Lead, most: int, elsewhere: float) -> Refined:
         own = real_refined(found, first, lead, most, elsewhere)
-        if own_points:
+        if len(own_points) == times:
             return own
         moved = found.model.point.departures.copy()
         moved[0] += off
@@ -64,6 +64,18 @@ def test_all_is_judged_around_the_own_point_of_the_first_answer(
         assert seen[1] == pytest.approx(own_points[0])
     else:
         assert len(seen) == 1
+
+
+@pytest.mark.parametrize("times", [2, 3])
+def test_the_own_point_is_gone_to_once_more_where_it_lies_elsewhere_again(
+    monkeypatch: pytest.MonkeyPatch, times: int
+) -> None:
+    """A current over the hull's depth of travel: the second point was half of the way to it."""
+    found, seen, own_points = judged_from(monkeypatch, 0.4, times=times)
+    assert found.verdict.effects == ("residual_buoyancy",)
+    # and not for ever
+    assert len(seen) == 3
+    assert seen[2] == pytest.approx(own_points[1])
 
 
 def test_what_was_judged_first_stands_where_nothing_can_fly_from_the_own_point(

@@ -68,7 +68,7 @@ def test_nothing_is_judged_at_its_own_point_unless_all_was_judged_there(
         assert () in own.points
     assert {(), first.ranking[0].finding.which} <= own.sure
     assert not own.doubtful
-    assert own.point_of(first.ranking[0]) is None
+    assert own.seen_from(first.ranking[0]) is None
 
 
 def test_what_the_own_points_say_does_not_depend_on_where_all_was_linear(given: Given) -> None:
@@ -102,6 +102,15 @@ def test_what_is_too_small_to_matter_stays_where_it_is_most_probable(given: Give
     reached = judged_anew(found, lead, nothing.judged, None, begin, -np.inf)
     assert reached.settled
     assert (reached.point[~stated] / begin[~stated] > 0.5).all()
+
+
+def test_a_pair_is_judged_under_every_force_that_a_single_effect_is(given: Given) -> None:
+    """Each alone needs a force that no healthy vehicle has: both need none."""
+    found, _, _ = given
+    pairs = [{one.which for one in level.pairs} for level in found.judged]
+    assert pairs[0]
+    assert all(some == pairs[0] for some in pairs)
+    assert any(level.level.factor.min() < level.level.factor.max() for level in found.judged)
 
 
 def test_the_effects_of_a_pair_are_judged_at_their_own_points_too(
@@ -160,10 +169,16 @@ def test_the_others_wait_where_the_first_answer_lies_elsewhere(
     assert gone_to[0] == top.finding.which
     if elsewhere < 0.5:
         assert gone_to == [top.finding.which]
-        assert own.point_of(top) == pytest.approx(found.model.point.departures + 0.5)
+        # whatever comes first before the others are seen from there
+        for one in (top, first.of("none"), first.of("unknown")):
+            assert one is not None
+            seen_from = own.seen_from(one)
+            assert seen_from is not None
+            assert seen_from[0] == pytest.approx(found.model.point.departures + 0.5)
+            assert seen_from[1] is top.judged.level
     else:
         assert () in gone_to
-        assert own.point_of(top) is None
+        assert own.seen_from(top) is None
 
 
 def test_values_that_no_vehicle_has_are_no_answer(
