@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.dead_reckoning import MEASUREMENT
-from pipeline.diagnose.decision import Left, Share
+from pipeline.diagnose.decision import CLEAR_GAP, Left, Share
 from pipeline.diagnose.weighing import NONE, UNKNOWN
 
 #: Share of its probability that an answer keeps with which the held-out gap is no smaller, and how
@@ -53,7 +53,9 @@ def that_help(
             shares = _passed_on(shares, simpler)
         elif left.alone >= 1.0:
             refused.add(top.name)
-            shares = _given_way(shares, refused, worst_ratio, limits, healthy_known=healthy_known)
+            most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
+            clear = worst_ratio > most and left.before >= CLEAR_GAP
+            shares = _given_way(shares, refused, UNKNOWN if clear else NONE)
         else:
             break
     return shares
@@ -90,19 +92,13 @@ def _passed_on(ranking: Sequence[Share], heir: str) -> tuple[Share, ...]:
 
 
 def _given_way(
-    ranking: Sequence[Share],
-    refused: AbstractSet[str],
-    worst_ratio: float,
-    limits: Calibration,
-    *,
-    healthy_known: bool,
+    ranking: Sequence[Share], refused: AbstractSet[str], otherwise: str
 ) -> tuple[Share, ...]:
-    """Take most of its probability from the first answer, for others or for no effect."""
+    """Take most of its probability from the first answer, for others or what is said otherwise."""
     top = ranking[0]
     rest = sum(one.probability for one in ranking if one.name not in refused)
     if rest < _OTHERS:
-        most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
-        return _passed_on(ranking, NONE if worst_ratio <= most else UNKNOWN)
+        return _passed_on(ranking, otherwise)
     kept = top.probability * _NO_HELP
     grown = 1.0 + (top.probability - kept) / rest
     shares = [

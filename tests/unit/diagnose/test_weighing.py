@@ -233,12 +233,12 @@ def test_what_takes_the_place_for_the_gap_must_make_it_smaller(alone: float, fir
 
 
 def helped(
-    ranking: Sequence[Share], alone: dict[str, float], ratio: float = 1.2
+    ranking: Sequence[Share], alone: dict[str, float], ratio: float = 1.2, before: float = 1.6
 ) -> tuple[str, dict[str, float]]:
     """First answer, and all probabilities, where answers leave so much of the held-out gap."""
 
     def left_of(shares: Sequence[Share]) -> Left:
-        return Left(1.0, 1.6, 1.2, 0.5, alone=alone.get(shares[0].name, 1.0))
+        return Left(1.0, before, 1.2, 0.5, alone=alone.get(shares[0].name, 1.0))
 
     found = that_help(ranking, left_of, ratio, LIMITS, healthy_known=False)
     assert sum(one.probability for one in found) == pytest.approx(1.0)
@@ -248,11 +248,14 @@ def helped(
 SURE_OF_A_PAIR = (Share("lift+tether", 0.98), Share("lift", 0.01), Share("none", 0.01))
 
 
-@pytest.mark.parametrize(("ratio", "heir"), [(1.2, "none"), (3.5, "unknown")])
-def test_what_makes_no_gap_smaller_gives_way(ratio: float, heir: str) -> None:
-    """To none, or to unknown where the gap is one that no healthy vehicle has."""
+@pytest.mark.parametrize(
+    ("ratio", "before", "heir"),
+    [(1.2, 1.6, "none"), (3.5, 1.6, "unknown"), (3.5, 1.2, "none")],
+)
+def test_what_makes_no_gap_smaller_gives_way(ratio: float, before: float, heir: str) -> None:
+    """To none, or to unknown where the gap is one that no healthy vehicle has, in all it does."""
     ranking = (Share("lift", 0.99), Share("none", 0.01))
-    first, shares = helped(ranking, {"lift": 1.04}, ratio)
+    first, shares = helped(ranking, {"lift": 1.04}, ratio, before)
     assert first == heir
     assert shares["lift"] == pytest.approx(0.099)
 
