@@ -18,6 +18,7 @@ from pipeline.blind.verdict_score import CaseScore
 from pipeline.errors import InputError, Place
 from pipeline.provenance import code_digest
 from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
+from pipeline.stages.stopping import stopped_by_sigterm
 
 SCHEMA = "rig2sea/blind/1"
 _MODULES = ("pipeline.stages.blind_case",)
@@ -81,7 +82,7 @@ def run_campaign(
     lines_file.parent.mkdir(parents=True, exist_ok=True)
     _end_last_line(lines_file)
     stopped = False
-    with lines_file.open("a", encoding="utf-8") as stream:
+    with lines_file.open("a", encoding="utf-8") as stream, stopped_by_sigterm():
         try:
             for line in _run(wanted, request):
                 stream.write(json.dumps(line) + "\n")

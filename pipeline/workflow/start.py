@@ -5,12 +5,8 @@ import re
 import signal
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from types import FrameType
 from typing import IO
 
 import pipeline
@@ -18,6 +14,7 @@ from pipeline.errors import InputError, Place, Rig2SeaError
 from pipeline.journal import VARIABLE, Event, Reader
 from pipeline.reader_language import VARIABLE as LANGUAGE
 from pipeline.reader_language import current
+from pipeline.stages.stopping import stopped_by_sigterm
 from pipeline.workflow.progress import Progress
 
 _POLL_S = 0.05
@@ -122,7 +119,7 @@ def _engine(
     """
     reading, writing = os.pipe()
     environment = {**os.environ, VARIABLE: str(journal.absolute()), LANGUAGE: current()}
-    with _stoppable():
+    with stopped_by_sigterm():
         engine = subprocess.Popen(  # noqa: S603 - our own module with our own arguments
             [sys.executable, "-m", "pipeline.workflow.engine", str(reading), *arguments],
             stdin=subprocess.DEVNULL,
@@ -135,7 +132,7 @@ def _engine(
         os.close(reading)
         try:
             return _follow(engine, Reader(journal), log, progress)
-        except (StoppedError, KeyboardInterrupt):
+        except KeyboardInterrupt:
             _end(engine, elsewhere=elsewhere)
             progress.close()
             raise StoppedError("stopped. The next run goes on from here.") from None
@@ -159,23 +156,6 @@ def _follow(
             progress.close()
             return code
         time.sleep(_POLL_S)
-
-
-@contextmanager
-def _stoppable() -> Iterator[None]:
-    """Let SIGTERM stop the run as Ctrl-C does, so that no stage stays at work."""
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-
-    def stop(_number: int, _frame: FrameType | None) -> None:
-        raise StoppedError("stopped.")
-
-    before = signal.signal(signal.SIGTERM, stop)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _end(engine: "subprocess.Popen[bytes]", *, elsewhere: bool) -> None:

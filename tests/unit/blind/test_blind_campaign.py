@@ -1,6 +1,7 @@
 """A campaign with a made-up diagnosis: sealed, resumed, stopped, counted, written down."""
 
 import json
+import signal
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -51,13 +52,15 @@ def place(tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch) -> 
     )
 
 
-def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace) -> None:
+@pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
+def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace, by: signal.Signals) -> None:
+    """By Ctrl-C, or as a machine stops what runs in its background."""
     heard: list[str] = []
 
     def stop_after_two(done: int, _wanted: int, line: str) -> None:
         heard.append(line)
         if done == 2 and len(heard) == 2:
-            raise KeyboardInterrupt
+            signal.raise_signal(by)
 
     first = run_campaign(BlindRequest(4, place, processes=1), stop_after_two)
     assert first.done == 2
