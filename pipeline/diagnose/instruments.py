@@ -14,7 +14,8 @@ from pipeline.diagnose.dead_reckoning import ERRORS, MEASUREMENT, mount_of, trac
 from pipeline.diagnose.dvl_errors import Reckoning, reckoning
 from pipeline.diagnose.elimination import Marginal
 from pipeline.diagnose.evidence import Prior, posterior
-from pipeline.diagnose.hypotheses import Finding, groups_of, pairs, screen, with_ordinary
+from pipeline.diagnose.hypotheses import Finding, groups_of, screen, with_ordinary
+from pipeline.diagnose.pairs import pairs
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import candidates
 from pipeline.effects.specification import EffectSpec

@@ -13,8 +13,6 @@ from pipeline.diagnose.hypotheses import (
     Group,
     groups_of,
     log_evidence_of,
-    pairs,
-    pairs_under,
     screen,
     total_departures,
     with_ordinary,
@@ -26,6 +24,7 @@ from pipeline.diagnose.linear_model import (
 )
 from pipeline.diagnose.most_probable import linear_near
 from pipeline.diagnose.noise_check import NoiseFound, noise_found, residual_with, widened
+from pipeline.diagnose.pairs import pairs, pairs_under
 from pipeline.diagnose.scales import Level
 from pipeline.diagnose.scatter import scatter_between_runs
 from pipeline.errors import CannotComputeError
