@@ -16,9 +16,11 @@ from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 
 #: A regime is named when its share of the gap is that many times its share of the time, and large;
-#: or, less marked, where the gap goes with the regressor throughout.
+#: or, less marked, where the gap goes with the regressor throughout: by more than chance would have
+#: it one time in twenty (the rank correlation of n windows that have nothing to do with it varies
+#: by 1 / sqrt(n - 1): Kendall and Gibbons, "Rank Correlation Methods", 1990, ch. 4).
 _MARKED, _LEAST_SHARE = 1.3, 0.4
-_GOES_WITH, _LESS_MARKED = 0.5, 1.1
+_BY_CHANCE, _LESS_MARKED = 1.96, 1.1
 
 
 @dataclass(frozen=True)
@@ -151,6 +153,7 @@ def regime_shares(
     found = []
     for one in every:
         known = np.isfinite(one.values)
+        goes_with_it = _BY_CHANCE / np.sqrt(known.sum() - 1)
         edges = np.quantile(one.values[known], [0.0, 1 / 3, 2 / 3, 1.0])
         correlation = rank_correlation(carried[known], one.values[known])
         told = goes_with.get(one.name)
@@ -162,7 +165,7 @@ def regime_shares(
             share = float(carried[inside].sum()) / whole
             time = float(inside.sum()) / len(carried)
             marked = share >= _LEAST_SHARE and share >= _MARKED * time
-            less_marked = abs(correlation) >= _GOES_WITH and share >= _LESS_MARKED * time
+            less_marked = abs(correlation) >= goes_with_it and share >= _LESS_MARKED * time
             if marked or less_marked or told is not None:
                 found.append(
                     RegimeShare(

@@ -5,7 +5,7 @@ import pytest
 
 from pipeline.diagnose.consequences import AHEAD_S
 from pipeline.diagnose.forecast import Forecast
-from pipeline.diagnose.regimes import Regressor, regime_shares
+from pipeline.diagnose.regimes import Regressor, rank_correlation, regime_shares
 from pipeline.diagnose.where import by_window, made
 
 WINDOWS, READINGS = 4, 5
@@ -58,6 +58,19 @@ def test_a_gap_that_grows_a_little_with_speed_throughout_is_said_to_go_with_it()
     assert found.correlation == pytest.approx(1.0)
     assert found.range[1] == 1.0
     assert regime_shares(every, np.ones(12)) == ()
+
+
+@pytest.mark.parametrize(("windows", "named"), [(81, True), (12, False)])
+def test_a_regime_is_named_where_the_gap_goes_with_it_by_more_than_chance(
+    windows: int, named: bool
+) -> None:
+    """A rank correlation of a half is chance one time in ten of twelve windows."""
+    place = np.arange(windows)
+    speed = place / windows
+    # what else there is comes three times over, whatever the speed
+    gap = 1.5 + speed + place % 3
+    assert 0.3 < rank_correlation(gap, speed) < 0.6
+    assert bool(regime_shares([Regressor("speed_mps", "m/s", speed)], gap)) == named
 
 
 def test_a_force_that_grows_through_zero_goes_with_the_time_though_its_size_does_not() -> None:
