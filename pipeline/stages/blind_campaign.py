@@ -180,8 +180,9 @@ def _run(wanted: list[int], request: BlindRequest) -> Iterator[dict[str, Any]]:
             for future in as_completed(waiting):
                 yield future.result()
         except BaseException:
-            # what goes wrong in one case is told at once, not when all others are done
-            pool.shutdown(wait=False, cancel_futures=True)
+            # only the cases that are at work are waited for, not all that were asked for
+            for future in waiting:
+                future.cancel()
             raise
 
 

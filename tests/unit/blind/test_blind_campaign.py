@@ -2,6 +2,7 @@
 
 import json
 import signal
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -78,6 +79,30 @@ def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace, by: signa
     for line in lines:
         verdict = place.to / "verdicts" / line["score"]["case"] / "diagnosis.json"
         assert json.loads(verdict.read_text())["verdict"]["effects"] == ["none"]
+
+
+def quick_case(number: int, place: BlindPlace) -> dict[str, Any]:
+    """Leave a trace, as a case leaves its verdict; other processes take it from this module."""
+    time.sleep(0.1)
+    (place.to / f"{number}.txt").touch()
+    return {"number": number, "not_made": "nothing was flown"}
+
+
+def test_cases_that_wait_are_not_run_when_a_campaign_is_stopped(
+    place: BlindPlace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its processes went on with all of them after a SIGTERM, and nobody counted what they did."""
+    monkeypatch.setattr(blind_campaign, "run_case", quick_case)
+
+    def stop(done: int, _wanted: int, line: str) -> None:
+        if done == 2 and "--resume" not in line:
+            signal.raise_signal(signal.SIGTERM)
+
+    result = run_campaign(BlindRequest(60, place, processes=2), stop)
+    assert result.done == 2
+    done = len(list(place.to.glob("*.txt")))
+    time.sleep(1.0)
+    assert len(list(place.to.glob("*.txt"))) == done < 60
 
 
 def test_a_folder_that_is_taken_is_left_alone(place: BlindPlace) -> None:
