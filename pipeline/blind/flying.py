@@ -54,6 +54,14 @@ class Patient:
     faults: tuple[Fault, ...] = ()
     sizes: tuple[float, ...] = ()
 
+    def without(self, k: int) -> Craft:
+        """Return the vehicle with all of its library faults but fault k."""
+        craft = self.well
+        for place, (fault, size) in enumerate(zip(self.faults, self.sizes, strict=True)):
+            if place != k and isinstance(fault, Drawn):
+                craft = with_fault(craft, fault.effect, fault.at(size), fault.thruster)
+        return craft
+
 
 @dataclass(frozen=True)
 class Flown:

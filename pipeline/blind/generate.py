@@ -163,10 +163,15 @@ def _label(
     }
     by_channel = dict.fromkeys(floor, 1.0)
     regimes: dict[str, float] = {}
+    own: dict[str, float] = {}
     if patient.faults:
         trace = trace_of_runs(stage, patient.well, flown)
         by_channel = ratios(trace, floors)
         regimes = regimes_of(trace, floors, [one.flight for one in flown], stage.stated)
+    if spec.kind == "pair":
+        for k, what in enumerate(spec.what):
+            trace = trace_of_runs(stage, patient.without(k), flown)
+            own[what] = gap_ratio(ratios(trace, floors))
     troubles = [fault for fault in patient.faults if isinstance(fault, Trouble)]
     return CaseLabel(
         vehicle=name,
@@ -183,6 +188,7 @@ def _label(
         },
         wanted_ratio=spec.severity if patient.faults else 1.0,
         gap_ratio=gap_ratio(by_channel),
+        own_ratios=own,
         channel_ratios=by_channel,
         healthy_floor=floor,
         regimes=regimes,

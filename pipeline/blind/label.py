@@ -32,7 +32,8 @@ class CaseLabel(Record):
     """The truth of a case.
 
     `gap_ratio` is what the fault opens on the runs given, over the healthy floor, in its worst
-    channel; `times_s` says by run when a trouble outside the library is there.
+    channel; `own_ratios` what each effect of a pair adds to the other one, likewise; `times_s` says
+    by run when a trouble outside the library is there.
     """
 
     vehicle: str
@@ -44,6 +45,7 @@ class CaseLabel(Record):
     times_s: dict[str, tuple[tuple[float, float], ...]] = Field(default_factory=dict)
     wanted_ratio: float
     gap_ratio: float
+    own_ratios: dict[str, float] = Field(default_factory=dict)
     channel_ratios: dict[str, float]
     healthy_floor: dict[str, float]
     regimes: dict[str, float] = Field(default_factory=dict)

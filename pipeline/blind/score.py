@@ -7,11 +7,17 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from pipeline.blind.verdict_score import CaseScore
+from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore
 from pipeline.records.base import Record
 
 #: Names and limits of the severity bands, in gap over healthy floor.
 BANDS = (("1-3", 1.0, 3.0), ("3-10", 3.0, 10.0), (">10", 10.0, np.inf))
+#: Likewise of pairs, by what the effect that shows less adds to the other one.
+PAIR_BANDS = (
+    (f"below {HARDLY_A_GAP:g}", 1.0, HARDLY_A_GAP),
+    (f"{HARDLY_A_GAP:g}-3", HARDLY_A_GAP, 3.0),
+    (">3", 3.0, np.inf),
+)
 
 
 class Rate(Record):
@@ -159,6 +165,8 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
     for name, low, high in BANDS:
         inside = [one for one in single if low <= one.gap_ratio < high]
         rates += _of_band(name, inside, strict=low >= 3.0)
+    for name, low, high in PAIR_BANDS:
+        rates += _of_pairs(name, [_ for _ in scores if low <= (_.smaller_gap or 0.0) < high])
     for told, word in ((True, "with healthy runs"), (False, "without healthy runs")):
         rates += _of_healthy([one for one in scores if one.healthy == told], word, told)
     for missing in sorted({",".join(one.missing) for one in single if one.missing}):
@@ -289,6 +297,17 @@ def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Ra
         rate(
             "right regime", where, (one.regime_right for one in inside), ">= 90 %", _at_least(0.9)
         ),
+    ]
+
+
+def _of_pairs(name: str, inside: Sequence[CaseScore]) -> list[Rate]:
+    """Pairs of which the effect that shows less has a gap of one band."""
+    where = f"gap of the smaller one {name}"
+    return [
+        rate("exact pair", where, (one.pair_exact for one in inside)),
+        rate("truth in the answer set", where, (one.in_set for one in inside)),
+        rate("at least one of the pair", where, (one.pair_any for one in inside)),
+        rate("confidently wrong", where, (one.confidently_wrong for one in inside)),
     ]
 
 

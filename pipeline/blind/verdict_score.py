@@ -15,7 +15,8 @@ from pipeline.records.base import Record
 
 #: Effects whose signatures stand at less than 10 degrees cannot be told apart.
 SAME_COSINE = math.cos(math.radians(10.0))
-#: A gap below this is hardly one: the answer "none" is then no mistake.
+#: A gap below this is hardly one: the answer "none", or that of the other effect of a pair, is then
+#: no mistake.
 HARDLY_A_GAP = 1.15
 #: What a regressor of the verdict may be called, by regime of the label.
 _REGIME_WORDS = {
@@ -61,6 +62,8 @@ class CaseScore(Record):
     detail_right: bool | None = None
     pair_exact: bool | None = None
     pair_any: bool | None = None
+    smaller_gap: float | None = None
+    """Of a pair: what the effect that shows less adds to the other one, over the healthy floor."""
     false_alarm: bool | None = None
     unknown_right: bool | None = None
     called_unknown: bool | None = None
@@ -112,7 +115,10 @@ def score_case(
     overlap = frozenset(label.overlaps) & told and _tells_time(verdict)
     in_set = frozenset(truth) <= told or bool(overlap)
     abstained = bool(refused) or bool(others) or effects == ("none",)
-    small = label.gap_ratio < HARDLY_A_GAP
+    small = label.gap_ratio < HARDLY_A_GAP and effects == ("none",)
+    small |= bool(label.own_ratios) and frozenset(effects) == frozenset(
+        name for name, ratio in label.own_ratios.items() if ratio >= HARDLY_A_GAP
+    )
     right = effects == truth or (bool(overlap) and label.kind == "outside")
     values: dict[str, Any] = {}
     if label.kind == "single":
@@ -126,6 +132,7 @@ def score_case(
     elif label.kind == "pair":
         values["pair_exact"] = effects == truth
         values["pair_any"] = bool(frozenset(truth) & frozenset(effects))
+        values["smaller_gap"] = min(label.own_ratios.values(), default=None)
         values["called_unknown"] = effects == ("unknown",)
     elif label.kind == "none":
         values["false_alarm"] = effects != ("none",) and not refused
@@ -141,7 +148,7 @@ def score_case(
         values["gap_closed"] = shrink.get("gap_closed")
     if right and label.kind in ("single", "pair"):
         values["intervals"] = _intervals(label, verdict)
-    wrong = not in_set and not abstained and not (small and effects == ("none",))
+    wrong = not in_set and not abstained and not small
     return CaseScore(
         case=case,
         vehicle=label.vehicle,

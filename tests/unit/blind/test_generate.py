@@ -88,6 +88,17 @@ def test_trouble_outside_the_library_is_labelled_unknown_with_its_times(rov8: Su
     assert case.label.gap_ratio > 1.1
 
 
+def test_each_effect_of_a_pair_has_a_gap_of_its_own(rov8: Subject) -> None:
+    spec = CaseSpec("pair", ("current", "payload"), healthy=0, duration_s=40.0, seed=5)
+    label = generate(rov8, spec).label
+    assert set(label.own_ratios) == {"current", "payload"}
+    # root mean squares of two traces: that of their sum lies between their difference and sum
+    one, other = (np.sqrt(ratio**2 - 1.0) for ratio in label.own_ratios.values())
+    both = np.sqrt(label.gap_ratio**2 - 1.0)
+    assert 0.9 * abs(one - other) < both < 1.1 * (one + other)
+    assert min(one, other) > 1.0
+
+
 def test_an_effect_that_the_nominal_has_gets_a_vehicle_without_it(carrier: Subject) -> None:
     variant = variant_for(carrier, "coriolis_omitted")
     assert carrier.vehicle.model is not None

@@ -127,6 +127,42 @@ def test_pairs() -> None:
     half = score_case("c", pair, verdict("current"))
     assert half.pair_any
     assert not half.pair_exact
+    assert half.confidently_wrong
+
+
+def test_the_other_effect_of_a_pair_alone_is_no_mistake_where_one_hardly_shows() -> None:
+    two = tuple(TrueEffect(effect=name, parameters={}) for name in ("current", "dead_zone"))
+    pair = label("pair", effects=two, own_ratios={"current": 5.9, "dead_zone": 1.05})
+    larger = score_case("c", pair, verdict("current"))
+    assert larger.smaller_gap == 1.05
+    assert not larger.pair_exact
+    assert not larger.confidently_wrong
+    assert score_case("c", pair, verdict("dead_zone")).confidently_wrong
+
+
+def test_pairs_are_counted_by_what_the_smaller_effect_adds() -> None:
+    two = tuple(TrueEffect(effect=name, parameters={}) for name in ("current", "dead_zone"))
+    scores = [
+        score_case(
+            "c",
+            label("pair", effects=two, own_ratios={"current": 6.0, "dead_zone": ratio}),
+            verdict(*answer),
+        )
+        for ratio, answer in (
+            (1.0, ("current",)),
+            (2.0, ("current", "dead_zone")),
+            (2.5, ("current",)),
+            (4.0, ("current", "dead_zone")),
+        )
+    ]
+    found = {(one.question, one.stratum): one for one in score_campaign(scores).rates}
+    exact = [
+        (one.yes, one.cases)
+        for (question, where), one in found.items()
+        if question == "exact pair" and where.startswith("gap of the smaller one")
+    ]
+    assert exact == [(0, 1), (1, 2), (1, 1)]
+    assert found["exact pair", "with healthy runs"].cases == 4
 
 
 @pytest.mark.parametrize(
