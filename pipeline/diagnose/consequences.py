@@ -9,8 +9,16 @@ from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.decision import Left
 from pipeline.diagnose.elimination import solve
 from pipeline.diagnose.evidence import Prior
-from pipeline.diagnose.forecast import Forecast, Outlook, forecast, healthy_spread, outlook, rms
-from pipeline.diagnose.forecast import smoothed_starts as smoothed
+from pipeline.diagnose.forecast import (
+    AHEAD_S,
+    Forecast,
+    Outlook,
+    forecast,
+    healthy_spread,
+    outlook,
+    rms,
+    smoothed_starts,
+)
 from pipeline.diagnose.gap import figures
 from pipeline.diagnose.leftover import forces_left, leftover
 from pipeline.diagnose.linear_model import Setting, vector_of
@@ -30,8 +38,6 @@ from pipeline.types import BoolArray, FloatArray
 
 #: Share of the largest change of a channel, over its floor, from which on effects act in it.
 _ACTS = 0.4
-#: How far ahead the gap is looked at. [s]
-AHEAD_S = 10.0
 
 
 @dataclass(frozen=True)
@@ -131,7 +137,7 @@ def look_ahead(  # noqa: PLR0917 - one caller
     wide = Level(np.full(6, max(4.0, 2.0 * answered.force_scale)), 1.0, False)
     best = departures_of(found, top, top.finding)
     state = solve(found.grams, force_prior(setting, wide), best)
-    starts = smoothed(
+    starts = smoothed_starts(
         setting.bench.stack.windows,
         moved_starts(setting.bench.stack.starts, state.starts * setting.problem.start_scales),
     )
@@ -148,7 +154,8 @@ def look_ahead(  # noqa: PLR0917 - one caller
     if healthy_known:
         # healthy runs showed by how much one run differs from another
         stated_ones = np.array([one.ordinary > 0.0 for one in setting.coordinates])
-        more = np.diag(np.where(stated_ones, setting.scatter, 0.0) ** 2)
+        scatter = setting.scatter if found.floor_scatter is None else found.floor_scatter
+        more = np.diag(np.where(stated_ones, scatter, 0.0) ** 2)
         healthy = replace(healthy, covariance=healthy.covariance + more)
     healthy = replace(healthy, mean=np.where(unstated != 0.0, unstated, healthy.mean))
     spread = healthy_spread(near, floors, healthy, channels, before, seed)

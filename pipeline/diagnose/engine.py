@@ -21,9 +21,10 @@ from pipeline.diagnose.calibration import Calibration, calibration
 from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.confusability import confusable
-from pipeline.diagnose.consequences import AHEAD_S, Ahead, Consequence, consequence, look_ahead
+from pipeline.diagnose.consequences import Ahead, Consequence, consequence, look_ahead
 from pipeline.diagnose.decision import Left, Share, decide, for_the_gap, with_gap
 from pipeline.diagnose.forecast import (
+    AHEAD_S,
     forecast,
     healthy_spread,
     whole_runs,

@@ -25,6 +25,8 @@ CHANNELS: dict[str, tuple[tuple[str, str], ...]] = {
     "depth": (("z", "m"),),
     "position": (("x", "m"), ("y", "m")),
 }
+#: How far ahead the gap is looked at. [s]
+AHEAD_S = 10.0
 #: Vehicles drawn from what is ordinary, for the healthy floor.
 DRAWS = 8
 _SPACING_S = 0.2

@@ -8,6 +8,7 @@ import numpy as np
 from pipeline.diagnose.case import Case, channels_of, setting_of
 from pipeline.diagnose.elimination import Grams, Marginal, force_posterior, grams, marginal, solve
 from pipeline.diagnose.evidence import Prior, fit, posterior, widened
+from pipeline.diagnose.healthy_floor import borne_out
 from pipeline.diagnose.hypotheses import groups_of, screen, with_ordinary
 from pipeline.diagnose.linear_model import Setting, realisable
 from pipeline.diagnose.most_probable import moving_freely
@@ -35,14 +36,15 @@ _LEAST_FORCE = 0.1
 class Healthy:
     """Learned from healthy runs: prior of the departures, outside force [N, N m], noise factors.
 
-    `scatter` (g,) is by how much the departures of a run differ from the vehicle's; None where one
-    run cannot show it.
+    `scatter` (g,) is by how much the departures of a run differ from the vehicle's, and
+    `floor_scatter` (g,) what of it the floor is made of; None where one run cannot show it.
     """
 
     prior: Prior
     force_unit: FloatArray
     widen: Mapping[str, float]
     scatter: FloatArray | None
+    floor_scatter: FloatArray | None
     runs: tuple[str, ...]
 
 
@@ -80,13 +82,21 @@ def learn(case: Case, threads: int = 2) -> Healthy:
     differs = _DAY_TO_DAY if len(case.healthy) > 1 else _ONE_RUN
     share = np.where(nothing_stated, 1.0, differs)
     covariance = found.covariance + np.diag(share**2 * np.diag(stated.covariance))
-    residual = residual_with(model, solve(normal, forces, found.mean), found.mean)
+    state = solve(normal, forces, found.mean)
+    residual = residual_with(model, state, found.mean)
     widen = {name: one.widen for name, one in noise_found(model, residual).items()}
+    vehicle, force_unit = Prior(found.mean, covariance), setting.force_unit * factor
+    of_floor: FloatArray | None = None
+    if len(case.healthy) > 1:
+        moved = state.starts * setting.problem.start_scales
+        quiet = replace(setting, force_unit=force_unit)
+        of_floor = borne_out(quiet, case.healthy, channels, moved, vehicle, scatter)
     return Healthy(
-        Prior(found.mean, covariance),
-        setting.force_unit * factor,
+        vehicle,
+        force_unit,
         widen,
         scatter if len(case.healthy) > 1 else None,
+        of_floor,
         tuple(run.name for run in case.healthy),
     )
 

@@ -115,6 +115,8 @@ def infer(
             break
         found, first = again
     found = cautious(found, own.search, top, own.sure)
+    if healthy is not None:
+        found = replace(found, floor_scatter=healthy.floor_scatter)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
     answered = that_depart(found, answered, limits.interval_factor)
     return found, checked(found, answered, limits)

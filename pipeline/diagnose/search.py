@@ -70,6 +70,8 @@ class Search:
     """(windows,) those that took part; the others were held out."""
     reach: FloatArray
     """(g,) what a unit of each departure moves the worst channel by, over its healthy floor."""
+    floor_scatter: FloatArray | None = None
+    """(g,) as of `Healthy`; None where no healthy runs showed it."""
 
     @property
     def setting(self) -> Setting:

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pipeline.diagnose.consequences import AHEAD_S, Ahead, Consequence
-from pipeline.diagnose.forecast import Forecast, rms
+from pipeline.diagnose.consequences import Ahead, Consequence
+from pipeline.diagnose.forecast import AHEAD_S, Forecast, rms
 from pipeline.diagnose.gap import gap_channels
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.regimes import Regressor, excess, regime_shares, time_shares
@@ -29,11 +29,11 @@ def where_told(  # noqa: PLR0917 - one caller
 ) -> Where:
     """Name where the gap lies.
 
-    The channels that carry it, then those in which the effects of the answer act most: a DVL's
-    scale that is half a floor in surge is told from the motion as a whole, and the errors of surge
-    alone do not show it. The regimes are those in which the effects act; of what no effect explains
-    those in which its force acts, and first what that goes with; without a gap those in which the
-    errors lie.
+    The channels that carry it, or the worst one where no effect explains what is no clear gap in
+    any; then those in which the effects of the answer act most: a DVL's scale that is half a floor
+    in surge is told from the motion as a whole, and the errors of surge alone do not show it. The
+    regimes are those in which the effects act; of what no effect explains those in which its force
+    acts, and first what that goes with; without a gap those in which the errors lie.
 
     Parameters
     ----------
@@ -51,6 +51,7 @@ def where_told(  # noqa: PLR0917 - one caller
     channels, acting = gap_channels(gaps), carried
     goes_with: dict[str, float] = {}
     if UNKNOWN in names:
+        channels = channels or (max(gaps, key=lambda name: gaps[name].ratio),)
         acting, left = led_to.left_by_window, led_to.left
         if left.depends_on is not None and left.correlation is not None:
             goes_with[left.depends_on] = left.correlation

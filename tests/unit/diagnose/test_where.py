@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.diagnose.consequences import AHEAD_S
-from pipeline.diagnose.forecast import Forecast
+from pipeline.diagnose.forecast import AHEAD_S, Forecast
 from pipeline.diagnose.regimes import Regressor, rank_correlation, regime_shares
 from pipeline.diagnose.where import by_window, made
 
