@@ -41,6 +41,7 @@ from pipeline.diagnose.regimes import Regressor, regressors
 from pipeline.diagnose.search import Search
 from pipeline.diagnose.sentence import sentence
 from pipeline.diagnose.series import series_of
+from pipeline.diagnose.shaft_speeds import ShaftsSeen, by_shaft_speeds, shafts_seen
 from pipeline.diagnose.stages import stages_told
 from pipeline.diagnose.verdict import (
     ranking_of,
@@ -141,7 +142,10 @@ def _diagnosed(
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
     found, answered = infer(case, runs, channels, thresholds, threads)
-    return _told(case, found, answered, thresholds, channels, runs, seed, began, keep), found
+    shafts = shafts_seen(case)
+    answered = by_shaft_speeds(found, answered, shafts)
+    told = _told(case, found, answered, thresholds, channels, runs, seed, began, shafts, keep)
+    return told, found
 
 
 def _led_to(
@@ -185,6 +189,7 @@ def _told(  # noqa: PLR0917 - one caller
     runs: Sequence[RunTable],
     seed: int,
     began: float,
+    shafts: ShaftsSeen | None,
     keep: Callable[[CaseEvidence], None] | None,
 ) -> Diagnosis:
     """Put the answer together."""
@@ -288,7 +293,7 @@ def _told(  # noqa: PLR0917 - one caller
                 name: ChannelNoiseCheck(variance=one.variance, lag1=one.lag1, widened_by=one.widen)
                 for name, one in found.noise.items()
             },
-            stages=stages_told(case, runs, found, answered),
+            stages=stages_told(case, runs, found, answered, shafts),
             calibrated=thresholds.source,
             healthy_runs=tuple(run.name for run in case.healthy),
         ),

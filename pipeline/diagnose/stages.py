@@ -6,14 +6,22 @@ from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.search import Search
+from pipeline.diagnose.shaft_speeds import ShaftsSeen
 from pipeline.identify.channel_noise import was_measured
 from pipeline.records.run_table import RunTable
 
 
 def stages_told(
-    case: Case, runs: Sequence[RunTable], found: Search, answered: Answers
+    case: Case,
+    runs: Sequence[RunTable],
+    found: Search,
+    answered: Answers,
+    shafts: ShaftsSeen | None,
 ) -> dict[str, str]:
-    """Say for each stage what it had and what came out; all of them are one likelihood."""
+    """Say for each stage what it had and what came out; but for the shafts all are one likelihood.
+
+    `shafts` is what their speeds showed of the supply.
+    """
 
     def has(quantity: str) -> bool:
         return any(was_measured(run, quantity) for run in runs)
@@ -38,8 +46,18 @@ def stages_told(
         )
     if has("voltage"):
         told["actuators"] = "supply voltage compared with its nominal value and the load"
+    elif shafts is not None:
+        told["actuators"] = (
+            f"the shafts of {shafts.thrusters.size} thrusters turn as with {shafts.middle:.1%} of "
+            f"their codes, by {shafts.against}; a healthy one differs by {shafts.deviation:.1%}"
+        )
+    elif has("shaft_speed"):
+        told["actuators"] = (
+            "skipped: no supply voltage was measured, and neither the bench nor healthy runs say "
+            "how fast the shafts should turn"
+        )
     else:
-        told["actuators"] = "skipped: neither supply voltage nor shaft speed was used"
+        told["actuators"] = "skipped: neither supply voltage nor shaft speeds were measured"
     told["dynamics"] = (
         f"{int(found.chosen.sum())} windows of {case.name}, "
         f"{len(found.groups)} effects and targets tried"
