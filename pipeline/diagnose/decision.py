@@ -16,6 +16,8 @@ from pipeline.diagnose.weighing import NONE, UNKNOWN
 _STILL = 0.2
 #: Gap of a healthy vehicle, and one that is clear over all channels, in healthy floors.
 HEALTHY_GAP, CLEAR_GAP = 1.0, 1.5
+#: Gap that is hardly one, and the probability that `unknown` keeps there at most.
+_HARDLY, _UNSURE = 1.15, 0.55
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
 #: Log evidence of the held-out windows that chance alone can make negative.
@@ -131,9 +133,10 @@ def without_gap(
     """Put `none` first where the vehicle file predicts every channel as well as a healthy vehicle.
 
     With enough readings the flaws of any model are significant. What is no gap needs no cause. A
-    force that no healthy vehicle has is told from a gap on that is larger than a healthy one's. An
-    error of measurement is told all the same: the sensors contradict each other, whatever moves the
-    vehicle, and the prediction starts from what they show.
+    force that no healthy vehicle has is told from a gap on that is larger than a healthy one's,
+    with `none` beside it where it is hardly larger. An error of measurement is told all the same:
+    the sensors contradict each other, whatever moves the vehicle, and the prediction starts from
+    what they show.
 
     Parameters
     ----------
@@ -146,6 +149,12 @@ def without_gap(
     """
     top = ranking[0].name
     least = min(limits.least_gap, HEALTHY_GAP) if top == UNKNOWN else limits.least_gap
+    if top == UNKNOWN and least <= worst_ratio < _HARDLY:
+        kept = min(ranking[0].probability, _UNSURE)
+        others = tuple(one for one in ranking[1:] if one.name != NONE)
+        none = 1.0 - kept - sum(one.probability for one in others)
+        shares = (replace(ranking[0], probability=kept), Share(NONE, none), *others)
+        return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
     if worst_ratio >= least or top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
     others = tuple(

@@ -294,6 +294,18 @@ def test_of_two_that_leave_less_alone_the_more_probable_takes_the_place() -> Non
     assert first == "lift"
 
 
+def test_unknown_at_what_is_hardly_a_gap_has_none_beside_it() -> None:
+    sure = (Share("unknown", 0.999), Share("lift", 0.001))
+    found = without_gap(sure, 1.02, LIMITS)
+    assert [one.name for one in found] == ["unknown", "none", "lift"]
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    assert verdict_of(found, (), LIMITS) == (("unknown",), ("none",))
+    assert without_gap(sure, 1.2, LIMITS) == sure
+    # what is less sure than that stays so, and goes behind what is surer
+    doubtful = (Share("unknown", 0.4), Share("lift", 0.35), Share("none", 0.25))
+    assert without_gap(doubtful, 1.02, LIMITS) == doubtful
+
+
 @pytest.mark.parametrize(
     ("was_unknown", "before", "after", "first"),
     [
