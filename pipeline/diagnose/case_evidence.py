@@ -44,6 +44,7 @@ class KeptConsequence(Record):
     alike: tuple[str, ...]
     alone: float = 0.0
     gap_there: float | None = None
+    alone_after: float = 0.0
     was_unknown: bool = False
 
     def left(self) -> Left:

@@ -114,7 +114,16 @@ class Consequence:
         force = max(self.left.axes.values(), default=0.0)
         alone = self.closed.after / max(self.closed.before, 1e-12)
         one = self.judged
-        return Left(force, one.before, one.after, one.gap_closed, alike, alone, self.gap_there)
+        return Left(
+            force,
+            one.before,
+            one.after,
+            one.gap_closed,
+            alike,
+            alone,
+            self.gap_there,
+            self.closed.after,
+        )
 
 
 def look_ahead(  # noqa: PLR0917 - one caller

@@ -16,7 +16,8 @@ from pipeline.diagnose.weighing import NONE, UNKNOWN
 _STILL = 0.2
 #: Gap of a healthy vehicle, and one that is clear over all channels, in healthy floors.
 HEALTHY_GAP, CLEAR_GAP = 1.0, 1.5
-#: Gap that is hardly one, and the probability that `unknown` keeps there at most.
+#: Gap that is hardly one, and the probability at most of an answer that something else stands
+#: beside: of `unknown` there, and of an effect that leaves a clear gap.
 _HARDLY, _UNSURE = 1.15, 0.55
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
@@ -54,6 +55,8 @@ class Left:
     gap_there : float or None
         Gap over the healthy floor of the worst channel among those in which the effects act; None
         where there are none.
+    alone_after : float
+        Held-out gap with the effects of the answer alone over the healthy floor.
     was_unknown : bool
         The answer was named because it closes the gap, whatever force it leaves; see `after_all`.
     """
@@ -65,6 +68,7 @@ class Left:
     alike: tuple[str, ...] = ()
     alone: float = 0.0
     gap_there: float | None = None
+    alone_after: float = 0.0
     was_unknown: bool = False
 
 
@@ -150,11 +154,7 @@ def without_gap(
     top = ranking[0].name
     least = min(limits.least_gap, HEALTHY_GAP) if top == UNKNOWN else limits.least_gap
     if top == UNKNOWN and least <= worst_ratio < _HARDLY:
-        kept = min(ranking[0].probability, _UNSURE)
-        others = tuple(one for one in ranking[1:] if one.name != NONE)
-        none = 1.0 - kept - sum(one.probability for one in others)
-        shares = (replace(ranking[0], probability=kept), Share(NONE, none), *others)
-        return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
+        return _with_beside(ranking, NONE)
     if worst_ratio >= least or top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
     others = tuple(
@@ -224,6 +224,15 @@ def for_the_gap(
     return tuple(grown)
 
 
+def _with_beside(ranking: Sequence[Share], beside: str) -> tuple[Share, ...]:
+    """Give an answer what the first one has of probability beyond what an unsure one may have."""
+    kept = min(ranking[0].probability, _UNSURE)
+    others = tuple(one for one in ranking[1:] if one.name != beside)
+    rest = 1.0 - kept - sum(one.probability for one in others)
+    shares = (replace(ranking[0], probability=kept), Share(beside, rest), *others)
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
+
+
 def with_unknown(
     ranking: Sequence[Share], left: Left, limits: Calibration, *, healthy_known: bool
 ) -> tuple[Share, ...]:
@@ -231,7 +240,8 @@ def with_unknown(
 
     The outside force that an answer leaves is compared with that of a healthy vehicle, axis by
     axis; a fault that starts in mid-run or comes and goes leaves much of it at some times. An
-    effect must also shrink the held-out gap: one that makes it worse explains nothing.
+    effect must also shrink the held-out gap: one that makes it worse explains nothing. Beside one
+    that leaves a clear gap stands `unknown`: it may be the nearest to an effect that is not known.
     """
     top = ranking[0]
     if top.name == UNKNOWN:
@@ -244,7 +254,8 @@ def with_unknown(
         explained = left.gap_closed if left.gap_closed is not None else 0.0
         too_much = too_much or (left.after > limits.most_gap and explained < 0.5)
     if not too_much:
-        return tuple(ranking)
+        leaves_much = top.name != NONE and left.alone_after >= CLEAR_GAP
+        return _with_beside(ranking, UNKNOWN) if leaves_much else tuple(ranking)
     # what the evidence says within the library still counts, among what is left
     times = min(left.force / most, _MOST_TIMES)
     unknown = max(times / (1.0 + times), 0.5)

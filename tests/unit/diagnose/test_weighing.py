@@ -323,6 +323,19 @@ def test_a_force_that_moves_nothing_is_not_unknown(
     assert with_unknown(answers, left, LIMITS, healthy_known=True)[0].name == first
 
 
+@pytest.mark.parametrize(("after", "others"), [(1.4, ()), (1.6, ("unknown",))])
+def test_beside_an_effect_that_leaves_a_clear_gap_stands_unknown(
+    after: float, others: tuple[str, ...]
+) -> None:
+    left = Left(force=1.0, before=2.2, after=0.9, gap_closed=1.0, alone=0.7, alone_after=after)
+    sure = (Share("lift", 0.99), Share("unknown", 0.01))
+    found = with_unknown(sure, left, LIMITS, healthy_known=False)
+    assert verdict_of(found, (), LIMITS) == (("lift",), others)
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    none = (Share("none", 0.99), Share("unknown", 0.01))
+    assert with_unknown(none, left, LIMITS, healthy_known=False) == none
+
+
 def test_an_answer_that_is_not_sure_never_stands_alone() -> None:
     shares = (Share("lift", 0.93), Share("tether", 0.07))
     limits = replace(LIMITS, set_level=0.9, verdict=0.95)
