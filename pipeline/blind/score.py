@@ -165,6 +165,9 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
     for name, low, high in BANDS:
         inside = [one for one in single if low <= one.gap_ratio < high]
         rates += _of_band(name, inside, strict=low >= 3.0)
+    shown = [one for one in single if HARDLY_A_GAP <= one.gap_ratio < BANDS[0][2]]
+    where = f"gap {HARDLY_A_GAP:g}-3"
+    rates.append(rate("truth in the answer set", where, (one.in_set for one in shown)))
     for name, low, high in PAIR_BANDS:
         rates += _of_pairs(name, [_ for _ in scores if low <= (_.smaller_gap or 0.0) < high])
     for told, word in ((True, "with healthy runs"), (False, "without healthy runs")):

@@ -179,17 +179,22 @@ def test_a_campaign_is_counted_by_band() -> None:
         score_case("b", label(ratio=2.5), verdict("added_mass")),
         score_case("c", label(ratio=6.0), verdict("thrust_deduction")),
         score_case("d", label("none", 1.0), verdict("none")),
+        score_case("e", label(ratio=1.05), verdict("none")),
     ]
     total = score_campaign(scores)
     found = {(one.question, one.stratum): one for one in total.rates}
+    assert found["truth in the answer set", "gap 1-3"].yes == 1
+    assert found["truth in the answer set", "gap 1-3"].cases == 3
+    # what hardly shows is none of these
+    assert found["truth in the answer set", "gap 1.15-3"].cases == 2
     low = found["right effect first", "gap 1-3, separable"]
-    assert (low.yes, low.cases, low.met) == (1, 2, False)
+    assert (low.yes, low.cases, low.met) == (1, 3, False)
     assert found["right effect first", "gap 3-10, separable"].yes == 1
     assert found["right effect first", "gap >10, separable"].share is None
     assert found["false alarm on none", "with healthy runs"].met
     rows = dict(zip(total.confusion.truths, total.confusion.counts, strict=True))
     assert rows["thrust_deduction"][total.confusion.answers.index("added_mass")] == 1
-    assert sum(map(sum, total.confusion.counts)) == 4
+    assert sum(map(sum, total.confusion.counts)) == 5
 
 
 def test_the_plan_of_a_campaign(rov8: Subject, carrier: Subject) -> None:
