@@ -217,9 +217,10 @@ def _against(
 ) -> ShaftsSeen | None:
     """Shares of all readings of which the speed is known."""
     speed = np.abs(turning.speed_rpm)
-    at_code, further = expected(turning, 1.0), expected(turning, np.exp(_STEP))
+    # a step down: above the largest code nothing is known
+    at_code, below = expected(turning, 1.0), expected(turning, np.exp(-_STEP))
     with np.errstate(divide="ignore", invalid="ignore"):
-        exponent = np.clip(np.log(further / at_code) / _STEP, *_EXPONENTS)
+        exponent = np.clip(np.log(at_code / below) / _STEP, *_EXPONENTS)
         share = np.where(at_code > 0.0, speed / at_code, np.nan) ** (1.0 / exponent)
     known = np.isfinite(share)
     count = np.bincount(turning.thruster[known], minlength=1)
@@ -239,6 +240,7 @@ def _against(
 def _of_bench(packed: PackedVehicle) -> Expected:
     """Give what the bench expects at a code and a speed along the thrust."""
     kinds = read(packed.vector, "thruster_type").astype(int)
+    inflow = read(packed.vector, "inflow_fraction")
 
     def expected(turning: Turning, times: float) -> FloatArray:
         found = np.full(turning.code.size, np.nan)
@@ -248,8 +250,10 @@ def _of_bench(packed: PackedVehicle) -> Expected:
             own = (turning.thruster == thruster) & np.isfinite(turning.along_mps)
             size = np.abs(turning.code[own]) * times
             largest = float(np.abs(packed.code_limits[thruster]).max())
-            along = np.maximum(np.sign(turning.code[own]) * turning.along_mps[own], 0.0)
-            found[own] = packed.shaft_speed(int(kinds[thruster]), size * largest, along)
+            along = inflow[thruster] * np.sign(turning.code[own]) * turning.along_mps[own]
+            found[own] = packed.shaft_speed(
+                int(kinds[thruster]), size * largest, np.maximum(along, 0.0)
+            )
         return found
 
     return expected
@@ -274,11 +278,10 @@ def _of_runs(well: Turning) -> Expected:
             own = (turning.thruster == thruster) & (np.sign(turning.code) == sign)
             size = np.log(np.abs(turning.code[own]))
             known = (size >= code[0]) & (size <= code[-1])
-            # the last slope goes on for the step of the exponent
-            longer = np.append(code, code[-1] + _STEP)
-            slope = (speed[-1] - speed[-2]) / (code[-1] - code[-2])
-            higher = np.append(speed, speed[-1] + slope * _STEP)
-            at = np.exp(np.interp(size + np.log(times), longer, higher))
+            # the first slope goes on for the step of the exponent
+            slope = (speed[1] - speed[0]) / (code[1] - code[0])
+            longer, further = [code[0] - _STEP, *code], [speed[0] - slope * _STEP, *speed]
+            at = np.exp(np.interp(size + np.log(times), longer, further))
             found[own] = np.where(known, at, np.nan)
         return found
 
