@@ -6,10 +6,9 @@ sealed labels and the verdicts lie beside them.
 
 import json
 import os
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from pipeline.blind.verdict_score import CaseScore
 from pipeline.errors import InputError, Place
 from pipeline.provenance import code_digest
 from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
+from pipeline.stages.many_cases import as_they_come
 from pipeline.stages.stopping import stopped_by_sigterm
 
 SCHEMA = "rig2sea/blind/1"
@@ -84,7 +84,8 @@ def run_campaign(
     stopped = False
     with lines_file.open("a", encoding="utf-8") as stream, stopped_by_sigterm():
         try:
-            for line in _run(wanted, request):
+            run = partial(run_case, place=place)
+            for line in as_they_come(run, wanted, request.processes):
                 stream.write(json.dumps(line) + "\n")
                 stream.flush()
                 done[line["number"]] = line
@@ -163,27 +164,6 @@ def _claim(request: BlindRequest, lines_file: Path) -> None:
     temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
     temporary.write_text(json.dumps(header, indent=1), encoding="utf-8")
     temporary.replace(file)
-
-
-def _run(wanted: list[int], request: BlindRequest) -> Iterator[dict[str, Any]]:
-    """Lines as they come, in any order with several processes."""
-    if request.processes == 1 or len(wanted) < 2:
-        for number in wanted:
-            yield run_case(number, request.place)
-        return
-    # each process has one core: linear algebra is not to start threads on top
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    with ProcessPoolExecutor(request.processes, get_context("spawn")) as pool:
-        waiting = [pool.submit(run_case, number, request.place) for number in wanted]
-        try:
-            for future in as_completed(waiting):
-                yield future.result()
-        except BaseException:
-            # only the cases that are at work are waited for, not all that were asked for
-            for future in waiting:
-                future.cancel()
-            raise
 
 
 def _line_text(line: dict[str, Any]) -> str:

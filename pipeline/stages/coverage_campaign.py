@@ -9,13 +9,14 @@ number. The table names the seeds, so that a part of them can be run and shown t
 
 import argparse
 import json
-import os
-from concurrent.futures import ProcessPoolExecutor
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from pipeline.identify.coverage import EXCITING, RUN_S, Campaign, one_seed, table
+from pipeline.stages.many_cases import as_they_come
 from pipeline.stages.simulated_vehicle import load_simulated
+from pipeline.stages.stopping import stopped_by_sigterm
 
 
 def load_campaign(
@@ -53,12 +54,8 @@ def run_campaign(campaign: Campaign, file: Path, *, first: int, seeds: int, work
     with file.open("a", encoding="utf-8") as out:
         if cut_off:
             out.write("\n")
-        if workers == 1:
-            for seed in wanted:
-                _keep(out, one_seed(campaign, seed))
-            return
-        with ProcessPoolExecutor(workers) as pool:
-            for line in pool.map(one_seed, [campaign] * len(wanted), wanted):
+        with stopped_by_sigterm():
+            for line in as_they_come(partial(one_seed, campaign), wanted, workers):
                 _keep(out, line)
 
 
@@ -70,8 +67,6 @@ def _keep(out: Any, line: dict[str, Any]) -> None:  # noqa: ANN401 - an open tex
 
 def main() -> None:
     """Run the command."""
-    # each process has one core: linear algebra is not to start threads on top
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("vehicle", nargs="?", default="mmt300", help="name, folder or bundled")
     parser.add_argument("--manoeuvres", default=",".join(EXCITING))
@@ -99,7 +94,10 @@ def main() -> None:
         thrust=not wanted.exact_thrust,
     )
     file = wanted.to or Path(f"coverage-{campaign.packed.name}.jsonl")
-    run_campaign(campaign, file, first=wanted.first, seeds=wanted.seeds, workers=wanted.workers)
+    try:
+        run_campaign(campaign, file, first=wanted.first, seeds=wanted.seeds, workers=wanted.workers)
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on from here")
     print(table(lines_of(file)))
 
 

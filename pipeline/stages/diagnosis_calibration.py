@@ -9,13 +9,10 @@ was; `--set` writes `calibration.json` into the package and says what it changes
 
 import argparse
 import json
-import os
 from collections.abc import Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict, replace
 from functools import partial
 from importlib.resources import files
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +29,8 @@ from pipeline.diagnose.threshold_search import (
 )
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.stages.blind_case import BlindPlace, diagnose_in_memory, run_case
+from pipeline.stages.many_cases import as_they_come
+from pipeline.stages.stopping import stopped_by_sigterm
 
 _COMMAND = "python -m pipeline.stages.diagnosis_calibration"
 
@@ -60,10 +59,8 @@ def collect(first: int, cases: int, place: BlindPlace, processes: int) -> None:
         if not (place.to / "lines" / f"{number:05d}.json").exists()
     ]
     (place.to / "lines").mkdir(parents=True, exist_ok=True)
-    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
-        waiting = [pool.submit(collect_case, number, place) for number in wanted]
-        for future in as_completed(waiting):
-            line = future.result()
+    with stopped_by_sigterm():
+        for line in as_they_come(partial(collect_case, place=place), wanted, processes):
             file = place.to / "lines" / f"{line['number']:05d}.json"
             file.write_text(json.dumps(line), encoding="utf-8")
             score = line.get("score")
@@ -140,9 +137,6 @@ def set_thresholds(folder: Path, *, write: bool) -> Calibration:
 
 def main() -> None:
     """Run the command."""
-    # each process has one core: linear algebra is not to start threads on top
-    os.environ.setdefault("OMP_NUM_THREADS", "1")
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--cases", type=int, default=200)
     parser.add_argument("--first", type=int, default=0, help="number of the first case")
@@ -166,7 +160,10 @@ def main() -> None:
         baselines=False,
         calibration=True,
     )
-    collect(given.first, given.cases, place, given.processes)
+    try:
+        collect(given.first, given.cases, place, given.processes)
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on from here")
 
 
 if __name__ == "__main__":
