@@ -3,10 +3,8 @@
 Only numbers: a diagnosis and the setting of its thresholds decide by the same function.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.dead_reckoning import MEASUREMENT
@@ -21,8 +19,6 @@ HEALTHY_GAP, CLEAR_GAP = 1.0, 1.5
 _HARDLY, _UNSURE = 1.15, 0.55
 #: Times the largest gap of `none` from which on it is not the answer, whatever the others are.
 _FAR_BEYOND = 2.0
-#: Log evidence of the held-out windows that chance alone can make negative.
-_CHANCE = 3.0
 #: Beyond this many times the limit more force makes `unknown` no surer.
 _MOST_TIMES = 10.0
 
@@ -87,48 +83,6 @@ class Decided:
     ranking: tuple[Share, ...]
     names: tuple[str, ...]
     ambiguous: tuple[str, ...]
-
-
-def with_held_out(
-    ranking: Sequence[Share], gains: Mapping[str, float], limits: Calibration
-) -> tuple[Share, ...]:
-    """Lower answers that the windows that took no part speak against.
-
-    Those windows never raise an answer: they are there to check it.
-
-    Parameters
-    ----------
-    ranking, limits
-        As of `without_gap`.
-    gains : mapping
-        Log evidence of the held-out windows for an answer over the best simpler one, by name.
-    """
-    worth = {
-        one.name: one.probability
-        * float(np.exp(limits.held_out * min(gains.get(one.name, 0.0) + _CHANCE, 0.0)))
-        for one in ranking
-    }
-    whole = sum(worth.values())
-    if whole <= 0.0:
-        return tuple(ranking)
-    shares = [replace(one, probability=worth[one.name] / whole) for one in ranking]
-    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
-
-
-def with_sure_second(ranking: Sequence[Share], limits: Calibration) -> tuple[Share, ...]:
-    """Let an effect alone go before itself with a second one that is not sure.
-
-    Where the first answer is a pair less probable than `verdict`, and one of the two alone is
-    within what is left, they change places. The second is then named as what cannot be told.
-    """
-    top = ranking[0]
-    alone = next((one for one in ranking if one.name in top.name.split("+")), top)
-    doubtful = top.probability < limits.verdict and alone.probability >= 1.0 - limits.verdict
-    if alone is top or not doubtful:
-        return tuple(ranking)
-    others = [one for one in ranking if one not in {top, alone}]
-    shares = [Share(alone.name, top.probability), Share(top.name, alone.probability), *others]
-    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 
 def without_gap(

@@ -13,14 +13,14 @@ far off would do the same: what the chosen windows say of it is known by then. S
 against an answer only.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.calibration import Calibration
-from pipeline.diagnose.decision import Share, with_held_out, with_sure_second
+from pipeline.diagnose.decision import Share
 from pipeline.diagnose.elimination import Marginal, marginal
 from pipeline.diagnose.hypotheses import judge, log_evidence_of, with_ordinary
 from pipeline.diagnose.search import Judged, Search, force_prior
@@ -28,6 +28,8 @@ from pipeline.diagnose.weighing import NONE, UNKNOWN
 
 #: Log evidence of what the held-out windows make impossible.
 _IMPOSSIBLE = -1e6
+#: Log evidence of the held-out windows that chance alone can make negative.
+_CHANCE = 3.0
 #: Log evidence of held-out windows, by what is wide.
 _Predicted = Callable[[Sequence[int]], float]
 
@@ -42,6 +44,48 @@ def checked(found: Search, answered: Answers, limits: Calibration) -> Answers:
         [Share(one.name, one.probability) for one in answered.ranking], gains, limits
     )
     return replace(answered, held_out=gains).reweighed(with_sure_second(shares, limits))
+
+
+def with_held_out(
+    ranking: Sequence[Share], gains: Mapping[str, float], limits: Calibration
+) -> tuple[Share, ...]:
+    """Lower answers that the windows that took no part speak against.
+
+    Those windows never raise an answer: they are there to check it.
+
+    Parameters
+    ----------
+    ranking, limits
+        As of `decision.without_gap`.
+    gains : mapping
+        Log evidence of the held-out windows for an answer over the best simpler one, by name.
+    """
+    worth = {
+        one.name: one.probability
+        * float(np.exp(limits.held_out * min(gains.get(one.name, 0.0) + _CHANCE, 0.0)))
+        for one in ranking
+    }
+    whole = sum(worth.values())
+    if whole <= 0.0:
+        return tuple(ranking)
+    shares = [replace(one, probability=worth[one.name] / whole) for one in ranking]
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
+
+
+def with_sure_second(ranking: Sequence[Share], limits: Calibration) -> tuple[Share, ...]:
+    """Let an effect alone go before itself with a second one that is not sure.
+
+    Where the first answer is a pair less probable than `verdict`, and one of the two alone is
+    within what is left, they change places. The second is then named as what cannot be told.
+    """
+    top = ranking[0]
+    alone = next((one for one in ranking if one.name in top.name.split("+")), top)
+    doubtful = top.probability < limits.verdict and alone.probability >= 1.0 - limits.verdict
+    if alone is top or not doubtful:
+        return tuple(ranking)
+    others = [one for one in ranking if one not in {top, alone}]
+    shares = [Share(alone.name, top.probability), Share(top.name, alone.probability), *others]
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 
 def held_out_gains(found: Search, answered: Answers) -> dict[str, float]:

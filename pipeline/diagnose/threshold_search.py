@@ -16,10 +16,9 @@ from pipeline.diagnose.decision import (
     decide,
     for_the_gap,
     with_gap,
-    with_held_out,
-    with_sure_second,
 )
 from pipeline.diagnose.gap_left import by_gap_left
+from pipeline.diagnose.held_out import with_held_out, with_sure_second
 from pipeline.diagnose.helping import that_help
 from pipeline.diagnose.weighing import NONE, UNKNOWN, weigh
 

@@ -15,11 +15,10 @@ from pipeline.diagnose.decision import (
     for_the_gap,
     verdict_of,
     with_gap,
-    with_held_out,
-    with_sure_second,
     with_unknown,
     without_gap,
 )
+from pipeline.diagnose.held_out import with_held_out, with_sure_second
 from pipeline.diagnose.helping import that_help
 from pipeline.diagnose.threshold_search import (
     TRIED,
