@@ -1,5 +1,7 @@
 """The answer in the form of the record: verdict, ranking with parameters, what is added."""
 
+from collections import Counter
+
 import numpy as np
 
 from pipeline.diagnose.answer import Answers, Candidate
@@ -16,7 +18,8 @@ from pipeline.records.diagnosis import ParameterEstimate, RankedEffect, Shrink
 from pipeline.types import FloatArray
 
 _NORMAL_95 = 1.959964
-#: Share of a departure by which the model, linear or not, is off besides the noise of the readings.
+#: Share of a departure by which the model, linear or not, is off besides the noise of the readings;
+#: of an effect with k parameters times the root of k, as each takes up what is wrong of the others.
 _MODEL_SHARE = 0.015
 
 
@@ -103,6 +106,7 @@ def parameters_of(
     alone = plain(every, left.mean)
     parameters, axes = {}, []
     pair = len(one.finding.effects) > 1
+    free = Counter(every[index].effect.id for index in which)
     for index in which:
         coordinate = every[index]
         lead = max(abs(coordinate.lead_size(left.mean)), 1e-6)
@@ -117,7 +121,8 @@ def parameters_of(
         # with the factor
         own = float(np.sqrt(found.prior.covariance[index, index])) if coordinate.ordinary else 0.0
         own *= abs(value / neutral) if neutral else 1.0
-        read_off = float(np.hypot(std[index] / lead, _MODEL_SHARE * departure))
+        model_share = _MODEL_SHARE * float(np.sqrt(free[coordinate.effect.id]))
+        read_off = float(np.hypot(std[index] / lead, model_share * departure))
         spread = float(np.hypot(factor * read_off, own))
         half = _NORMAL_95 * coordinate.unit_size * spread
         name = coordinate.parameter.name
