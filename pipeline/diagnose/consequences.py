@@ -20,6 +20,7 @@ from pipeline.diagnose.forecast import (
     smoothed_starts,
 )
 from pipeline.diagnose.gap import figures
+from pipeline.diagnose.healthy_floor import with_scatter
 from pipeline.diagnose.leftover import forces_left, leftover
 from pipeline.diagnose.linear_model import Setting, vector_of
 from pipeline.diagnose.nil import stated_alone
@@ -162,10 +163,8 @@ def look_ahead(  # noqa: PLR0917 - one caller
     healthy = stated_alone(found.prior, setting.coordinates)
     if healthy_known:
         # healthy runs showed by how much one run differs from another
-        stated_ones = np.array([one.ordinary > 0.0 for one in setting.coordinates])
         scatter = setting.scatter if found.floor_scatter is None else found.floor_scatter
-        more = np.diag(np.where(stated_ones, scatter, 0.0) ** 2)
-        healthy = replace(healthy, covariance=healthy.covariance + more)
+        healthy = with_scatter(healthy, setting.coordinates, scatter)
     healthy = replace(healthy, mean=np.where(unstated != 0.0, unstated, healthy.mean))
     spread = healthy_spread(near, floors, healthy, channels, before, seed)
     return Ahead(

@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from pipeline.diagnose.coordinates import Coordinate
 from pipeline.diagnose.evidence import Prior
 from pipeline.diagnose.forecast import (
     AHEAD_S,
@@ -64,11 +65,9 @@ def borne_out(  # noqa: PLR0917 - one caller
     near = outlook(setting, runs, channels, starts, AHEAD_S)
     unstated = np.where([one.effect.unstated for one in every], healthy.mean, 0.0)
     stated = forecast(near, vector_of(setting, unstated), channels)
-    free = np.array([one.ordinary > 0.0 for one in every])
     for share in _SHARES:
         part = share * scatter
-        more = np.diag(np.where(free, part, 0.0) ** 2)
-        wide = replace(healthy, covariance=healthy.covariance + more)
+        wide = with_scatter(healthy, every, part)
         try:
             spread = healthy_spread(near, setting, wide, channels, stated, 0)
         except CannotComputeError:
@@ -80,3 +79,10 @@ def borne_out(  # noqa: PLR0917 - one caller
         if float(np.median(over)) <= _AS_SEEN:
             return part
     return np.zeros_like(scatter)
+
+
+def with_scatter(healthy: Prior, every: Sequence[Coordinate], scatter: FloatArray) -> Prior:
+    """Let stated departures (g,) of a run differ from the vehicle's by a scatter (g,) as well."""
+    stated = np.array([one.ordinary > 0.0 for one in every])
+    more = np.diag(np.where(stated, scatter, 0.0) ** 2)
+    return replace(healthy, covariance=healthy.covariance + more)
