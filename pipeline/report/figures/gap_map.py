@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 #: The darkest colour stands for this ratio or more.
 _DARKEST = 20.0
+#: A regime whose share of the gap is below this many times its share of the time hardly stands out.
+_HARDLY_MORE = 1.25
 _PARTS = {1: ("all",), 2: ("low", "high"), 3: ("low", "middle", "high")}
 _HORIZONS = {"0.5": "0.5 s ahead", "2": "2 s ahead", "10": "10 s ahead", "run": "whole run"}
 
@@ -156,4 +158,6 @@ def gap_lead(record: DiagnosisRecord) -> str:
             f"{regime_name(first.regressor, first.unit, first.range)}, in "
             f"{percent(first.share_of_time)} of the {'codes' if of_bench(record) else 'time'}"
         )
+        if first.share < _HARDLY_MORE * first.share_of_time:
+            text += ": hardly more than elsewhere"
     return text[0].upper() + text[1:] + "."

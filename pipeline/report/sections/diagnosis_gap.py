@@ -179,7 +179,7 @@ def _said(record: DiagnosisRecord) -> str:
             f"it leaves {before} times the healthy floor."
         )
     if shrink.gap_closed is None:
-        return (
+        return _said_of_one(record) or (
             f"There is next to nothing to close: the vehicle file's model leaves {before} times "
             "the healthy floor."
         )
@@ -187,6 +187,25 @@ def _said(record: DiagnosisRecord) -> str:
     return (
         f"Adding the answer brings the gap from {before} to {after} times the healthy floor, which "
         f"closes {closed_text(shrink.gap_closed)} of what can be closed{interval}."
+    )
+
+
+def _said_of_one(record: DiagnosisRecord) -> str:
+    """Say what is closed in the channel that is off most, where over all channels nothing is."""
+    closed = [
+        (name, one)
+        for name in record.gap.where.channels
+        if (one := record.shrink.channels.get(name)) is not None and one.gap_closed is not None
+    ]
+    if not closed:
+        return ""
+    name, one = max(closed, key=lambda row: row[1].before / max(row[1].noise_floor, 1e-12))
+    before, after = over_floor(one)
+    of_all, left = over_floor(record.shrink)
+    return (
+        f"Adding the answer brings the gap of {channel_name(name)} from {before} to {after} times "
+        f"its healthy floor. Over all channels it goes from {of_all} to {left}: as most of them "
+        "are hardly off, there is next to nothing to close."
     )
 
 

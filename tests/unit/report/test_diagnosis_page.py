@@ -245,3 +245,35 @@ def test_how_closely_the_gap_goes_with_a_regime_is_told_where_it_is_known(
     text = diagnosis_page(record.model_copy(update={"gap": gap}))
     assert "Rank correlation" in text
     assert "−0.62" in text
+
+
+def test_a_regime_that_carries_hardly_more_than_its_part_is_told_so(
+    record: DiagnosisRecord,
+) -> None:
+    where = record.gap.where
+    assert "hardly more" not in gap_lead(record)
+    even = where.regimes[0].model_copy(update={"share": 0.44, "share_of_time": 0.4})
+    where = where.model_copy(update={"regimes": (even,)})
+    gap = record.gap.model_copy(update={"where": where})
+    assert gap_lead(record.model_copy(update={"gap": gap})).endswith(
+        "in 40 % of the time: hardly more than elsewhere."
+    )
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_where_only_one_channel_is_off_the_page_says_how_far_that_one_is_closed(
+    record: DiagnosisRecord,
+) -> None:
+    overall = {"before": 1.05, "after": 0.31, "gap_closed": None, "ci95": None}
+    shrink = record.shrink.model_copy(update=overall)
+    text = diagnosis_page(record.model_copy(update={"shrink": shrink}))
+    # as it is written, by the ratios of the made-up record
+    assert "brings the gap of depth z from 31.00 to 1.20 times its healthy floor" in text
+    assert "Over all channels it goes from 1.05 to 0.31" in text
+    none_closed = {
+        name: one.model_copy(update={"gap_closed": None}) for name, one in shrink.channels.items()
+    }
+    shrink = shrink.model_copy(update={"channels": none_closed})
+    text = diagnosis_page(record.model_copy(update={"shrink": shrink}))
+    assert "There is next to nothing to close: the vehicle file" in text
+    assert "leaves 1.05 times" in text
