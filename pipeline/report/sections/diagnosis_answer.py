@@ -1,5 +1,7 @@
 """A diagnosis' page: notes, ranking, what cannot be told apart, what to fly next."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pipeline.records.diagnosis import DiagnosisRecord, RankedEffect
@@ -194,6 +196,9 @@ def confusable_section(record: DiagnosisRecord) -> Section:
             ),
             Bullets(tuple(listed(group) for group in groups)),
         ]
+        told = _told_apart(record, groups)
+        if told:
+            blocks.append(Paragraph(told))
     else:
         blocks.append(
             Paragraph(
@@ -216,6 +221,28 @@ def confusable_section(record: DiagnosisRecord) -> Section:
     )
     blocks.append(table if len(pairs) <= 12 else Details(f"{len(pairs)} pairs", (table,)))
     return Section("confusable", title, tuple(blocks))
+
+
+def _told_apart(record: DiagnosisRecord, groups: Sequence[Sequence[str]]) -> str:
+    """Say of a verdict that stands in a group why it is told from the others all the same.
+
+    What is alike to what the verdict explains is in its answer set; the angles here are the
+    smallest of any parameter of an effect.
+    """
+    verdict = record.verdict
+    if of_bench(record) or set(verdict.effects) & {"none", "unknown"}:
+        return ""
+    # errors of the DVL may have been settled by comparing instruments, which knows no angles
+    mine = {name for name in verdict.effects if not name.startswith("dvl_")}
+    near = {name for group in groups if mine & set(group) for name in group}
+    others = sorted(near - {*verdict.effects, *verdict.ambiguous_with})
+    if not others:
+        return ""
+    return (
+        f"The verdict is told from {listed(others)} all the same: what it explains in these runs "
+        f"lies more than {ONE_ANSWER_DEG:g} degrees away, and the small angle is of another "
+        "thruster, axis or parameter."
+    )
 
 
 def angle_deg(cosine: float) -> float:

@@ -277,3 +277,16 @@ def test_where_only_one_channel_is_off_the_page_says_how_far_that_one_is_closed(
     text = diagnosis_page(record.model_copy(update={"shrink": shrink}))
     assert "There is next to nothing to close: the vehicle file" in text
     assert "leaves 1.05 times" in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_a_verdict_inside_a_group_that_it_is_told_from_is_explained(
+    record: DiagnosisRecord,
+) -> None:
+    # the runs cannot separate these two, and the verdict says so
+    assert "all the same" not in diagnosis_page(record)
+    alone = record.verdict.model_copy(update={"ambiguous_with": ()})
+    text = diagnosis_page(record.model_copy(update={"verdict": alone}))
+    assert "The verdict is told from payload all the same" in text
+    for other in ("unknown", "dvl_scale"):
+        assert "all the same" not in diagnosis_page(with_verdict(record, other))
