@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.effects.library import effects
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
-from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.diagnosis import DiagnosisRecord, Verdict
 from pipeline.report.figures.run_channels import shown_unit
 from pipeline.report.numbers import fixed, general, percent
 
@@ -139,6 +139,15 @@ def closed_interval(ci95: tuple[float, float] | None) -> str:
     if ci95 is None or closed_text(ci95[0]) == "all":
         return ""
     return f" (95 % interval {closed_text(ci95[0])} to {closed_text(ci95[1])})"
+
+
+def beside(verdict: Verdict, answer: str) -> bool:
+    """Whether an answer of the ranking is one that the data cannot tell from the verdict.
+
+    Of two effects one may be that which the verdict names as well.
+    """
+    names, ambiguous = set(answer.split("+")), set(verdict.ambiguous_with)
+    return bool(names & ambiguous) and names <= ambiguous | set(verdict.effects)
 
 
 def listed(names: tuple[str, ...] | list[str]) -> str:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pipeline.records.diagnosis import RankedEffect, Verdict
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.diagnosis_words import probability_text
+from pipeline.report.diagnosis_words import beside, probability_text
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -21,7 +21,6 @@ def ranking_figure(ranking: Sequence[RankedEffect], verdict: Verdict, lead: str)
     """Draw the most probable answers; those of the verdict are dark."""
     drawn = list(ranking[:MOST_DRAWN])
     said = set(verdict.effects)
-    ambiguous = set(verdict.ambiguous_with)
     closed = sum(one.gap_closed is not None for one in drawn) > 1
     height_in = 0.75 + 0.26 * len(drawn)
 
@@ -34,7 +33,7 @@ def ranking_figure(ranking: Sequence[RankedEffect], verdict: Verdict, lead: str)
             plotting.BLUE
             if set(one.effect.split("+")) == said
             else plotting.ORANGE
-            if one.effect in ambiguous
+            if beside(verdict, one.effect)
             else "#b9c2cc"
             for one in drawn
         ]

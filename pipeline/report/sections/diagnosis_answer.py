@@ -8,6 +8,7 @@ from pipeline.records.diagnosis import DiagnosisRecord, RankedEffect
 from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
+    beside,
     closed_interval,
     closed_text,
     listed,
@@ -147,7 +148,7 @@ def _ranking_table(caption: str, ranking: list[RankedEffect], record: DiagnosisR
             "chosen"
             if set(one.effect.split("+")) == said
             else "warning"
-            if one.effect in record.verdict.ambiguous_with
+            if beside(record.verdict, one.effect)
             else ""
             for one in ranking
         ),

@@ -174,6 +174,12 @@ def _said(record: DiagnosisRecord) -> str:
     shrink = record.shrink
     before, after = over_floor(shrink)
     if record.verdict.effects in {("none",), ("unknown",)}:
+        if before != after and not of_bench(record):
+            return (
+                "The verdict names no effect, so none is added to the model. What no vehicle file "
+                "states of a thruster, how its lag and the inflow act, was found from the runs: "
+                f"that takes the gap from {before} to {after} times the healthy floor."
+            )
         return (
             f"The verdict names no effect, so nothing is added to the model and nothing is closed: "
             f"it leaves {before} times the healthy floor."

@@ -17,6 +17,7 @@ from pipeline.report.diagnosis_page import (
     tone,
     write_diagnosis_page,
 )
+from pipeline.report.diagnosis_words import beside
 from pipeline.report.figures.diagnosis_runs import curves, held_out
 from pipeline.report.figures.gap_map import gap_lead, map_rows
 from pipeline.report.sections.diagnosis_gap import MOST_DRAWN
@@ -141,7 +142,9 @@ def test_none_and_unknown_have_pages_of_their_own(record: DiagnosisRecord) -> No
                     ),
                 }
             ),
-            "shrink": record.shrink.model_copy(update={"gap_closed": None, "ci95": None}),
+            "shrink": record.shrink.model_copy(
+                update={"after": record.shrink.before, "gap_closed": None, "ci95": None}
+            ),
         }
     )
     healthy = with_verdict(bare, "none")
@@ -290,3 +293,30 @@ def test_a_verdict_inside_a_group_that_it_is_told_from_is_explained(
     assert "The verdict is told from payload all the same" in text
     for other in ("unknown", "dvl_scale"):
         assert "all the same" not in diagnosis_page(with_verdict(record, other))
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_no_file_states_may_close_a_part_of_the_gap_of_no_effect(
+    record: DiagnosisRecord,
+) -> None:
+    unknown = with_verdict(record, "unknown")
+    text = diagnosis_page(unknown)
+    assert "none is added to the model. What no vehicle file states of a thruster" in text
+    assert "that takes the gap from 9.40 to 1.50 times the healthy floor" in text
+    same = record.shrink.model_copy(update={"after": record.shrink.before, "gap_closed": 0.0})
+    text = diagnosis_page(unknown.model_copy(update={"shrink": same}))
+    assert "nothing is added to the model and nothing is closed: it leaves 9.40 times" in text
+
+
+def test_a_pair_that_shares_an_effect_with_the_verdict_is_beside_it() -> None:
+    verdict = Verdict(
+        effects=("added_mass", "payload"),
+        probability=0.9,
+        ambiguous_with=("residual_buoyancy",),
+        detail=Detail(),
+        sentence="So.",
+    )
+    assert beside(verdict, "added_mass+residual_buoyancy")
+    assert beside(verdict, "residual_buoyancy")
+    for other in ("added_mass+payload", "added_mass", "lift+residual_buoyancy", "lift"):
+        assert not beside(verdict, other)
