@@ -1,12 +1,10 @@
-"""All verdicts of a campaign: rates with exact bounds by severity band, never one pooled figure.
-
-Bounds are those of Clopper and Pearson 1934, Biometrika 26(4), 404-413, at 95 %.
-"""
+"""All verdicts of a campaign: rates by severity band, never one pooled figure."""
 
 from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from pipeline.blind.rates import Figure, Rate, figure, rate
 from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore
 from pipeline.records.base import Record
 
@@ -18,32 +16,6 @@ PAIR_BANDS = (
     (f"{HARDLY_A_GAP:g}-3", HARDLY_A_GAP, 3.0),
     (">3", 3.0, np.inf),
 )
-
-
-class Rate(Record):
-    """A share with its bounds; `share` is None where no case asks the question."""
-
-    question: str
-    stratum: str
-    yes: int
-    cases: int
-    share: float | None
-    low: float | None
-    high: float | None
-    goal: str = ""
-    met: bool | None = None
-
-
-class Figure(Record):
-    """A figure that is no share: median, 90th percentile."""
-
-    question: str
-    stratum: str
-    cases: int
-    median: float | None
-    p90: float | None
-    goal: str = ""
-    met: bool | None = None
 
 
 class Confusion(Record):
@@ -67,89 +39,6 @@ class CampaignScore(Record):
     confusion: Confusion
     compared: Confusion
     baselines: dict[str, Confusion]
-
-
-def clopper_pearson(yes: int, cases: int, level: float = 0.95) -> tuple[float, float]:
-    """Exact bounds of a share.
-
-    Parameters
-    ----------
-    yes, cases : int
-        How many of how many.
-    level : float
-        Confidence.
-
-    Examples
-    --------
-    >>> low, high = clopper_pearson(0, 300)
-    >>> low, round(high, 4)
-    (0.0, 0.0122)
-    """
-    from scipy.stats import beta
-
-    tail = 0.5 * (1.0 - level)
-    low = float(beta.ppf(tail, yes, cases - yes + 1)) if yes > 0 else 0.0
-    high = float(beta.ppf(1.0 - tail, yes + 1, cases - yes)) if yes < cases else 1.0
-    return low, high
-
-
-def rate(
-    question: str,
-    stratum: str,
-    answers: Iterable[bool | None],
-    goal: str = "",
-    met: Callable[[float], bool] | None = None,
-) -> Rate:
-    """Count the cases that answer a question; None does not count."""
-    asked = [answer for answer in answers if answer is not None]
-    if not asked:
-        return Rate(
-            question=question,
-            stratum=stratum,
-            yes=0,
-            cases=0,
-            share=None,
-            low=None,
-            high=None,
-            goal=goal,
-        )
-    yes = sum(asked)
-    low, high = clopper_pearson(yes, len(asked))
-    share = yes / len(asked)
-    return Rate(
-        question=question,
-        stratum=stratum,
-        yes=yes,
-        cases=len(asked),
-        share=share,
-        low=low,
-        high=high,
-        goal=goal,
-        met=None if met is None else met(share),
-    )
-
-
-def figure(
-    question: str,
-    stratum: str,
-    values: Iterable[float | None],
-    goal: str = "",
-    met: Callable[[float, float], bool] | None = None,
-) -> Figure:
-    """Median and 90th percentile of what is known."""
-    known = np.array([value for value in values if value is not None], float)
-    if not known.size:
-        return Figure(question=question, stratum=stratum, cases=0, median=None, p90=None, goal=goal)
-    median, p90 = float(np.median(known)), float(np.percentile(known, 90))
-    return Figure(
-        question=question,
-        stratum=stratum,
-        cases=known.size,
-        median=median,
-        p90=p90,
-        goal=goal,
-        met=None if met is None else met(median, p90),
-    )
 
 
 def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
@@ -193,34 +82,35 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
             "gap >= 3",
             widths,
             "median <= 10 %",
-            lambda median, _p90: median <= 0.10,
+            lambda median, _p90, _mean: median <= 0.10,
         ),
         figure(
             "held-out gap after over the healthy floor",
             "right answers",
             (one.after_over_floor for one in scores),
             "median <= 1.10, p90 <= 1.25",
-            lambda median, p90: median <= 1.10 and p90 <= 1.25,
+            lambda median, p90, _mean: median <= 1.10 and p90 <= 1.25,
         ),
         figure(
             "explainable gap closed on held-out runs",
             "right answers, gap >= 3",
             (one.gap_closed for one in scores if one.gap_ratio >= 3),
             "median >= 90 %",
-            lambda median, _p90: median >= 0.9,
+            lambda median, _p90, _mean: median >= 0.9,
         ),
         figure(
             "answers in the set",
             "single effects that can be told apart",
             (float(one.set_size) for one in single if one.separable),
             "mean <= 1.3",
+            lambda _median, _p90, mean: mean <= 1.3,
         ),
         figure(
             "seconds of a diagnosis",
-            "all",
+            "as the campaign ran, one thread each",
             (one.elapsed_s for one in scores),
             "<= 30 s",
-            lambda _median, p90: p90 <= 30.0,
+            lambda _median, p90, _mean: p90 <= 30.0,
         ),
     )
     names = sorted({name for one in scores for name in one.baselines})

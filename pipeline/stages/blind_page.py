@@ -1,8 +1,10 @@
 """The result of a blind check as a page of the documents, with its pictures."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.blind.score import CampaignScore, Figure, Rate
+from pipeline.blind.rates import Figure, Rate
+from pipeline.blind.score import BANDS, PAIR_BANDS, CampaignScore
 from pipeline.report.figures.blind import confusion_picture, rates_picture
 from pipeline.stages.blind_campaign import BlindRequest, BlindResult
 
@@ -16,6 +18,13 @@ _DISTRUST = """\
   Some effects cannot reach the wanted gap at any possible value: the reached one is used.
 - The directions and sizes of the effects are drawn from this program's idea of what is plausible.
 """
+
+#: Strata that stand side by side, under their title.
+_COLUMNS = (
+    ("One effect", tuple(f"gap {name}" for name, *_ in BANDS)),
+    ("Two effects", tuple(f"gap of the smaller one {name}" for name, *_ in PAIR_BANDS)),
+    ("With healthy runs and without", ("with healthy runs", "without healthy runs")),
+)
 
 
 def write_page(result: BlindResult, request: BlindRequest, page: Path) -> None:
@@ -39,10 +48,10 @@ def write_page(result: BlindResult, request: BlindRequest, page: Path) -> None:
         ),
         "blind-rates.svg": rates_picture(
             [
-                (f"{one.question}, {one.stratum}", one.share, one.low, one.high)
+                (f"{one.question}, {one.stratum}", one.share, one.low, one.high, one.met)
                 for one in score.rates
                 if one.share is not None and one.low is not None and one.high is not None
-                if one.goal
+                if one.met is not None
             ]
         ),
     }
@@ -58,67 +67,105 @@ def _write(path: Path, text: str) -> None:
 
 
 def _text(result: BlindResult, request: BlindRequest) -> str:
-    place = request.place
+    place, score = request.place, result.score
     vehicles = " ".join(f"--vehicle {name}" for name in place.vehicles)
     command = (
         f"rig2sea blind --cases {request.cases} --seed {place.seed} --run-s {place.run_s:g} "
         f"{vehicles} --to DIR"
     )
-    left = result.score.refused
+    done = (
+        f"{result.done} cases of "
+        if result.done == result.wanted
+        else f"{result.done} of the campaign's {result.wanted} cases, whose kinds take turns: "
+    )
     lines = [
         "# The blind check",
         "",
         "<!-- Written by rig2sea blind --page; do not edit. -->",
         "",
-        f"{result.done} cases of {', '.join(place.vehicles)}, seed {place.seed};",
+        f"{done}{', '.join(place.vehicles)}, seed {place.seed};",
         f"six runs of {place.run_s:g} s in each, two of them held out;",
-        f"{result.not_made} could not be flown, {left} were refused as hopeless. Again with",
+        f"{result.not_made} could not be flown, {score.refused} were refused as hopeless.",
+        "Again with",
         "",
         f"    {command}",
         "",
         "Labels were sealed before each diagnosis and opened when its verdict was on disk. Bounds",
         "are those of Clopper and Pearson at 95 %. Gap means gap over healthy floor.",
         "",
-        "## Rates",
-        "",
-        "| question | cases | yes | rate | bounds | goal | met |",
-        "|---|---|---|---|---|---|---|",
-        *(_rate_row(one) for one in result.score.rates if one.cases),
-        "",
-        "![Rates with their bounds](images/blind-rates.svg)",
+        *_tables(score.rates),
+        "![Rates with their bounds; orange: the goal is missed](images/blind-rates.svg)",
         "",
         "## Figures",
         "",
-        "| figure | cases | median | 90th percentile | goal | met |",
-        "|---|---|---|---|---|---|",
-        *(_figure_row(one) for one in result.score.figures),
+        "| figure | cases | median | 90th percentile | mean | goal | met |",
+        "|---|---|---|---|---|---|---|",
+        *(_figure_row(one) for one in score.figures),
         "",
         "## Confusion",
         "",
         "![Truth against answer](images/blind-confusion.svg)",
         "",
-        *_baselines(result.score),
+        *_baselines(score),
         _DISTRUST,
     ]
     return "\n".join(lines)
 
 
-def _rate_row(one: Rate) -> str:
-    share = "" if one.share is None else f"{one.share:.1%}"
-    bounds = "" if one.low is None or one.high is None else f"{one.low:.1%} to {one.high:.1%}"
-    met = {None: "", True: "yes", False: "**no**"}[one.met]
-    return (
-        f"| {one.question}; {one.stratum} | {one.cases} | {one.yes} | {share} | {bounds} "
-        f"| {one.goal} | {met} |"
-    )
+def _tables(rates: Sequence[Rate]) -> list[str]:
+    """Set the rates of strata that are compared side by side, and list all others."""
+    left = [one for one in rates if one.cases]
+    lines: list[str] = []
+    for title, columns in _COLUMNS:
+        mine = [one for one in left if _column(one, columns) is not None]
+        left = [one for one in left if one not in mine]
+        if mine:
+            lines += [f"## {title}", "", *_beside(mine, columns), ""]
+    if left:
+        lines += ["## Further rates", "", "| question | rate | goal |", "|---|---|---|"]
+        lines += [f"| {one.question}; {one.stratum} | {_cell(one)} | {one.goal} |" for one in left]
+        lines.append("")
+    return lines
+
+
+def _column(one: Rate, columns: Sequence[str]) -> str | None:
+    return next((part for part in one.stratum.split(", ") if part in columns), None)
+
+
+def _beside(rates: Sequence[Rate], columns: Sequence[str]) -> list[str]:
+    """Tabulate rates with a column for each of some strata, in the order of the questions."""
+    rows: dict[str, dict[str, Rate]] = {}
+    for one in rates:
+        column = _column(one, columns)
+        rest = ", ".join(part for part in one.stratum.split(", ") if part != column)
+        row = rows.setdefault(f"{one.question}, {rest}" if rest else one.question, {})
+        row[column or ""] = one
+    lines = [
+        f"| question | {' | '.join(columns)} | goal |",
+        "|---" * (len(columns) + 2) + "|",
+    ]
+    for question, row in rows.items():
+        cells = [_cell(row[name]) if name in row else "" for name in columns]
+        goals = dict.fromkeys(row[name].goal for name in columns if name in row)
+        lines.append(f"| {question} | {' | '.join(cells)} | {'; '.join(filter(None, goals))} |")
+    return lines
+
+
+def _cell(one: Rate) -> str:
+    text = f"{one.yes} of {one.cases}"
+    if one.share is not None and one.low is not None and one.high is not None:
+        text += f" = {100 * one.share:.1f} % ({100 * one.low:.0f} to {100 * one.high:.0f} %)"
+    return text + {None: "", True: ", met", False: ", **missed**"}[one.met]
 
 
 def _figure_row(one: Figure) -> str:
-    median = "" if one.median is None else f"{one.median:.3g}"
-    p90 = "" if one.p90 is None else f"{one.p90:.3g}"
+    median, p90, mean = (
+        "" if value is None else f"{value:.3g}" for value in (one.median, one.p90, one.mean)
+    )
     met = {None: "", True: "yes", False: "**no**"}[one.met]
     return (
-        f"| {one.question}; {one.stratum} | {one.cases} | {median} | {p90} | {one.goal} | {met} |"
+        f"| {one.question}; {one.stratum} | {one.cases} | {median} | {p90} | {mean} | {one.goal} "
+        f"| {met} |"
     )
 
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.report.plotting import BLUE, INK, SOFT, draw
+from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, draw
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,13 +51,13 @@ def confusion_picture(
     )
 
 
-def rates_picture(rows: Sequence[tuple[str, float, float, float]]) -> str:
-    """Draw rates with their bounds, one below the other.
+def rates_picture(rows: Sequence[tuple[str, float, float, float, bool]]) -> str:
+    """Draw rates with their bounds, one below the other; those that miss their goal are orange.
 
     Parameters
     ----------
-    rows : sequence of (str, float, float, float)
-        What it is, the rate, its lower and upper bound.
+    rows : sequence of (str, float, float, float, bool)
+        What it is, the rate, its lower and upper bound, and whether its goal is met.
 
     Returns
     -------
@@ -67,9 +67,9 @@ def rates_picture(rows: Sequence[tuple[str, float, float, float]]) -> str:
 
     def paint(figure: "Figure") -> None:
         axes = figure.subplots()
-        for k, (_, share, low, high) in enumerate(rows):
+        for k, (_, share, low, high, met) in enumerate(rows):
             axes.plot([low, high], [k, k], color=SOFT, linewidth=1.2)
-            axes.plot([share], [k], "o", color=BLUE)
+            axes.plot([share], [k], "o", color=BLUE if met else ORANGE)
         axes.set_yticks(range(len(rows)), [row[0] for row in rows], fontsize=5)
         axes.invert_yaxis()
         axes.set_xlim(-0.02, 1.02)

@@ -4,6 +4,7 @@ import json
 import signal
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from pipeline.blind.generate import CaseSpec, GeneratedCase
+from pipeline.blind.rates import Rate
 from pipeline.cli import cli
 from pipeline.errors import InputError
 from pipeline.simulate.pack import PackedVehicle
@@ -126,6 +128,44 @@ def test_the_page_names_the_command_and_has_its_pictures(place: BlindPlace, tmp_
         picture = (tmp_path / "docs" / "images" / name).read_text()
         assert picture.startswith("<svg")
         assert picture.count('xmlns="http://www.w3.org/2000/svg"') == 1
+
+
+def test_every_rate_stands_on_the_page_once_beside_those_it_compares_with(
+    place: BlindPlace, tmp_path: Path
+) -> None:
+    request = BlindRequest(9, place, processes=1)
+    whole = run_campaign(BlindRequest(2, place, processes=1))
+    rates = [
+        Rate(
+            question=question,
+            stratum=stratum,
+            yes=yes,
+            cases=10,
+            share=yes / 10,
+            low=0.1,
+            high=0.9,
+            goal=">= 70 %",
+            met=yes >= 7,
+        )
+        for question, stratum, yes in (
+            ("first", "gap 1-3, separable", 6),
+            ("first", "gap 3-10, separable", 7),
+            ("first", "gap >= 3, with healthy runs", 8),
+            ("first", "gap >= 3, no dvl", 9),
+        )
+    ]
+    score = whole.score.model_copy(update={"rates": tuple(rates)})
+    write_page(replace(whole, score=score, wanted=9), request, tmp_path / "blind_check.md")
+    lines = (tmp_path / "blind_check.md").read_text().splitlines()
+    assert "2 of the campaign's 9 cases, whose kinds take turns: rov8, seed 0;" in lines
+    assert [line for line in lines if line.startswith("| first")] == [
+        (
+            "| first, separable | 6 of 10 = 60.0 % (10 to 90 %), **missed** "
+            "| 7 of 10 = 70.0 % (10 to 90 %), met |  | >= 70 % |"
+        ),
+        "| first, gap >= 3 | 8 of 10 = 80.0 % (10 to 90 %), met |  | >= 70 % |",
+        "| first; gap >= 3, no dvl | 9 of 10 = 90.0 % (10 to 90 %), met | >= 70 % |",
+    ]
 
 
 def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:

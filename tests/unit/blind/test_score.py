@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 from pipeline.blind.cases import (
@@ -12,7 +11,7 @@ from pipeline.blind.cases import (
     case_of,
 )
 from pipeline.blind.label import CaseLabel, TrueEffect
-from pipeline.blind.score import clopper_pearson, score_campaign
+from pipeline.blind.score import score_campaign
 from pipeline.blind.subject import Subject, possible_effects
 from pipeline.blind.verdict_score import CaseScore, score_case
 
@@ -163,14 +162,6 @@ def test_pairs_are_counted_by_what_the_smaller_effect_adds() -> None:
     ]
     assert exact == [(0, 1), (1, 2), (1, 1)]
     assert found["exact pair", "with healthy runs"].cases == 4
-
-
-@pytest.mark.parametrize(
-    ("yes", "cases", "low", "high"),
-    [(0, 300, 0.0, 0.012221), (9, 10, 0.554984, 0.997471), (10, 10, 0.691503, 1.0)],
-)
-def test_bounds_of_clopper_and_pearson(yes: int, cases: int, low: float, high: float) -> None:
-    np.testing.assert_allclose(clopper_pearson(yes, cases), (low, high), atol=2e-6)
 
 
 def test_a_campaign_is_counted_by_band() -> None:

@@ -1,0 +1,123 @@
+"""Rates with exact bounds, and figures, of a campaign.
+
+Bounds are those of Clopper and Pearson 1934, Biometrika 26(4), 404-413, at 95 %.
+"""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from pipeline.records.base import Record
+
+
+class Rate(Record):
+    """A share with its bounds; `share` is None where no case asks the question."""
+
+    question: str
+    stratum: str
+    yes: int
+    cases: int
+    share: float | None
+    low: float | None
+    high: float | None
+    goal: str = ""
+    met: bool | None = None
+
+
+class Figure(Record):
+    """A figure that is no share: median, 90th percentile, mean."""
+
+    question: str
+    stratum: str
+    cases: int
+    median: float | None
+    p90: float | None
+    goal: str = ""
+    met: bool | None = None
+    mean: float | None = None
+
+
+def clopper_pearson(yes: int, cases: int, level: float = 0.95) -> tuple[float, float]:
+    """Exact bounds of a share.
+
+    Parameters
+    ----------
+    yes, cases : int
+        How many of how many.
+    level : float
+        Confidence.
+
+    Examples
+    --------
+    >>> low, high = clopper_pearson(0, 300)
+    >>> low, round(high, 4)
+    (0.0, 0.0122)
+    """
+    from scipy.stats import beta
+
+    tail = 0.5 * (1.0 - level)
+    low = float(beta.ppf(tail, yes, cases - yes + 1)) if yes > 0 else 0.0
+    high = float(beta.ppf(1.0 - tail, yes + 1, cases - yes)) if yes < cases else 1.0
+    return low, high
+
+
+def rate(
+    question: str,
+    stratum: str,
+    answers: Iterable[bool | None],
+    goal: str = "",
+    met: Callable[[float], bool] | None = None,
+) -> Rate:
+    """Count the cases that answer a question; None does not count."""
+    asked = [answer for answer in answers if answer is not None]
+    if not asked:
+        return Rate(
+            question=question,
+            stratum=stratum,
+            yes=0,
+            cases=0,
+            share=None,
+            low=None,
+            high=None,
+            goal=goal,
+        )
+    yes = sum(asked)
+    low, high = clopper_pearson(yes, len(asked))
+    share = yes / len(asked)
+    return Rate(
+        question=question,
+        stratum=stratum,
+        yes=yes,
+        cases=len(asked),
+        share=share,
+        low=low,
+        high=high,
+        goal=goal,
+        met=None if met is None else met(share),
+    )
+
+
+def figure(
+    question: str,
+    stratum: str,
+    values: Iterable[float | None],
+    goal: str = "",
+    met: Callable[[float, float, float], bool] | None = None,
+) -> Figure:
+    """Median, 90th percentile and mean of what is known; `met` is asked with the three."""
+    known = np.array([value for value in values if value is not None], float)
+    if not known.size:
+        return Figure(question=question, stratum=stratum, cases=0, median=None, p90=None, goal=goal)
+    median, p90, mean = (
+        float(value) for value in (np.median(known), np.percentile(known, 90), known.mean())
+    )
+    return Figure(
+        question=question,
+        stratum=stratum,
+        cases=known.size,
+        median=median,
+        p90=p90,
+        goal=goal,
+        met=None if met is None else met(median, p90, mean),
+        mean=mean,
+    )
