@@ -1,14 +1,13 @@
 """What a diagnosis weighed, as numbers: with it thresholds are set without diagnosing again."""
 
-from collections.abc import Sequence
 from dataclasses import asdict
 
 from pipeline.diagnose.answer import Answers, effect_count, equals, evidence_of
 from pipeline.diagnose.calibration import Calibration
-from pipeline.diagnose.consequences import Ahead, consequence
+from pipeline.diagnose.consequences import consequence
 from pipeline.diagnose.decision import Left
 from pipeline.diagnose.gap_left import gaps_left
-from pipeline.diagnose.regimes import Regressor
+from pipeline.diagnose.gap_seen import GapSeen
 from pipeline.diagnose.search import Search
 from pipeline.diagnose.weighing import NONE, UNKNOWN, LevelEvidence
 from pipeline.records.base import Record
@@ -67,28 +66,21 @@ class CaseEvidence(Record):
     """Surprise at the gap that answers leave; see `gap_left`."""
 
 
-def case_evidence(  # noqa: PLR0917 - one caller
-    found: Search,
-    answered: Answers,
-    ahead: Ahead,
-    every: Sequence[Regressor],
-    limits: Calibration,
-    worst_ratio: float,
-    *,
-    healthy_known: bool,
+def case_evidence(
+    found: Search, answered: Answers, seen: GapSeen, limits: Calibration, *, healthy_known: bool
 ) -> CaseEvidence:
     """Collect the evidence of a search, and the consequences of its first answers."""
     named = [one for one in answered.ranking if one.name != UNKNOWN]
     wanted = named[:_MOST] + [one for one in named[_MOST:] if one.name == NONE]
     kept = {}
     for one in wanted:
-        led_to = consequence(found, ahead, one, one.judged.level.size, every)
+        led_to = consequence(found, seen.ahead, one, one.judged.level.size, seen.every)
         kept[one.name] = KeptConsequence(**asdict(led_to.decides(equals(found, one))))
     return CaseEvidence(
         healthy=healthy_known,
         effect_count=effect_count(found),
         interval_factor=limits.interval_factor,
-        worst_ratio=worst_ratio,
+        worst_ratio=seen.worst_ratio,
         levels=tuple(
             KeptLevel(
                 size=one.size,
@@ -102,5 +94,5 @@ def case_evidence(  # noqa: PLR0917 - one caller
         ),
         consequences=kept,
         held_out=dict(answered.held_out),
-        gap_left=gaps_left(found, ahead, answered),
+        gap_left=gaps_left(found, seen.ahead, answered),
     )

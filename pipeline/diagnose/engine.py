@@ -8,58 +8,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pipeline.diagnose.after_all import explained_after_all
-from pipeline.diagnose.answer import Answers, effect_count, equals
-from pipeline.diagnose.beside_errors import (
-    alike_beside,
-    case_beside,
-    errors_of,
-    names_beside,
-    ranking_beside,
-)
-from pipeline.diagnose.calibration import Calibration, calibration
+from pipeline.diagnose.beside_errors import case_beside, errors_of
+from pipeline.diagnose.calibration import calibration
 from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
-from pipeline.diagnose.confusability import confusable
-from pipeline.diagnose.consequences import Ahead, Consequence, consequence, look_ahead
-from pipeline.diagnose.decision import Left, Share, decide, for_the_gap, with_gap
-from pipeline.diagnose.forecast import (
-    AHEAD_S,
-    forecast,
-    healthy_spread,
-    whole_runs,
-)
-from pipeline.diagnose.gap import channel_gaps, gap_channels, worst_gap
-from pipeline.diagnose.gap_left import by_gap_left, gaps_left
-from pipeline.diagnose.helping import that_help
+from pipeline.diagnose.conclusion import conclude
+from pipeline.diagnose.gap_seen import gap_seen
 from pipeline.diagnose.hopeless import refuse_hopeless
-from pipeline.diagnose.inference import HELD_OUT, infer
-from pipeline.diagnose.next_run import next_run
-from pipeline.diagnose.notes import notes_on
-from pipeline.diagnose.regime_gaps import regime_gaps
-from pipeline.diagnose.regimes import Regressor, regressors
+from pipeline.diagnose.inference import infer
+from pipeline.diagnose.record import record_of
 from pipeline.diagnose.search import Search
-from pipeline.diagnose.sentence import sentence
-from pipeline.diagnose.series import series_of
-from pipeline.diagnose.shaft_speeds import ShaftsSeen, by_shaft_speeds, shafts_seen
-from pipeline.diagnose.stages import stages_told
-from pipeline.diagnose.verdict import (
-    ranking_of,
-    specs_of,
-)
+from pipeline.diagnose.shaft_speeds import by_shaft_speeds, shafts_seen
+from pipeline.diagnose.verdict import specs_of
 from pipeline.diagnose.weighing import UNKNOWN
-from pipeline.diagnose.where import where_told
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.records.diagnosis import (
-    ChannelNoiseCheck,
-    Detail,
-    DiagnosisRecord,
-    Evidence,
-    Gap,
-    Verdict,
-)
+from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
 
 
@@ -137,29 +101,23 @@ def _diagnosed(
     began: float,
     keep: Callable[[CaseEvidence], None] | None = None,
 ) -> tuple[Diagnosis, Search]:
+    """Diagnose once: weigh all answers, see what each leaves, conclude, and write it down."""
     refuse_hopeless(case)
-    thresholds = calibration()
+    limits, healthy_known = calibration(), bool(case.healthy)
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
-    found, answered = infer(case, runs, channels, thresholds, threads)
+    found, answered = infer(case, runs, channels, limits, threads)
     shafts = shafts_seen(case)
     answered = by_shaft_speeds(found, answered, shafts)
-    told = _told(case, found, answered, thresholds, channels, runs, seed, began, shafts, keep)
-    return told, found
-
-
-def _led_to(
-    found: Search,
-    answered: Answers,
-    ahead: Ahead,
-    shares: Sequence[Share],
-    every: Sequence[Regressor],
-) -> tuple[Consequence, Left]:
-    """See what the first of the answers in the order of their shares leads to."""
-    ordered = answered.reweighed(shares)
-    top = ordered.ranking[0]
-    led_to = consequence(found, ahead, top, ordered.force_scale, every)
-    return led_to, led_to.decides(equals(found, top))
+    seen = gap_seen(case, found, answered, runs, channels, seed)
+    if keep is not None:
+        keep(case_evidence(found, answered, seen, limits, healthy_known=healthy_known))
+    concluded = conclude(found, answered, seen, limits, healthy_known=healthy_known)
+    record = record_of(case, runs, found, seen, concluded, shafts, limits)
+    record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
+    unknown = concluded.said.names == (UNKNOWN,)
+    specs = () if unknown else specs_of(found, concluded.led_to.added)
+    return Diagnosis(record, (*case.known_specs, *specs)), found
 
 
 def _in_order(case: Case) -> Case:
@@ -178,130 +136,3 @@ def _sorted(runs: Sequence[RunTable]) -> tuple[RunTable, ...]:
             ),
         )
     )
-
-
-def _told(  # noqa: PLR0917 - one caller
-    case: Case,
-    found: Search,
-    answered: Answers,
-    thresholds: Calibration,
-    channels: Sequence[ChannelNoise],
-    runs: Sequence[RunTable],
-    seed: int,
-    began: float,
-    shafts: ShaftsSeen | None,
-    keep: Callable[[CaseEvidence], None] | None,
-) -> Diagnosis:
-    """Put the answer together."""
-    setting, healthy_known = found.setting, bool(case.healthy)
-    told = (
-        "runs " + ", ".join(run.name for run in case.holdout)
-        if case.holdout
-        else f"every {HELD_OUT}th window of the runs"
-    )
-    stated = case.stated.vector
-    ahead = look_ahead(
-        found, answered, runs, channels, told, seed, healthy_known=healthy_known, stated=stated
-    )
-    every = regressors(setting, runs)
-    whole_look = whole_runs(setting, runs, channels, ahead.starts)
-    whole = forecast(whole_look, ahead.stated_vector, channels)
-    whole_spread = healthy_spread(whole_look, ahead.floors, ahead.healthy, channels, whole, seed)
-    gaps = channel_gaps(ahead.stated, ahead.spread, whole, whole_spread)
-    # what is decided is what there is beside known errors
-    worst_ratio = worst_gap(ahead.before, ahead.spread)
-    if keep is not None:
-        seen = case_evidence(
-            found,
-            answered,
-            ahead,
-            every,
-            thresholds,
-            worst_ratio,
-            healthy_known=healthy_known,
-        )
-        keep(seen)
-    was_first, answered = answered.ranking[0].name, explained_after_all(found, ahead, answered)
-    after_all = answered.ranking[0].name if answered.ranking[0].name != was_first else ""
-    weighed = by_gap_left(
-        [Share(one.name, one.probability) for one in answered.ranking],
-        gaps_left(found, ahead, answered),
-    )
-    count = effect_count(found)
-    grown = with_gap(weighed, worst_ratio, count, thresholds, healthy_known=healthy_known)
-    seen_of: dict[str, tuple[Consequence, Left]] = {}
-
-    def led_to_by(shares: Sequence[Share]) -> tuple[Consequence, Left]:
-        name = shares[0].name
-        if name not in seen_of:
-            seen_of[name] = _led_to(found, answered, ahead, shares, every)
-        return seen_of[name]
-
-    def left_of(shares: Sequence[Share]) -> Left:
-        return led_to_by(shares)[1]
-
-    shares = for_the_gap(weighed, grown, left_of(grown))
-    shares = that_help(shares, left_of, worst_ratio, thresholds, healthy_known=healthy_known)
-    led_to, decisive = led_to_by(shares)
-    decisive = replace(decisive, was_unknown=shares[0].name == after_all)
-    answered = answered.reweighed(shares)
-    top, closed, left = answered.ranking[0], led_to.closed, led_to.left
-    said = decide(shares, decisive, worst_ratio, thresholds, healthy_known=healthy_known)
-    names = names_beside(said.names, case.errors)
-    ambiguous = alike_beside(said.ambiguous, case.errors)
-    answered = answered.reweighed(said.ranking)
-    ranking = ranking_of(found, answered, closed, top, thresholds)
-    ranking = ranking_beside(ranking, case.errors)
-    first = ranking[0]
-    ground = top.judged.ground
-    record = DiagnosisRecord(
-        vehicle=case.name,
-        runs=tuple(run.name for run in case.runs),
-        holdout=tuple(run.name for run in case.holdout),
-        gap=Gap(
-            channels=gaps,
-            where=where_told(
-                gaps,
-                ahead,
-                led_to,
-                setting,
-                runs,
-                every,
-                names,
-            ),
-            by_regime=regime_gaps(every, ahead.stated, ahead.spread, AHEAD_S),
-        ),
-        verdict=Verdict(
-            effects=names,
-            probability=answered.ranking[0].probability,
-            ambiguous_with=ambiguous,
-            detail=Detail(thruster=first.thruster, axes=first.axes),
-            sentence=sentence(names, answered.ranking[0].probability, ambiguous, first, left),
-        ),
-        ranking=ranking,
-        shrink=closed,
-        confusable=tuple(confusable(ground, found.groups)),
-        next_run=next_run(case, found, answered, ambiguous) if ambiguous else None,
-        leftover=left,
-        evidence=Evidence(
-            windows=int(found.chosen.sum()),
-            window_s=max(w.duration_s for w in setting.bench.stack.windows),
-            readings=len(found.model.readings),
-            linearisations=found.rounds,
-            force_scale=answered.force_scale,
-            noise={
-                name: ChannelNoiseCheck(variance=one.variance, lag1=one.lag1, widened_by=one.widen)
-                for name, one in found.noise.items()
-            },
-            stages=stages_told(case, runs, found, answered, shafts),
-            calibrated=thresholds.source,
-            healthy_runs=tuple(run.name for run in case.healthy),
-        ),
-        series=series_of(
-            ahead.near, runs, ahead.stated, led_to.after, ahead.held, gap_channels(gaps)
-        ),
-        notes=notes_on(case, found, top),
-        elapsed_s=time.monotonic() - began,
-    )
-    specs = specs_of(found, led_to.added) if said.names != (UNKNOWN,) else ()
-    return Diagnosis(record, (*case.known_specs, *specs))

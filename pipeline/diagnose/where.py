@@ -4,13 +4,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pipeline.diagnose.consequences import Ahead, Consequence
+from pipeline.diagnose.consequences import Consequence
 from pipeline.diagnose.forecast import AHEAD_S, Forecast, rms
 from pipeline.diagnose.gap import gap_channels
+from pipeline.diagnose.gap_seen import GapSeen
 from pipeline.diagnose.linear_model import Setting
-from pipeline.diagnose.regimes import Regressor, excess, regime_shares, time_shares
+from pipeline.diagnose.regimes import excess, regime_shares, time_shares
 from pipeline.diagnose.weighing import NONE, UNKNOWN
-from pipeline.records.diagnosis import ChannelGap, Where
+from pipeline.records.diagnosis import Where
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 
@@ -18,13 +19,11 @@ from pipeline.types import FloatArray
 _ACTS = 0.5
 
 
-def where_told(  # noqa: PLR0917 - one caller
-    gaps: Mapping[str, ChannelGap],
-    ahead: Ahead,
+def where_told(
+    seen: GapSeen,
     led_to: Consequence,
     setting: Setting,
     runs: Sequence[RunTable],
-    every: Sequence[Regressor],
     names: tuple[str, ...],
 ) -> Where:
     """Name where the gap lies.
@@ -37,15 +36,14 @@ def where_told(  # noqa: PLR0917 - one caller
 
     Parameters
     ----------
-    gaps : mapping
-        Gap of every channel.
-    ahead, led_to
-        The windows as they are predicted, without and with the answer.
-    setting, runs, every
-        The windows, their runs, and what a force may depend on.
+    seen, led_to
+        The gap without and with the answer.
+    setting, runs
+        The windows, and their runs.
     names : tuple of str
         Effects of the answer, `none` or `unknown`.
     """
+    gaps, ahead, every = seen.channels, seen.ahead, seen.every
     windows = setting.bench.window_count
     carried = excess(ahead.stated, ahead.spread, windows, AHEAD_S)
     channels, acting = gap_channels(gaps), carried

@@ -25,14 +25,14 @@ def known() -> Known:
         effects=("thruster_degraded", "quadratic_damping", "linear_damping"),
     )
     kept: list[tuple[Search, Answers]] = []
-    look_ahead = engine.look_ahead
+    gap_seen = engine.gap_seen
 
-    def keep(found: Search, answered: Answers, *rest: Any, **options: Any) -> Any:  # noqa: ANN401
+    def keep(case: Case, found: Search, answered: Answers, *rest: Any) -> Any:  # noqa: ANN401
         kept.append((found, answered))
-        return look_ahead(found, answered, *rest, **options)
+        return gap_seen(case, found, answered, *rest)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(engine, "look_ahead", keep)
+        patch.setattr(engine, "gap_seen", keep)
         engine.diagnose(case, threads=1)
     return (case, *kept[0])
 
