@@ -6,7 +6,7 @@ from functools import partial
 
 import numpy as np
 
-from pipeline.diagnose.coordinates import Coordinate, may_bend
+from pipeline.diagnose.coordinates import Coordinate, counted_by_size, may_bend, recounted
 from pipeline.diagnose.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.evidence import Prior
@@ -66,6 +66,20 @@ def approach(
     healthy_known : bool
         The prior was learned from healthy runs.
     """
+    by_size = replace(setting, coordinates=counted_by_size(setting.coordinates))
+    near = _approached(by_size, lead, prior, every_level, healthy_known=healthy_known)
+    departures = recounted(by_size.coordinates, setting.coordinates, near.departures)
+    return replace(near, departures=departures)
+
+
+def _approached(
+    setting: Setting,
+    lead: Lead,
+    prior: Prior,
+    every_level: Sequence[Level],
+    *,
+    healthy_known: bool,
+) -> Near:
     every, groups = setting.coordinates, groups_of(setting.coordinates)
     even = [one for one in every_level if np.ptp(one.factor) == 0.0]
     model = linear_model(setting, setting.origin(), wide=_WEAK)

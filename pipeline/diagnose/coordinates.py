@@ -6,11 +6,11 @@ there is one list, and a hypothesis says which of them may be wide.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.diagnose.places import far, leads, lifting
+from pipeline.diagnose.places import far, leads, pulls
 from pipeline.effects.effect import Effect, Parameter
 from pipeline.effects.library import EffectSpec, apply_effects
 from pipeline.physics.parameters import read
@@ -24,6 +24,9 @@ _UNIT_SHARE = 0.5
 _FARTHEST = 5.0
 #: The same for the difference by which the signature is taken.
 _STEP_SHARE = 0.001
+#: Share of what there is that counts beside its weight in water. Of what counts whole a hundredth
+#: (in units of half the plausible range) is too small to tell where it sits.
+_AFLOAT, _LEAST_LEAD = 0.1, 0.01
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,8 @@ class Coordinate:
     file states for it, in the same count (0: the file says nothing of it). `leads` are the indices
     of the coordinates of which one must be there for this one to have a meaning (mass or volume for
     the place of a payload), else empty; its departure is then that of the product with `lead_size`.
-    `against` are those of them whose weight pulls the other way: water that is displaced.
+    `pulls` is how hard a unit of each of them pulls there: displaced water against the mass;
+    `afloat` is the share of what there is that counts beside what weighs in water.
     """
 
     effect: Effect
@@ -44,7 +48,8 @@ class Coordinate:
     unit_size: float
     ordinary: float
     leads: tuple[int, ...] = ()
-    against: tuple[int, ...] = ()
+    pulls: tuple[float, ...] = ()
+    afloat: float = _AFLOAT
 
     @property
     def bounds(self) -> tuple[float, float]:
@@ -79,12 +84,37 @@ class Coordinate:
         return side * _STEP_SHARE / _UNIT_SHARE
 
     def lead_size(self, departures: FloatArray) -> float:
-        """How much there is of what leads, with the sign of what weighs more; 1 without leads."""
+        """How much there is of what leads, with the sign of what weighs more; 1 without leads.
+
+        The trim tells what weighs in water times its place to a per cent, when mass and volume by
+        themselves, felt as inertia, are known to a fifth. Counted by its weight in water what the
+        trim shows is one straight departure whatever the mass; counted by the mass it bends, and
+        its estimate stays where it was begun. What neither sinks nor floats has a place, too: a
+        share of its size counts beside.
+        """
         if not self.leads:
             return 1.0
         own = departures[list(self.leads)]
-        weighs = own * np.where(np.isin(self.leads, self.against), -1.0, 1.0)
-        return float(np.copysign(np.linalg.norm(own), weighs[np.argmax(np.abs(own))]))
+        weighs = own * np.array(self.pulls)
+        size = np.sqrt(own @ self._lead_form @ own)
+        return float(np.copysign(size, weighs[np.argmax(np.abs(weighs))]))
+
+    @property
+    def _lead_form(self) -> FloatArray:
+        """Form (k, k) whose value at what leads is the square of `lead_size`."""
+        pulls = np.array(self.pulls)
+        share = self.afloat**2
+        return (1.0 - share) * np.outer(pulls, pulls) + share * np.diag(pulls**2)
+
+    @property
+    def least_lead(self) -> float:
+        """Size of a lead below which it is too small to tell where it sits."""
+        return _LEAST_LEAD * self.afloat
+
+    def lead_slope(self, departures: FloatArray) -> FloatArray:
+        """Differentiate `lead_size` by what leads (k,); zero where there is none."""
+        own, size = departures[list(self.leads)], self.lead_size(departures)
+        return np.asarray(self._lead_form @ own / size if size else np.zeros(own.size))
 
     @property
     def name(self) -> str:
@@ -121,7 +151,6 @@ def coordinates(
                 needed = leads(packed, effect, target, parameter)
                 if needed is None:
                     continue
-                against = lifting(packed, effect, target, parameter, needed)
                 own = range(first, len(found))
                 found.append(
                     Coordinate(
@@ -131,10 +160,29 @@ def coordinates(
                         unit,
                         _ordinary(effect.id, parameter, packed, uncertainty) / unit,
                         tuple(k for k in own if found[k].parameter in needed),
-                        tuple(k for k in own if found[k].parameter in against),
+                        pulls(packed, effect, target, parameter, needed) if needed else (),
                     )
                 )
     return tuple(found)
+
+
+def counted_by_size(all_coordinates: Sequence[Coordinate]) -> tuple[Coordinate, ...]:
+    """Count places by all that there is: on a long way it may sink at first and float at last."""
+    return tuple(
+        replace(one, afloat=1.0, pulls=tuple(float(np.sign(pull)) for pull in one.pulls))
+        for one in all_coordinates
+    )
+
+
+def recounted(
+    before: Sequence[Coordinate], after: Sequence[Coordinate], departures: FloatArray
+) -> FloatArray:
+    """Count departures (g,) in other coordinates: places by another size of what leads them."""
+    found = departures.copy()
+    for index, (one, other) in enumerate(zip(before, after, strict=True)):
+        if one.leads:
+            found[index] *= other.lead_size(departures) / (one.lead_size(departures) or 1.0)
+    return found
 
 
 def may_bend(all_coordinates: Sequence[Coordinate]) -> frozenset[int]:

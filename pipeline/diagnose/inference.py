@@ -16,6 +16,7 @@ from pipeline.diagnose.margins import cautious
 from pipeline.diagnose.refine import Refined, possible_alone, refined, that_depart
 from pipeline.diagnose.scales import levels
 from pipeline.diagnose.search import Near, Search, ordinary_prior, search
+from pipeline.diagnose.settled_places import with_settled_places
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.windows import Window
@@ -119,7 +120,7 @@ def infer(
         found = replace(found, floor_scatter=healthy.floor_scatter)
     answered = possible_alone(found, answers(found, limits, healthy_known=known_well))
     answered = that_depart(found, answered, limits.interval_factor)
-    return found, checked(found, answered, limits)
+    return found, with_settled_places(found, checked(found, answered, limits))
 
 
 def _chosen(case: Case, windows: Sequence[Window]) -> BoolArray:

@@ -31,8 +31,6 @@ from pipeline.identify.window_outputs import whitened
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.types import BoolArray, FloatArray
 
-#: A lead below this (in units of half the plausible range) is too small to tell where it sits.
-LEAST_LEAD = 0.01
 #: How far beyond what an effect allows its mirror image is believed, in the same units.
 BEYOND = 0.3
 #: No departure goes further: three times what is plausible, in the same units.
@@ -166,7 +164,7 @@ def plain(all_coordinates: Sequence[Coordinate], departures: FloatArray) -> Floa
     for index, one in enumerate(all_coordinates):
         if one.leads:
             size = one.lead_size(departures)
-            found[index] = departures[index] / size if abs(size) >= LEAST_LEAD else 0.0
+            found[index] = departures[index] / size if abs(size) >= one.least_lead else 0.0
     return found
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.coordinates import may_bend
-from pipeline.diagnose.linear_model import LEAST_LEAD, Point, Setting, mass_of, vector_of
+from pipeline.diagnose.linear_model import Point, Setting, mass_of, vector_of
 from pipeline.diagnose.predictions import (
     Bench,
     Motion,
@@ -113,7 +113,7 @@ class MovedPieces:
         if self.wide and bends and abs(moved[number]) < _AT_NEUTRAL:
             by = self.wide * np.sign(one.step)
         if one.leads:
-            if abs(one.lead_size(moved)) < LEAST_LEAD:
+            if abs(one.lead_size(moved)) < one.least_lead:
                 # without its lead it does nothing: taken where the first is at its own step
                 moved[one.leads[0]] = _LEAD_STEP * np.sign(setting.coordinates[one.leads[0]].step)
                 moved[number] = 0.0

@@ -42,21 +42,24 @@ def leads(
     return found or None
 
 
-def lifting(
+def pulls(
     packed: PackedVehicle,
     effect: Effect,
     target: str | None,
     placed: Parameter,
     needed: Sequence[Parameter],
-) -> tuple[Parameter, ...]:
-    """Those of its leads at which a place has the opposite moment than at the first.
+) -> tuple[float, ...]:
+    """How hard each of its leads pulls at a place, over the first, by the far end of its range.
 
-    The mass of a payload weighs, the water that it displaces lifts.
+    The mass of a payload weighs, the water that it displaces lifts: about 1 and -1, as both may be
+    as far as 20 kg.
     """
-    moments = [_moment_of(packed, effect, target, one, placed) for one in needed]
-    return tuple(
-        one for one, moment in zip(needed, moments, strict=True) if moment @ moments[0] < 0.0
-    )
+    moments = [
+        _moment_of(packed, effect, target, one, placed) * far(one) / _sided(one) for one in needed
+    ]
+    first = moments[0]
+    whole = float(first @ first)
+    return tuple(float(one @ first) / whole if whole > 0.0 else 1.0 for one in moments)
 
 
 def _moment_of(

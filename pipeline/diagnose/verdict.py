@@ -6,8 +6,8 @@ import numpy as np
 
 from pipeline.diagnose.answer import Answers, Candidate
 from pipeline.diagnose.calibration import Calibration
-from pipeline.diagnose.coordinates import specs_at
-from pipeline.diagnose.evidence import posterior
+from pipeline.diagnose.coordinates import Coordinate, specs_at
+from pipeline.diagnose.evidence import Prior, posterior
 from pipeline.diagnose.hypotheses import Finding, prior_of
 from pipeline.diagnose.linear_model import plain, realisable
 from pipeline.diagnose.search import Search
@@ -21,6 +21,8 @@ _NORMAL_95 = 1.959964
 #: Share of a departure by which the model, linear or not, is off besides the noise of the readings;
 #: of an effect with k parameters times the root of k, as each takes up what is wrong of the others.
 _MODEL_SHARE = 0.015
+#: The same of what has a place: its mass is told by inertia, which is that of all the vehicle.
+_PLACED_SHARE = 0.09
 
 
 def departures_of(found: Search, one: Candidate, finding: Finding | None) -> FloatArray:
@@ -102,14 +104,13 @@ def parameters_of(
     which = np.array(one.finding.which, int)
     left = posterior(one.judged.found, prior_of(found.prior, one.finding))
     every = found.setting.coordinates
-    std = np.sqrt(np.maximum(np.diag(left.covariance), 0.0))
     alone = plain(every, left.mean)
     parameters, axes = {}, []
     pair = len(one.finding.effects) > 1
     free = Counter(every[index].effect.id for index in which)
+    placed = {every[index].effect.id for index in which if every[index].leads}
     for index in which:
         coordinate = every[index]
-        lead = max(abs(coordinate.lead_size(left.mean)), 1e-6)
         neutral = coordinate.parameter.neutral
         # what the healthy runs showed of a stated parameter is not the effect's
         departure = float(alone[index])
@@ -122,7 +123,9 @@ def parameters_of(
         own = float(np.sqrt(found.prior.covariance[index, index])) if coordinate.ordinary else 0.0
         own *= abs(value / neutral) if neutral else 1.0
         model_share = _MODEL_SHARE * float(np.sqrt(free[coordinate.effect.id]))
-        read_off = float(np.hypot(std[index] / lead, model_share * departure))
+        if coordinate.effect.id in placed:
+            model_share = _PLACED_SHARE
+        read_off = float(np.hypot(_std_alone(coordinate, index, left), model_share * departure))
         spread = float(np.hypot(factor * read_off, own))
         half = _NORMAL_95 * coordinate.unit_size * spread
         name = coordinate.parameter.name
@@ -135,3 +138,20 @@ def parameters_of(
         )
     targets = [target for _, target in one.finding.groups if target is not None]
     return parameters, targets[0] if targets else None, tuple(dict.fromkeys(axes))
+
+
+def _std_alone(one: Coordinate, index: int, left: Prior) -> float:
+    """Spread of a departure, of a product that of what is left of it without its lead.
+
+    With c the product and s the size of its lead the place c / s has c's error and that of s.
+    """
+    mean, covariance = left.mean, left.covariance
+    own = float(np.sqrt(max(float(covariance[index, index]), 0.0)))
+    if not one.leads:
+        return own
+    size = one.lead_size(mean)
+    if abs(size) < one.least_lead:
+        return own / one.least_lead
+    every = [index, *one.leads]
+    slope = np.concatenate([[1.0], -mean[index] / size * one.lead_slope(mean)]) / size
+    return float(np.sqrt(max(float(slope @ covariance[np.ix_(every, every)] @ slope), 0.0)))

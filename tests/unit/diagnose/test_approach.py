@@ -6,6 +6,7 @@ from diagnosis_cases import small_case
 
 from pipeline.diagnose.approach import approach
 from pipeline.diagnose.case import channels_of, led_by, setting_of
+from pipeline.diagnose.coordinates import counted_by_size, recounted
 from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.scales import levels
@@ -14,7 +15,10 @@ from pipeline.types import FloatArray
 
 
 def reached(*faults: str, effects: tuple[str, ...]) -> dict[str, float]:
-    """Departures of the point that is gone to, by the names of their coordinates."""
+    """Departures of the point that is gone to, by the names of their coordinates.
+
+    Places are counted by all that there is of what they are the place of.
+    """
     case = small_case(faults, effects=effects)
     channels = channels_of(case.vehicle, case.runs)
     setting = setting_of(case, case.runs, channels)
@@ -25,10 +29,9 @@ def reached(*faults: str, effects: tuple[str, ...]) -> dict[str, float]:
     near = approach(
         setting, lead, ordinary_prior(setting), levels(healthy_known=False), healthy_known=False
     )
-    return {
-        one.name: float(value)
-        for one, value in zip(setting.coordinates, near.departures, strict=True)
-    }
+    by_size = counted_by_size(setting.coordinates)
+    departures = recounted(setting.coordinates, by_size, near.departures)
+    return {one.name: float(value) for one, value in zip(by_size, departures, strict=True)}
 
 
 def test_payload_is_reached_with_its_place() -> None:
