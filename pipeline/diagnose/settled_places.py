@@ -20,6 +20,7 @@ from pipeline.diagnose.most_probable import moved_to
 from pipeline.diagnose.own_point import log_evidence_at
 from pipeline.diagnose.search import Judged, Search, force_prior, part
 from pipeline.diagnose.tangent import linear_model
+from pipeline.diagnose.weighing import UNKNOWN
 from pipeline.types import FloatArray
 
 #: Answers that are looked at, and how probable they are at least.
@@ -51,7 +52,8 @@ def with_settled_places(found: Search, answered: Answers) -> Answers:
 
 
 def _placed(found: Search, one: Candidate) -> bool:
-    if one.finding is None or one.probability < _PROBABLE:
+    # what `unknown` is best imitated by has no values that are told
+    if one.finding is None or one.name == UNKNOWN or one.probability < _PROBABLE:
         return False
     return any(found.setting.coordinates[k].leads for k in one.finding.which)
 
