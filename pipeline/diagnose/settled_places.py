@@ -55,7 +55,8 @@ def _placed(found: Search, one: Candidate) -> bool:
     # what `unknown` is best imitated by has no values that are told
     if one.finding is None or one.name == UNKNOWN or one.probability < _PROBABLE:
         return False
-    return any(found.setting.coordinates[k].leads for k in one.finding.which)
+    placed = {other.effect.id for other in found.setting.coordinates if other.leads}
+    return bool(placed & set(one.finding.effects))
 
 
 def _settled(found: Search, one: Candidate) -> Judged:

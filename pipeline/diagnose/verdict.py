@@ -108,7 +108,7 @@ def parameters_of(
     parameters, axes = {}, []
     pair = len(one.finding.effects) > 1
     free = Counter(every[index].effect.id for index in which)
-    placed = {every[index].effect.id for index in which if every[index].leads}
+    placed = {one.effect.id for one in every if one.leads}
     for index in which:
         coordinate = every[index]
         neutral = coordinate.parameter.neutral
