@@ -66,20 +66,8 @@ def approach(
     healthy_known : bool
         The prior was learned from healthy runs.
     """
-    by_size = replace(setting, coordinates=counted_by_size(setting.coordinates))
-    near = _approached(by_size, lead, prior, every_level, healthy_known=healthy_known)
-    departures = recounted(by_size.coordinates, setting.coordinates, near.departures)
-    return replace(near, departures=departures)
-
-
-def _approached(
-    setting: Setting,
-    lead: Lead,
-    prior: Prior,
-    every_level: Sequence[Level],
-    *,
-    healthy_known: bool,
-) -> Near:
+    by_weight = setting.coordinates
+    setting = replace(setting, coordinates=counted_by_size(by_weight))
     every, groups = setting.coordinates, groups_of(setting.coordinates)
     even = [one for one in every_level if np.ptp(one.factor) == 0.0]
     model = linear_model(setting, setting.origin(), wide=_WEAK)
@@ -133,7 +121,8 @@ def _approached(
     last = follow.steps(best, _FURTHER)[-1]
     # its own point is where it is fairly judged; from afar it may look a little better
     best = last if last.value > best.value - BEHIND else best
-    return Near(best.departures, best.best.level, prior, moved_by, _STEPS)
+    departures = recounted(every, by_weight, best.departures)
+    return Near(departures, best.best.level, prior, moved_by, _STEPS)
 
 
 def _laden(follow: Follower, best: Trial) -> list[Trial]:

@@ -31,11 +31,16 @@ def payload(packed: PackedVehicle) -> Effect:
 
 
 @pytest.fixture(scope="module")
-def place(packed: PackedVehicle, payload: Effect) -> Coordinate:
-    """Where it sits athwart, of mass (0) and volume (1)."""
+def every(packed: PackedVehicle, payload: Effect) -> tuple[Coordinate, ...]:
+    """Departures of a payload: mass (0), volume (1), then its place."""
     vehicle = load_vehicle(bundled_vehicle("rov8"))
     assert vehicle.model is not None
-    every = coordinates(packed, {"payload": payload}, vehicle.model.uncertainty)
+    return coordinates(packed, {"payload": payload}, vehicle.model.uncertainty)
+
+
+@pytest.fixture(scope="module")
+def place(every: tuple[Coordinate, ...]) -> Coordinate:
+    """Where it sits athwart."""
     assert [one.parameter.name for one in every[:2]] == ["mass_kg", "volume_m3"]
     return next(one for one in every if one.parameter.name == "y_m")
 
@@ -86,12 +91,7 @@ def test_how_much_there_is_has_the_sign_of_what_weighs_more(
     assert place.lead_size(departures) == pytest.approx(size)
 
 
-def test_a_place_counted_by_another_size_is_the_same_place(
-    packed: PackedVehicle, payload: Effect
-) -> None:
-    vehicle = load_vehicle(bundled_vehicle("rov8"))
-    assert vehicle.model is not None
-    every = coordinates(packed, {"payload": payload}, vehicle.model.uncertainty)
+def test_a_place_counted_by_another_size_is_the_same_place(every: tuple[Coordinate, ...]) -> None:
     by_size = counted_by_size(every)
     departures = np.array([0.15, 0.10, 0.01, -0.02, 0.005])
     there = recounted(every, by_size, departures)
@@ -112,12 +112,9 @@ def test_the_slope_of_the_size_is_its_derivative(place: Coordinate) -> None:
 
 
 def test_the_trim_of_a_payload_is_one_straight_departure_whatever_its_mass(
-    packed: PackedVehicle, payload: Effect
+    packed: PackedVehicle, every: tuple[Coordinate, ...]
 ) -> None:
     """Two modules of the same weight in water and the same product have nearly the same trim."""
-    vehicle = load_vehicle(bundled_vehicle("rov8"))
-    assert vehicle.model is not None
-    every = coordinates(packed, {"payload": payload}, vehicle.model.uncertainty)
     moments = []
     for mass in (0.10, 0.15):
         vector = vector_at(packed, every, plain(every, np.array([mass, mass - 0.05, 0, 0.01, 0])))
