@@ -12,6 +12,7 @@ from pipeline.diagnose.gap_left import by_gap_left, gaps_left
 from pipeline.diagnose.gap_seen import GapSeen
 from pipeline.diagnose.helping import that_help
 from pipeline.diagnose.search import Search
+from pipeline.diagnose.weighing import NONE, UNKNOWN
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,17 @@ class Conclusion:
     answered: Answers
     top: Candidate
     led_to: Consequence
+
+    @property
+    def names_effects(self) -> bool:
+        """Whether effects are named: else nothing goes into the model, whatever was looked at."""
+        return not {NONE, UNKNOWN} & set(self.said.names)
+
+    @property
+    def acting(self) -> bool:
+        """Whether effects are named, or stand beside `none`: where they act is where to look."""
+        beside = set(self.top.name.split("+")) & set(self.said.ambiguous)
+        return self.names_effects or (self.said.names == (NONE,) and bool(beside))
 
 
 def conclude(

@@ -220,6 +220,12 @@ def consequence(
     )
 
 
+def nothing_added(ahead: Ahead) -> Shrink:
+    """Held-out gap where no effect is named: what no vehicle file states is all that is added."""
+    told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
+    return shrink(ahead.stated, ahead.before, *told)
+
+
 def _gap_where_it_acts(
     before: Forecast, after: Forecast, spread: Mapping[str, FloatArray]
 ) -> float | None:

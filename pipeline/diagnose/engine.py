@@ -20,7 +20,6 @@ from pipeline.diagnose.record import record_of
 from pipeline.diagnose.search import Search
 from pipeline.diagnose.shaft_speeds import by_shaft_speeds, shafts_seen
 from pipeline.diagnose.verdict import specs_of
-from pipeline.diagnose.weighing import UNKNOWN
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord
@@ -115,8 +114,7 @@ def _diagnosed(
     concluded = conclude(found, answered, seen, limits, healthy_known=healthy_known)
     record = record_of(case, runs, found, seen, concluded, shafts, limits)
     record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
-    unknown = concluded.said.names == (UNKNOWN,)
-    specs = () if unknown else specs_of(found, concluded.led_to.added)
+    specs = specs_of(found, concluded.led_to.added) if concluded.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
 
 

@@ -8,6 +8,7 @@ from pipeline.diagnose.calibration import Calibration
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.conclusion import Conclusion
 from pipeline.diagnose.confusability import confusable
+from pipeline.diagnose.consequences import nothing_added
 from pipeline.diagnose.forecast import AHEAD_S
 from pipeline.diagnose.gap import gap_channels
 from pipeline.diagnose.gap_seen import GapSeen
@@ -20,6 +21,7 @@ from pipeline.diagnose.series import series_of
 from pipeline.diagnose.shaft_speeds import ShaftsSeen
 from pipeline.diagnose.stages import stages_told
 from pipeline.diagnose.verdict import ranking_of
+from pipeline.diagnose.weighing import UNKNOWN
 from pipeline.diagnose.where import where_told
 from pipeline.records.diagnosis import (
     ChannelNoiseCheck,
@@ -63,13 +65,27 @@ def record_of(  # noqa: PLR0917 - one caller
         ranking_of(found, answered, led_to.closed, concluded.top, limits), case.errors
     )
     first, probability = ranking[0], answered.ranking[0].probability
+    # what was looked at and is not named goes into no model
+    after, closed = ahead.before, nothing_added(ahead)
+    if concluded.names_effects:
+        after, closed = led_to.after, led_to.closed
+    acts_with = ahead.before if case.errors else None
+    if concluded.acting:
+        acts_with = led_to.after
     return DiagnosisRecord(
         vehicle=case.name,
         runs=tuple(run.name for run in case.runs),
         holdout=tuple(run.name for run in case.holdout),
         gap=Gap(
             channels=dict(seen.channels),
-            where=where_told(seen, led_to, found.setting, runs, names),
+            where=where_told(
+                seen,
+                led_to,
+                found.setting,
+                runs,
+                after=acts_with,
+                unknown=UNKNOWN in names,
+            ),
             by_regime=regime_gaps(seen.every, ahead.stated, ahead.spread, AHEAD_S),
         ),
         verdict=Verdict(
@@ -80,13 +96,13 @@ def record_of(  # noqa: PLR0917 - one caller
             sentence=sentence(names, probability, ambiguous, first, led_to.left),
         ),
         ranking=ranking,
-        shrink=led_to.closed,
+        shrink=closed,
         confusable=tuple(confusable(concluded.top.judged.ground, found.groups)),
         next_run=next_run(case, found, answered, ambiguous) if ambiguous else None,
         leftover=led_to.left,
         evidence=_evidence(case, runs, found, answered, shafts, limits),
         series=series_of(
-            ahead.near, runs, ahead.stated, led_to.after, ahead.held, gap_channels(seen.channels)
+            ahead.near, runs, ahead.stated, after, ahead.held, gap_channels(seen.channels)
         ),
         notes=notes_on(case, found, concluded.top),
         elapsed_s=0.0,

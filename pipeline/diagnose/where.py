@@ -10,7 +10,6 @@ from pipeline.diagnose.gap import gap_channels
 from pipeline.diagnose.gap_seen import GapSeen
 from pipeline.diagnose.linear_model import Setting
 from pipeline.diagnose.regimes import excess, regime_shares, time_shares
-from pipeline.diagnose.weighing import NONE, UNKNOWN
 from pipeline.records.diagnosis import Where
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
@@ -24,7 +23,9 @@ def where_told(
     led_to: Consequence,
     setting: Setting,
     runs: Sequence[RunTable],
-    names: tuple[str, ...],
+    *,
+    after: Forecast | None,
+    unknown: bool,
 ) -> Where:
     """Name where the gap lies.
 
@@ -32,7 +33,8 @@ def where_told(
     any; then those in which the effects of the answer act most: a DVL's scale that is half a floor
     in surge is told from the motion as a whole, and the errors of surge alone do not show it. The
     regimes are those in which the effects act; of what no effect explains those in which its force
-    acts, and first what that goes with; without a gap those in which the errors lie.
+    acts, and first what that goes with; without a gap those in which the errors lie. An effect that
+    `none` cannot be told from is looked for where it would act.
 
     Parameters
     ----------
@@ -40,30 +42,32 @@ def where_told(
         The gap without and with the answer.
     setting, runs
         The windows, and their runs.
-    names : tuple of str
-        Effects of the answer, `none` or `unknown`.
+    after : Forecast or None
+        With the effects that are named, or stand beside `none`; None where there are none.
+    unknown : bool
+        No effect explains the gap, whatever else is named.
     """
     gaps, ahead, every = seen.channels, seen.ahead, seen.every
     windows = setting.bench.window_count
     carried = excess(ahead.stated, ahead.spread, windows, AHEAD_S)
-    channels, acting = gap_channels(gaps), carried
+    channels, by_regime = gap_channels(gaps), carried
     goes_with: dict[str, float] = {}
-    if UNKNOWN in names:
+    if unknown:
         channels = channels or (max(gaps, key=lambda name: gaps[name].ratio),)
-        acting, left = led_to.left_by_window, led_to.left
+        by_regime, left = led_to.left_by_window, led_to.left
         if left.depends_on is not None and left.correlation is not None:
             goes_with[left.depends_on] = left.correlation
-    elif names != (NONE,) and led_to.after is not ahead.stated:
-        difference = made(ahead.stated, led_to.after, ahead.spread)
+    elif after is not None and after is not ahead.stated:
+        difference = made(ahead.stated, after, ahead.spread)
         size = {name: rms(values) for name, values in difference.items()}
         most = max(size.values(), default=0.0)
         acted = [name for name in size if size[name] >= max(_ACTS * most, 1e-12)]
         acted = [name for name in acted if name not in channels]
         channels = (*channels, *sorted(acted, key=lambda name: -size[name]))
-        acting = by_window(difference, ahead.stated, windows)
+        by_regime = by_window(difference, ahead.stated, windows)
     return Where(
         channels=channels,
-        regimes=regime_shares(every, acting, goes_with),
+        regimes=regime_shares(every, by_regime, goes_with),
         times=time_shares(setting, runs, carried),
     )
 

@@ -145,11 +145,16 @@ def gap_lead(record: DiagnosisRecord) -> str:
         return "No channel could be compared."
     worst = max(channels, key=lambda name: channels[name].ratio)
     ratio = channels[worst].ratio
-    if not record.gap.where.channels:
-        return (
+    named, verdict = record.gap.where.channels, record.verdict
+    if not named or verdict.effects == ("none",):
+        text = (
             f"No channel stands out: the largest error, {channel_name(worst)}, is "
             f"{ratio_text(ratio)} times the healthy floor."
         )
+        if not named or not verdict.ambiguous_with:
+            return text
+        listed = ", ".join(channel_name(name) for name in named)
+        return f"{text} What cannot be told from none would show most in: {listed}."
     text = f"{channel_name(worst)} is off most, {ratio_text(ratio)} times the healthy floor"
     if record.gap.where.regimes:
         first = record.gap.where.regimes[0]

@@ -113,7 +113,8 @@ def _channel_table(record: DiagnosisRecord) -> Table:
         row_classes=tuple("warning" if name in carrying else "" for name in names),
         note="Sensor floor: the sensor's noise alone. Healthy floor: what a healthy vehicle of "
         "this kind leaves, with its ordinary parameter errors and disturbances. Ratio: error over "
-        "healthy floor. Marked: the channels that carry the gap, or in which the answer acts most.",
+        "healthy floor. Marked: the channels that carry the gap, or in which the answer, or what "
+        "stands beside none, acts most.",
     )
 
 

@@ -9,10 +9,12 @@ from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.calibration import Calibration, calibration
 from pipeline.diagnose.case import Case, channels_of
 from pipeline.diagnose.conclusion import Conclusion, conclude
+from pipeline.diagnose.consequences import nothing_added
 from pipeline.diagnose.gap_seen import GapSeen, gap_seen
 from pipeline.diagnose.inference import infer
 from pipeline.diagnose.record import record_of
 from pipeline.diagnose.search import Search
+from pipeline.records.diagnosis import DiagnosisRecord
 
 
 @dataclass(frozen=True)
@@ -27,6 +29,11 @@ class Weighed:
     def conclude(self, limits: Calibration) -> Conclusion:
         """What is said with some thresholds."""
         return conclude(self.found, self.answered, self.seen, limits, healthy_known=False)
+
+    def record(self, limits: Calibration) -> DiagnosisRecord:
+        """The record of that."""
+        said = self.conclude(limits)
+        return record_of(self.case, self.case.runs, self.found, self.seen, said, None, limits)
 
 
 @pytest.fixture(scope="module")
@@ -65,18 +72,26 @@ def test_an_answer_that_is_never_sure_enough_has_others_beside_it(weighed: Weigh
 
 def test_the_record_tells_what_was_concluded(weighed: Weighed) -> None:
     concluded = weighed.conclude(calibration())
-    record = record_of(
-        weighed.case,
-        weighed.case.runs,
-        weighed.found,
-        weighed.seen,
-        concluded,
-        None,
-        calibration(),
-    )
+    record = weighed.record(calibration())
     assert record.verdict.effects == concluded.said.names
     assert record.verdict.detail.thruster == "front_left"
     assert record.gap.channels == weighed.seen.channels
     assert record.shrink == concluded.led_to.closed
     assert record.next_run is None
     assert {one.effect for one in record.ranking} >= {"none", "unknown", "linear_damping"}
+
+
+def test_what_stands_beside_none_goes_into_no_model_but_says_where_to_look(
+    weighed: Weighed,
+) -> None:
+    wide = replace(calibration(), least_gap=100.0, most_none_gap=100.0)
+    concluded = weighed.conclude(wide)
+    assert concluded.said.names == ("none",)
+    assert concluded.said.ambiguous == ("thruster_degraded",)
+    assert not concluded.names_effects
+    record = weighed.record(wide)
+    assert record.shrink == nothing_added(weighed.seen.ahead)
+    assert record.shrink.after > concluded.led_to.closed.after
+    assert record.gap.where == weighed.record(calibration()).gap.where
+    looked_at = next(one for one in record.ranking if one.effect == "thruster_degraded")
+    assert looked_at.gap_closed == pytest.approx(concluded.led_to.closed.gap_closed)
