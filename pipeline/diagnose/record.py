@@ -93,7 +93,7 @@ def record_of(  # noqa: PLR0917 - one caller
             probability=probability,
             ambiguous_with=ambiguous,
             detail=Detail(thruster=first.thruster, axes=first.axes),
-            sentence=sentence(names, probability, ambiguous, first, led_to.left),
+            sentence=sentence(names, probability, ambiguous, ranking, led_to.left),
         ),
         ranking=ranking,
         shrink=closed,

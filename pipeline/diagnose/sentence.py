@@ -5,15 +5,19 @@ from collections.abc import Sequence
 from pipeline.effects.library import effects
 from pipeline.records.diagnosis import Leftover, RankedEffect
 
+#: An answer of less probability is not worth a word.
+_UNLIKELY = 0.05
+
 
 def sentence(
     names: Sequence[str],
     probability: float,
     ambiguous: Sequence[str],
-    first: RankedEffect | None,
+    ranking: Sequence[RankedEffect],
     left: Leftover,
 ) -> str:
     """Say the verdict, its probability, and what it may be as well."""
+    first = ranking[0] if ranking else None
     sure = f"(probability {probability:.2f})"
     if tuple(names) == ("none",):
         said = (
@@ -42,9 +46,20 @@ def sentence(
                 "; besides, there is a gap that no effect of the library explains: "
                 f"{_left_to_say(left)}"
             )
+        said += _alone_instead(ranking)
     if ambiguous:
         said += f". These runs cannot tell it from {', '.join(ambiguous)}"
     return said + "."
+
+
+def _alone_instead(ranking: Sequence[RankedEffect]) -> str:
+    """Say which effect of a pair may do without the other, where that is not out of question."""
+    pair = set(ranking[0].effect.split("+")) if ranking else set()
+    alone = [one for one in ranking if set(one.effect.split("+")) < pair]
+    best = max(alone, key=lambda one: one.probability, default=None)
+    if best is None or best.probability < _UNLIKELY:
+        return ""
+    return f"; {best.effect} alone has probability {best.probability:.2f}"
 
 
 def _left_to_say(left: Leftover) -> str:
