@@ -83,6 +83,14 @@ def fit(found: Marginal, prior: Prior) -> Fit:
     return Fit(log_evidence, mean, std)
 
 
+def promise(found: Marginal, prior: Prior, way: FloatArray) -> float:
+    """Log evidence by which the end of a way (g,) to the most probable departures is better."""
+    active = np.flatnonzero(np.diag(prior.covariance) > 0.0)
+    block = np.ix_(active, active)
+    believed = np.linalg.pinv(prior.covariance[block], hermitian=True)
+    return 0.5 * float(way[active] @ (found.information[block] + believed) @ way[active])
+
+
 def posterior(found: Marginal, prior: Prior) -> Prior:
     """Compute what the readings leave of a prior: mean and covariance."""
     values, vectors = np.linalg.eigh(prior.covariance)

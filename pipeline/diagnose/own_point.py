@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.elimination import Grams, grams, marginal
-from pipeline.diagnose.evidence import Fit, fit
+from pipeline.diagnose.evidence import Fit, fit, promise
 from pipeline.diagnose.hypotheses import (
     IMPOSSIBLE,
     Finding,
@@ -26,20 +26,28 @@ from pipeline.types import FloatArray
 _SETTLED = 0.1
 #: Or, of what is known no better than that, by more than this share of its deviation.
 _OPEN_SHARE = 0.5
+#: Or when the log evidence stays within this, and the next step promises no more.
+_AS_GOOD = 2.0
+#: Steps to an own point, at most.
+_STEPS = 3
 #: No further step is worth its time.
 _STAYS = 0.05
+#: A step up to which what is stated keeps its derivatives at the end of it.
+_NEAR = 0.15
 
 
 @dataclass(frozen=True)
 class Reached:
     """How a hypothesis looks from where it was followed to.
 
-    `value` is its log evidence, `point` the departures (g,) there, `settled` whether it stays.
+    `value` is its log evidence, `point` the departures (g,) there, `settled` whether it stays, and
+    `behind` whether it is near its end, and that too far behind to matter.
     """
 
     value: float
     point: FloatArray
     settled: bool
+    behind: bool = False
 
 
 def judged_anew(  # noqa: PLR0917 - one caller
@@ -69,7 +77,7 @@ def judged_anew(  # noqa: PLR0917 - one caller
     """
     prior, forces = prior_of(found.prior, finding), force_prior(found.setting, judged.level)
     reached = _followed(found, found.model, begin, judged, finding, enough)
-    if reached.settled:
+    if reached.settled or reached.behind:
         return reached
     which = () if finding is None else finding.which
     at = found.prior.mean.copy()
@@ -105,24 +113,33 @@ def _followed(  # noqa: PLR0917 - two callers
     normal = grams(there) if there is not found.model else found.grams
     # on the way what is stated keeps its derivatives; where it counts it has its own
     at = realisable(every, at)
-    for renew in (which, free, free):
+    move, known_free = np.inf, False
+    for number in range(_STEPS):
         point = moved_to(there, normal, forces, at)
         if point is None:
             return reached
+        renew = which if number == 0 or (known_free and move < _NEAR) else free
+        known_free = known_free or renew == free
         there = linear_model(there.setting, point, known=there, renew=renew)
         if there.lost > found.model.lost:
             return reached
         normal = grams(there)
-        best = fit(marginal(part(normal, found.chosen), forces), prior)
+        left = marginal(part(normal, found.chosen), forces)
+        best = fit(left, prior)
         if finding is not None and cannot_be(found, finding, best):
             return Reached(-np.inf, at, settled=True)
         goes_to = realisable(every, best.mean)
         # what the readings leave open wanders, and it does not matter
         known = np.minimum(_SETTLED / np.maximum(_OPEN_SHARE * best.std, 1e-12), 1.0)
         move = float((known * np.abs(goes_to - at))[list(free)].max(initial=0.0))
-        reached = Reached(log_evidence_at(found, normal, judged, finding), at, move < _SETTLED)
-        far_behind = reached.settled and reached.value < enough
-        if far_behind or (move < _STAYS and renew == free):
+        value = log_evidence_at(found, normal, judged, finding)
+        better, promised = value - reached.value, promise(left, prior, goes_to - at)
+        as_good = max(abs(better), promised) < _AS_GOOD
+        behind = known_free and value + max(better, promised) < enough
+        reached = Reached(value, at, move < _SETTLED or as_good, behind and number > 0)
+        if reached.behind or as_good or (move < _STAYS and known_free):
+            break
+        if reached.settled and value < enough:
             break
         at = goes_to
     return reached

@@ -13,7 +13,7 @@ from functools import partial
 import numpy as np
 
 from pipeline.diagnose.elimination import ForcePrior, Grams, marginal, with_readings
-from pipeline.diagnose.evidence import Prior, fit
+from pipeline.diagnose.evidence import Prior, fit, promise
 from pipeline.diagnose.hypotheses import Finding, prior_of
 from pipeline.diagnose.linear_model import realisable
 from pipeline.diagnose.most_probable import most_probable, readings_there
@@ -244,13 +244,9 @@ def _not_reached(
     if last is None:
         return 0.0
     left = marginal(part(normal, found.chosen), forces)
-    active = np.flatnonzero(np.diag(prior.covariance) > 0.0)
-    block = np.ix_(active, active)
     every = found.setting.coordinates
     promised = fit(left, prior).mean
     # what is promised of the form of the lag beyond where it is one is so from every point
     form = [k for k, one in enumerate(every) if one.effect.unstated]
     promised[form] = realisable(every, promised)[form]
-    way = (promised - last)[active]
-    believed = np.linalg.pinv(prior.covariance[block], hermitian=True)
-    return 0.5 * float(way @ (left.information[block] + believed) @ way)
+    return promise(left, prior, promised - last)

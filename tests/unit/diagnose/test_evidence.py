@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from pipeline.diagnose.elimination import ForcePrior, Grams, Marginal, marginal, solve
-from pipeline.diagnose.evidence import Prior, fit, log_inside, posterior
+from pipeline.diagnose.evidence import Prior, fit, log_inside, posterior, promise
 from pipeline.diagnose.hypotheses import log_evidence_of, with_ordinary
 from pipeline.types import FloatArray
 
@@ -133,3 +133,19 @@ def test_a_flat_likelihood_leaves_the_prior() -> None:
     assert left.log_evidence == pytest.approx(-5.0)
     np.testing.assert_allclose(left.mean, prior.mean)
     np.testing.assert_allclose(left.std, np.sqrt([0.5, 0.25]))
+
+
+def test_a_way_to_the_most_probable_departures_promises_what_it_gains(linear: Linear) -> None:
+    """Against the joint log density of readings and departures at both ends."""
+    found = marginal(linear[0], linear[3])
+    root = np.diag([0.5, 1.0, 0.0, 2.0]) + np.diag([0.3, 0.0, 0.0], -1)
+    prior = Prior(np.array([0.1, -0.2, 0.7, 0.0]), root @ root.T)
+    best, active = fit(found, prior).mean, [0, 1, 3]
+
+    def density(at: FloatArray) -> float:
+        off = (at - prior.mean)[active]
+        believed = np.linalg.inv(prior.covariance[np.ix_(active, active)])
+        return float(found.score @ at - at @ found.information @ at / 2 - off @ believed @ off / 2)
+
+    begin = best - np.array([0.3, -0.1, 0.0, 0.2])
+    assert promise(found, prior, best - begin) == pytest.approx(density(best) - density(begin))

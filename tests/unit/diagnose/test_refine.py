@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
-from pipeline.diagnose import engine, inference, refine, second_look
+from pipeline.diagnose import engine, inference, own_point, refine, second_look
 from pipeline.diagnose.answer import Answers
 from pipeline.diagnose.elimination import grams
 from pipeline.diagnose.hypotheses import Finding
@@ -102,6 +102,31 @@ def test_what_is_too_small_to_matter_stays_where_it_is_most_probable(given: Give
     reached = judged_anew(found, lead, nothing.judged, None, begin, -np.inf)
     assert reached.settled
     assert (reached.point[~stated] / begin[~stated] > 0.5).all()
+
+
+@pytest.mark.parametrize(("enough", "sought"), [(-np.inf, 2), (np.inf, 1)])
+def test_what_is_too_far_behind_near_its_end_is_sought_from_nowhere_else(
+    given: Given, monkeypatch: pytest.MonkeyPatch, enough: float, sought: int
+) -> None:
+    found, first, lead = given
+    nothing = first.of("none")
+    assert nothing is not None
+    ways = []
+    # nothing settles: what moves by nothing at all still moves too far
+    for name in ("_SETTLED", "_STAYS", "_AS_GOOD"):
+        monkeypatch.setattr(own_point, name, -1.0)
+
+    def counted(*given: Any) -> Reached:  # noqa: ANN401
+        ways.append(way(*given))
+        return ways[-1]
+
+    way = own_point._followed
+    monkeypatch.setattr(own_point, "_followed", counted)
+    begin = departures_of(found, nothing, None)
+    reached = judged_anew(found, lead, nothing.judged, None, begin, enough)
+    assert len(ways) == sought
+    assert not reached.settled
+    assert reached.behind == (enough == np.inf)
 
 
 def test_a_pair_is_judged_under_every_force_that_a_single_effect_is(given: Given) -> None:
