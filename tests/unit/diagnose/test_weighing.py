@@ -322,8 +322,8 @@ def test_a_force_that_moves_nothing_is_not_unknown(
     assert with_unknown(answers, left, LIMITS, healthy_known=True)[0].name == first
 
 
-@pytest.mark.parametrize(("after", "others"), [(1.4, ()), (1.6, ("unknown",))])
-def test_beside_an_effect_that_leaves_a_clear_gap_stands_unknown(
+@pytest.mark.parametrize(("after", "others"), [(1.1, ()), (1.3, ("unknown",))])
+def test_beside_an_effect_that_leaves_a_gap_stands_unknown(
     after: float, others: tuple[str, ...]
 ) -> None:
     left = Left(force=1.0, before=2.2, after=0.9, gap_closed=1.0, alone=0.7, alone_after=after)
