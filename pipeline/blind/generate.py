@@ -15,7 +15,6 @@ from pipeline.blind.flying import (
     Patient,
     Stage,
     VehicleLost,
-    fault_of,
     fly_all,
     read_runs,
     stage_of,
@@ -24,7 +23,7 @@ from pipeline.blind.label import CaseLabel, TrueEffect
 from pipeline.blind.outside import Trouble
 from pipeline.blind.regimes import regimes_of
 from pipeline.blind.severity import CHANNELS, Floors, gap_ratio, ratios
-from pipeline.blind.sizing import FloorKey, healthy_floors, size_for, trace_of_runs
+from pipeline.blind.sizing import FloorKey, fault_that_shows, healthy_floors, trace_of_runs
 from pipeline.blind.subject import Subject, variant_for
 from pipeline.blind.truth.manoeuvres import SETS
 from pipeline.blind.truth.nature import drawn, some_weather
@@ -100,20 +99,21 @@ def generate(subject: Subject, spec: CaseSpec) -> GeneratedCase:
     names, held = SETS[spec.manoeuvres]
     every = (*names, *held)
     durations = (spec.duration_s,) * len(every)
-    faults = tuple(fault_of(what, stage, durations, rng) for what in spec.what)
-    sizes = tuple(
-        size_for(
+    sized = [
+        fault_that_shows(
+            what,
             stage,
             well,
-            fault,
             wanted=spec.severity,
             floors=floors,
             kinds=every,
+            durations_s=durations,
             seeds=seeds[1],
             rng=rng,
         )
-        for fault in faults
-    )
+        for what in spec.what
+    ]
+    faults, sizes = tuple(fault for fault, _ in sized), tuple(size for _, size in sized)
     patient, flown = _flown(stage, Patient(well, faults, sizes), every, spec, seeds[2])
     runs, logs = read_runs(stage, flown, "run", seeds[3])
     healthy: list[RunTable] = []

@@ -15,7 +15,8 @@ _DISTRUST = """\
   parameter drawn within its stated uncertainty. It is still a simulator: what neither knows
   (free surface, thrusters that blow at each other, hoses) is in no case.
 - Gaps are measured against the healthy floor over windows of ten seconds, in the worst channel.
-  Some effects cannot reach the wanted gap at any possible value: the reached one is used.
+  Some effects cannot reach the wanted gap at any possible value: the reached one is used. One that
+  opens less than 1.5 floors is drawn anew (another axis, thruster, direction), up to three times.
 - The directions and sizes of the effects are drawn from this program's idea of what is plausible.
 """
 

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from pipeline.blind.flying import Patient, children, fault_of, fly_all, stage_of
+from pipeline.blind import sizing
+from pipeline.blind.flying import Fault, Patient, Stage, children, fault_of, fly_all, stage_of
 from pipeline.blind.outside import TROUBLES
 from pipeline.blind.severity import gap_ratio, ratios
 from pipeline.blind.sizing import FloorKey, healthy_floors, trace_of_runs
 from pipeline.blind.subject import Subject, possible_effects
-from pipeline.blind.truth.craft import craft_of
+from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.nature import FURTHEST, Weather, drawn, wander
 
 
@@ -36,6 +37,37 @@ def test_every_trouble_can_be_flown(rov8: Subject, what: str) -> None:
 def test_a_fault_of_size_nothing_leaves_no_trace(rov8: Subject) -> None:
     for effect in possible_effects(rov8):
         assert gap_at(rov8, effect, 0.0) == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize(("shows_from", "drawn_fault"), [(1.0, 0), (5.0, 2), (50.0, 1)])
+def test_a_fault_that_cannot_be_seen_is_drawn_anew(
+    rov8: Subject, monkeypatch: pytest.MonkeyPatch, shows_from: float, drawn_fault: int
+) -> None:
+    """The first that shows is taken; where none does, the one that shows most."""
+    stage = stage_of(rov8, (), Weather())
+    shown = iter([1.2, 9.0, 6.0, 1.1] if shows_from > 5.0 else [1.2, 2.0, 6.0, 1.1])
+    drawn_so_far: list[Fault] = []
+
+    def sized(_stage: Stage, _well: Craft, fault: Fault, **_: object) -> tuple[float, float]:
+        drawn_so_far.append(fault)
+        return 0.1 * len(drawn_so_far), next(shown)
+
+    monkeypatch.setattr(sizing, "size_for", sized)
+    monkeypatch.setattr(sizing, "_SHOWS", shows_from)
+    fault, size = sizing.fault_that_shows(
+        "thruster_degraded",
+        stage,
+        stage.stated,
+        wanted=2.0,
+        floors=healthy_floors(FloorKey(rov8, "trial", ())),
+        kinds=("tasks", "dives"),
+        durations_s=(40.0, 40.0),
+        seeds=np.random.SeedSequence(3),
+        rng=np.random.default_rng(8),
+    )
+    assert fault is drawn_so_far[drawn_fault]
+    assert size == pytest.approx(0.1 * (drawn_fault + 1))
+    assert len(drawn_so_far) == (4 if shows_from > 10.0 else drawn_fault + 1)
 
 
 def test_healthy_vehicles_differ_as_the_vehicle_file_states(rov8: Subject) -> None:
