@@ -22,25 +22,28 @@ def contracts() -> list[dict[str, object]]:
 
 
 def drawing() -> str:
-    """Return the drawing (Mermaid) and the contracts beside the layers, as Markdown."""
-    lines = ["```mermaid", "flowchart TB"]
+    """Return the drawings (Mermaid) and the contracts beside the layers, as Markdown."""
+    lines: list[str] = []
     sentences = []
     for contract in contracts():
         if contract["type"] == "layers":
+            inside = _names(contract.get("containers"))
+            if inside:
+                lines += [f"**{contract['name']}** (inside {inside}):", ""]
             lines += _layers([str(layer) for layer in _list(contract["layers"])])
         elif contract["type"] == "forbidden":
             sentences.append(
                 f"- **{contract['name']}.** {_names(contract['source_modules'])} may not import "
                 f"{_names(contract['forbidden_modules'])}."
             )
-    return "\n".join([*lines, "```", "", *sentences])
+    return "\n".join([*lines, *sentences])
 
 
 def _layers(layers: list[str]) -> list[str]:
-    rooms = [" · ".join(_ROOM.findall(layer)) for layer in layers]
+    rooms = [" · ".join(_ROOM.findall(layer) or layer.split(" | ")) for layer in layers]
     boxes = [f'    L{i}["{room}"]' for i, room in enumerate(rooms)]
     arrows = [f"    L{i} --> L{i + 1}" for i in range(len(layers) - 1)]
-    return [*boxes, *arrows]
+    return ["```mermaid", "flowchart TB", *boxes, *arrows, "```", ""]
 
 
 def _list(value: object) -> list[object]:

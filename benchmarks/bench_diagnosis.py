@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.bundled.mmt300_truth import mooring_thrust
-from pipeline.diagnose.bench_engine import diagnose_bench
-from pipeline.diagnose.bench_model import BenchModel, bench_model
-from pipeline.diagnose.bench_table import bench_table
+from pipeline.diagnose.bench.engine import diagnose_bench
+from pipeline.diagnose.bench.model import BenchModel, bench_model
+from pipeline.diagnose.bench.table import bench_table
 from pipeline.plan import processed_file
 from pipeline.provenance import read_envelope
 from pipeline.records.base import Source

@@ -8,9 +8,9 @@ Prints a row for each pair; with --shown the speed, current and voltage columns 
 import sys
 from pathlib import Path
 
-from pipeline.diagnose.bench_engine import diagnose_bench
-from pipeline.diagnose.bench_model import bench_model
-from pipeline.diagnose.bench_table import bench_table
+from pipeline.diagnose.bench.engine import diagnose_bench
+from pipeline.diagnose.bench.model import bench_model
+from pipeline.diagnose.bench.table import bench_table
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.vehicle.load import load_vehicle
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pipeline.diagnose.bench_model import BenchModel, Reference
-from pipeline.diagnose.bench_table import BenchTable, bench_table
+from pipeline.diagnose.bench.model import BenchModel, Reference
+from pipeline.diagnose.bench.table import BenchTable, bench_table
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.diagnose.characteristic import characteristic_profiles, curve_errors
-from pipeline.diagnose.coordinates import coordinates
-from pipeline.diagnose.dead_reckoning import mount_of
-from pipeline.diagnose.follow import follow
-from pipeline.diagnose.instruments import InstrumentErrors
-from pipeline.diagnose.linear_model import Setting
-from pipeline.diagnose.predictions import Bench, voltage_channel
-from pipeline.diagnose.workers import Workers
+from pipeline.diagnose.kinematics.dead_reckoning import mount_of
+from pipeline.diagnose.kinematics.instruments import InstrumentErrors
+from pipeline.diagnose.linear.characteristic import characteristic_profiles, curve_errors
+from pipeline.diagnose.linear.coordinates import coordinates
+from pipeline.diagnose.linear.follow import follow
+from pipeline.diagnose.linear.linear_model import Setting
+from pipeline.diagnose.linear.predictions import Bench, voltage_channel
+from pipeline.diagnose.linear.workers import Workers
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import candidates, unstated
 from pipeline.effects.specification import EffectSpec

@@ -8,18 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from pipeline.diagnose.beside_errors import case_beside, errors_of
-from pipeline.diagnose.calibration import calibration
 from pipeline.diagnose.case import Case, channels_of
-from pipeline.diagnose.case_evidence import CaseEvidence, case_evidence
-from pipeline.diagnose.conclusion import conclude
-from pipeline.diagnose.gap_seen import gap_seen
+from pipeline.diagnose.conclude.beside_errors import case_beside, errors_of
+from pipeline.diagnose.conclude.case_evidence import CaseEvidence, case_evidence
+from pipeline.diagnose.conclude.conclusion import conclude
+from pipeline.diagnose.conclude.gap_seen import gap_seen
+from pipeline.diagnose.conclude.shaft_speeds import by_shaft_speeds, shafts_seen
 from pipeline.diagnose.hopeless import refuse_hopeless
-from pipeline.diagnose.inference import infer
-from pipeline.diagnose.record import record_of
-from pipeline.diagnose.search import Search
-from pipeline.diagnose.shaft_speeds import by_shaft_speeds, shafts_seen
-from pipeline.diagnose.verdict import specs_of
+from pipeline.diagnose.inference.infer import infer
+from pipeline.diagnose.inference.verdict import specs_of
+from pipeline.diagnose.judging.search import Search
+from pipeline.diagnose.rules.calibration import calibration
+from pipeline.diagnose.tell.record import record_of
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord

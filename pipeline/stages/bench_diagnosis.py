@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from pipeline.diagnose.bench_engine import diagnose_bench
-from pipeline.diagnose.bench_model import BenchModel, bench_model
-from pipeline.diagnose.bench_table import BenchTable, bench_table
+from pipeline.diagnose.bench.engine import diagnose_bench
+from pipeline.diagnose.bench.model import BenchModel, bench_model
+from pipeline.diagnose.bench.table import BenchTable, bench_table
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.plan import UsageError, processed_file

@@ -21,7 +21,7 @@ from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.stages.blind_subjects import load_subject
 
 if TYPE_CHECKING:
-    from pipeline.diagnose.case_evidence import CaseEvidence
+    from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 
 #: From a case, as an engineer would have it, and the effects that are left out of the library, to
 #: the content of ``diagnosis.json``.

@@ -7,7 +7,7 @@ from pathlib import Path
 from pipeline import __version__
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import Diagnosis, diagnose_fully
-from pipeline.diagnose.file_changes import file_changes, left_to_say
+from pipeline.diagnose.tell.file_changes import file_changes, left_to_say
 from pipeline.effects.library import apply_effects
 from pipeline.errors import CannotComputeError
 from pipeline.provenance import canonical_json, write_atomically

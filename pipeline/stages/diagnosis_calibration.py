@@ -18,15 +18,15 @@ from typing import Any
 
 from pipeline.blind.generate import GeneratedCase
 from pipeline.blind.label import open_label
-from pipeline.diagnose.calibration import Calibration, calibration
-from pipeline.diagnose.case_evidence import CaseEvidence
-from pipeline.diagnose.threshold_search import (
+from pipeline.diagnose.conclude.case_evidence import CaseEvidence
+from pipeline.diagnose.conclude.threshold_search import (
     Known,
     decided,
     interval_factor,
     search_thresholds,
     total_cost,
 )
+from pipeline.diagnose.rules.calibration import Calibration, calibration
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.stages.blind_case import BlindPlace, diagnose_in_memory, run_case
 from pipeline.stages.many_cases import as_they_come
@@ -128,7 +128,7 @@ def set_thresholds(folder: Path, *, write: bool) -> Calibration:
         "seeds": f"{numbers[0]} to {numbers[-1]}" if numbers else "",
     }
     if write:
-        target = Path(str(files("pipeline.diagnose").joinpath("calibration.json")))
+        target = Path(str(files("pipeline.diagnose.rules").joinpath("calibration.json")))
         temporary = target.with_name(f".{target.name}.part")
         temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
         temporary.replace(target)

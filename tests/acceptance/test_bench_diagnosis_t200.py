@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.diagnose.bench_engine import diagnose_bench
-from pipeline.diagnose.bench_model import BenchModel, bench_model
-from pipeline.diagnose.bench_table import bench_table
+from pipeline.diagnose.bench.engine import diagnose_bench
+from pipeline.diagnose.bench.model import BenchModel, bench_model
+from pipeline.diagnose.bench.table import bench_table
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.measurements import MooringRecord

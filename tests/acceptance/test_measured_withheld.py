@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from pipeline.diagnose.engine import diagnose
-from pipeline.diagnose.instruments import instrument_errors
+from pipeline.diagnose.kinematics.instruments import instrument_errors
 from pipeline.errors import Rig2SeaError
 from pipeline.records.run_table import RunTable
 from pipeline.stages.measured_withheld_cases import (

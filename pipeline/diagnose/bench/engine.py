@@ -1,0 +1,228 @@
+"""Diagnosis of a mooring table against the thruster model: from readings to the whole answer."""
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.diagnose.bench.answer import (
+    LEFT_OVER,
+    PRIOR,
+    SET_LEVEL,
+    Ranked,
+    confusable,
+    group_of,
+    left_over,
+    rank,
+)
+from pipeline.diagnose.bench.effects import predict, priors
+from pipeline.diagnose.bench.fit import BenchFit, Problem
+from pipeline.diagnose.bench.model import UNITS, BenchModel
+from pipeline.diagnose.bench.shrink import gap_channels, held_out_codes, shrink, where
+from pipeline.diagnose.bench.table import BenchTable
+from pipeline.diagnose.bench.words import next_step, sentence
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
+from pipeline.records.diagnosis import (
+    ChannelNoiseCheck,
+    Detail,
+    Evidence,
+    Gap,
+    Interval,
+    Leftover,
+    ParameterEstimate,
+    RankedEffect,
+    Verdict,
+)
+from pipeline.types import BoolArray
+
+_EVERY_THIRD = "every third code of each sign"
+
+
+def diagnose_bench(
+    model: BenchModel,
+    table: BenchTable,
+    holdout: BenchTable | None = None,
+    *,
+    notes: Sequence[str] = (),
+    seed: int = 0,
+) -> BenchDiagnosisRecord:
+    """Say where a mooring table departs from the model, why, and how far that goes away.
+
+    Parameters
+    ----------
+    model : BenchModel
+        The thruster at rest.
+    table : BenchTable
+        The new table.
+    holdout : BenchTable, optional
+        A table that takes no part; else every third code of each sign is held out.
+    notes : sequence of str
+        What the reader of the answer should know beside it.
+    seed : int
+        Of the bootstrap.
+
+    Returns
+    -------
+    BenchDiagnosisRecord
+        Same form as the diagnosis of pool runs; curves are by code.
+    """
+    start = time.monotonic()
+    marked = held_out_codes(table.code) if holdout is None else np.zeros(table.code.size, bool)
+    problem = Problem(model, table.part(~marked))
+    judged = Problem(model, table.part(marked) if holdout is None else holdout)
+    whole = Problem(model, table)
+    ranking, evaluations = rank(problem)
+    members, probability = group_of(problem, ranking)
+    best = ranking[0]
+    values = best.fit.values
+    gap = gap_channels(whole)
+    thruster = model.thrusters[0] if len(model.thrusters) == 1 else None
+    held_out = _EVERY_THIRD if holdout is None else f"the table {holdout.name}"
+    shrunk = shrink(judged, values, held_out, seed=seed)
+    twins = confusable(problem)
+    verdict = Verdict(
+        effects=tuple(sorted(best.fit.effects)),
+        probability=probability,
+        ambiguous_with=members,
+        detail=Detail(thruster=thruster if "thruster_degraded" in best.fit.effects else None),
+        sentence=sentence(model, best, members, probability, shrunk),
+    )
+    return BenchDiagnosisRecord(
+        vehicle=model.name,
+        runs=(table.name,),
+        holdout=() if holdout is None else (holdout.name,),
+        gap=Gap(channels=gap, where=where(whole, gap)),
+        verdict=verdict,
+        ranking=tuple(_ranked(one, judged, model, thruster, seed) for one in ranking),
+        shrink=shrunk,
+        confusable=tuple(twins),
+        next_run=next_step(model, table, best, members),
+        leftover=_leftover(problem, best.fit),
+        evidence=_evidence(problem, best.fit, evaluations),
+        series=(),
+        notes=(*notes, *_notes(model, table)),
+        elapsed_s=time.monotonic() - start,
+        by_code=_series(whole, best.fit, marked),
+    )
+
+
+def _ranked(
+    one: Ranked,
+    judged: Problem,
+    model: BenchModel,
+    thruster: str | None,
+    seed: int,
+) -> RankedEffect:
+    return RankedEffect(
+        effect=one.name,
+        probability=one.probability,
+        parameters=_parameters(one.fit, model),
+        gap_closed=shrink(judged, one.fit.values, "", seed=seed).gap_closed
+        if one.fit.values
+        else None,
+        thruster=thruster if "thruster_degraded" in one.fit.effects else None,
+        log_evidence=float(one.log_evidence),
+    )
+
+
+def _parameters(found: BenchFit, model: BenchModel) -> dict[str, ParameterEstimate]:
+    estimates: dict[str, ParameterEstimate] = {}
+    for effect in found.effects if found.values else ():
+        for one in priors(effect, model.code_max):
+            key = (one.effect, one.parameter)
+            value, spread = found.values[key], 1.96 * found.std[key]
+            low, high = (float(np.clip(value + s * spread, *one.bounds)) for s in (-1.0, 1.0))
+            interval: Interval = (low, high)
+            estimates[one.parameter] = ParameterEstimate(value=value, unit=one.unit, ci95=interval)
+    return estimates
+
+
+def _leftover(problem: Problem, found: BenchFit) -> Leftover:
+    """Thrust that the answer leaves, over what it may leave, and what it goes with."""
+    code = problem.table.code
+    after = predict(problem.model, found.values, code, ("thrust",))["thrust"]
+    residual = problem.table.mean["thrust"] - after
+    ratio = left_over(problem, found)
+    with_code = np.corrcoef(residual, code)[0, 1] if residual.std() > 0.0 else 0.0
+    with_size = np.corrcoef(residual, np.abs(code))[0, 1] if residual.std() > 0.0 else 0.0
+    name, value = ("code", with_code) if abs(with_code) > abs(with_size) else ("|code|", with_size)
+    worst = int(np.argmax(np.abs(residual)))
+    return Leftover(
+        axes={"thrust": ratio},
+        worst_axis="thrust",
+        time_course=(
+            f"no time in a mooring table; largest at code {code[worst]:g}: {residual[worst]:+.3g} N"
+        ),
+        depends_on=name if ratio > LEFT_OVER else None,
+        correlation=float(value) if ratio > LEFT_OVER else None,
+    )
+
+
+def _evidence(problem: Problem, found: BenchFit, evaluations: int) -> Evidence:
+    after = predict(problem.model, found.values, problem.table.code, problem.stack.channels)
+    noise = {}
+    for channel in problem.stack.channels:
+        covariance = problem.covariances(found.values, after)[channel]
+        residual = problem.table.mean[channel] - after[channel]
+        white = np.linalg.solve(np.linalg.cholesky(covariance), residual)
+        centred = white - white.mean()
+        lag1 = float(centred[1:] @ centred[:-1] / max(float(centred @ centred), 1e-12))
+        noise[channel] = ChannelNoiseCheck(
+            variance=float(np.mean(white**2)), lag1=lag1, widened_by=1.0
+        )
+    return Evidence(
+        windows=0,
+        window_s=0.0,
+        readings=problem.stack.measured.size,
+        linearisations=evaluations,
+        force_scale=1.0,
+        noise=noise,
+        stages={
+            "kinematics": "skipped: nothing moves in a mooring test.",
+            "actuators": f"channels {', '.join(problem.stack.channels)} at "
+            f"{problem.table.code.size} codes, against {problem.model.source}.",
+            "dynamics": "skipped: nothing moves in a mooring test.",
+        },
+        calibrated=(
+            f"prior probabilities none {PRIOR['none']:g}, unknown {PRIOR['unknown']:g}, one effect "
+            f"{PRIOR['single']:g}, two {PRIOR['pair']:g}; answer set of {SET_LEVEL:g}; unknown and "
+            f"pairs only where one effect leaves more than {LEFT_OVER:g} x the ordinary"
+        ),
+        healthy_runs=(),
+    )
+
+
+def _notes(model: BenchModel, table: BenchTable) -> list[str]:
+    notes = []
+    if model.mirrored:
+        notes.append(
+            "The drive was tested in one direction; the model mirrors it. Thrust astern that "
+            "always was weaker than ahead shows as reverse_thrust."
+        )
+    missing = [one for one in UNITS if one not in table.channels]
+    if missing:
+        notes.append(
+            f"Not in the table, or not in the model: {', '.join(missing)}. Supply voltage tells "
+            "voltage_sag from a weak thruster; shaft speed helps."
+        )
+    notes.append(
+        "thrust_deduction is a matter of a thruster in its hull; of a thruster alone it is the "
+        "same as thruster_degraded, and no mooring table separates them."
+    )
+    return notes
+
+
+def _series(whole: Problem, found: BenchFit, marked: BoolArray) -> tuple[CodeSeries, ...]:
+    after = predict(whole.model, found.values, whole.table.code, whole.stack.channels)
+    return tuple(
+        CodeSeries(
+            channel=channel,
+            unit=UNITS[channel],
+            code=tuple(whole.table.code.tolist()),
+            measured=tuple(whole.table.mean[channel].tolist()),
+            before=tuple(whole.nominal[channel].tolist()),
+            after=tuple(after[channel].tolist()),
+            held_out=tuple(marked.tolist()),
+        )
+        for channel in whole.stack.channels
+    )

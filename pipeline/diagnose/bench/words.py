@@ -1,0 +1,106 @@
+"""The verdict on a mooring table in a sentence, and what to measure next."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.diagnose.bench.answer import Ranked
+from pipeline.diagnose.bench.effects import predict
+from pipeline.diagnose.bench.model import BenchModel
+from pipeline.diagnose.bench.noise import SCALE
+from pipeline.diagnose.bench.table import BenchTable
+from pipeline.records.diagnosis import NextRun, Shrink
+
+_PERCENT = 100.0
+
+
+def sentence(
+    model: BenchModel,
+    best: Ranked,
+    members: Sequence[str],
+    probability: float,
+    shrunk: Shrink,
+) -> str:
+    """Say the answer in one sentence or two."""
+    together = " together with its look-alikes" if members and best.name != "none" else ""
+    sure = f"(probability {min(probability, 0.999):.3g}{together})"
+    listed = ", ".join(members)
+    also = f" This table cannot tell it from {listed}." if members else ""
+    if best.name == "none":
+        return (
+            f"The table agrees with the thruster model of {model.name} within what a healthy "
+            f"thruster may differ by {sure}."
+            + (f" Too small to be seen here, if present: {listed}." if members else "")
+        )
+    if best.name == "unknown":
+        return (
+            f"The table departs from the thruster model of {model.name} in a way that no effect "
+            f"of the library explains {sure}.{also}"
+        )
+    said = " and ".join(_described(best, effect) for effect in best.fit.effects)
+    closes = (
+        ""
+        if shrunk.gap_closed is None
+        else f"; it closes {_share(shrunk.gap_closed)} of the gap at {shrunk.held_out}"
+    )
+    return f"The cause is {said} {sure}{closes}.{also}"
+
+
+def _share(closed: float) -> str:
+    return "all" if closed >= 0.995 else f"{_PERCENT * closed:.0f} %"
+
+
+def _described(best: Ranked, effect: str) -> str:
+    values = {name: value for (owner, name), value in best.fit.values.items() if owner == effect}
+    if effect == "dead_zone":
+        return f"dead_zone: {values['codes']:.3g} codes more than stated give no thrust"
+    if effect == "reverse_thrust":
+        return f"reverse_thrust: astern the thrust is {values['fraction']:.3g} of the stated one"
+    if effect == "voltage_sag":
+        drop, load = values["drop"], values["load_drop"]
+        more = "more" if drop < 0.0 else "less"
+        text = f"voltage_sag: the drive gets {_PERCENT * abs(drop):.3g} % {more} than its supply"
+        return text + (f", and {_PERCENT * load:.3g} % less at full code" if load > 0.005 else "")
+    share = values.get("thrust_fraction", 1.0 - values.get("t", 0.0))
+    return f"{effect}: the thrust is {share:.3g} of the stated one at all codes"
+
+
+def next_step(
+    model: BenchModel, table: BenchTable, best: Ranked, members: Sequence[str]
+) -> NextRun | None:
+    """Measurement that separates the first answer from another best; None where nothing would.
+
+    The separation is the difference that the two predict over the standard deviation of the
+    instrument, at the largest code.
+    """
+    group = {*best.fit.effects, *members}
+    weak = group & {"thruster_degraded", "thrust_deduction", "reverse_thrust", "dead_zone"}
+    if "voltage_sag" in group and weak and "voltage" not in table.channels:
+        size = _sag(best, model, table)
+        other = "thruster_degraded" if "thruster_degraded" in weak else min(weak)
+        return NextRun(
+            manoeuvre="the same codes again, with the supply voltage measured at the drive",
+            separates=("voltage_sag", other),
+            expected_separation_sigma=size / SCALE["voltage"],
+        )
+    if {"thruster_degraded", "thrust_deduction"} <= group and best.name != "none":
+        key = ("thruster_degraded", "thrust_fraction")
+        share = best.fit.values.get(key, 1.0 - best.fit.values.get(("thrust_deduction", "t"), 0.0))
+        return NextRun(
+            manoeuvre="the same codes with the thruster taken out of the hull, or with another one",
+            separates=("thruster_degraded", "thrust_deduction"),
+            expected_separation_sigma=abs(1.0 - share) / (np.sqrt(2.0) * SCALE["thrust"]),
+        )
+    return None
+
+
+def _sag(best: Ranked, model: BenchModel, table: BenchTable) -> float:
+    """Share of voltage that is missing at the largest code, if sag is what is wrong."""
+    drop = best.fit.values.get(("voltage_sag", "drop"))
+    if drop is not None:
+        load = best.fit.values.get(("voltage_sag", "load_drop"), 0.0)
+        return abs(drop) + load
+    code = np.array([float(table.code[-1])])
+    after = predict(model, best.fit.values, code, ("thrust",))["thrust"]
+    ratio = float(after[0] / model.channels["thrust"].at(code)[0])
+    return float(abs(1.0 - max(ratio, 0.0) ** 0.5))  # thrust goes with the square of the voltage

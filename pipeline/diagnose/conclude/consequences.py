@@ -1,0 +1,241 @@
+"""What an answer leads to on the runs: the gap with it, and the force that it leaves."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.diagnose.conclude.leftover import forces_left, leftover
+from pipeline.diagnose.gap.channel_gaps import figures
+from pipeline.diagnose.gap.forecast import (
+    AHEAD_S,
+    Forecast,
+    Outlook,
+    forecast,
+    healthy_spread,
+    outlook,
+    rms,
+    smoothed_starts,
+)
+from pipeline.diagnose.gap.healthy_floor import with_scatter
+from pipeline.diagnose.gap.regimes import Regressor
+from pipeline.diagnose.gap.shrink import shrink
+from pipeline.diagnose.inference.answer import Answers, Candidate
+from pipeline.diagnose.inference.verdict import departures_of, effect_alone
+from pipeline.diagnose.judging.nil import stated_alone
+from pipeline.diagnose.judging.search import Search, force_prior
+from pipeline.diagnose.linear.elimination import solve
+from pipeline.diagnose.linear.evidence import Prior
+from pipeline.diagnose.linear.linear_model import Setting, vector_of
+from pipeline.diagnose.linear.scales import Level
+from pipeline.diagnose.rules.decision import Left
+from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.window_derivatives import moved_starts
+from pipeline.records.diagnosis import Leftover, Shrink
+from pipeline.records.run_table import RunTable
+from pipeline.types import BoolArray, FloatArray
+
+#: Share of the largest change of a channel, over its floor, from which on effects act in it.
+_ACTS = 0.4
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """The windows as they are predicted: by the vehicle file, and by healthy vehicles like it.
+
+    Attributes
+    ----------
+    before, stated : Forecast
+        Without any answer, and by the vehicle file: they differ by known errors of instruments.
+    starts : ndarray, shape (windows, STATE)
+        Best known starts of the windows.
+    floors : Setting
+        With the ordinary outside force.
+    unstated : ndarray, shape (g,)
+        Departures in what no vehicle file states, as the runs show them; all predictions have them.
+    stated_vector : ndarray
+        Parameters of the vehicle file, with these.
+    healthy : Prior
+        Departures of healthy vehicles.
+    held : ndarray of bool, shape (windows,)
+        Those that took no part in choice and fit; `held_told` says in words which.
+    """
+
+    runs: tuple[RunTable, ...]
+    channels: tuple[ChannelNoise, ...]
+    starts: FloatArray
+    floors: Setting
+    unstated: FloatArray
+    stated_vector: FloatArray
+    healthy: Prior
+    near: Outlook
+    before: Forecast
+    stated: Forecast
+    spread: dict[str, FloatArray]
+    held: BoolArray
+    held_told: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class Consequence:
+    """What one answer leads to.
+
+    Attributes
+    ----------
+    added : ndarray, shape (g,)
+        Departures of the effects alone: what goes into the corrected vehicle file.
+    after : Forecast
+        With them.
+    closed : Shrink
+        Held-out gap before and after.
+    judged : Shrink
+        The same with the ordinary departures that go with the answer: a turning rate that is off by
+        what is ordinary is off by more at the end of a long lever arm, and that is no gap.
+    left : Leftover
+        Outside force that stays.
+    left_by_window : ndarray, shape (windows,)
+        Its mean square in each window, summed over the axes, in units of the ordinary force.
+    gap_there : float or None
+        Gap of the worst channel among those in which the effects act.
+    """
+
+    added: FloatArray
+    after: Forecast
+    closed: Shrink
+    judged: Shrink
+    left: Leftover
+    left_by_window: FloatArray
+    gap_there: float | None
+
+    def decides(self, alike: tuple[str, ...]) -> Left:
+        """As it is decided by, with the effects that are `alike`."""
+        force = max(self.left.axes.values(), default=0.0)
+        alone = self.closed.after / max(self.closed.before, 1e-12)
+        one = self.judged
+        return Left(
+            force,
+            one.before,
+            one.after,
+            one.gap_closed,
+            alike,
+            alone,
+            self.gap_there,
+            self.closed.after,
+        )
+
+
+def look_ahead(  # noqa: PLR0917 - one caller
+    found: Search,
+    answered: Answers,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    held_told: str,
+    seed: int,
+    *,
+    healthy_known: bool,
+    stated: FloatArray,
+) -> Ahead:
+    """Predict the windows from starts estimated with all readings.
+
+    The forces are free enough for the starts to follow whatever happened. `stated` is the parameter
+    vector of the vehicle file.
+    """
+    setting, top = found.setting, answered.ranking[0]
+    wide = Level(np.full(6, max(4.0, 2.0 * answered.force_scale)), 1.0, False)
+    best = departures_of(found, top, top.finding)
+    state = solve(found.grams, force_prior(setting, wide), best)
+    starts = smoothed_starts(
+        setting.bench.stack.windows,
+        moved_starts(setting.bench.stack.starts, state.starts * setting.problem.start_scales),
+    )
+    near = outlook(setting, runs, channels, starts, AHEAD_S)
+    unstated = np.where([one.effect.unstated for one in setting.coordinates], best, 0.0)
+    vector = vector_of(setting, unstated)
+    before = forecast(near, vector, channels)
+    stated = stated + (vector - setting.bench.stack.packed.vector)
+    as_stated = before if np.array_equal(stated, vector) else forecast(near, stated, channels)
+    ordinary = min((j.level.size for j in found.judged if j.level.ordinary), default=1.0)
+    ordinary = float(np.clip(answered.force_scale, ordinary, 1.0 if healthy_known else 2.0))
+    floors = replace(setting, force_unit=setting.force_unit * ordinary)
+    healthy = stated_alone(found.prior, setting.coordinates)
+    if healthy_known:
+        # healthy runs showed by how much one run differs from another
+        scatter = setting.scatter if found.floor_scatter is None else found.floor_scatter
+        healthy = with_scatter(healthy, setting.coordinates, scatter)
+    healthy = replace(healthy, mean=np.where(unstated != 0.0, unstated, healthy.mean))
+    spread = healthy_spread(near, floors, healthy, channels, before, seed)
+    return Ahead(
+        tuple(runs),
+        tuple(channels),
+        starts,
+        floors,
+        unstated,
+        stated,
+        healthy,
+        near,
+        before,
+        as_stated,
+        spread,
+        ~found.chosen,
+        held_told,
+        seed,
+    )
+
+
+def consequence(
+    found: Search, ahead: Ahead, one: Candidate, force_scale: float, every: Sequence[Regressor]
+) -> Consequence:
+    """Predict the windows with an answer, and estimate the force that it leaves."""
+    finding = one.finding if one.name not in {NONE, UNKNOWN} else None
+    best = departures_of(found, one, one.finding)
+    added = effect_alone(found, best, finding)
+    setting, before = found.setting, ahead.before
+    after, spread_after = before, None
+    if added.any():
+        vector = vector_of(setting, added + ahead.unstated)
+        after = forecast(ahead.near, vector, ahead.channels)
+        spread_after = healthy_spread(
+            ahead.near, ahead.floors, ahead.healthy, ahead.channels, after, ahead.seed, added
+        )
+    try:
+        vector = vector_of(setting, best)
+    except CannotComputeError:
+        # where nothing explains the runs, what is stated may be pulled to where no vehicle is
+        best = added + ahead.unstated
+        vector = vector_of(setting, best)
+    fitted = forecast(ahead.near, vector, ahead.channels)
+    forces = forces_left(found, found.grams, best, force_scale)
+    told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
+    return Consequence(
+        added,
+        after,
+        shrink(ahead.stated, after, *told, spread_after),
+        shrink(before, fitted, *told),
+        leftover(found, forces, ahead.runs, every),
+        (forces**2).mean(axis=1).sum(axis=1),
+        _gap_where_it_acts(before, after, ahead.spread),
+    )
+
+
+def nothing_added(ahead: Ahead) -> Shrink:
+    """Held-out gap where no effect is named: what no vehicle file states is all that is added."""
+    told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
+    return shrink(ahead.stated, ahead.before, *told)
+
+
+def _gap_where_it_acts(
+    before: Forecast, after: Forecast, spread: Mapping[str, FloatArray]
+) -> float | None:
+    """Gap over the healthy floor of the worst channel among those that effects change most."""
+    gaps, moved = {}, {}
+    for name, errors in before.errors.items():
+        one = figures(errors, spread[name], before.sensor[name])
+        gaps[name] = one.ratio
+        moved[name] = rms(after.errors[name] - errors) / max(one.healthy_floor, 1e-12)
+    most = max(moved.values(), default=0.0)
+    if most == 0.0:
+        return None
+    return max(gaps[name] for name, value in moved.items() if value >= _ACTS * most)

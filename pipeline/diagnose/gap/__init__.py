@@ -1,0 +1,1 @@
+"""The gap: predictions ahead of each window, the healthy floor, and where both differ."""

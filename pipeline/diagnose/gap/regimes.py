@@ -1,0 +1,216 @@
+"""Which regimes and times carry the gap, and what the leftover force goes with."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from scipy.stats import rankdata
+
+from pipeline.diagnose.gap.forecast import Forecast
+from pipeline.diagnose.linear.linear_model import Setting
+from pipeline.identify.windows import Window
+from pipeline.physics.parameters import read
+from pipeline.records.diagnosis import RegimeShare, TimeShare
+from pipeline.records.run_table import RunTable
+from pipeline.types import FloatArray
+
+#: A regime is named when its share of the gap is that many times its share of the time, and large;
+#: or, less marked, where the gap goes with the regressor throughout: by more than chance would have
+#: it one time in twenty (the rank correlation of n windows that have nothing to do with it varies
+#: by 1 / sqrt(n - 1): Kendall and Gibbons, "Rank Correlation Methods", 1990, ch. 4).
+_MARKED, _LEAST_SHARE = 1.3, 0.4
+_BY_CHANCE, _LESS_MARKED = 1.96, 1.1
+
+
+@dataclass(frozen=True)
+class Regressor:
+    """A quantity by window (windows,); not a number where it was not measured."""
+
+    name: str
+    unit: str
+    values: FloatArray
+
+
+def regressors(setting: Setting, runs: Sequence[RunTable]) -> list[Regressor]:
+    """Means over each window of what a force may depend on."""
+    windows, packed = setting.bench.stack.windows, setting.bench.stack.packed
+    count = len(packed.thruster_names)
+    largest = read(packed.vector, "code_max")[:count]
+
+    def mean(quantity: str, column: int, *, size: bool = False) -> FloatArray:
+        found = []
+        for window in windows:
+            run = runs[window.run]
+            if quantity not in run.values:
+                found.append(np.nan)
+                continue
+            inside = (run.time_s >= window.begin_s) & (
+                run.time_s < window.begin_s + window.duration_s
+            )
+            inside &= run.valid[quantity]
+            values = run.values[quantity][inside, column]
+            values = values[np.isfinite(values)]
+            found.append(
+                float(np.mean(np.abs(values) if size else values)) if values.size else np.nan
+            )
+        return np.array(found)
+
+    level = np.array([float(np.mean(np.abs(w.command) / largest)) for w in windows])
+    sign = np.array([float(np.mean(np.sign(w.command))) for w in windows])
+    every = [
+        Regressor("speed_mps", "m/s", _speed(windows, runs)),
+        Regressor("surge_mps", "m/s", mean("velocity", 0)),
+        Regressor("turn_rate_radps", "rad/s", mean("angular_velocity", 2, size=True)),
+        Regressor("depth_m", "m", mean("depth", 0)),
+        Regressor("command_level", "1", level),
+        Regressor("command_sign", "1", sign),
+        Regressor("voltage_v", "V", mean("voltage", 0)),
+        Regressor("wall_distance_m", "m", _wall_distance(setting, runs)),
+        Regressor("time_s", "s", np.array([w.begin_s + w.duration_s / 2 for w in windows])),
+    ]
+    return [
+        one
+        for one in every
+        if np.isfinite(one.values).sum() >= 4 and np.ptp(one.values[np.isfinite(one.values)]) > 1e-9
+    ]
+
+
+def _speed(windows: Sequence[Window], runs: Sequence[RunTable]) -> FloatArray:
+    """Mean size of the velocity in each window (windows,). [m/s]."""
+    found = []
+    for window in windows:
+        run = runs[window.run]
+        if "velocity" not in run.values:
+            found.append(np.nan)
+            continue
+        inside = (run.time_s >= window.begin_s) & (run.time_s < window.begin_s + window.duration_s)
+        sizes = np.linalg.norm(run.values["velocity"][inside & run.valid["velocity"]], axis=1)
+        sizes = sizes[np.isfinite(sizes)]
+        found.append(float(sizes.mean()) if sizes.size else np.nan)
+    return np.array(found)
+
+
+def _wall_distance(setting: Setting, runs: Sequence[RunTable]) -> FloatArray:
+    vector = setting.bench.stack.packed.vector
+    count = int(read(vector, "wall_count"))
+    points, normals = read(vector, "wall_point")[:count], read(vector, "wall_normal")[:count]
+    found = []
+    for window in setting.bench.stack.windows:
+        run = runs[window.run]
+        if not count or "position" not in run.values:
+            found.append(np.nan)
+            continue
+        inside = (run.time_s >= window.begin_s) & (run.time_s < window.begin_s + window.duration_s)
+        place = run.values["position"][inside & run.valid["position"]]
+        place = place[np.isfinite(place).all(axis=1)]
+        if not len(place):
+            found.append(np.nan)
+            continue
+        away = np.einsum("kij,ij->ki", place[:, None, :] - points, normals)
+        found.append(float(np.mean(away.min(axis=1))))
+    return np.array(found)
+
+
+def excess(
+    near: Forecast, spread: dict[str, FloatArray], windows: int, within_s: float
+) -> FloatArray:
+    """Squared error over the floor's beyond what is ordinary, summed over channels (windows,)."""
+    total = np.zeros(windows)
+    for name, errors in near.errors.items():
+        own = (near.ahead_s[name] <= within_s) & np.isfinite(errors)
+        if not own.any():
+            continue
+        floor = near.healthy_floor(name, spread, own)
+        sums = np.bincount(near.window[name][own], (errors[own] / floor) ** 2, minlength=windows)
+        counts = np.bincount(near.window[name][own], minlength=windows)
+        total += np.maximum(sums / np.maximum(counts, 1) - 1.0, 0.0) * (counts > 0)
+    return total
+
+
+def regime_shares(
+    every: Sequence[Regressor],
+    carried: FloatArray,
+    goes_with: Mapping[str, float] = MappingProxyType({}),
+) -> tuple[RegimeShare, ...]:
+    """Ranges of the regressors in which more of the gap lies than of the time.
+
+    First the regressor with which the gap of a window goes most closely.
+
+    Parameters
+    ----------
+    every : sequence of Regressor
+        Over the windows.
+    carried : ndarray, shape (windows,)
+        Part of the gap in each window; not negative.
+    goes_with : mapping
+        Regressors to be named whatever their shares, with their correlations: a force that grows
+        through zero goes with the time, and its size does not.
+    """
+    whole = float(carried.sum())
+    if whole <= 0.0:
+        return ()
+    found = []
+    for one in every:
+        known = np.isfinite(one.values)
+        goes_with_it = _BY_CHANCE / np.sqrt(known.sum() - 1)
+        edges = np.quantile(one.values[known], [0.0, 1 / 3, 2 / 3, 1.0])
+        correlation = rank_correlation(carried[known], one.values[known])
+        told = goes_with.get(one.name)
+        if told is not None:
+            # a force along the axis or against it: the gap grows with its size
+            correlation = float(np.copysign(told, correlation))
+        for low, high in ((0, 1), (1, 2), (2, 3), (0, 2), (1, 3)):
+            inside = known & (one.values >= edges[low]) & (one.values <= edges[high])
+            share = float(carried[inside].sum()) / whole
+            time = float(inside.sum()) / len(carried)
+            marked = share >= _LEAST_SHARE and share >= _MARKED * time
+            less_marked = abs(correlation) >= goes_with_it and share >= _LESS_MARKED * time
+            if marked or less_marked or told is not None:
+                found.append(
+                    RegimeShare(
+                        regressor=one.name,
+                        unit=one.unit,
+                        range=(float(edges[low]), float(edges[high])),
+                        share=share,
+                        share_of_time=time,
+                        correlation=correlation,
+                    )
+                )
+    best: dict[str, RegimeShare] = {}
+    for row in found:
+        known_row = best.get(row.regressor)
+        if known_row is None or row.share / row.share_of_time > (
+            known_row.share / known_row.share_of_time
+        ):
+            best[row.regressor] = row
+    return tuple(sorted(best.values(), key=lambda row: -abs(row.correlation or 0.0)))
+
+
+def rank_correlation(first: FloatArray, second: FloatArray) -> float:
+    """Spearman's correlation of two series (k,), ties at their mean; 0 where one does not vary."""
+    if np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
+        return 0.0
+    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
+
+
+def time_shares(
+    setting: Setting, runs: Sequence[RunTable], carried: FloatArray
+) -> tuple[TimeShare, ...]:
+    """Stretches of the runs with a gap: windows that carry at least half the mean, joined."""
+    whole = float(carried.sum())
+    if whole <= 0.0:
+        return ()
+    found: list[TimeShare] = []
+    windows = setting.bench.stack.windows
+    for window, own in zip(windows, carried, strict=True):
+        if own < 0.5 * whole / len(carried):
+            continue
+        begin, end = window.begin_s, window.begin_s + window.duration_s
+        name, joined = runs[window.run].name, 0.0
+        if found and found[-1].run == name and abs(found[-1].to_s - begin) < 1e-6:
+            before = found.pop()
+            begin, joined = before.from_s, before.share
+        share = joined + float(own) / whole
+        found.append(TimeShare(run=name, from_s=begin, to_s=end, share=share))
+    return tuple(sorted(found, key=lambda row: (-row.share, row.run, row.from_s))[:8])

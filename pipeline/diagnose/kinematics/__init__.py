@@ -1,0 +1,1 @@
+"""What the instruments show of each other, without any force: errors of the DVL."""

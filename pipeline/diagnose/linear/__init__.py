@@ -1,0 +1,1 @@
+"""The linear model of all windows: unknowns, derivatives by them, what is integrated out."""

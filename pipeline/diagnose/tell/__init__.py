@@ -1,0 +1,1 @@
+"""What is written down: the record, its sentence and notes, the next run, the corrected file."""

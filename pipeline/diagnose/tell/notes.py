@@ -1,0 +1,75 @@
+"""What the reader should know of the data, and how much rests on what."""
+
+from collections.abc import Iterator
+
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.inference.answer import Candidate
+from pipeline.diagnose.judging.hypotheses import prior_of
+from pipeline.diagnose.judging.search import Search
+from pipeline.diagnose.linear.evidence import fit
+
+_COSTS = {
+    "velocity": "speed shows only in what it leads to; drag and current are hard to tell",
+    "position": "a current and a scale error of the DVL are hard to tell",
+    "specific_force": "added mass and thrust are hard to tell",
+    "angular_velocity": "turning is known from attitude alone",
+    "attitude": "trim and list cannot be judged",
+    "depth": "buoyancy shows only in vertical speed",
+}
+#: Standard deviations, and departures in half of what is plausible, from which on what no file
+#: states is told.
+_SURE, _MUCH = 3.0, 0.5
+
+
+def notes_on(case: Case, found: Search, top: Candidate) -> tuple[str, ...]:
+    """List what is missing and what it costs, what is ordinary, and which noise was widened."""
+    have = {rows.channel.quantity for rows in found.setting.bench.stack.rows}
+    notes = [f"no {name}: {cost}" for name, cost in _COSTS.items() if name not in have]
+    notes.append(
+        f"what is ordinary was learned from {_healthy_runs(len(case.healthy))}"
+        if case.healthy
+        else "no healthy runs were given: what is ordinary rests on the uncertainties and sensor "
+        "figures of the vehicle file"
+    )
+    if case.errors is not None:
+        wrong = ", ".join(case.errors.effects)
+        notes.append(
+            f"dead reckoning by the DVL disagrees with the measured place ({wrong}), whatever "
+            "moves the vehicle: everything else was asked with that known"
+        )
+    notes.extend(
+        f"{name}: readings scatter more than stated (variance {one.variance:.2f}, lag-1 "
+        f"{one.lag1:.2f}); they count as if their noise were {one.widen:.2f} times larger"
+        for name, one in found.noise.items()
+        if one.widen > 1.0
+    )
+    if found.setting.scatter.any():
+        notes.append(
+            "each run fits with somewhat other parameters than the others, so the model lacks "
+            "something beside any effect; an effect counts as far as the runs agree on it"
+        )
+    notes.extend(_what_no_file_states(found, top))
+    return tuple(notes)
+
+
+def _what_no_file_states(found: Search, top: Candidate) -> Iterator[str]:
+    best = fit(top.judged.found, prior_of(found.prior, top.finding))
+    for one, mean, std in zip(found.setting.coordinates, best.mean, best.std, strict=True):
+        if not one.effect.unstated or abs(mean) < max(_SURE * std, _MUCH):
+            continue
+        value = one.parameter.neutral + min(float(mean) * one.unit_size, 1.0)
+        yield {
+            "dead_share": f"{value:.0%} of the thrusters' dead zone comes before their lag, by "
+            "these runs. The vehicle file says nothing of it, so that is no fault",
+            "power": f"what lags in a thruster is the code to the power of {value:.2g}, by these "
+            "runs. The vehicle file says nothing of it, so that is no fault",
+            "opposed_share": "against the motion thrusters give more than at rest, by "
+            f"{value:.0%} of what they lose along it, by these runs. The vehicle file says "
+            "nothing of it, so that is no fault",
+            "inflow_share": f"{value:.0%} of the stated inflow reaches the thrusters' blades, by "
+            "these runs. The vehicle file says nothing of it, so that is no fault",
+        }[one.parameter.name]
+
+
+def _healthy_runs(count: int) -> str:
+    return "1 healthy run" if count == 1 else f"{count} healthy runs"

@@ -1,0 +1,147 @@
+"""Diagnosis of mooring tables: every effect found, its size, and honesty where there is doubt."""
+
+import bench_table_cases as cases
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from pipeline.diagnose.bench.effects import predict
+from pipeline.diagnose.bench.engine import diagnose_bench
+from pipeline.diagnose.bench.model import Reference, bench_model
+from pipeline.diagnose.bench.noise import smooth
+from pipeline.diagnose.bench.shrink import held_out_codes
+from pipeline.diagnose.bench.table import bench_table
+from pipeline.errors import CannotComputeError
+from pipeline.types import FloatArray
+
+CODE = cases.codes()
+NOMINAL = cases.thrust(CODE)
+
+
+def lost(code: FloatArray, codes: float) -> FloatArray:
+    """Codes left of a dead zone, written anew."""
+    return np.sign(code) * np.maximum(np.abs(code) - codes, 0.0) * 127.0 / (127.0 - codes)
+
+
+@pytest.mark.parametrize(
+    ("effect", "parameter", "value", "thrust_n"),
+    [
+        ("dead_zone", "codes", 15.0, cases.thrust(lost(CODE, 15.0))),
+        ("reverse_thrust", "fraction", 0.8, np.where(CODE < 0.0, 0.8, 1.0) * NOMINAL),
+        ("thruster_degraded", "thrust_fraction", 0.7, 0.7 * NOMINAL),
+    ],
+)
+def test_each_effect_is_first_and_its_size_is_right(
+    effect: str, parameter: str, value: float, thrust_n: FloatArray
+) -> None:
+    record = diagnose_bench(cases.model(volts=False), cases.table(thrust_n))
+    assert record.verdict.effects == (effect,)
+    found = record.ranking[0].parameters[parameter]
+    assert found.ci95[0] < value < found.ci95[1]
+    assert found.value == pytest.approx(value, rel=0.1)
+    assert record.shrink.gap_closed is not None
+    assert record.shrink.gap_closed > 0.9
+
+
+def test_a_low_supply_is_sure_with_the_voltage_and_shares_the_answer_without_it() -> None:
+    thrust_n = cases.thrust(0.85 * CODE)
+    shown = diagnose_bench(cases.model(), cases.table(thrust_n, 0.85 * cases.VOLTS))
+    assert shown.verdict.effects == ("voltage_sag",)
+    assert shown.verdict.ambiguous_with == ()
+    assert shown.ranking[0].parameters["drop"].value == pytest.approx(0.15, abs=0.02)
+    hidden = diagnose_bench(cases.model(volts=False), cases.table(thrust_n))
+    assert "voltage_sag" in {*hidden.verdict.effects, *hidden.verdict.ambiguous_with}
+
+
+def test_a_weak_thruster_is_never_told_from_thrust_deduction() -> None:
+    record = diagnose_bench(cases.model(volts=False), cases.table(0.8 * NOMINAL))
+    assert record.verdict.effects == ("thruster_degraded",)
+    assert record.verdict.detail.thruster == "stern"
+    assert record.verdict.ambiguous_with == ("thrust_deduction", "voltage_sag")
+    assert ("thrust_deduction", "thruster_degraded", 1.0) in record.confusable
+    assert record.next_run is not None
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_healthy_table_is_none(seed: int) -> None:
+    scale = 1.0 + 0.015 * (seed - 1)
+    record = diagnose_bench(cases.model(volts=False), cases.table(scale * NOMINAL, seed=seed))
+    assert record.verdict.effects == ("none",)
+    assert record.shrink.gap_closed is None
+
+
+def test_another_propeller_is_unknown() -> None:
+    bent = NOMINAL * (1.0 + 0.5 * np.sin(2.0 * np.pi * np.abs(CODE) / 127.0))
+    record = diagnose_bench(cases.model(volts=False), cases.table(bent))
+    assert record.verdict.effects == ("unknown",)
+    assert record.leftover.axes["thrust"] > 1.5
+
+
+def test_the_order_of_rows_and_the_name_change_nothing() -> None:
+    given_points = cases.points(CODE, 0.7 * NOMINAL)
+    first = diagnose_bench(
+        cases.model(volts=False), bench_table(given_points, cases.model(volts=False), name="a")
+    )
+    second = diagnose_bench(
+        cases.model(volts=False),
+        bench_table(given_points[::-1], cases.model(volts=False), name="none"),
+    )
+    assert first.ranking == second.ranking
+
+
+@given(st.floats(-0.5, 0.5))
+def test_voltage_follows_the_drop_and_neutral_values_change_nothing(drop: float) -> None:
+    channels = ("thrust", "voltage")
+    sagged = predict(cases.model(), {("voltage_sag", "drop"): drop}, CODE, channels)
+    assert sagged["voltage"] == pytest.approx((1.0 - drop) * cases.VOLTS)
+    neutral = {("thruster_degraded", "thrust_fraction"): 1.0, ("dead_zone", "codes"): 0.0}
+    assert predict(cases.model(), neutral, CODE, channels)["thrust"] == pytest.approx(
+        cases.model().channels["thrust"].at(CODE)
+    )
+
+
+def test_beyond_the_last_code_thrust_goes_on_as_a_power() -> None:
+    code = np.linspace(-100.0, 100.0, 201)
+    square = Reference(code, code * np.abs(code), np.zeros(201))
+    assert square.at([200.0, -150.0]) == pytest.approx([40000.0, -22500.0], rel=1e-3)
+
+
+def test_shape_errors_keep_together_along_one_sign_only() -> None:
+    together = smooth(np.array([-50.0, 50.0, 60.0, 127.0]), 127.0)
+    assert together[0, 1] == 0.0
+    assert 1.0 > together[1, 2] > together[1, 3] > 0.0
+    assert np.linalg.eigvalsh(together).min() > 0.0
+
+
+def test_held_out_codes_have_both_signs() -> None:
+    marked = held_out_codes(CODE)
+    assert marked[CODE > 0.0].sum() == marked[CODE < 0.0].sum() == 6
+
+
+@pytest.mark.parametrize(
+    ("chosen", "factor", "message"),
+    [
+        (CODE > 0.0, 1.0, "no negative code beyond the dead zone"),
+        (np.abs(CODE) < 40.0, 1.0, "at least 5 of each sign"),
+        (CODE != 0.0, 8.0, "8.0 times that of tug"),
+        (CODE != 0.0, -1.0, "points the other way"),
+    ],
+)
+def test_a_hopeless_table_is_refused(chosen: FloatArray, factor: float, message: str) -> None:
+    with pytest.raises(CannotComputeError, match=message):
+        bench_table(
+            cases.points(CODE[chosen.astype(bool)], factor * NOMINAL[chosen.astype(bool)]),
+            cases.model(),
+            name="new",
+        )
+
+
+def test_a_vehicle_without_thruster_model_is_told_what_to_do(repository: object) -> None:
+    from pathlib import Path
+
+    from pipeline.vehicle.load import load_vehicle
+
+    vehicle = load_vehicle(Path(str(repository)) / "raw" / "mmt300")
+    with pytest.raises(CannotComputeError, match="has no thruster model"):
+        bench_model(vehicle, None, None)

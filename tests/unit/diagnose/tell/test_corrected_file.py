@@ -1,0 +1,93 @@
+"""What a verdict writes into the vehicle file is what the verdict says."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pipeline.bundled.vehicles import bundled_vehicle
+from pipeline.diagnose.tell.file_changes import file_changes, left_to_say
+from pipeline.effects.library import apply_effects, parse_effect
+from pipeline.physics.parameters import SLOTS, read
+from pipeline.simulate.applied_wrench import thruster_wrench
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.frames import changes_as_stated
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.write_back import updated_vehicle_text
+
+#: What an effect changes and the file says in another way; see `test_thrust_of_a_corrected_file`.
+_SAID_OTHERWISE = {"thrust_gain", "reverse_gain", "dead_zone", "dvl_lever_arm"}
+_SAYABLE = (
+    "added_mass:heave=1.3,pitch=0.8",
+    "linear_damping:surge=1.4",
+    "quadratic_damping:sway=0.6",
+    "residual_buoyancy:force_n=4",
+    "cg_shift:dx_m=0.01,dy_m=-0.003,dz_m=-0.005",
+    "payload:mass_kg=2,volume_m3=0.0005,x_m=0.1,y_m=0.05,z_m=0.1",
+    "thruster_lag:lag_s=0.1",
+)
+
+
+def corrected(original: Path, effect: str, folder: Path) -> tuple[PackedVehicle, FloatArray]:
+    """Vehicle of the corrected file, and the vector it is to have."""
+    vehicle = load_vehicle(original)
+    packed = pack_vehicle(vehicle)
+    assert vehicle.model is not None
+    spec = parse_effect(effect)
+    wanted = apply_effects(packed.vector, [spec], packed.context)
+    changes = file_changes(vehicle, vehicle.model, packed, wanted)
+    assert left_to_say([spec], changes) == ()
+    text = updated_vehicle_text(
+        original.read_text(encoding="utf-8"), changes_as_stated(changes, vehicle.frame), "changed"
+    )
+    file = folder / "vehicle.yaml"
+    file.write_text(text, encoding="utf-8")
+    return pack_vehicle(load_vehicle(file)), wanted
+
+
+def vehicle_file(name: str) -> Path:
+    found = bundled_vehicle(name)
+    return found if found.is_file() else found / "vehicle.yaml"
+
+
+@pytest.mark.parametrize("effect", _SAYABLE)
+@pytest.mark.parametrize("vehicle", ["rov8", "cargo_carrier"])
+def test_the_corrected_file_is_the_vehicle_of_the_verdict(
+    vehicle: str, effect: str, tmp_path: Path
+) -> None:
+    found, wanted = corrected(vehicle_file(vehicle), effect, tmp_path)
+    for slot in SLOTS:
+        if slot.name not in _SAID_OTHERWISE:
+            got, meant = read(found.vector, slot.name), read(wanted, slot.name)
+            # the file has seven digits
+            np.testing.assert_allclose(got, meant, rtol=2e-6, atol=2e-7, err_msg=slot.name)
+
+
+@pytest.mark.parametrize("effect", [_SAYABLE[4], _SAYABLE[5]])
+def test_a_file_in_other_axes_is_corrected_in_its_own(effect: str, tmp_path: Path) -> None:
+    """The same numbers read as those of the papers' axes are another vehicle, as good as any."""
+    text = vehicle_file("cargo_carrier").read_text(encoding="utf-8")
+    other = tmp_path / "other" / "vehicle.yaml"
+    other.parent.mkdir()
+    other.write_text(f"frame: paper\n{text}", encoding="utf-8")
+    found, wanted = corrected(other, effect, tmp_path)
+    for name in ("mass", "centre_of_mass", "centre_of_buoyancy", "inertia", "buoyancy"):
+        np.testing.assert_allclose(
+            read(found.vector, name), read(wanted, name), rtol=2e-6, atol=2e-7
+        )
+
+
+@pytest.mark.parametrize("effect", ["thrust_deduction:t=0.2", "reverse_thrust:fraction=0.7"])
+def test_thrust_of_a_corrected_file(effect: str, tmp_path: Path) -> None:
+    original = vehicle_file("rov8")
+    before = pack_vehicle(load_vehicle(original))
+    found, wanted = corrected(original, effect, tmp_path)
+    count = len(before.thruster_names)
+    codes = np.linspace(-400.0, 400.0, 81)[:, None] * np.ones(count)
+    still = np.zeros((len(codes), 6))
+    _, got = thruster_wrench(found, codes, still)
+    _, meant = thruster_wrench(before, codes, still, vector=wanted)
+    _, stated = thruster_wrench(before, codes, still)
+    assert np.abs(meant - stated).max() > 1.0
+    np.testing.assert_allclose(got, meant, atol=0.02 * np.abs(stated).max())

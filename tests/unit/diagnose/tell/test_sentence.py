@@ -1,0 +1,42 @@
+"""The verdict in words."""
+
+import pytest
+
+from pipeline.diagnose.tell.sentence import sentence
+from pipeline.records.diagnosis import Leftover, RankedEffect
+
+LEFT = Leftover(
+    axes={"surge": 0.9}, worst_axis="surge", time_course="throughout", depends_on=None,
+    correlation=None,
+)  # fmt: skip
+
+
+def ranked(**probabilities: float) -> list[RankedEffect]:
+    """Answers with nothing but their probabilities; `_and_` stands for the plus of a pair."""
+    return [
+        RankedEffect(
+            effect=name.replace("_and_", "+"),
+            probability=value,
+            parameters={},
+            gap_closed=None,
+            log_evidence=0.0,
+        )
+        for name, value in probabilities.items()
+    ]
+
+
+def test_a_pair_whose_second_effect_is_not_sure_says_what_is_probable_alone() -> None:
+    ranking = ranked(lift_and_payload=0.63, payload=0.37, lift=0.0)
+    said = sentence(("lift", "payload"), 0.63, (), ranking, LEFT)
+    assert said.endswith("(probability 0.63); payload alone has probability 0.37.")
+
+
+@pytest.mark.parametrize("pair", [0.99, 0.96])
+def test_a_sure_pair_is_said_without_more(pair: float) -> None:
+    ranking = ranked(lift_and_payload=pair, payload=1.0 - pair)
+    assert "alone" not in sentence(("lift", "payload"), pair, (), ranking, LEFT)
+
+
+def test_what_an_effect_cannot_be_told_from_is_said_last() -> None:
+    said = sentence(("payload",), 0.6, ("lift",), ranked(payload=0.6, lift=0.4), LEFT)
+    assert said.endswith("(probability 0.60). These runs cannot tell it from lift.")
