@@ -11,6 +11,7 @@ from pipeline.diagnose.case import Case
 from pipeline.diagnose.conclude import consequences
 from pipeline.diagnose.engine import diagnose, diagnose_fully
 from pipeline.diagnose.linear.linear_model import Setting, vector_of
+from pipeline.diagnose.rules.calibration import calibration
 from pipeline.errors import CannotComputeError
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.types import FloatArray
@@ -47,6 +48,17 @@ def test_every_effect_is_in_the_ranking_and_probabilities_add_up(weak: Diagnosis
     names = {row.effect for row in weak.ranking}
     assert {"none", "unknown", "dvl_scale", "residual_buoyancy", "quadratic_damping"} <= names
     assert sum(row.probability for row in weak.ranking) == pytest.approx(1.0)
+
+
+def test_what_is_not_named_goes_into_no_vehicle_file(
+    weak_case: Case, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    patient = replace(calibration(), least_gap=1e3, most_none_gap=1e3)
+    monkeypatch.setattr(engine, "calibration", lambda: patient)
+    found = diagnose_fully(weak_case, threads=1)
+    assert found.record.verdict.effects == ("none",)
+    assert found.record.verdict.ambiguous_with == ("thruster_degraded",)
+    assert found.specs == ()
 
 
 def test_order_and_names_of_runs_do_not_matter(weak_case: Case, weak: DiagnosisRecord) -> None:
