@@ -8,7 +8,7 @@ from pipeline.diagnose.conclude.gap_seen import GapSeen
 from pipeline.diagnose.inference.answer import Answers, effect_count, equals, evidence_of
 from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.decision import Left
+from pipeline.diagnose.rules.shares import Left
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN, LevelEvidence
 from pipeline.records.base import Record
 

@@ -10,8 +10,9 @@ from pipeline.diagnose.conclude.gap_seen import GapSeen
 from pipeline.diagnose.inference.answer import Answers, Candidate, effect_count, equals
 from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.decision import Decided, Left, Share, decide, for_the_gap, with_gap
+from pipeline.diagnose.rules.decision import Decided, decide, for_the_gap, with_gap
 from pipeline.diagnose.rules.helping import that_help
+from pipeline.diagnose.rules.shares import Left, Share
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
 

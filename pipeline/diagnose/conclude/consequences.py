@@ -28,7 +28,7 @@ from pipeline.diagnose.linear.elimination import solve
 from pipeline.diagnose.linear.evidence import Prior
 from pipeline.diagnose.linear.linear_model import Setting, vector_of
 from pipeline.diagnose.linear.scales import Level
-from pipeline.diagnose.rules.decision import Left
+from pipeline.diagnose.rules.shares import Left
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise

@@ -19,7 +19,7 @@ from pipeline.diagnose.inference.answer import Answers, Candidate
 from pipeline.diagnose.inference.verdict import departures_of, effect_alone
 from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.linear.linear_model import vector_of
-from pipeline.diagnose.rules.decision import Share
+from pipeline.diagnose.rules.shares import Share
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
 

@@ -9,17 +9,12 @@ import numpy as np
 
 from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 from pipeline.diagnose.conclude.gap_left import by_gap_left
-from pipeline.diagnose.inference.held_out import with_held_out, with_sure_second
+from pipeline.diagnose.inference.held_out import with_held_out
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.decision import (
-    Decided,
-    Left,
-    Share,
-    decide,
-    for_the_gap,
-    with_gap,
-)
+from pipeline.diagnose.rules.decision import Decided, decide, for_the_gap, with_gap
 from pipeline.diagnose.rules.helping import that_help
+from pipeline.diagnose.rules.shares import Left, Share
+from pipeline.diagnose.rules.sureness import with_sure_second
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN, weigh
 
 #: Values that are tried, one threshold after the other. `verdict` is not: what stands alone is to

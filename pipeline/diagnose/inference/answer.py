@@ -10,7 +10,7 @@ from pipeline.diagnose.judging.hypotheses import Finding
 from pipeline.diagnose.judging.nil import matters
 from pipeline.diagnose.judging.search import Judged, Search
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.decision import Share
+from pipeline.diagnose.rules.shares import Share
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN, LevelEvidence, weigh
 
 

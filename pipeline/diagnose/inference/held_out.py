@@ -23,7 +23,8 @@ from pipeline.diagnose.judging.hypotheses import judge, log_evidence_of, with_or
 from pipeline.diagnose.judging.search import Judged, Search, force_prior
 from pipeline.diagnose.linear.elimination import Marginal, marginal
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.decision import Share
+from pipeline.diagnose.rules.shares import Share
+from pipeline.diagnose.rules.sureness import with_sure_second
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
 #: Log evidence of what the held-out windows make impossible.
@@ -69,22 +70,6 @@ def with_held_out(
     if whole <= 0.0:
         return tuple(ranking)
     shares = [replace(one, probability=worth[one.name] / whole) for one in ranking]
-    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
-
-
-def with_sure_second(ranking: Sequence[Share], limits: Calibration) -> tuple[Share, ...]:
-    """Let an effect alone go before itself with a second one that is not sure.
-
-    Where the first answer is a pair less probable than `verdict`, and one of the two alone is
-    within what is left, they change places. The second is then named as what cannot be told.
-    """
-    top = ranking[0]
-    alone = next((one for one in ranking if one.name in top.name.split("+")), top)
-    doubtful = top.probability < limits.verdict and alone.probability >= 1.0 - limits.verdict
-    if alone is top or not doubtful:
-        return tuple(ranking)
-    others = [one for one in ranking if one not in {top, alone}]
-    shares = [Share(alone.name, top.probability), Share(top.name, alone.probability), *others]
     return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
 
 

@@ -15,7 +15,7 @@ from pipeline.diagnose.judging.search import Judged, Search
 from pipeline.diagnose.linear.evidence import fit
 from pipeline.diagnose.linear.linear_model import vector_of
 from pipeline.diagnose.linear.scales import Level
-from pipeline.diagnose.rules.decision import Share
+from pipeline.diagnose.rules.shares import Share
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray

@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 
 from pipeline.diagnose.kinematics.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.rules.calibration import Calibration
+from pipeline.diagnose.rules.shares import Left, Share
+from pipeline.diagnose.rules.sureness import with_sure_effect
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
 #: Share of their probability that answers keep where there is no gap.
@@ -24,51 +26,6 @@ _HARDLY, _UNSURE = 1.15, 0.55
 _FAR_BEYOND = 2.0
 #: Beyond this many times the limit more force makes `unknown` no surer.
 _MOST_TIMES = 10.0
-
-
-@dataclass(frozen=True)
-class Share:
-    """An answer and its probability."""
-
-    name: str
-    probability: float
-
-
-@dataclass(frozen=True)
-class Left:
-    """What the first answer leaves.
-
-    Attributes
-    ----------
-    force : float
-        Outside force over a healthy vehicle's, on the worst axis.
-    before, after : float
-        Held-out gap over the healthy floor, without and with the answer.
-    gap_closed : float or None
-        Share of the gap that is gone; None where there is next to none.
-    alike : tuple of str
-        Effects whose signature lies too close to what the answer explains.
-    alone : float
-        Held-out gap with the effects of the answer alone, without the ordinary departures that go
-        with them, over the one before.
-    gap_there : float or None
-        Gap over the healthy floor of the worst channel among those in which the effects act; None
-        where there are none.
-    alone_after : float
-        Held-out gap with the effects of the answer alone over the healthy floor.
-    was_unknown : bool
-        The answer was named because it closes the gap, whatever force it leaves; see `after_all`.
-    """
-
-    force: float
-    before: float
-    after: float
-    gap_closed: float | None
-    alike: tuple[str, ...] = ()
-    alone: float = 0.0
-    gap_there: float | None = None
-    alone_after: float = 0.0
-    was_unknown: bool = False
 
 
 @dataclass(frozen=True)
@@ -278,5 +235,6 @@ def decide(
     if left is not None and left.gap_there is not None and shares[0].name != UNKNOWN:
         # a gap in channels in which the answer does nothing is not its
         worst_ratio = min(worst_ratio, left.gap_there)
+    shares = with_sure_effect(shares, worst_ratio, limits, healthy_known=healthy_known)
     shares = without_gap(shares, worst_ratio, limits)
     return Decided(shares, *verdict_of(shares, () if left is None else left.alike, limits))

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from pipeline.diagnose.kinematics.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.rules.calibration import Calibration
-from pipeline.diagnose.rules.decision import CLEAR_GAP, Left, Share
+from pipeline.diagnose.rules.decision import CLEAR_GAP
+from pipeline.diagnose.rules.shares import Left, Share
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
 #: Share of its probability that an answer keeps with which the held-out gap is no smaller, and how

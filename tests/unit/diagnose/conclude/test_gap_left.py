@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.diagnose.conclude.gap_left import by_gap_left, surprise
-from pipeline.diagnose.rules.decision import Share
+from pipeline.diagnose.rules.shares import Share
 
 RANKING = (
     Share("added_mass", 0.90),

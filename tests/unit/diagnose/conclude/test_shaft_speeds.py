@@ -14,7 +14,7 @@ from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen, by_shaft_speeds,
 from pipeline.diagnose.engine import diagnose
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.rules.calibration import calibration
-from pipeline.diagnose.rules.decision import Share
+from pipeline.diagnose.rules.shares import Share
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.records.run_table import RunTable

@@ -16,11 +16,9 @@ from pipeline.diagnose.conclude.threshold_search import (
     search_thresholds,
     total_cost,
 )
-from pipeline.diagnose.inference.held_out import with_held_out, with_sure_second
+from pipeline.diagnose.inference.held_out import with_held_out
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.decision import (
-    Left,
-    Share,
     decide,
     for_the_gap,
     verdict_of,
@@ -29,6 +27,8 @@ from pipeline.diagnose.rules.decision import (
     without_gap,
 )
 from pipeline.diagnose.rules.helping import that_help
+from pipeline.diagnose.rules.shares import Left, Share
+from pipeline.diagnose.rules.sureness import with_sure_effect, with_sure_second
 from pipeline.diagnose.rules.weighing import LevelEvidence, Weighed, weigh
 
 LIMITS = Calibration(
@@ -195,6 +195,27 @@ def test_pair_that_is_sure_or_whose_effects_alone_are_not_the_answer_stays(
     ranking: tuple[Share, ...],
 ) -> None:
     assert with_sure_second(ranking, LIMITS) == ranking
+
+
+@pytest.mark.parametrize(
+    ("effect", "none", "worst_ratio", "first"),
+    [
+        ("lift", 0.2, 1.4, "none"),
+        ("lift+tether", 0.13, 1.4, "none"),
+        ("lift", 0.04, 1.4, "lift"),  # sure
+        ("lift", 0.2, 9.0, "lift"),  # no healthy vehicle has this gap
+        ("unknown", 0.2, 1.4, "unknown"),
+    ],
+)
+def test_none_goes_before_an_effect_that_is_not_sure(
+    effect: str, none: float, worst_ratio: float, first: str
+) -> None:
+    answers = (Share(effect, 1.0 - none), Share("none", none))
+    found = with_sure_effect(answers, worst_ratio, LIMITS, healthy_known=False)
+    assert found[0].name == first
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+    if first == "none":
+        assert verdict_of(found, (), LIMITS) == (("none",), tuple(effect.split("+")))
 
 
 NONE_FIRST = (Share("none", 0.9), Share("lift", 0.08), Share("tether", 0.02))

@@ -1,0 +1,47 @@
+"""What is not sure does not lead: an effect goes before a pair, and `none` before an effect."""
+
+from collections.abc import Sequence
+
+from pipeline.diagnose.rules.calibration import Calibration
+from pipeline.diagnose.rules.shares import Share
+from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
+
+
+def with_sure_second(ranking: Sequence[Share], limits: Calibration) -> tuple[Share, ...]:
+    """Let an effect alone go before itself with a second one that is not sure.
+
+    Where the first answer is a pair less probable than `verdict`, and one of the two alone is
+    within what is left, they change places. The second is then named as what cannot be told.
+    """
+    top = ranking[0]
+    alone = next((one for one in ranking if one.name in top.name.split("+")), top)
+    doubtful = top.probability < limits.verdict and alone.probability >= 1.0 - limits.verdict
+    if alone is top or not doubtful:
+        return tuple(ranking)
+    others = [one for one in ranking if one not in {top, alone}]
+    shares = [Share(alone.name, top.probability), Share(top.name, alone.probability), *others]
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
+
+
+def with_sure_effect(
+    ranking: Sequence[Share], worst_ratio: float, limits: Calibration, *, healthy_known: bool
+) -> tuple[Share, ...]:
+    """Let `none` go before effects that are less probable than `verdict`, if it is what is left.
+
+    They change places, and the effects are named as what cannot be told from it; but not where the
+    gap is one that no healthy vehicle has.
+
+    Parameters
+    ----------
+    ranking, worst_ratio, limits, healthy_known
+        As of `with_gap`.
+    """
+    top = ranking[0]
+    none = next((one for one in ranking if one.name == NONE), top)
+    most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
+    doubtful = top.probability < limits.verdict and none.probability >= 1.0 - limits.verdict
+    if top.name in {NONE, UNKNOWN} or not doubtful or worst_ratio > most:
+        return tuple(ranking)
+    others = (one for one in ranking if one not in {top, none})
+    shares = (Share(NONE, top.probability), Share(top.name, none.probability), *others)
+    return tuple(sorted(shares, key=lambda one: (-one.probability, one.name)))
