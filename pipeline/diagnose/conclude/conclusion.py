@@ -96,7 +96,8 @@ def conclude(
     shares = that_help(shares, left_of, worst_ratio, limits, healthy_known=healthy_known)
     led_to, left = led_to_by(shares)
     top = answered.reweighed(shares).ranking[0]
-    left = replace(left, was_unknown=top.name == after_all)
+    held_out = answered.held_out.get(top.name, 0.0)
+    left = replace(left, held_out=held_out, was_unknown=top.name == after_all)
     said = decide(shares, left, worst_ratio, limits, healthy_known=healthy_known)
     ordered = answered.reweighed(shares).reweighed(said.ranking)
     return Conclusion(said, ordered, top, led_to)

@@ -86,6 +86,8 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
         shares, partial(_left, one), one.worst_ratio, limits, healthy_known=one.healthy
     )
     left = _left(one, shares)
+    if left is not None:
+        left = replace(left, held_out=one.held_out.get(shares[0].name, 0.0))
     return decide(shares, left, one.worst_ratio, limits, healthy_known=one.healthy)
 
 

@@ -235,6 +235,7 @@ def decide(
     if left is not None and left.gap_there is not None and shares[0].name != UNKNOWN:
         # a gap in channels in which the answer does nothing is not its
         worst_ratio = min(worst_ratio, left.gap_there)
-    shares = with_sure_effect(shares, worst_ratio, limits, healthy_known=healthy_known)
+    held_out = 0.0 if left is None else left.held_out
+    shares = with_sure_effect(shares, held_out, worst_ratio, limits, healthy_known=healthy_known)
     shares = without_gap(shares, worst_ratio, limits)
     return Decided(shares, *verdict_of(shares, () if left is None else left.alike, limits))

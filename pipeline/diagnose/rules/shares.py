@@ -33,6 +33,8 @@ class Left:
         where there are none.
     alone_after : float
         Held-out gap with the effects of the answer alone over the healthy floor.
+    held_out : float
+        Log evidence of the held-out windows for the answer over the best simpler one.
     was_unknown : bool
         The answer was named because it closes the gap, whatever force it leaves; see `after_all`.
     """
@@ -45,4 +47,5 @@ class Left:
     alone: float = 0.0
     gap_there: float | None = None
     alone_after: float = 0.0
+    held_out: float = 0.0
     was_unknown: bool = False

@@ -1,5 +1,6 @@
 """What is not sure does not lead: an effect goes before a pair, and `none` before an effect."""
 
+import math
 from collections.abc import Sequence
 
 from pipeline.diagnose.rules.calibration import Calibration
@@ -24,15 +25,22 @@ def with_sure_second(ranking: Sequence[Share], limits: Calibration) -> tuple[Sha
 
 
 def with_sure_effect(
-    ranking: Sequence[Share], worst_ratio: float, limits: Calibration, *, healthy_known: bool
+    ranking: Sequence[Share],
+    held_out: float,
+    worst_ratio: float,
+    limits: Calibration,
+    *,
+    healthy_known: bool,
 ) -> tuple[Share, ...]:
     """Let `none` go before effects that are less probable than `verdict`, if it is what is left.
 
-    They change places, and the effects are named as what cannot be told from it; but not where the
-    gap is one that no healthy vehicle has.
+    They change places, and the effects are named as what cannot be told from it; but not where what
+    took no part makes up for it, or the gap is one that no healthy vehicle has.
 
     Parameters
     ----------
+    held_out : float
+        Log evidence of what took no part for the first answer; see `Left`.
     ranking, worst_ratio, limits, healthy_known
         As of `with_gap`.
     """
@@ -40,6 +48,9 @@ def with_sure_effect(
     none = next((one for one in ranking if one.name == NONE), top)
     most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
     doubtful = top.probability < limits.verdict and none.probability >= 1.0 - limits.verdict
+    # with all windows: what speaks against the first answer has been counted
+    against = none.probability * math.exp(-max(held_out, 0.0))
+    doubtful = doubtful and top.probability < limits.verdict * (top.probability + against)
     if top.name in {NONE, UNKNOWN} or not doubtful or worst_ratio > most:
         return tuple(ranking)
     others = (one for one in ranking if one not in {top, none})

@@ -198,20 +198,22 @@ def test_pair_that_is_sure_or_whose_effects_alone_are_not_the_answer_stays(
 
 
 @pytest.mark.parametrize(
-    ("effect", "none", "worst_ratio", "first"),
+    ("effect", "none", "held_out", "worst_ratio", "first"),
     [
-        ("lift", 0.2, 1.4, "none"),
-        ("lift+tether", 0.13, 1.4, "none"),
-        ("lift", 0.04, 1.4, "lift"),  # sure
-        ("lift", 0.2, 9.0, "lift"),  # no healthy vehicle has this gap
-        ("unknown", 0.2, 1.4, "unknown"),
+        ("lift", 0.2, 0.0, 1.4, "none"),
+        ("lift", 0.2, -2.0, 1.4, "none"),
+        ("lift+tether", 0.2, 0.7, 1.4, "none"),
+        ("tether", 0.13, 5.9, 1.4, "tether"),  # what took no part says so, too
+        ("lift", 0.04, 0.0, 1.4, "lift"),  # sure
+        ("lift", 0.2, 0.0, 9.0, "lift"),  # no healthy vehicle has this gap
+        ("unknown", 0.2, 0.0, 1.4, "unknown"),
     ],
 )
 def test_none_goes_before_an_effect_that_is_not_sure(
-    effect: str, none: float, worst_ratio: float, first: str
+    effect: str, none: float, held_out: float, worst_ratio: float, first: str
 ) -> None:
     answers = (Share(effect, 1.0 - none), Share("none", none))
-    found = with_sure_effect(answers, worst_ratio, LIMITS, healthy_known=False)
+    found = with_sure_effect(answers, held_out, worst_ratio, LIMITS, healthy_known=False)
     assert found[0].name == first
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     if first == "none":
