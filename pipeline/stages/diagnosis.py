@@ -1,7 +1,7 @@
 """Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pipeline import __version__
@@ -72,6 +72,7 @@ def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
     found = diagnose_fully(
         Case(one.name, one.vehicle, one.packed, runs, holdout, healthy), request.threads
     )
+    found = _with_notes(found, one.without_tether)
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "diagnosis"
@@ -83,6 +84,12 @@ def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
     files = [result, *([] if corrected is None else [corrected]), *overlays]
     page = write_page(found.record, request.out, request.to, files)
     return DiagnosisFiles(found.record, result, corrected, page, overlays)
+
+
+def _with_notes(found: Diagnosis, notes: tuple[str, ...]) -> Diagnosis:
+    """Add what the runs do not show: what of the vehicle was not simulated."""
+    told = (*found.record.notes, *notes)
+    return replace(found, record=found.record.model_copy(update={"notes": told}))
 
 
 def _tables(texts: Sequence[str], one: SimulatedVehicle, raw: Path) -> tuple[RunTable, ...]:
