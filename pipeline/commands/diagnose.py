@@ -57,7 +57,7 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
 
     \b
     Examples:
-      rig2sea diagnose mmt300 zig_zag surge_steps --healthy first_day second_day
+      rig2sea diagnose mmt300 2024-05-15-zig-zag --healthy 2024-05-14-zig-zag
       rig2sea diagnose mmt300 new_bollard_test.xlsx
       rig2sea diagnose rov8 trial1.mcap trial2.mcap --holdout trial3.mcap --to trial/
     """

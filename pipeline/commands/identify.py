@@ -91,9 +91,9 @@ def identify(  # noqa: PLR0917 - click passes every option by its name
 
     \b
     Examples:
-      rig2sea identify mmt300 multisine zig_zag --holdout surge_steps
+      rig2sea identify mmt300 2024-05-14-zig-zag --holdout 2024-05-15-zig-zag
       rig2sea identify rov8 trial.mcap --to trial/
-      rig2sea identify mmt300 straight --method straight-line
+      rig2sea identify mmt300 2024-05-15-straight --method straight-line
     """
     from pipeline.stages.identification import IdentificationRequest, identify_runs
     from pipeline.stages.identification_text import identification_text

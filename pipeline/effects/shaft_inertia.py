@@ -12,10 +12,11 @@ did, f times as slowly. A candidate only where the vehicle file has this balance
 elsewhere the delay is `thruster_lag`, so a vehicle never has both.
 
 It shows right after steps and reversals of the code. In steady motion it vanishes; and where the
-drive is stiff (8 ms for mmt300) the inertia must be tens of times as large before a vehicle of
-300 kg feels it. Easily taken for `added_mass` (both slow the start of a motion; added mass also
-slows the coast-down with stopped thrusters) and for `dvl_delay` (which delays the measured velocity
-but neither gyro nor depth). Where shaft speed is logged, it settles the matter without the hull.
+drive is stiff (8 ms for mmt300) the inertia must be tens of times as large before the motion of
+the vehicle shows it. Easily taken for `added_mass` (both slow the start of a motion; added mass
+also slows the coast-down with stopped thrusters) and for `dvl_delay` (which delays the measured
+velocity but neither gyro nor depth). Where shaft speed is logged, it settles the matter without the
+hull.
 """
 
 from collections.abc import Mapping

@@ -17,6 +17,7 @@ _DISTRUST = """\
 - Gaps are measured against the healthy floor over windows of ten seconds, in the worst channel.
   Some effects cannot reach the wanted gap at any possible value: the reached one is used. One that
   opens less than 1.5 floors is drawn anew (another axis, thruster, direction), up to three times.
+- A tether of the nominal model is taken out before a case is made.
 - The directions and sizes of the effects are drawn from this program's idea of what is plausible.
 """
 
@@ -75,18 +76,21 @@ def _text(result: BlindResult, request: BlindRequest) -> str:
         f"{vehicles} --to DIR"
     )
     done = (
-        f"{result.done} cases of "
+        f"{result.done} cases."
         if result.done == result.wanted
-        else f"{result.done} of the campaign's {result.wanted} cases, whose kinds take turns: "
+        else f"{result.done} of the {result.wanted} cases of the campaign; the kinds of cases take "
+        "turns, so what is done is a fair part."
     )
     lines = [
         "# The blind check",
         "",
         "<!-- Written by rig2sea blind --page; do not edit. -->",
         "",
-        f"{done}{', '.join(place.vehicles)}, seed {place.seed};",
-        f"six runs of {place.run_s:g} s in each, two of them held out;",
+        done,
+        f"Vehicles {', '.join(place.vehicles)}; seed {place.seed};",
+        f"six runs of {place.run_s:g} s in each case, two of them held out;",
         f"{result.not_made} could not be flown, {score.refused} were refused as hopeless.",
+        "The words of the tables are explained in docs/diagnosis.md, under How often it is right.",
         "Again with",
         "",
         f"    {command}",
@@ -188,8 +192,9 @@ def _baselines(score: CampaignScore) -> list[str]:
     return [
         "## Beside it: plain methods",
         "",
-        f"On the {answered} cases of one effect, of none, and of what is outside the library that",
-        "the plain methods answered, too; those outside the library have no right answer here.",
+        f"The plain methods answered {answered} cases of one effect, of none, or from outside the",
+        "library. The table has the first two kinds; to the third no plain method has a right",
+        "answer, so it counts in neither column.",
         "",
         "| method | right effect first, single effects of all sizes | none called none |",
         "|---|---|---|",
