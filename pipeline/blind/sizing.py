@@ -29,8 +29,8 @@ from pipeline.types import FloatArray
 
 #: Flown by the search, which takes two runs and cuts them short. [s]
 SEARCH_S = 80.0
-#: A fault that opens a smaller gap at any size is drawn anew so often: on another axis, at another
-#: thruster, the other way round.
+#: Gap that a fault must open at some size, and how many are drawn at most: on another axis, at
+#: another thruster, the other way round.
 _SHOWS, _DRAWS = 1.5, 4
 #: Steps of the search, and the logarithm of the ratio at which it is content.
 _STEPS, _CLOSE = 6, 0.12

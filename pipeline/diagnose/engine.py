@@ -111,7 +111,10 @@ def _diagnosed(
     seen = gap_seen(case, found, answered, runs, channels, seed)
     if keep is not None:
         keep(case_evidence(found, answered, seen, limits, healthy_known=healthy_known))
-    concluded = conclude(found, answered, seen, limits, healthy_known=healthy_known)
+    supply_known = shafts is not None or any(one.quantity == "voltage" for one in channels)
+    concluded = conclude(
+        found, answered, seen, limits, healthy_known=healthy_known, supply_known=supply_known
+    )
     record = record_of(case, runs, found, seen, concluded, shafts, limits)
     record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
     specs = specs_of(found, concluded.led_to.added) if concluded.names_effects else ()

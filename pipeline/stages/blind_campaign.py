@@ -14,6 +14,7 @@ from typing import Any
 
 from pipeline.blind.score import CampaignScore, score_campaign
 from pipeline.blind.verdict_score import CaseScore
+from pipeline.effects.discovery import module_names
 from pipeline.errors import InputError, Place
 from pipeline.provenance import code_digest
 from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
@@ -141,7 +142,7 @@ def _claim(request: BlindRequest, lines_file: Path) -> None:
         "vehicles": list(place.vehicles),
         "calibration": place.calibration,
         "run_s": place.run_s,
-        "code": code_digest(*_MODULES),
+        "code": code_digest(*_MODULES, *module_names()),
     }
     file = place.to / "campaign.json"
     if lines_file.is_file() and not request.resume:

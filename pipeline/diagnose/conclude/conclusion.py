@@ -51,7 +51,13 @@ class Conclusion:
 
 
 def conclude(
-    found: Search, answered: Answers, seen: GapSeen, limits: Calibration, *, healthy_known: bool
+    found: Search,
+    answered: Answers,
+    seen: GapSeen,
+    limits: Calibration,
+    *,
+    healthy_known: bool,
+    supply_known: bool,
 ) -> Conclusion:
     """Conclude from the answers and from the gap that each leaves.
 
@@ -67,6 +73,8 @@ def conclude(
         Thresholds.
     healthy_known : bool
         The floor was learned from healthy runs.
+    supply_known : bool
+        A logged voltage, or shaft speeds, show the supply.
     """
     ahead, worst_ratio = seen.ahead, seen.worst_ratio
     was_first, answered = answered.ranking[0].name, explained_after_all(found, ahead, answered)
@@ -97,7 +105,12 @@ def conclude(
     led_to, left = led_to_by(shares)
     top = answered.reweighed(shares).ranking[0]
     held_out = answered.held_out.get(top.name, 0.0)
-    left = replace(left, held_out=held_out, was_unknown=top.name == after_all)
+    left = replace(
+        left,
+        held_out=held_out,
+        was_unknown=top.name == after_all,
+        supply_known=supply_known,
+    )
     said = decide(shares, left, worst_ratio, limits, healthy_known=healthy_known)
     ordered = answered.reweighed(shares).reweighed(said.ranking)
     return Conclusion(said, ordered, top, led_to)

@@ -5,33 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
-from pipeline.records.base import Record
-
-
-class _File(Record):
-    """The committed file: what was set, from which cases, by which command."""
-
-    exponent: float
-    none: float
-    single: float
-    pair: float
-    pair_share: float
-    held_out: float
-    set_level: float
-    left_over: float
-    verdict: float
-    most_force: float
-    most_force_healthy: float
-    most_level: float
-    most_level_healthy: float
-    most_gap: float
-    least_gap: float
-    most_none_gap: float
-    most_none_gap_healthy: float
-    interval_factor: float
-    made_by: str
-    cases: int
-    seeds: str
+from pydantic import ConfigDict, TypeAdapter
 
 
 @dataclass(frozen=True)
@@ -69,7 +43,11 @@ class Calibration:
         runs.
     interval_factor : float
         By how much the intervals are wider than the linear Gaussian model has them.
+    source : str
+        How they were set.
     """
+
+    __pydantic_config__ = ConfigDict(extra="forbid", allow_inf_nan=False)
 
     exponent: float
     none: float
@@ -96,27 +74,9 @@ class Calibration:
 def calibration() -> Calibration:
     """Read the committed thresholds."""
     text = files("pipeline.diagnose.rules").joinpath("calibration.json").read_text(encoding="utf-8")
-    found = _File.model_validate(json.loads(text))
-    return Calibration(
-        found.exponent,
-        found.none,
-        found.single,
-        found.pair,
-        found.pair_share,
-        found.held_out,
-        found.set_level,
-        found.left_over,
-        found.verdict,
-        found.most_force,
-        found.most_force_healthy,
-        found.most_level,
-        found.most_level_healthy,
-        found.most_gap,
-        found.least_gap,
-        found.most_none_gap,
-        found.most_none_gap_healthy,
-        found.interval_factor,
-        f"{found.cases} generated cases, seeds {found.seeds}: {found.made_by}"
-        if found.cases
-        else "not yet set from generated cases: the thresholds are a first guess",
-    )
+    told = json.loads(text)
+    made_by, cases, seeds = (told.pop(key) for key in ("made_by", "cases", "seeds"))
+    source = "not yet set from generated cases: the thresholds are a first guess"
+    if cases:
+        source = f"{cases} generated cases, seeds {seeds}: {made_by}"
+    return TypeAdapter(Calibration).validate_python({**told, "source": source})

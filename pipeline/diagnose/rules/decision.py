@@ -9,11 +9,9 @@ from dataclasses import dataclass, replace
 from pipeline.diagnose.kinematics.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.shares import Left, Share
-from pipeline.diagnose.rules.sureness import with_sure_effect
+from pipeline.diagnose.rules.sureness import BESIDE_NONE, with_measured_supply, with_sure_effect
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
-#: Share of their probability that answers keep where there is no gap.
-_STILL = 0.2
 #: Gap of a healthy vehicle, and one that is clear over all channels, in healthy floors.
 HEALTHY_GAP, CLEAR_GAP = 1.0, 1.5
 #: Held-out gap that an effect leaves by itself from which on `unknown` stands beside it: of 93
@@ -72,7 +70,9 @@ def without_gap(
     if worst_ratio >= least or top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
     others = tuple(
-        replace(one, probability=one.probability * _STILL) for one in ranking if one.name != NONE
+        replace(one, probability=one.probability * BESIDE_NONE)
+        for one in ranking
+        if one.name != NONE
     )
     return Share(NONE, 1.0 - sum(one.probability for one in others)), *others
 
@@ -105,7 +105,7 @@ def with_gap(
     top, others = ranking[0], [one for one in ranking if one.name != NONE]
     if worst_ratio <= most or top.name != NONE:
         return tuple(ranking)
-    none = top.probability * _STILL
+    none = top.probability * BESIDE_NONE
     second = max((one.probability for one in others), default=0.0)
     if second / top.probability <= limits.single / max(effect_count, 1) / limits.none:
         # not even as probable as before the readings were seen
@@ -237,5 +237,7 @@ def decide(
         worst_ratio = min(worst_ratio, left.gap_there)
     held_out = 0.0 if left is None else left.held_out
     shares = with_sure_effect(shares, held_out, worst_ratio, limits, healthy_known=healthy_known)
+    if left is not None and not left.supply_known:
+        shares = with_measured_supply(shares, worst_ratio, limits, healthy_known=healthy_known)
     shares = without_gap(shares, worst_ratio, limits)
     return Decided(shares, *verdict_of(shares, () if left is None else left.alike, limits))

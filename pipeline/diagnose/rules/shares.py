@@ -37,6 +37,8 @@ class Left:
         Log evidence of the held-out windows for the answer over the best simpler one.
     was_unknown : bool
         The answer was named because it closes the gap, whatever force it leaves; see `after_all`.
+    supply_known : bool
+        A logged voltage, or shaft speeds, show the supply.
     """
 
     force: float
@@ -49,3 +51,4 @@ class Left:
     alone_after: float = 0.0
     held_out: float = 0.0
     was_unknown: bool = False
+    supply_known: bool = True

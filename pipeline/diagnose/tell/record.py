@@ -65,10 +65,11 @@ def record_of(  # noqa: PLR0917 - one caller
         ranking_of(found, answered, led_to.closed, concluded.top, limits), case.errors
     )
     first, probability = ranking[0], answered.ranking[0].probability
-    # what was looked at and is not named goes into no model
-    after, closed = ahead.before, nothing_added(ahead)
     if concluded.names_effects:
         after, closed = led_to.after, led_to.closed
+    else:
+        # what was looked at and is not named goes into no model
+        after, closed = ahead.before, nothing_added(ahead)
     acts_with = ahead.before if case.errors else None
     if concluded.acting:
         acts_with = led_to.after

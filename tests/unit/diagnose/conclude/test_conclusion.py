@@ -28,7 +28,14 @@ class Weighed:
 
     def conclude(self, limits: Calibration) -> Conclusion:
         """What is said with some thresholds."""
-        return conclude(self.found, self.answered, self.seen, limits, healthy_known=False)
+        return conclude(
+            self.found,
+            self.answered,
+            self.seen,
+            limits,
+            healthy_known=False,
+            supply_known=True,
+        )
 
     def record(self, limits: Calibration) -> DiagnosisRecord:
         """The record of that."""

@@ -220,6 +220,30 @@ def test_none_goes_before_an_effect_that_is_not_sure(
         assert verdict_of(found, (), LIMITS) == (("none",), tuple(effect.split("+")))
 
 
+@pytest.mark.parametrize(
+    ("effect", "worst_ratio", "healthy", "known", "first"),
+    [
+        ("voltage_sag", 1.5, False, False, "none"),
+        ("thrust_deduction+voltage_sag", 1.5, False, False, "none"),
+        ("voltage_sag", 1.5, False, True, "voltage_sag"),
+        ("voltage_sag", 3.5, False, False, "voltage_sag"),
+        ("voltage_sag", 2.5, True, False, "voltage_sag"),
+        ("thrust_deduction", 1.5, False, False, "thrust_deduction"),
+    ],
+)
+def test_a_supply_that_nobody_measured_is_no_cause_of_a_small_gap(
+    effect: str, worst_ratio: float, healthy: bool, known: bool, first: str
+) -> None:
+    left = Left(1.0, 1.5, 0.5, 1.0, supply_known=known)
+    ranking = (Share(effect, 0.998), Share("lift", 0.002))
+    found = decide(ranking, left, worst_ratio, LIMITS, healthy_known=healthy)
+    assert found.names == tuple(first.split("+"))
+    assert sum(one.probability for one in found.ranking) == pytest.approx(1.0)
+    if first == "none":
+        assert found.ambiguous == tuple(effect.split("+"))
+        assert found.ranking[0].probability == pytest.approx(0.8)
+
+
 NONE_FIRST = (Share("none", 0.9), Share("lift", 0.08), Share("tether", 0.02))
 
 
