@@ -2,7 +2,7 @@
 
 import hashlib
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +15,7 @@ from pipeline.ingest.cells import NotANumberError, shorten
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.rows import listed
-from pipeline.ingest.sheet import Row
+from pipeline.ingest.sheet import Row, Sheet
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
 from pipeline.ingest.workbook import read_sheets
 from pipeline.vehicle.schema import BenchColumns, Column
@@ -103,6 +103,18 @@ def mapped_columns(columns: BenchColumns) -> dict[str, Column]:
     }
 
 
+def sheets_of(path: Path, shown_as: str) -> tuple[Sheet, ...] | Problem:
+    """Read the sheets of a file, or say why not; whatever is in it, the other files go on."""
+    try:
+        return read_sheets(path, shown_as)
+    except InputError as error:
+        return error.problem
+    except Exception as error:  # noqa: BLE001 - a broken file may do anything to a library
+        what = f"the file cannot be read ({type(error).__name__}: {shorten(str(error))})."
+        remedy = "Save it again in a spreadsheet program."
+        return Problem("error", Place(shown_as), what, "", remedy)
+
+
 def read_bench_file(
     path: Path, shown_as: str, wanted: Wanted, columns: BenchColumns, looked_for: str
 ) -> BenchFile:
@@ -129,14 +141,9 @@ def read_bench_file(
     problems: list[Problem] = []
     tables: list[tuple[Block, tuple[Reading, ...]]] = []
     wrong: Sequence[Problem]
-    try:
-        sheets = read_sheets(path, shown_as)
-    except InputError as error:
-        return BenchFile((), (error.problem,))
-    except Exception as error:  # noqa: BLE001 - whatever a broken file does to a library, others go on
-        what = f"the file cannot be read ({type(error).__name__}: {shorten(str(error))})."
-        remedy = "Save it again in a spreadsheet program."
-        return BenchFile((), (Problem("error", Place(shown_as), what, "", remedy),))
+    sheets = sheets_of(path, shown_as)
+    if isinstance(sheets, Problem):
+        return BenchFile((), (sheets,))
     if is_blank_form(sheets):
         return BenchFile((), (no_data_yet(shown_as),), is_blank=True)
     kept, wrong = choose_sheets(sheets, columns.sheets, wanted.kind)
@@ -204,7 +211,8 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
         return (), []  # no row has the texts that vehicle.yaml asks for
     for row, cells in rows:
         commented = is_commented(cells)
-        values, faults = _numbers(block, without_comment_mark(cells) if commented else cells)
+        given = without_comment_mark(cells) if commented else cells
+        values, faults = row_numbers(block, given, block.columns)
         if not values:
             continue  # a heading, a note or a blank row
         seen |= set(values)
@@ -221,11 +229,13 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
     return tuple(readings), _faults(block, wanted, odd, empty, seen)
 
 
-def _numbers(block: Block, cells: Row) -> tuple[dict[str, float], dict[str, str]]:
+def row_numbers(
+    block: Block, cells: Row, quantities: Iterable[str]
+) -> tuple[dict[str, float], dict[str, str]]:
     """Return the numbers of a row by quantity, and what is wrong with the other cells."""
     values: dict[str, float] = {}
     faults: dict[str, str] = {}
-    for quantity in block.columns:
+    for quantity in quantities:
         try:
             value = block.value(cells, quantity)
         except NotANumberError as error:

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.bench_file import source_name
+from pipeline.errors import Place, Problem
+from pipeline.ingest.bench_file import mapped_columns, sheets_of, source_name
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.cells import is_number
 from pipeline.ingest.formulas import with_one_cause
@@ -17,10 +17,9 @@ from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED, VOCABULARY
 from pipeline.ingest.rows import counted
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.usable import with_cause
-from pipeline.ingest.workbook import read_sheets
 from pipeline.records.base import Source
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, SheetRead
-from pipeline.vehicle.schema import Column, LoadTestColumns, Vehicle
+from pipeline.vehicle.schema import LoadTestColumns, Vehicle
 
 _KIND = "load_test"
 
@@ -49,10 +48,9 @@ def read_load_tests(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
     blank: set[str] = set()
     for path in sorted(paths):
         name = source_name(path, raw_root)
-        try:
-            found = read_sheets(path, name)
-        except InputError as error:
-            problems.append(error.problem)
+        found = sheets_of(path, name)
+        if isinstance(found, Problem):
+            problems.append(found)
             continue
         if is_blank_form(found):
             problems.append(no_data_yet(name))
@@ -149,16 +147,11 @@ def _not_understood(sheets: Sequence[Sheet], read: Sequence[LoadTestSheet]) -> l
 
 
 def _wanted(mapping: LoadTestColumns) -> Wanted:
-    stated: dict[str, Column] = {
-        quantity: column
-        for quantity in VOCABULARY
-        if isinstance(column := getattr(mapping, quantity, None), Column)
-    }
     return Wanted(
         vocabulary=VOCABULARY,
         required=REQUIRED,
         kind=_KIND,
-        mapping=stated,
+        mapping=mapped_columns(mapping),
         only=mapping.only,
         shared=frozenset({"code"}),
         split_words=BRANCH_WORDS,

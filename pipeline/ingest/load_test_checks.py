@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.errors import Problem
+from pipeline.ingest.bench_file import COMMENTED
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.load_test_rows import OPTIONAL, Reading, with_mark
 from pipeline.ingest.rows import counted, listed
@@ -33,7 +34,7 @@ def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading
     tuple of (list of Reading, list of Problem)
         Readings, those with opposed signs marked, and a warning with the likely cause.
     """
-    live = [index for index, reading in enumerate(readings) if "commented out" not in reading.marks]
+    live = [index for index, reading in enumerate(readings) if COMMENTED not in reading.marks]
     if not live:
         return list(readings), []
     torque = np.array([readings[index].torque_nm for index in live])

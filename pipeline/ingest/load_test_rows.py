@@ -2,10 +2,11 @@
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 
 from pipeline.errors import Problem
+from pipeline.ingest.bench_file import COMMENTED, row_numbers
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, column_letter, is_number, parse_number
 from pipeline.ingest.load_test_words import (
@@ -109,14 +110,15 @@ def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> R
     commented = is_commented(cells)
     if not commented and _is_section(block, cells, state):
         return None
-    values, wrong = _numbers(block, without_comment_mark(cells) if commented else cells)
+    given = without_comment_mark(cells) if commented else cells
+    values, wrong = row_numbers(block, given, ("shaft_speed", "torque", "code", *OPTIONAL))
     if not commented:
         _note_faults(block, row, values, wrong, log)
     if "shaft_speed" not in values or "torque" not in values:
         return None
     if "code" in block.columns and "code" not in values:
         return None
-    marks: tuple[str, ...] = ("commented out",) if commented else ()
+    marks: tuple[str, ...] = (COMMENTED,) if commented else ()
     status = block.text(cells, "status")
     if state.warm_up or (status is not None and is_warm_up(status)):
         marks += ("warm-up",)
@@ -130,21 +132,6 @@ def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> R
         branch=_branch(block, row, cells, state, log),
         marks=marks,
     )
-
-
-def _numbers(block: Block, cells: Row) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the numbers of a row by quantity, and what is wrong with the other cells."""
-    values: dict[str, float] = {}
-    wrong: dict[str, str] = {}
-    for quantity in ("shaft_speed", "torque", "code", *OPTIONAL):
-        try:
-            value = block.value(cells, quantity)
-        except NotANumberError as error:
-            wrong[quantity] = str(error)
-        else:
-            if value is not None:
-                values[quantity] = value
-    return values, wrong
 
 
 def _note_faults(
@@ -216,14 +203,17 @@ def _time(block: Block, cells: Row) -> float | None:
         clock = _CLOCK.search(str(cell))
     if clock is None:
         return None
-    day = datetime.fromisoformat(clock[1]).toordinal() if clock[1] else 0
+    try:
+        day = datetime.fromisoformat(clock[1]).toordinal() if clock[1] else 0
+    except ValueError:
+        return None  # of a logger whose clock was not set, e.g. 0000-00-00
     seconds = float((clock[4] or "0").replace(",", "."))
     return day * 86400.0 + int(clock[2]) * 3600.0 + int(clock[3]) * 60.0 + seconds
 
 
 def _scaled(reading: Reading, code_max: float) -> Reading:
     code = None if reading.code is None else reading.code * code_max / 100.0
-    return _with(reading, code=code)
+    return replace(reading, code=code)
 
 
 def _mark_early(readings: list[Reading], warm_up_s: float) -> list[Reading]:
@@ -243,13 +233,7 @@ def _mark_early(readings: list[Reading], warm_up_s: float) -> list[Reading]:
 
 def with_mark(reading: Reading, mark: str) -> Reading:
     """Return the reading with one more mark."""
-    return reading if mark in reading.marks else _with(reading, marks=(*reading.marks, mark))
-
-
-def _with(reading: Reading, **changes: object) -> Reading:
-    from dataclasses import replace
-
-    return replace(reading, **changes)  # type: ignore[arg-type]  # each change fits its field
+    return reading if mark in reading.marks else replace(reading, marks=(*reading.marks, mark))
 
 
 def _number_problems(block: Block, log: _Log) -> list[Problem]:

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from pipeline.errors import Problem
+from pipeline.ingest.bench_file import COMMENTED
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_number, shorten
 from pipeline.ingest.load_test_checks import (
@@ -193,7 +194,7 @@ def _check_codes(
 
 def _notes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
     notes: list[Problem] = []
-    rows = [reading.row for reading in readings if "commented out" in reading.marks]
+    rows = [reading.row for reading in readings if COMMENTED in reading.marks]
     if rows:
         what = f'commented out with "#": {listed(rows)}; kept but not fitted.'
         notes.append(Problem("note", block.place(rows[0]), what))

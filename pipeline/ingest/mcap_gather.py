@@ -38,17 +38,15 @@ class Place:
 
 @dataclass
 class Layout:
-    """Layout of messages of one size.
-
-    `fixed`: offset -> bytes that a message must have there to be laid out like this; `places` of
-    numbers; `texts`: path -> range of bytes.
-    """
+    """Layout of messages of one size, in one byte order ("<" or ">")."""
 
     order: str
     fixed: list[tuple[int, int, int]] = field(default_factory=list)
-    """Offset, width in bytes, value of each length (and of the representation)."""
+    """Offset, width in bytes, value of what a message must have there to be laid out like this:
+    each length, and the representation."""
     places: dict[Path, Place] = field(default_factory=dict)
     texts: dict[Path, tuple[int, int]] = field(default_factory=dict)
+    """Where a text begins and how many bytes it has."""
 
     def place(self, path: Path) -> Place | None:
         """Return where one number stands, None where the message does not have it."""

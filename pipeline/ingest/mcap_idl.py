@@ -8,6 +8,7 @@ layout depends on more than the definition.
 import re
 
 from pipeline.ingest.mcap_types import (
+    MOST_FIELDS,
     PRIMITIVES,
     STRING,
     Definition,
@@ -81,6 +82,7 @@ class _Reader:
         self.structures: dict[str, tuple[Field, ...]] = {}
         self._aliases: dict[str, tuple[str, int | None]] = {}
         self._constants: dict[str, int] = {}
+        self._members = 0
 
     def definitions(self, scope: tuple[str, ...]) -> None:
         """Read to the end of the file or of a module."""
@@ -110,7 +112,7 @@ class _Reader:
     def _typedef(self, scope: tuple[str, ...]) -> None:
         kind, length = self._type(scope)
         for alias, dimension in self._declarators(scope):
-            self._aliases["::".join((*scope, alias))] = _joined(kind, length, dimension)
+            self._aliases["::".join((*scope, alias))] = _joined(alias, kind, length, dimension)
 
     def _structure(self, scope: tuple[str, ...]) -> None:
         name = self._next()
@@ -118,7 +120,9 @@ class _Reader:
         if self._peek() == ":":
             self._next()
             base, _ = self._type(scope)
-            fields += self.structures.get(base, ())
+            if base not in self.structures:
+                raise DefinitionError(f"{base} is not defined in it")
+            fields += self.structures[base]
         if self._peek() == ";":
             return  # announced only
         self._expect("{")
@@ -126,10 +130,13 @@ class _Reader:
             self._notes()
             kind, length = self._type(scope)
             for member, dimension in self._declarators(scope):
-                joined_kind, joined_length = _joined(kind, length, dimension)
-                fields.append(Field(member, joined_kind, joined_length))
+                fields.append(Field(member, *_joined(member, kind, length, dimension)))
             self._expect(";")
         self._expect("}")
+        # those of a base count in each structure that inherits them
+        self._members += len(fields)
+        if self._members > MOST_FIELDS:
+            raise DefinitionError(f"it has more than {MOST_FIELDS} members")
         self.structures["::".join((*scope, name))] = tuple(fields)
 
     def _enumeration(self, scope: tuple[str, ...]) -> None:
@@ -256,11 +263,15 @@ class _Reader:
             raise DefinitionError(f'"{found}" stands where "{word}" is expected')
 
 
-def _joined(kind: str, length: int | None, dimension: int | None) -> tuple[str, int | None]:
+def _joined(
+    name: str, kind: str, length: int | None, dimension: int | None
+) -> tuple[str, int | None]:
     if dimension is None:
         return kind, length
     if length is not None:
         if length < 0:
             raise DefinitionError("an array of sequences is not supported")
         dimension *= length
+        if dimension > _MAX_LENGTH:
+            raise DefinitionError(f'"{name}" is too long an array')
     return kind, dimension

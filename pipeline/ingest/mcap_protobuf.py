@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
+from pipeline.ingest.mcap_types import MOST_FIELDS, BrokenMessageError, DefinitionError
 
 _VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
 #: FieldDescriptorProto.Type of numbers -> wire type, struct code of the fixed ones.
@@ -33,6 +33,8 @@ _FIXED = {
 }
 _REPEATED = 3
 _MAX_DEPTH = 50
+#: Fields of a message and of all messages in it that may have their default before they are read.
+_MOST_DEFAULTS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -72,23 +74,28 @@ def parse_descriptor_set(name: str, data: bytes) -> ProtoDefinition:
     messages: dict[str, dict[int, ProtoField]] = {}
     try:
         for number, content in _parts(data):
-            if number != 1:
-                continue
-            package, syntax, types = "", "proto2", []
-            for part, value in _parts(_bytes(content)):
-                if part == 2:
-                    package = _bytes(value).decode()
-                elif part == 12:
-                    syntax = _bytes(value).decode()
-                elif part == 4:
-                    types.append(_bytes(value))
-            for one in types:
-                _message_type(one, package, syntax, messages, 0)
+            if number == 1:
+                _file(_bytes(content), messages)
     except (BrokenMessageError, UnicodeDecodeError) as error:
         raise DefinitionError(f"it is not a descriptor set of protobuf ({error})") from None
     if name not in messages:
         raise DefinitionError(f"{name} is not defined in it")
+    if sum(map(len, messages.values())) > MOST_FIELDS:
+        raise DefinitionError(f"it has more than {MOST_FIELDS} members")
     return ProtoDefinition(name, messages)
+
+
+def _file(data: bytes, messages: dict[str, dict[int, ProtoField]]) -> None:
+    package, syntax, types = "", "proto2", []
+    for part, value in _parts(data):
+        if part == 2:
+            package = _bytes(value).decode()
+        elif part == 12:
+            syntax = _bytes(value).decode()
+        elif part == 4:
+            types.append(_bytes(value))
+    for one in types:
+        _message_type(one, package, syntax, messages, 0)
 
 
 def _message_type(
@@ -146,30 +153,60 @@ def decode_protobuf(definition: ProtoDefinition, data: memoryview | bytes) -> di
     BrokenMessageError
         If the bytes are not a message of this type.
     """
-    return _decode(definition, definition.root, bytes(data), 0)
+    return _Decoder(definition).message(definition.root, bytes(data), 0)
 
 
-def _decode(definition: ProtoDefinition, name: str, data: bytes, depth: int) -> dict[str, Any]:
-    if depth > _MAX_DEPTH:
-        raise BrokenMessageError("it is nested too deeply")
-    fields = definition.messages.get(name)
-    if fields is None:
-        raise BrokenMessageError(f"{name} is not defined")
-    found = {
-        part.name: _default(part)
-        for part in fields.values()
-        if part.is_repeated or not (part.has_presence or part.type in (_MESSAGE, _GROUP))
-    }
-    for number, value in _parts(data):
-        known = fields.get(number)
-        if known is None:
-            continue
-        for one in _values(definition, known, value, depth):
-            if known.is_repeated:
-                found[known.name].append(one)
-            else:
-                found[known.name] = one
-    return found
+class _Decoder:
+    def __init__(self, definition: ProtoDefinition) -> None:
+        self._messages = definition.messages
+        self._defaults = 0
+
+    def message(self, name: str, data: bytes, depth: int) -> dict[str, Any]:
+        if depth > _MAX_DEPTH:
+            raise BrokenMessageError("it is nested too deeply")
+        fields = self._messages.get(name)
+        if fields is None:
+            raise BrokenMessageError(f"{name} is not defined")
+        self._defaults += len(fields)  # an element of two bytes has all of them
+        if self._defaults > _MOST_DEFAULTS:
+            raise BrokenMessageError(f"it has more than {_MOST_DEFAULTS} numbers")
+        found = {
+            part.name: _default(part)
+            for part in fields.values()
+            if part.is_repeated or not (part.has_presence or part.type in (_MESSAGE, _GROUP))
+        }
+        for number, value in _parts(data):
+            known = fields.get(number)
+            if known is None:
+                continue
+            for one in self._values(known, value, depth):
+                if known.is_repeated:
+                    found[known.name].append(one)
+                else:
+                    found[known.name] = one
+        return found
+
+    def _values(self, part: ProtoField, value: int | bytes, depth: int) -> Iterator[Any]:
+        if part.type == _MESSAGE:
+            yield self.message(part.message, _bytes(value), depth + 1)
+        elif part.type == _STRING:
+            yield _bytes(value).decode("utf-8", errors="replace")
+        elif part.type == _RAW:
+            yield list(_bytes(value))
+        elif part.type in _FIXED:
+            code, size = _FIXED[part.type]
+            content = _bytes(value)
+            if len(content) % size or (not part.is_repeated and len(content) != size):
+                raise BrokenMessageError(f"{part.name} has {len(content)} bytes")
+            for (one,) in struct.iter_unpack(code, content):
+                yield one
+        elif isinstance(value, bytes):  # packed
+            at = 0
+            while at < len(value):
+                one, at = _varint(value, at)
+                yield _signed(part.type, one)
+        else:
+            yield _signed(part.type, value)
 
 
 def _default(part: ProtoField) -> Any:  # noqa: ANN401  a value of the field's type
@@ -179,31 +216,6 @@ def _default(part: ProtoField) -> Any:  # noqa: ANN401  a value of the field's t
     if part.type in (_STRING, _RAW):
         return "" if part.type == _STRING else []
     return 0.0 if part.type in (_DOUBLE, _FLOAT) else 0
-
-
-def _values(
-    definition: ProtoDefinition, part: ProtoField, value: int | bytes, depth: int
-) -> Iterator[Any]:
-    if part.type == _MESSAGE:
-        yield _decode(definition, part.message, _bytes(value), depth + 1)
-    elif part.type == _STRING:
-        yield _bytes(value).decode("utf-8", errors="replace")
-    elif part.type == _RAW:
-        yield list(_bytes(value))
-    elif part.type in _FIXED:
-        code, size = _FIXED[part.type]
-        content = _bytes(value)
-        if len(content) % size or (not part.is_repeated and len(content) != size):
-            raise BrokenMessageError(f"{part.name} has {len(content)} bytes")
-        for (one,) in struct.iter_unpack(code, content):
-            yield one
-    elif isinstance(value, bytes):  # packed
-        at = 0
-        while at < len(value):
-            one, at = _varint(value, at)
-            yield _signed(part.type, one)
-    else:
-        yield _signed(part.type, value)
 
 
 def _signed(kind: int, value: int) -> int:

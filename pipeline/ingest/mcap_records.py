@@ -73,12 +73,9 @@ class ChunkHead:
 
 @dataclass(frozen=True)
 class StatisticsRecord:
-    """Counts that the writer made."""
+    """Counts of messages that the writer made; what else it states is not asked for."""
 
     message_count: int
-    chunk_count: int
-    start_time_ns: int
-    end_time_ns: int
     channel_message_counts: Mapping[int, int]
 
 
@@ -167,7 +164,7 @@ def parse_footer(content: memoryview) -> tuple[int, int, int]:
 def parse_statistics(content: memoryview) -> StatisticsRecord:
     """Parse the statistics; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
-    messages, _, _, _, _, chunks, start, end, size = cursor.numbers(_STATISTICS_HEAD)
+    messages, *_, size = cursor.numbers(_STATISTICS_HEAD)
     pairs = cursor.raw(size)
     counts = {
         int.from_bytes(pairs[at : at + 2], "little"): int.from_bytes(
@@ -175,7 +172,7 @@ def parse_statistics(content: memoryview) -> StatisticsRecord:
         )
         for at in range(0, size - 9, 10)
     }
-    return StatisticsRecord(messages, chunks, start, end, counts)
+    return StatisticsRecord(messages, counts)
 
 
 #: A chunk's head is at most this long: four numbers, the compression's name, the size.

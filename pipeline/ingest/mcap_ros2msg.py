@@ -1,7 +1,7 @@
 """Read ROS 2 message definitions (``ros2msg``) as MCAP embeds them."""
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from pipeline.ingest.mcap_types import (
     PRIMITIVES,
@@ -52,8 +52,11 @@ def parse_ros2msg(name: str, text: str) -> Definition:
     for section, lines in _sections(root, text):
         texts.setdefault(section, lines)
     messages: dict[str, tuple[Field, ...]] = dict(_BUILT_IN)
+    known: dict[str, list[str]] = {}
+    for section in texts:
+        known.setdefault(section.rsplit("/", maxsplit=1)[-1], []).append(section)
     for section, lines in texts.items():
-        messages[section] = tuple(_fields(section, lines, set(texts))) or _NO_FIELDS
+        messages[section] = tuple(_fields(section, lines, known)) or _NO_FIELDS
     return checked(Definition(root, messages))
 
 
@@ -76,7 +79,7 @@ def _sections(root: str, text: str) -> Iterator[tuple[str, list[str]]]:
         yield name, lines
 
 
-def _fields(section: str, lines: list[str], known: set[str]) -> Iterator[Field]:
+def _fields(section: str, lines: list[str], known: Mapping[str, list[str]]) -> Iterator[Field]:
     for line in lines:
         words = line.split("#", maxsplit=1)[0].split(maxsplit=2)
         if not words:
@@ -96,8 +99,11 @@ def _fields(section: str, lines: list[str], known: set[str]) -> Iterator[Field]:
         yield Field(words[1], _resolve(match["base"], section, known), length)
 
 
-def _resolve(base: str, section: str, known: set[str]) -> str:
-    """Full name of a field's type: a bare message name belongs to the package it is used in."""
+def _resolve(base: str, section: str, known: Mapping[str, list[str]]) -> str:
+    """Full name of a field's type: a bare message name belongs to the package it is used in.
+
+    `known` has the full names of what is defined by their last part.
+    """
     if base in PRIMITIVES or base == STRING:
         return base
     if base == "wstring":
@@ -105,12 +111,12 @@ def _resolve(base: str, section: str, known: set[str]) -> str:
     if "/" in base:
         return _short(base)
     same_package = f"{section.rsplit('/', maxsplit=1)[0]}/{base}"
-    if same_package in known:
+    near = known.get(base, [])
+    if same_package in near:
         return same_package
     if base in _SHORT:
         return _SHORT[base]
     # a request in the definition of a service event stands in its package's srv
-    near = [name for name in known if name.rsplit("/", maxsplit=1)[-1] == base]
     return near[0] if len(near) == 1 else same_package
 
 

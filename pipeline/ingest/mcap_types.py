@@ -26,6 +26,8 @@ PRIMITIVES: Mapping[str, str] = {
     "float64": "f8",
 }
 STRING = "string"
+#: Fields of all messages of a definition together.
+MOST_FIELDS = 10_000
 _MOST = 10_000
 """Elements that a path may name."""
 _PART = re.compile(r"^(?P<name>[^\[\]]+)(\[(?P<first>[0-9]+)(:(?P<end>[0-9]+))?\])?$")
@@ -68,6 +70,8 @@ class Definition:
 def checked(definition: Definition) -> Definition:
     """Return a definition in which every name is defined and nothing contains itself.
 
+    Everything in it takes bytes: arrays of what takes none could be decoded without end.
+
     Raises
     ------
     DefinitionError
@@ -84,7 +88,11 @@ def checked(definition: Definition) -> Definition:
             raise DefinitionError(f"{name} is not defined in it")
         if len(inside) > 50:
             raise DefinitionError("it is nested deeper than 50 levels")
+        if not definition.messages[name]:
+            raise DefinitionError(f"{name} has no members")
         for part in definition.messages[name]:
+            if part.length == 0:
+                raise DefinitionError(f'"{part.name}" is an array of no elements')
             if part.type not in PRIMITIVES and part.type != STRING:
                 visit(part.type, (*inside, name))
         done.add(name)

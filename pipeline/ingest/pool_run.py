@@ -173,6 +173,7 @@ def _summary(name: str, channel: RunChannel, start_ns: int) -> ChannelSummary:
     time_ns = channel.time_ns[timely if timely.any() else slice(None)]
     rhythm = rhythm_of(time_ns)
     rate = 1.0 / channel.period_s if channel.period_s > 0 else None
+    extremes = [_extremes(column) for column in channel.values.T]
     return ChannelSummary(
         name=name,
         read=channel.read,
@@ -186,16 +187,15 @@ def _summary(name: str, channel: RunChannel, start_ns: int) -> ChannelSummary:
         last_s=(int(time_ns.max()) - start_ns) / 1e9,
         longest_gap_s=rhythm.longest_gap_s,
         marks={mark: int(rows.sum()) for mark, rows in channel.marks.items()},
-        lowest=tuple(_finite(column, np.min) for column in channel.values.T),
-        highest=tuple(_finite(column, np.max) for column in channel.values.T),
+        lowest=tuple(lowest for lowest, _ in extremes),
+        highest=tuple(highest for _, highest in extremes),
     )
 
 
-def _finite(column: FloatArray, take: object) -> float | None:
+def _extremes(column: FloatArray) -> tuple[float | None, float | None]:
+    """Return the lowest and the highest of the finite values."""
     finite = column[np.isfinite(column)]
-    if not finite.size:
-        return None
-    return float(finite.min() if take is np.min else finite.max())
+    return (float(finite.min()), float(finite.max())) if finite.size else (None, None)
 
 
 def _extent(channels: Mapping[str, RunChannel]) -> tuple[int, int]:

@@ -209,14 +209,26 @@ def _value_marks(
     )
 
 
+def positive(text: str) -> float:
+    """Return a finite number above zero; raises `ValueError` for anything else.
+
+    >>> positive("9.81")
+    9.81
+    """
+    value = float(text)
+    if not 0.0 < value < float("inf"):
+        raise ValueError(text)
+    return value
+
+
 def water_of(vehicle: Vehicle, log: McapFile) -> Water:
-    """Water of the vehicle file, or that with which a simulated log was written."""
+    """Water with which a simulated log was written, if it can be true, or of the vehicle file."""
     stated = log.directory.metadata.get(_LOG_METADATA, {})
     try:
         return Water(
-            float(stated["density_kgpm3"]),
-            float(stated["gravity_mps2"]),
-            float(stated["atmospheric_pressure_pa"]),
+            positive(stated["density_kgpm3"]),
+            positive(stated["gravity_mps2"]),
+            positive(stated["atmospheric_pressure_pa"]),
         )
     except (KeyError, ValueError):
         return Water(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)

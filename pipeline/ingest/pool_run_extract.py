@@ -15,7 +15,14 @@ from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.mcap_gather import Layout, Layouts, Place
 from pipeline.ingest.mcap_types import BrokenMessageError, Path
 from pipeline.ingest.pool_run_codec import Codec, Tree, value_at
-from pipeline.ingest.pool_run_stamps import NO_STAMP, Stamp, number_of_text, stamp_of, ticks_ns
+from pipeline.ingest.pool_run_stamps import (
+    NO_STAMP,
+    Stamp,
+    joined_ns,
+    number_of_text,
+    stamp_of,
+    ticks_ns,
+)
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 _MOST_NAME_LISTS = 1000
@@ -286,7 +293,8 @@ class _Reader:
         second = layout.place(stamp.nanoseconds)
         if second is None:
             return np.full(start.size, NO_STAMP)
-        return ticks_ns(numbers, stamp.unit_ns) + ticks_ns(_take(buffer, start, second), 1)
+        rest = ticks_ns(_take(buffer, start, second), 1)
+        return joined_ns(ticks_ns(numbers, stamp.unit_ns), rest)
 
     def _gather_names(
         self, buffer: Bytes, start: IntArray, layout: Layout, sink: _Sink

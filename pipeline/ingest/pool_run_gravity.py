@@ -28,7 +28,7 @@ def gravity_against_attitude(run: PoolRun, place: Place) -> list[Problem]:
     felt = size > 0.0
     if felt.sum() < _LEAST_ROWS:
         return []
-    down = _down_in_body(table.values["attitude"][rows][felt])
+    down = down_in_body(table.values["attitude"][rows][felt])
     cosine = -(force[felt] / size[felt, None] * down).sum(axis=1)
     apart = float(np.degrees(np.median(np.arccos(np.clip(cosine, -1.0, 1.0)))))
     if apart < _MOST_APART_DEG:
@@ -47,8 +47,8 @@ def gravity_against_attitude(run: PoolRun, place: Place) -> list[Problem]:
     ]
 
 
-def _down_in_body(attitude: FloatArray) -> FloatArray:
-    """R^T e_z of quaternions w, x, y, z, body to NED, of any length but zero."""
+def down_in_body(attitude: FloatArray) -> FloatArray:
+    """R^T e_z (n, 3) of quaternions w, x, y, z (n, 4), body to NED, of any length but zero."""
     w, x, y, z = attitude.T
     down = np.stack([x * z - w * y, y * z + w * x, 0.5 * (w * w - x * x - y * y + z * z)], axis=1)
     return np.asarray(2.0 * down / (attitude**2).sum(axis=1, keepdims=True))

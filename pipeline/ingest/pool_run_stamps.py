@@ -44,6 +44,15 @@ def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
         return np.where(no_time, NO_STAMP, np.rint(np.where(no_time, 0.0, exact)).astype(np.int64))
 
 
+def joined_ns(first: IntArray, second: IntArray) -> IntArray:
+    """Add two parts of a time; where one of them is no time, or the sum is beyond 64 bits, none."""
+    total = first + second  # wraps round: then its sign is neither that of the one nor the other's
+    no_time = (
+        (first == NO_STAMP) | (second == NO_STAMP) | (((first ^ total) & (second ^ total)) < 0)
+    )
+    return np.asarray(np.where(no_time, NO_STAMP, total))
+
+
 def stamp_of(tree: object, stamp: Stamp) -> int:
     """Time of one decoded message; the same arithmetic as for many."""
     first = value_at(tree, stamp.first)
@@ -57,7 +66,10 @@ def stamp_of(tree: object, stamp: Stamp) -> int:
     second = value_at(tree, stamp.nanoseconds)
     if not isinstance(second, int | float):
         return int(NO_STAMP)
-    return total + _one_tick(second, 1)
+    rest = _one_tick(second, 1)
+    if rest == NO_STAMP or not NO_STAMP < total + rest <= np.iinfo(np.int64).max:
+        return int(NO_STAMP)
+    return total + rest
 
 
 def _one_tick(number: float, unit_ns: int) -> int:

@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.pool_run_gravity import down_in_body
 from pipeline.ingest.pool_run_resample import commanded_thrusters, resample
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
@@ -127,7 +128,7 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     p, q, r = smooth.T
     others = [smooth[:, :, None], np.stack([[q * r, p * r, p * q]] * 3).transpose(2, 0, 1)]
     if known:
-        gravity = _smoothed(_down_in_body(table.values["attitude"]), rows)
+        gravity = _smoothed(down_in_body(table.values["attitude"]), rows)
         others.append(np.repeat(gravity[:, None, :], 3, axis=1))
     mixed = np.concatenate(others, axis=2)
     inner = (
@@ -138,14 +139,6 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     if inner.sum() < 200:
         return None
     return _Moments(acceleration[inner], effort[inner], mixed[inner], names)
-
-
-def _down_in_body(quaternion: FloatArray) -> FloatArray:
-    """Direction of gravity in body axes (n, 3)."""
-    w, x, y, z = quaternion.T
-    return np.stack(
-        [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z], axis=1
-    )
 
 
 def _smoothed(values: FloatArray, rows: BoolArray) -> FloatArray:

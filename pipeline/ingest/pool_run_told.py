@@ -1,6 +1,7 @@
 """What a person is told of a run: marks in words, missing commands, channels that end early."""
 
 from collections.abc import Mapping, Sequence
+from typing import Literal
 
 import numpy as np
 
@@ -53,8 +54,9 @@ def told_of(
             f"({share:.2g} %) are marked {mark.replace('_', ' ')}: {MARKS[mark]}; the first at "
             f"{at:.3f} s."
         )
-        severity = "note" if mark in _PLAIN_MARKS and share < 5.0 else "warning"
-        found.append(Problem("note" if severity == "note" else "warning", place, what))
+        plain = mark in _PLAIN_MARKS and share < 5.0
+        severity: Literal["note", "warning"] = "note" if plain else "warning"
+        found.append(Problem(severity, place, what))
     constant = [
         column
         for column, values in zip(channel.columns, channel.values.T, strict=True)

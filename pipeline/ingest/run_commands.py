@@ -21,7 +21,6 @@ _PREFIX = "command."
 #: A reading that is this far from the first command says nothing of it. [s]
 _NEAR_S = 1.0
 _MOST_NOTES = 8
-_WITHOUT_TIME = ("broken", "no_stamp", "clock_jump")
 
 
 @dataclass(frozen=True)
@@ -140,11 +139,8 @@ def _timed(channel: RunChannel) -> BoolArray:
     The value is asked thruster by thruster: one that is no number leaves the others alone, and a
     command that jumps or is zero is a command.
     """
-    kept = np.ones(channel.time_ns.size, np.bool_)
-    for name in _WITHOUT_TIME:
-        if name in channel.marks:
-            kept &= ~channel.marks[name]
-    return kept
+    timely = channel.timely()
+    return timely & ~channel.marks["broken"] if "broken" in channel.marks else timely
 
 
 def _own_time_ns(channel: RunChannel) -> IntArray:

@@ -1,5 +1,6 @@
 """Read a raw file into plain sheets, whatever it is, or say in one message why not."""
 
+from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -160,8 +161,9 @@ def _read_workbook(data: bytes, place: Place, limits: Limits) -> tuple[Sheet, ..
             remedy="Split it.",
         )
     parts = _parts_of_sheets(archive)
+    merged = _Merged(limits.max_cells)
     return tuple(
-        _read_sheet(workbook, name, place, scans.get(parts.get(name, ""))) for name in names
+        _read_sheet(workbook, name, place, scans.get(parts.get(name, "")), merged) for name in names
     )
 
 
@@ -258,8 +260,16 @@ def _reason(error: BaseException) -> str:
     return " ".join(str(error).split())[:120] or type(error).__name__
 
 
+@dataclass
+class _Merged:
+    """How many cells the merged ranges of a file may cover in all, and how many they do."""
+
+    most: int
+    cells: int = 0
+
+
 def _read_sheet(
-    workbook: "CalamineWorkbook", name: str, place: Place, scan: SheetScan | None
+    workbook: "CalamineWorkbook", name: str, place: Place, scan: SheetScan | None, merged: _Merged
 ) -> Sheet:
     where = Place(place.file, name)
     try:
@@ -281,7 +291,7 @@ def _read_sheet(
     for row, column, text in scan.errors if scan is not None else ():
         if row <= len(rows) and column < len(rows[row - 1]):
             rows[row - 1][column] = text
-    filled = _fill_merged(rows, sheet)
+    filled = _fill_merged(rows, sheet, merged, where)
     problems = () if scan is None else formula_problems(scan, where)
     return Sheet(
         place.file, name, tuple(tuple(row) for row in rows), 1, problems, frozenset(filled)
@@ -297,12 +307,24 @@ def _cell(value: object) -> Cell:
     return text or None
 
 
-def _fill_merged(rows: list[list[Cell]], sheet: "CalamineSheet") -> set[tuple[int, int]]:
+def _fill_merged(
+    rows: list[list[Cell]], sheet: "CalamineSheet", merged: _Merged, where: Place
+) -> set[tuple[int, int]]:
     """Copy the value of merged cells into all of them, within the table."""
     filled: set[tuple[int, int]] = set()
     for (top, left), (bottom, right) in sheet.merged_cell_ranges or []:
         if top >= len(rows) or left >= len(rows[top]) or rows[top][left] is None:
             continue
+        height, width = min(bottom + 1, len(rows)) - top, min(right + 1, len(rows[top])) - left
+        merged.cells += max(height, 0) * max(width, 0)
+        if merged.cells > merged.most:  # more than there are cells: some are covered many times
+            raise InputError.at(
+                where,
+                f"merged ranges lie over each other: together they cover more than {merged.most} "
+                "cells.",
+                expected="merged ranges that do not overlap, as a spreadsheet program makes them.",
+                remedy="Unmerge the cells in a spreadsheet program and save the workbook again.",
+            )
         for row in range(top, min(bottom + 1, len(rows))):
             for column in range(left, min(right + 1, len(rows[row]))):
                 if (row, column) != (top, left):

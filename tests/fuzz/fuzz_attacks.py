@@ -3,8 +3,10 @@
 
 import json
 import struct
+import zipfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from io import BytesIO
 
 import fuzz_seeds as seeds
 from fuzz_seeds import MESSAGE, SCHEMA, Log, Record
@@ -126,6 +128,90 @@ def _nested_types(depth: int, width: int) -> str:
     return f"\n{'=' * 80}\n".join(parts)
 
 
+def _idl(*structures: str) -> str:
+    return f"module geometry_msgs {{ module msg {{ {' '.join(structures)} }}; }};"
+
+
+def _heirs(count: int) -> str:
+    """Structures that each have the members of all before them."""
+    chain = [f"struct S{i} : S{i - 1} {{ long x{i}; }};" for i in range(1, count)]
+    return _idl("struct S0 { long x0; };", *chain, "struct Depth { S0 data; };")
+
+
+def _arrays_of_nothing(depth: int, nothing: str) -> str:
+    """Structures that each hold a thousand of the one before; the first takes no bytes."""
+    chain = [f"struct T{i} {{ T{i - 1} x[1000]; }};" for i in range(1, depth)]
+    return _idl(f"struct T0 {{ {nothing} }};", *chain, f"struct Depth {{ T{depth - 1} data; }};")
+
+
+def _powers(count: int) -> str:
+    """Arrays of arrays by name: the length has thousands of digits."""
+    chain = [f"typedef A{i - 1} A{i}[9999999];" for i in range(1, count)]
+    return _idl("typedef long A0[9999999];", *chain, f"struct Depth {{ A{count - 1} data; }};")
+
+
+def _codes_in_json(*messages: bytes) -> bytes:
+    """The valid log with its mapped topic, channel 3, in JSON."""
+    one = seeds.log()
+    others = (record for record in one.inside if not record.content.startswith(b"\3\0"))
+    own = (seeds.message(3, START_NS + k, data) for k, data in enumerate(messages))
+    codes = seeds.channel(3, 0, "/codes", "json")
+    return replace(one, inside=(*others, codes, *own), index=False).to_bytes()
+
+
+def _nested_json(levels: int) -> bytes:
+    return _codes_in_json(*[b'{"data": ' * levels + b"1" + b"}" * levels] * 5)
+
+
+def _stamped_json(*stamps: tuple[float, float]) -> bytes:
+    contents = [
+        {"stamp": {"sec": sec, "nanosec": nanosec}, "data": [1.0, 2.0, 3.0, 4.0 + k]}
+        for k, (sec, nanosec) in enumerate([(1_700_000_000, 0), *stamps, (1_700_000_001, 0)])
+    ]
+    return _codes_in_json(*(json.dumps(one).encode() for one in contents))
+
+
+def _proto(field: int, content: bytes) -> bytes:
+    size = len(content)
+    assert size < 1 << 21
+    length = bytes([size & 0x7F | 0x80, size >> 7 & 0x7F | 0x80, size >> 14])
+    return bytes([field << 3 | 2]) + length + content
+
+
+def _defaults(fields: int, elements: int) -> bytes:
+    """A message of elements that take two bytes and have very many fields by default."""
+
+    def part(name: str, number: int, label: int, kind: int, of: str = "") -> bytes:
+        numbers = bytes([0x18, number & 0x7F | 0x80, number >> 7, 0x20, label, 0x28, kind])
+        return _proto(2, _proto(1, name.encode()) + numbers + _proto(6, of.encode()))
+
+    wide = _proto(1, b"Wide") + b"".join(part(f"f{i}", i + 1, 1, 1) for i in range(fields))
+    many = _proto(1, b"Many") + part("data", 1, 3, 11, ".a.Wide")
+    file = _proto(2, b"a") + _proto(4, wide) + _proto(4, many) + _proto(12, b"proto3")
+    return _inside(
+        seeds.schema(40, "a.Many", "protobuf", _proto(1, file)),
+        seeds.channel(40, 40, "/codes", "protobuf"),
+        seeds.message(40, START_NS, b"\x0a\0" * elements),
+    )
+
+
+def _merged(rows: int, ranges: int) -> bytes:
+    """A workbook of which every cell is merged with all others, very many times."""
+    merged = f'<mergeCells count="{ranges}">' + f'<mergeCell ref="A1:XFD{rows}"/>' * ranges
+    target = BytesIO()
+    with (
+        zipfile.ZipFile(BytesIO(seeds.valid_workbook("load_test"))) as old,
+        zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as new,
+    ):
+        for name in old.namelist():
+            content = old.read(name)
+            if name == "xl/worksheets/sheet1.xml":
+                end = f'<row r="{rows}"><c r="CV{rows}"><v>1</v></c></row></sheetData>{merged}</mergeCells>'
+                content = content.replace(b"</sheetData>", end.encode())
+            new.writestr(name, content)
+    return target.getvalue()
+
+
 _CDR = b"\0\1\0\0"
 LOGS = {
     "zstd_bomb": (lambda: _bomb("zstd", 250), "looks like a bomb"),
@@ -148,6 +234,14 @@ LOGS = {
     "type_in_itself": (lambda: _topic(f"a/T x\n{'=' * 80}\nMSG: a/T\na/T x", _CDR), ""),
     "idl_nested": (lambda: _topic("module a { " * 5000, _CDR, language="ros2idl"), ""),
     "idl_sequences": (lambda: _topic("struct Depth { " + "sequence<" * 2000 + "float" + ">" * 2000 + " x; };", _CDR, language="ros2idl"), ""),
+    "idl_heirs": (lambda: _topic(_heirs(18_000), _CDR + bytes(8), language="ros2idl"), ""),
+    "idl_arrays_of_nothing": (lambda: _topic(_arrays_of_nothing(20, ""), _CDR + bytes(1000), language="ros2idl"), ""),
+    "idl_arrays_of_no_elements": (lambda: _topic(_arrays_of_nothing(20, "long x[0];"), _CDR + bytes(1000), language="ros2idl"), ""),
+    "idl_powers": (lambda: _topic(_powers(15_000), _CDR + bytes(8), language="ros2idl"), ""),
+    "arrays_of_no_elements": (lambda: _topic(_nested_types(10, 1000).replace("float64 x", "float64[0] x"), _CDR + bytes(1000)), ""),
+    "json_nested": (lambda: _nested_json(900), ""),
+    "json_stamps": (lambda: _stamped_json((-5, 1e30), (9_000_000_000, 9 * 10**18)), ""),
+    "protobuf_defaults": (lambda: _defaults(9000, 500_000), ""),
     "json_deep": (lambda: _topic("", b"[" * 100_000, "json", ""), ""),
     "json_numbers": (lambda: _topic("", json.dumps({"data": [10**400, 1e308]}).encode() + b"1" * 9000, "json", ""), ""),
     "json_digits": (lambda: _topic("", b'{"depth": ' + b"9" * 10_000 + b"}", "json", ""), ""),
@@ -172,6 +266,7 @@ ATTACKS: dict[str, Attack] = {
         for name, (make, says) in YAML.items()
     },
     **{f"pool_log {name}": Attack("pool_log", make, says) for name, (make, says) in LOGS.items()},
+    "load_test_xlsx merged_ranges": Attack("load_test_xlsx", lambda: _merged(5000, 100_000)),
     **{
         f"{kind}_csv {name}": Attack(f"{kind}_csv", make)
         for kind in ("load_test", "mooring", "open_water")

@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 
 from pipeline.errors import InputError
 from pipeline.ingest.load_test import read_load_tests
+from pipeline.ingest.mooring import read_mooring_tables
+from pipeline.ingest.open_water import read_open_water
 from pipeline.ingest.workbook import Limits, read_sheets
 
 SHEET = "xl/worksheets/sheet1.xml"
@@ -251,6 +253,30 @@ def test_a_merged_range_over_everything_is_harmless(workbook: Path) -> None:
     assert len(sheet.rows) == 4
 
 
+def _merged(count: int, reference: str) -> bytes:
+    cells = f'<mergeCell ref="{reference}"/>' * count
+    return f'</sheetData><mergeCells count="{count}">{cells}</mergeCells>'.encode()
+
+
+def test_very_many_merged_ranges_over_everything_are_refused(workbook: Path) -> None:
+    """Each would be filled in again; ranges that a spreadsheet program makes never overlap."""
+    many = _merged(2000, "A1:XFD1048576")
+    change_member(workbook, SHEET, lambda xml: xml.replace(b"</sheetData>", many))
+    said = message(workbook, Limits(max_cells=10_000))
+    assert "merged ranges" in said
+    (sheet,) = read_sheets(workbook, "a.xlsx", Limits(max_cells=16_000))
+    assert len(sheet.filled) == 7
+
+
+def test_merged_ranges_of_all_sheets_count_together(tmp_path: Path) -> None:
+    path = write_workbook(tmp_path / "a.xlsx", {"Code 90": ROWS, "Code 60": ROWS})
+    many = _merged(1000, "A1:B4")
+    for name in (SHEET, "xl/worksheets/sheet2.xml"):
+        change_member(path, name, lambda xml: xml.replace(b"</sheetData>", many))
+    assert "merged ranges" in message(path, Limits(max_cells=15_999))
+    assert len(read_sheets(path, "a.xlsx", Limits(max_cells=16_000))) == 2
+
+
 def test_one_long_text_in_very_many_cells(tmp_path: Path) -> None:
     path = write_workbook(tmp_path / "a.xlsx", {"s": [[1]]})
     cells = "".join(f'<c r="A{row}" t="s"><v>0</v></c>' for row in range(2, 2002))
@@ -324,6 +350,33 @@ def test_bad_files_leave_the_others(tmp_path: Path) -> None:
     assert sorted(problem.place.file for problem in errors) == sorted(
         f"trial/load_test/{name}" for name in bad
     )
+
+
+@pytest.mark.parametrize("kind", ["load_test", "mooring", "open_water"])
+def test_a_file_that_breaks_a_library_leaves_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    def broken(*_: object) -> None:
+        raise IndexError("list index out of range")
+
+    monkeypatch.setattr("pipeline.ingest.workbook.unpack", broken)
+    write_workbook(tmp_path / "bad.xlsx", {"Code 90": ROWS})
+    header, *rows = {
+        "load_test": ["code;speed, rpm;torque, N m", *(f"60;{900 - i};{0.1 * i}" for i in (1, 2))],
+        "mooring": ["code;thrust, N", "-60;-9", "0;0", "60;9"],
+        "open_water": ["J;KT;KM", "0.1;0.2;0.03", "0.2;0.1;0.02"],
+    }[kind]
+    (tmp_path / "good.csv").write_text("\n".join([header, *rows]), encoding="utf-8")
+    reader = {
+        "load_test": read_load_tests,
+        "mooring": read_mooring_tables,
+        "open_water": read_open_water,
+    }[kind]
+    record = reader([tmp_path / "bad.xlsx", tmp_path / "good.csv"], vehicle(), tmp_path)
+    assert {point.source.file for point in record.points} == {"good.csv"}
+    (problem,) = [one for one in record.problems if one.place.file == "bad.xlsx"]
+    assert problem.severity == "error"
+    assert "cannot be read (IndexError: list index out of range)" in problem.what
 
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])

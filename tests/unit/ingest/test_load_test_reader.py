@@ -395,6 +395,18 @@ def test_warm_up_by_time(tmp_path: Path, times: list[object]) -> None:
     assert [bool(point.marks) for point in record.points] == [True] * 5 + [False] * 18
 
 
+@pytest.mark.parametrize("unset", ["0000-00-00 12:00:00", "2024-13-45 12:00:00"])
+def test_a_clock_that_was_not_set_is_no_time(tmp_path: Path, unset: str) -> None:
+    rows = [[*HEAD, "Time"], *([n, m, unset] for n, m in sweep(90))]
+    record = read(tmp_path, {"Code 90": rows}, warm_up_s=150)
+    assert "there is no time" in said(record, "there is no time").what
+    assert len(fitted(record)) == len(rows) - 1
+    for k in range(10):
+        rows[-1 - k][2] = f"2024-03-05 10:{20 - k}:00"
+    record = read(tmp_path, {"Code 90": rows}, warm_up_s=150)
+    assert [point.marks for point in record.points if "warm-up" in point.marks]
+
+
 def test_warm_up_time_without_a_time_column(tmp_path: Path) -> None:
     record = read(tmp_path, {"Code 90": rows_of(90)}, warm_up_s=4.5)
     assert "no time to count it by" in said(record, "warm_up_s: 4.5").what
@@ -448,6 +460,15 @@ def test_text_in_an_optional_column_keeps_the_row(tmp_path: Path) -> None:
     assert len(record.points) == 23
     assert record.points[4].current_a is None
     assert "kept without it" in said(record, 'current "x"').what
+
+
+def test_a_number_beyond_any_bench_is_left_out(tmp_path: Path) -> None:
+    rows = [[*HEAD, "Current, A"], *([n, m, 5.0] for n, m in sweep(90))]
+    rows[4][1], rows[6][2] = 1e20, -1e12
+    record = read(tmp_path, {"Code 90": rows})
+    assert "1e+20 is beyond anything a bench measures" in said(record, "torque 1e+20").what
+    assert "kept without it" in said(record, "current -1e+12").what
+    assert len(record.points) == len(rows) - 2
 
 
 def test_many_bad_cells_are_summed_up(tmp_path: Path) -> None:

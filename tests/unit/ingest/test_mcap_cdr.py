@@ -181,6 +181,7 @@ def test_definitions_with_comments_constants_defaults_and_short_names() -> None:
         ("int64 a\n---\nint64 b", "service"),
         ("wstring x", "wstring"),
         ("float64[99999999] x", "too long"),
+        (f"A x\n{'=' * 80}\nMSG: a/A\nfloat64[0] x", "no elements"),
     ],
 )
 def test_definitions_that_cannot_be_read_say_why(text: str, says: str) -> None:
@@ -245,6 +246,7 @@ def test_idl_gives_the_same_as_ros2msg() -> None:
         ("union B switch (long) { case 1: long x; };", "union"),
         ("struct B { @optional long x; };", "optional"),
         ("struct B { C x; };", "not defined"),
+        ("struct B : C { long x; };", "not defined"),
         ("struct B { long x;", "ends too early"),
         ("struct B { B x; };", "contains itself"),
         ("struct A { long x; };", "not defined"),
@@ -252,9 +254,51 @@ def test_idl_gives_the_same_as_ros2msg() -> None:
         ("struct B { long x[²]; };", "length of an array"),
         (f"struct B {{ long x[{'9' * 5000}]; }};", "length of an array"),
         ("struct B { long x[10000][10000]; };", "too long an array"),
+        ("typedef long A[10000]; typedef A C[10000]; struct B { C x; };", "too long an array"),
+        ("struct B { };", "no members"),
+        ("struct E { }; struct B { E x[1000]; };", "no members"),
+        ("struct E { }; struct D : E { }; struct B { D x; };", "no members"),
+        ("struct E { long x[0]; }; struct B { E x[1000]; };", "no elements"),
+        ("typedef long N[0]; struct E { N x; }; struct B { E x[1000]; };", "no elements"),
         ("struct B { " + "sequence<" * 5000 + "long x; };", "sequence of sequences"),
     ],
 )
 def test_idl_that_cannot_be_read_says_why(text: str, says: str) -> None:
     with pytest.raises(DefinitionError, match=says):
         parse_idl("B", text)
+
+
+def test_structures_that_inherit_without_end_are_refused() -> None:
+    """Each has all members of those before it: 18 000 of them would have 160 million."""
+    chain = ["struct S0 { long x0; };"]
+    chain += [f"struct S{i} : S{i - 1} {{ long x{i}; }};" for i in range(1, 18_000)]
+    with pytest.raises(DefinitionError, match="more than 10000 members"):
+        parse_idl("S0", "\n".join(chain))
+    short = parse_idl("S99", "\n".join(chain[:100]))
+    assert [part.name for part in short.fields] == [f"x{i}" for i in range(100)]
+
+
+def test_lengths_of_arrays_do_not_multiply_without_end() -> None:
+    chain = ["typedef long A0[9999999];"]
+    chain += [f"typedef A{i - 1} A{i}[9999999];" for i in range(1, 1000)]
+    with pytest.raises(DefinitionError, match="too long an array"):
+        parse_idl("B", "".join([*chain, "struct B { A999 x; };"]))
+
+
+def test_a_message_of_ros_without_members_is_read() -> None:
+    """rosidl gives it one: its structure in C may not be empty."""
+    idl = """
+    module std_msgs { module msg {
+      struct Empty { uint8 structure_needs_at_least_one_member; };
+    }; };
+    module a { module msg { struct B { std_msgs::msg::Empty none[2]; long x; }; }; };
+    """
+    text = f"std_msgs/Empty[2] none\nint32 x\n{'=' * 80}\nMSG: std_msgs/Empty\n"
+    message = b"\0\1\0\0" + bytes(4) + b"\7\0\0\0"
+    for definition in (parse_idl("a/msg/B", idl), parse_ros2msg("a/msg/B", text)):
+        assert decode_cdr(definition, message)["x"] == 7
+        assert layout_of(definition, message).place(("x",)).offset == 8
+
+
+def test_an_empty_structure_that_no_message_has_is_no_fault() -> None:
+    assert parse_idl("B", "struct E { }; struct B { long x; };").fields[0].name == "x"

@@ -110,11 +110,18 @@ def test_what_was_not_sent_is_zero_or_absent() -> None:
 
 def test_a_message_cut_off_anywhere_is_refused_or_shorter(message: bytes) -> None:
     definition = parse_descriptor_set("rig.Reading", descriptor_set())
+    # what is behind the last field that is known says nothing
+    message = message[: -len(number(99, 5))]
+    whole = decode_protobuf(definition, message)
+    shorter = []
     for end in range(len(message)):
         try:
-            decode_protobuf(definition, message[:end])
+            shorter.append(decode_protobuf(definition, message[:end]))
         except BrokenMessageError:
             continue
+    # it is read where it is cut between two of its 12 fields, and refused within any
+    assert len(shorter) == 12
+    assert whole not in shorter
 
 
 @pytest.mark.parametrize("data", [b"\xff", b"\x0a\xff\x01", b"\x0a\x03\x22\x01\xff", b"nonsense"])
@@ -144,3 +151,27 @@ def test_whatever_the_bytes_are_there_is_a_message_or_a_reason(
             assert isinstance(decode_protobuf(definition, data), dict)
         except BrokenMessageError:
             continue
+
+
+def wide(fields: int, inner: int = 0) -> bytes:
+    """A descriptor set of a message that repeats one with so many numbers."""
+    names = b"".join(field_of(f"f{i}", i + 1, 1) for i in range(fields))
+    wide = block(4, block(1, "Wide") + names)
+    more = b"".join(block(4, block(1, f"M{i}") + field_of("x", 1, 1)) for i in range(inner))
+    many = block(4, block(1, "Many") + field_of("all", 1, 11, label=3, message=".rig.Wide"))
+    return block(1, block(2, "rig") + wide + more + many + block(12, "proto3"))
+
+
+def test_definitions_of_very_many_fields_are_refused() -> None:
+    for fields, inner in ((10_001, 0), (5000, 5000)):
+        with pytest.raises(DefinitionError, match="more than 10000 members"):
+            parse_descriptor_set("rig.Many", wide(fields, inner))
+
+
+def test_fields_that_were_not_sent_do_not_multiply() -> None:
+    """An element of two bytes has a thousand fields, each with its default."""
+    definition = parse_descriptor_set("rig.Many", wide(1000))
+    element = block(1, b"")
+    assert len(decode_protobuf(definition, element * 900)["all"]) == 900
+    with pytest.raises(BrokenMessageError, match="more than 1000000 numbers"):
+        decode_protobuf(definition, element * 1001)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from pool_logs import START_NS, array_topic, json_topic, rov, ticks, write_log
+from pool_logs import START_NS, array_topic, json_topic, ros_topic, rov, ticks, write_log
 
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.pool_run import read_pool_run
@@ -67,10 +67,66 @@ def test_a_second_part_that_is_missing_makes_no_stamp() -> None:
     assert stamp_of({"s": 1}, stamp) == NO_STAMP
 
 
-def taken(log: McapFile, topic: str = "/a") -> TopicData:
+@pytest.mark.parametrize(
+    ("seconds", "nanoseconds"),
+    [
+        (-5, 1e30),
+        (5, 1e30),
+        (9_000_000_000, 9_000_000_000_000_000_000),
+        (-9_000_000_000, -9_000_000_000_000_000_000),
+        (1e30, 0),
+        (1, float("nan")),
+    ],
+)
+def test_two_parts_that_make_no_time(seconds: float, nanoseconds: float) -> None:
+    stamp = Stamp(("s",), nanoseconds=("n",))
+    assert stamp_of({"s": seconds, "n": nanoseconds}, stamp) == NO_STAMP
+
+
+_PARTS = {
+    "int64": st.integers(-(2**63), 2**63 - 1) | st.integers(-(10**10), 10**10),
+    "uint64": st.integers(0, 2**64 - 1),
+    "int32": st.integers(-(2**31), 2**31 - 1),
+    "float64": st.floats() | st.floats(-1e10, 1e10),
+}
+
+
+@given(data=st.data(), kinds=st.tuples(*[st.sampled_from(sorted(_PARTS))] * 2))
+def test_stamps_of_two_parts_are_alike_both_ways(
+    tmp_path_factory: pytest.TempPathFactory, data: st.DataObject, kinds: tuple[str, str]
+) -> None:
+    parts = data.draw(st.lists(st.tuples(*[_PARTS[kind] for kind in kinds]), min_size=1))
+    contents = [{"sec": sec, "nanosec": nanosec} for sec, nanosec in parts]
+    text = f"{kinds[0]} sec\n{kinds[1]} nanosec\n"
+    topic = ros_topic("/a", "a/msg/T", ticks(len(parts), 10.0), contents, text)
+    log = McapFile(write_log(tmp_path_factory.getbasetemp() / "run.mcap", [topic]), "run")
+    stamp = Stamp(("sec",), nanoseconds=("nanosec",))
+    fast, slow = (taken(log, stamp=stamp, fast=fast).stamp_ns for fast in (True, False))
+    assert fast is not None
+    assert slow is not None
+    np.testing.assert_array_equal(fast, slow)
+    for found, (sec, nanosec) in zip(fast.tolist(), parts, strict=True):
+        exact = not isinstance(sec, float) and not isinstance(nanosec, float)
+        assert found == NO_STAMP or not exact or found == sec * 10**9 + nanosec
+
+
+def test_wild_stamps_in_json_do_not_stop_the_reader(tmp_path: Path) -> None:
+    stamps = [{"sec": 1_700_000_000 + k, "nanosec": 0} for k in range(20)]
+    stamps[3] = {"sec": -5, "nanosec": 1e30}
+    stamps[4] = {"sec": 9_000_000_000, "nanosec": 9_000_000_000_000_000_000}
+    contents = [{"header": {"stamp": one}, "depth": 0.1 * k} for k, one in enumerate(stamps)]
+    path = write_log(tmp_path / "run.mcap", [json_topic("/depth", ticks(20, 1.0), contents)])
+    run = read_pool_run(path, rov(channels=[{"quantity": "depth", "topic": "/depth"}]), tmp_path)
+    marked = run.channels["depth"].marks["no_stamp"]
+    assert np.flatnonzero(marked).tolist() == [3, 4]
+
+
+def taken(
+    log: McapFile, topic: str = "/a", *, stamp: Stamp | None = None, fast: bool = True
+) -> TopicData:
     channels = log.directory.channels
     codecs = {n: codec_of(c, log.directory.schemas.get(c.schema_id)) for n, c in channels.items()}
-    return extract(log, codecs, {topic: Request((("data", 0),))})[topic]
+    return extract(log, codecs, {topic: Request((("data", 0),), stamp)}, fast=fast)[topic]
 
 
 def test_counts_that_are_too_small_do_not_matter(tmp_path: Path) -> None:
