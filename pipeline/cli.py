@@ -23,7 +23,6 @@ from pipeline.command_language import (
 from pipeline.command_options import folder
 
 _F = TypeVar("_F", bound=Callable[..., Any])
-_LOG = "rig2sea-error.log"
 
 
 class _Cli(TranslatedGroup):
@@ -74,16 +73,22 @@ def _own_fault(error: Exception) -> str:
     import traceback
 
     trace = "".join(traceback.format_exception(error))
-    log = Path(tempfile.gettempdir()) / _LOG
     try:
-        log.write_text(trace, encoding="utf-8")
-        where = f"The details are in {log}."
+        # a name of its own: the folder is everybody's
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="rig2sea-error-", suffix=".log", delete=False, encoding="utf-8"
+        ) as log:
+            log.write(trace)
+        details = f"The details are in {log.name}."
+        wanted = (
+            "Please report it with that file and the command that you typed; see CONTRIBUTING.md."
+        )
     except OSError:
-        where = "The details could not be written."
+        details = "The details could not be written."
+        wanted = "Please report it with the command that you typed; see CONTRIBUTING.md."
     first = (str(error).splitlines() or [""])[0]
     return (
-        f"error: a fault of rig2sea itself ({type(error).__name__}: {first}). {where}\n"
-        "Please report it with that file and the command that you typed; see CONTRIBUTING.md."
+        f"error: a fault of rig2sea itself ({type(error).__name__}: {first}). {details}\n{wanted}"
     )
 
 

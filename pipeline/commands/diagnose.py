@@ -79,6 +79,8 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
         click.echo(translate(f"vehicle file with the effect: {files.corrected}"))
     for overlay in files.overlays:
         click.echo(translate(f"measured and simulated with the effect: {overlay}"))
+    for reason in files.without_overlay:
+        click.echo(translate(f"no log with the effect: {reason}"))
     click.echo(str(files.result))
     click.echo(translate(f"report: {files.page}"))
 

@@ -9,7 +9,9 @@ from pipeline.diagnose.bench.engine import diagnose_bench
 from pipeline.diagnose.bench.model import BenchModel, bench_model
 from pipeline.diagnose.bench.table import BenchTable, bench_table
 from pipeline.errors import CannotComputeError, InputError
+from pipeline.ingest.bench_file import source_name
 from pipeline.ingest.mooring import read_mooring_tables
+from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
 from pipeline.plan import UsageError, processed_file
 from pipeline.provenance import canonical_json, file_digest, read_envelope, write_atomically
 from pipeline.records.base import Record
@@ -22,7 +24,7 @@ from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
 R = TypeVar("R", bound=Record)
-TABLE_SUFFIXES = (".xlsx", ".csv")
+TABLE_SUFFIXES = WORKBOOK_SUFFIXES | TEXT_SUFFIXES
 RESULT = "diagnosis.json"
 
 
@@ -53,8 +55,8 @@ def are_tables(runs: Sequence[str]) -> bool:
 
     Examples
     --------
-    >>> are_tables(["new.xlsx"]), are_tables(["surge-steps"])
-    (True, False)
+    >>> are_tables(["new.xlsx"]), are_tables(["new.tsv"]), are_tables(["surge-steps"])
+    (True, True, False)
     """
     tables = [run for run in runs if Path(run).suffix.lower() in TABLE_SUFFIXES]
     if tables and len(tables) < len(runs):
@@ -157,11 +159,13 @@ def _read(
     paths: Sequence[Path], vehicle: Vehicle, model: BenchModel, without: tuple[str, ...]
 ) -> tuple[BenchTable, list[str]]:
     record = read_mooring_tables(paths, vehicle, paths[0].parent)
-    # The table is at whatever supply it is at: that is what the diagnosis finds out.
-    problems = [one for one in record.problems if "supply" not in one.what]
+    # What all tables together show does not count: at whatever supply they are is what the
+    # diagnosis finds out, and of too few codes it speaks itself.
+    all_tables = source_name(min(paths).parent, paths[0].parent)
+    problems = [one for one in record.problems if one.place.file != all_tables]
     usable = [point for point in record.points if not point.marks]
     errors = [one for one in problems if one.severity == "error"]
-    if errors and (not usable or "one code only" not in errors[0].what):
+    if errors:
         raise InputError(errors[0])
     if not usable:
         shown = ", ".join(path.name for path in paths)

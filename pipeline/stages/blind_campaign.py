@@ -19,6 +19,7 @@ from pipeline.errors import InputError, Place
 from pipeline.provenance import code_digest
 from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
 from pipeline.stages.many_cases import as_they_come
+from pipeline.stages.result_lines import appending, read_lines
 from pipeline.stages.stopping import stopped_by_sigterm
 
 SCHEMA = "rig2sea/blind/1"
@@ -80,15 +81,12 @@ def run_campaign(
     _claim(request, lines_file)
     done = {line["number"]: line for line in read_lines(lines_file)}
     wanted = [number for number in range(request.cases) if number not in done]
-    lines_file.parent.mkdir(parents=True, exist_ok=True)
-    _end_last_line(lines_file)
     stopped = False
-    with lines_file.open("a", encoding="utf-8") as stream, stopped_by_sigterm():
+    with appending(lines_file) as append, stopped_by_sigterm():
         try:
             run = partial(run_case, place=place)
             for line in as_they_come(run, wanted, request.processes):
-                stream.write(json.dumps(line) + "\n")
-                stream.flush()
+                append(line)
                 done[line["number"]] = line
                 said(len(done), request.cases, _line_text(line))
         except KeyboardInterrupt:
@@ -102,7 +100,8 @@ def run_campaign(
 def summary(lines: list[dict[str, Any]], request: BlindRequest) -> BlindResult:
     """Score the lines of a campaign."""
     asked = [line for line in lines if line["number"] < request.cases]
-    scores = [CaseScore.model_validate_json(json.dumps(_["score"])) for _ in asked if "score" in _]
+    scored = [line["score"] for line in asked if "score" in line]
+    scores = [CaseScore.model_validate_json(json.dumps(score)) for score in scored]
     return BlindResult(
         score_campaign(scores),
         len(asked),
@@ -110,27 +109,6 @@ def summary(lines: list[dict[str, Any]], request: BlindRequest) -> BlindResult:
         sum("not_made" in line for line in asked),
         request.place.to,
     )
-
-
-def read_lines(file: Path) -> list[dict[str, Any]]:
-    """Lines of a campaign; one that was cut off is left out."""
-    if not file.is_file():
-        return []
-    out = []
-    for text in file.read_text(encoding="utf-8").splitlines():
-        try:
-            line = json.loads(text)
-        except json.JSONDecodeError:
-            continue
-        if isinstance(line, dict) and isinstance(line.get("number"), int):
-            out.append(line)
-    return out
-
-
-def _end_last_line(file: Path) -> None:
-    if file.is_file() and file.stat().st_size and not file.read_bytes().endswith(b"\n"):
-        with file.open("a", encoding="utf-8") as stream:
-            stream.write("\n")
 
 
 def _claim(request: BlindRequest, lines_file: Path) -> None:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pipeline.blind.rates import Figure, Rate
 from pipeline.blind.score import BANDS, PAIR_BANDS, CampaignScore
+from pipeline.provenance import write_atomically
 from pipeline.report.figures.blind import confusion_picture, rates_picture
 from pipeline.stages.blind_campaign import BlindRequest, BlindResult
 
@@ -58,14 +59,8 @@ def write_page(result: BlindResult, request: BlindRequest, page: Path) -> None:
         ),
     }
     for name, content in pictures.items():
-        _write(images / name, content)
-    _write(page, _text(result, request))
-
-
-def _write(path: Path, text: str) -> None:
-    temporary = path.with_name(f".{path.name}.part")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(path)
+        write_atomically(images / name, content)
+    write_atomically(page, _text(result, request))
 
 
 def _text(result: BlindResult, request: BlindRequest) -> str:

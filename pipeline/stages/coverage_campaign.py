@@ -8,13 +8,12 @@ number. The table names the seeds, so that a part of them can be run and shown t
 """
 
 import argparse
-import json
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from pipeline.identify.coverage import EXCITING, RUN_S, Campaign, one_seed, table
 from pipeline.stages.many_cases import as_they_come
+from pipeline.stages.result_lines import appending, read_lines
 from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.stages.stopping import stopped_by_sigterm
 
@@ -33,36 +32,14 @@ def load_campaign(
     return Campaign(one.vehicle, one.packed, manoeuvres, run_s, thrust)
 
 
-def lines_of(file: Path) -> list[dict[str, Any]]:
-    """Lines that a campaign has written; a last line that was cut off is left out."""
-    if not file.exists():
-        return []
-    found = []
-    for line in file.read_text(encoding="utf-8").splitlines():
-        try:
-            found.append(json.loads(line))
-        except json.JSONDecodeError:
-            continue
-    return found
-
-
 def run_campaign(campaign: Campaign, file: Path, *, first: int, seeds: int, workers: int) -> None:
     """Run the seeds that the file does not hold yet, and append a line for each."""
-    known = {line["seed"] for line in lines_of(file)}
+    known = {line["seed"] for line in read_lines(file)}
     wanted = [seed for seed in range(first, first + seeds) if seed not in known]
-    cut_off = file.exists() and not file.read_bytes().endswith(b"\n") and file.stat().st_size > 0
-    with file.open("a", encoding="utf-8") as out:
-        if cut_off:
-            out.write("\n")
-        with stopped_by_sigterm():
-            for line in as_they_come(partial(one_seed, campaign), wanted, workers):
-                _keep(out, line)
-
-
-def _keep(out: Any, line: dict[str, Any]) -> None:  # noqa: ANN401 - an open text file
-    out.write(json.dumps(line) + "\n")
-    out.flush()
-    print(f"seed {line['seed']}: {line['elapsed_s']:.1f} s", flush=True)
+    with appending(file) as append, stopped_by_sigterm():
+        for line in as_they_come(partial(one_seed, campaign), wanted, workers):
+            append(line)
+            print(f"seed {line['seed']}: {line['elapsed_s']:.1f} s", flush=True)
 
 
 def main() -> None:
@@ -83,7 +60,7 @@ def main() -> None:
     parser.add_argument("--summary", type=Path, help="show the table of a result file and stop")
     wanted = parser.parse_args()
     if wanted.summary is not None:
-        print(table(lines_of(wanted.summary)))
+        print(table(read_lines(wanted.summary)))
         return
     campaign = load_campaign(
         wanted.vehicle,
@@ -98,7 +75,7 @@ def main() -> None:
         run_campaign(campaign, file, first=wanted.first, seeds=wanted.seeds, workers=wanted.workers)
     except KeyboardInterrupt:
         print("stopped; the same command goes on from here")
-    print(table(lines_of(file)))
+    print(table(read_lines(file)))
 
 
 if __name__ == "__main__":

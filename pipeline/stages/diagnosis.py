@@ -50,6 +50,8 @@ class DiagnosisFiles:
     page: Path
     overlays: tuple[Path, ...] = ()
     """One log a run: everything that was recorded, and the simulation with the effect beside it."""
+    without_overlay: tuple[str, ...] = ()
+    """Logs of which none could be made, each with the reason."""
 
 
 def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
@@ -80,10 +82,10 @@ def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
     result = folder / RESULT_FILE
     write_atomically(result, canonical_json(found.record.model_dump(mode="json")) + "\n")
     corrected = _write_corrected(folder, one, text)
-    overlays = _write_overlays(request, folder, one, found)
+    overlays, without = _write_overlays(request, folder, one, found)
     files = [result, *([] if corrected is None else [corrected]), *overlays]
     page = write_page(found.record, request.out, request.to, files)
-    return DiagnosisFiles(found.record, result, corrected, page, overlays)
+    return DiagnosisFiles(found.record, result, corrected, page, overlays, without)
 
 
 def _with_notes(found: Diagnosis, notes: tuple[str, ...]) -> Diagnosis:
@@ -113,11 +115,15 @@ def _refuse_twice(request: DiagnosisRequest, one: SimulatedVehicle) -> None:
 
 def _write_overlays(
     request: DiagnosisRequest, folder: Path, one: SimulatedVehicle, found: Diagnosis
-) -> tuple[Path, ...]:
-    """Simulate the held-out runs (all runs where none is) with the effects of the verdict."""
+) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Simulate the held-out runs (all runs where none is) with the effects of the verdict.
+
+    A free run of minutes may leave the finite numbers where the windows of the answer did not, and
+    a log may be too long for one: such runs are named, each with the reason.
+    """
     if not found.specs:
-        return ()
-    written = []
+        return (), ()
+    written, without = [], []
     for log in find_logs(request.holdout or request.runs, one):
         path = folder / f"{log.stem}_with_effect.mcap"
         asked = SimulationRequest(
@@ -130,10 +136,9 @@ def _write_overlays(
         )
         try:
             written.append(simulate_to_file(asked).path)
-        except CannotComputeError:
-            # a free run of minutes may leave the finite numbers; the windows of the answer did not
-            continue
-    return tuple(written)
+        except CannotComputeError as error:
+            without.append(f"{log.name}: {error}")
+    return tuple(written), tuple(without)
 
 
 def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:

@@ -27,6 +27,7 @@ from pipeline.diagnose.conclude.threshold_search import (
     total_cost,
 )
 from pipeline.diagnose.rules.calibration import Calibration, calibration
+from pipeline.provenance import write_atomically
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.stages.blind_case import BlindPlace, diagnose_in_memory, run_case
 from pipeline.stages.many_cases import as_they_come
@@ -62,7 +63,7 @@ def collect(first: int, cases: int, place: BlindPlace, processes: int) -> None:
     with stopped_by_sigterm():
         for line in as_they_come(partial(collect_case, place=place), wanted, processes):
             file = place.to / "lines" / f"{line['number']:05d}.json"
-            file.write_text(json.dumps(line), encoding="utf-8")
+            write_atomically(file, json.dumps(line))
             score = line.get("score")
             told = line.get("not_made") if score is None else _told(score)
             print(f"case {line['number']}: {told}", flush=True)
@@ -129,9 +130,7 @@ def set_thresholds(folder: Path, *, write: bool) -> Calibration:
     }
     if write:
         target = Path(str(files("pipeline.diagnose.rules").joinpath("calibration.json")))
-        temporary = target.with_name(f".{target.name}.part")
-        temporary.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
-        temporary.replace(target)
+        write_atomically(target, json.dumps(content, indent=1) + "\n")
     return replace(found, source=f"{len(cases)} generated cases")
 
 

@@ -9,7 +9,6 @@ the project's folder: vehicle files and the converter of the tank runs are found
 """
 
 import argparse
-import json
 import os
 import time
 from collections.abc import Sequence
@@ -24,7 +23,6 @@ from pipeline.provenance import write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.identification import Identification, VehicleIdentification
 from pipeline.simulate.context import model_of
-from pipeline.stages.coverage_campaign import lines_of
 from pipeline.stages.identification import RESULT_FILE, IdentificationRequest, identify_runs
 from pipeline.stages.measured_withheld_cases import (
     Fold,
@@ -33,6 +31,7 @@ from pipeline.stages.measured_withheld_cases import (
 )
 from pipeline.stages.measured_withheld_runs import case_to_diagnose, logs_named, logs_of
 from pipeline.stages.measured_withheld_table import table, with_table
+from pipeline.stages.result_lines import appending, read_lines
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
@@ -158,18 +157,18 @@ def _told(record: DiagnosisRecord, truth: str | None) -> dict[str, Any]:
 def run_campaign(cases: Sequence[WithheldCase], data: Path, to: Path, vehicles: Path) -> None:
     """Run the cases that the result file does not hold yet, and append a line for each."""
     file = to / CASES_FILE
-    known = {line["case"] for line in lines_of(file)}
+    known = {line["case"] for line in read_lines(file)}
     converter = vehicles.parent.parent / "docs/examples/brov2_tank_to_mcap.py"
-    for case in cases:
-        if case.key in known:
-            continue
-        logs = logs_of(case.subject, data, to, converter)
-        one = identified(vehicles / VEHICLES[case.subject], case.fold, logs, to / case.subject)
-        line = line_of(case, one, logs)
-        with file.open("a", encoding="utf-8") as out:
-            out.write(json.dumps(line) + "\n")
-        answer = line["verdict"]["effects"] if "verdict" in line else "refused"
-        print(f"{case.key}: {answer}, {line['elapsed_s']:.0f} s", flush=True)
+    with appending(file) as append:
+        for case in cases:
+            if case.key in known:
+                continue
+            logs = logs_of(case.subject, data, to, converter)
+            one = identified(vehicles / VEHICLES[case.subject], case.fold, logs, to / case.subject)
+            line = line_of(case, one, logs)
+            append(line)
+            answer = line["verdict"]["effects"] if "verdict" in line else "refused"
+            print(f"{case.key}: {answer}, {line['elapsed_s']:.0f} s", flush=True)
 
 
 def main() -> None:
@@ -190,7 +189,7 @@ def main() -> None:
     wanted.to.mkdir(parents=True, exist_ok=True)
     if not wanted.table:
         run_campaign(cases, wanted.data, wanted.to, wanted.vehicles)
-    text = table(lines_of(wanted.to / CASES_FILE), len(all_cases()))
+    text = table(read_lines(wanted.to / CASES_FILE), len(all_cases()))
     write_atomically(wanted.to / TABLE_FILE, text)
     if wanted.page is not None:
         write_atomically(wanted.page, with_table(wanted.page.read_text(encoding="utf-8"), text))

@@ -9,6 +9,7 @@ import json
 import os
 import tempfile
 import zipfile
+import zlib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -20,8 +21,19 @@ from pipeline.provenance import unwritable
 from pipeline.records.run_table import RunTable
 
 _SCHEMA = "rig2sea/run_table/1"
-#: Nobody vouches for a file on a disk: a member that unpacks to more than this is refused.
+#: Nobody vouches for a file on a disk: one that unpacks to more than this in all is refused.
 _MOST_BYTES = 4_000_000_000
+#: What reading of a file raises that is not whole, or no such file at all.
+_BROKEN = (
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    EOFError,
+    RuntimeError,  # encrypted, or packed in a way that is not known
+    zipfile.BadZipFile,
+    zlib.error,
+)
 
 
 def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
@@ -94,7 +106,7 @@ def read_tables(path: Path) -> dict[str, RunTable]:
             f"cannot be read: {error.strerror or error}.",
             remedy="Delete it and run again: rig2sea run",
         ) from None
-    except (ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile):
+    except _BROKEN:
         raise InputError.at(
             Place(str(path)),
             "is not a whole file of tables.",
@@ -114,6 +126,8 @@ def _about(archive: zipfile.ZipFile) -> dict[str, Any]:
 
 def _table(archive: zipfile.ZipFile, name: str, head: dict[str, object]) -> RunTable:
     rows = int(str(head["rows"]))
+    if not 0 <= rows <= _MOST_BYTES // 8:
+        raise ValueError("rows")
 
     def array(member: str) -> np.ndarray[tuple[int, ...], np.dtype[np.generic]]:
         with archive.open(f"{name}/{member}.npy") as file:

@@ -162,7 +162,9 @@ def test_fault_of_our_own_is_one_message_and_a_log(
     assert result.exit_code == 1
     assert "Traceback" not in result.output
     assert "a fault of rig2sea itself (ZeroDivisionError: division by zero)" in result.output
-    assert "Traceback" in (here / "rig2sea-error.log").read_text()
+    (log,) = here.glob("rig2sea-error-*.log")
+    assert f"The details are in {log}." in result.output
+    assert "Traceback" in log.read_text()
 
 
 def test_stage_that_does_not_exist_is_no_traceback_for_the_journal(

@@ -17,9 +17,10 @@ from pipeline.cli import cli
 from pipeline.errors import InputError
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.stages import blind_campaign, blind_case
-from pipeline.stages.blind_campaign import BlindRequest, read_lines, run_campaign
+from pipeline.stages.blind_campaign import BlindRequest, run_campaign
 from pipeline.stages.blind_case import BlindPlace
 from pipeline.stages.blind_page import write_page
+from pipeline.stages.result_lines import read_lines
 
 
 def says_none(
@@ -166,7 +167,8 @@ def test_every_rate_stands_on_the_page_once_beside_those_it_compares_with(
     score = whole.score.model_copy(update={"rates": tuple(rates)})
     write_page(replace(whole, score=score, wanted=9), request, tmp_path / "blind_check.md")
     lines = (tmp_path / "blind_check.md").read_text().splitlines()
-    assert "2 of the campaign's 9 cases, whose kinds take turns: rov8, seed 0;" in lines
+    assert any(line.startswith("2 of the 9 cases of the campaign; ") for line in lines)
+    assert "Vehicles rov8; seed 0;" in lines
     assert [line for line in lines if line.startswith("| first")] == [
         (
             "| first, separable | 6 of 10 = 60.0 % (10 to 90 %), **missed** "

@@ -1,26 +1,51 @@
-"""What of the vehicle took no part in a diagnosis is said."""
+"""What took no part in a diagnosis, or could not be made of it, is said."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from pipeline.diagnose.engine import Diagnosis
+from pipeline.effects.library import EffectSpec
+from pipeline.errors import CannotComputeError
 from pipeline.stages import diagnosis
 from pipeline.stages.diagnosis import DiagnosisRequest, diagnose_to_files
 
 
-@pytest.mark.parametrize(("vehicle", "told"), [("cargo_carrier", True), ("rov8", False)])
-def test_a_tether_that_is_not_simulated_is_named(
-    vehicle: str, told: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def found(monkeypatch: pytest.MonkeyPatch) -> Diagnosis:
+    """A diagnosis that is asked of no log."""
     monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "report"))
     import diagnosis_records
 
-    found = Diagnosis(diagnosis_records.diagnosis(channels=("w",), windows=1), ())
+    answer = Diagnosis(diagnosis_records.diagnosis(channels=("w",), windows=1), ())
     monkeypatch.setattr(diagnosis, "_tables", lambda *_: ())
     monkeypatch.setattr(diagnosis, "find_logs", lambda *_: ())
-    monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: found)
-    monkeypatch.setattr(diagnosis, "write_page", lambda *_: tmp_path / "page.html")
+    monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: answer)
+    monkeypatch.setattr(diagnosis, "write_page", lambda *_: Path("page.html"))
+    return answer
+
+
+@pytest.mark.parametrize(("vehicle", "told"), [("cargo_carrier", True), ("rov8", False)])
+def test_a_tether_that_is_not_simulated_is_named(
+    vehicle: str, told: bool, tmp_path: Path, found: Diagnosis
+) -> None:
     files = diagnose_to_files(DiagnosisRequest(vehicle, ("run",), to=tmp_path))
     added = files.record.notes[len(found.record.notes) :]
     assert ["tether" in note for note in added] == [True] * told
+
+
+def test_a_run_of_which_no_overlay_can_be_made_is_named(
+    tmp_path: Path, found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def too_long(*_: object) -> None:
+        raise CannotComputeError("the log is 4000 s long")
+
+    spec = EffectSpec("residual_buoyancy", {"force_n": 5.0})
+    monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: replace(found, specs=(spec,)))
+    monkeypatch.setattr(diagnosis, "find_logs", lambda *_: (Path("long.mcap"),))
+    monkeypatch.setattr(diagnosis, "_refuse_twice", lambda *_: None)
+    monkeypatch.setattr(diagnosis, "simulate_to_file", too_long)
+    files = diagnose_to_files(DiagnosisRequest("rov8", ("long",), to=tmp_path))
+    assert files.overlays == ()
+    assert files.without_overlay == ("long.mcap: the log is 4000 s long",)
