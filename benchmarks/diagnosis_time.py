@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
+from benchmarks import page
 from pipeline.blind.generate import CaseSpec, generate
 from pipeline.diagnose.baselines import bic_baseline
 from pipeline.diagnose.case import Case
@@ -114,10 +115,7 @@ def main() -> None:
     text = table(rows_of(case, wanted.effect, wanted.threads, wanted.rounds), len(case.candidates))
     print(text)
     if wanted.page is not None:
-        page = wanted.page.read_text(encoding="utf-8")
-        head, _, rest = page.partition(MARKS[0])
-        _, _, tail = rest.partition(MARKS[1])
-        wanted.page.write_text(f"{head}{MARKS[0]}\n{text}\n{MARKS[1]}{tail}", encoding="utf-8")
+        page.update(wanted.page, *MARKS, text)
 
 
 if __name__ == "__main__":

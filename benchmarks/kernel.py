@@ -28,13 +28,16 @@ def main() -> None:
     parser.add_argument("--json", type=Path, metavar="FILE", help="write all figures there")
     parser.add_argument("--write", action="store_true", help="renew docs/benchmarks.md")
     options = parser.parse_args()
+    if options.quick and options.write:
+        parser.error("--quick gives no figures to be quoted: --write goes without it")
     with tempfile.TemporaryDirectory() as folder:
         figures = measure(Path(folder), quick=options.quick)
     print(page.text(figures))
     if options.json:
         sections.save(options.json, figures)
     if options.write:
-        page.update(ROOT / "docs" / "benchmarks.md", figures)
+        target = ROOT / "docs" / "benchmarks.md"
+        page.update(target, page.BEGIN, page.END, page.text(figures))
         for path in page.plots(figures, ROOT / "docs" / "images"):
             print(f"wrote {path.relative_to(ROOT)}")
 

@@ -24,6 +24,7 @@ from matplotlib.figure import Figure
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
+from benchmarks import page
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.export.mcap_log import write_run_log
 from pipeline.plan import VehicleFolder
@@ -41,7 +42,6 @@ VEHICLE = "rov8"
 FIRST_NS = 1_777_000_000_000_000_000
 APART_NS = 6 * 3_600_000_000_000
 FLIGHT_S = 15.0
-_FRAME = ("<!-- figures: begin -->\n", "<!-- figures: end -->\n")
 
 
 @dataclass(frozen=True)
@@ -112,14 +112,21 @@ def measure(place: Path, log: Path, runs: int, *, computed: bool) -> Row:
 
 
 def execute(place: Path) -> Cost:
-    """Run `rig2sea run` there, in a process that waits for all of its own."""
+    """Run `rig2sea run` there, in a process that waits for all of its own.
+
+    Raises
+    ------
+    RuntimeError
+        When it did not end well: its times would be those of something else.
+    """
     before = time.monotonic()
     code = (
         "import json, resource, subprocess, sys\n"
-        "subprocess.run([sys.executable, '-m', 'pipeline', 'run', '--cores', '2'],"
-        " stdout=subprocess.DEVNULL, check=False)\n"
+        "done = subprocess.run([sys.executable, '-m', 'pipeline', 'run', '--cores', '2'],"
+        " stdout=sys.stderr, check=False)\n"
         "used = resource.getrusage(resource.RUSAGE_CHILDREN)\n"
         "print(json.dumps([used.ru_utime + used.ru_stime, used.ru_maxrss]))\n"
+        "sys.exit(done.returncode)\n"
     )
     paths = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     done = subprocess.run(  # noqa: S603 - our own program
@@ -128,8 +135,10 @@ def execute(place: Path) -> Cost:
         env={**os.environ, "PYTHONPATH": paths},
         capture_output=True,
         text=True,
-        check=True,
+        check=False,
     )
+    if done.returncode:
+        raise RuntimeError(f"rig2sea run ended with {done.returncode}:\n{done.stderr}")
     cpu_s, peak = json.loads(done.stdout.splitlines()[-1])
     per_mb = 1e6 if sys.platform == "darwin" else 1e3
     return Cost(cpu_s, time.monotonic() - before, peak / per_mb, _stages(place))
@@ -245,16 +254,13 @@ def _known(path: Path | None) -> dict[int, Row]:
 
 def _write(rows: list[Row]) -> None:
     _plot(rows)
-    text = PAGE.read_text(encoding="utf-8")
-    before, _, rest = text.partition(_FRAME[0])
-    _, _, after = rest.partition(_FRAME[1])
     load = ", ".join(f"{one:.1f}" for one in os.getloadavg())
     memory = resource.getpagesize() * os.sysconf("SC_PHYS_PAGES") / 1e9
     said = (
         f"Python {sys.version.split()[0]}, {os.cpu_count()} cores, {memory:.0f} GB, "
         f"load average {load}.\n\n"
     )
-    PAGE.write_text(before + _FRAME[0] + said + table(rows) + _FRAME[1] + after, encoding="utf-8")
+    page.update(PAGE, page.BEGIN, page.END, said + table(rows).rstrip("\n"))
 
 
 def _plot(rows: list[Row]) -> None:

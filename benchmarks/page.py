@@ -201,8 +201,17 @@ def _plot_segments(figures: Figures, folder: Path) -> Path:
     return _finish(axes, folder / "benchmark_segments.png")
 
 
-def update(page: Path, figures: Figures) -> None:
-    """Put the figures between their marks in a page."""
-    before, rest = page.read_text(encoding="utf-8").split(BEGIN)
-    after = rest.split(END)[1]
-    page.write_text(f"{before}{BEGIN}\n{text(figures)}\n{END}{after}", encoding="utf-8")
+def update(path: Path, begin: str, end: str, text: str) -> None:
+    """Put a text between its marks in a page.
+
+    Raises
+    ------
+    ValueError
+        Where the page has not each mark once, in their order; it is left as it was.
+    """
+    page = path.read_text(encoding="utf-8")
+    before, _, rest = page.partition(begin)
+    _, _, after = rest.partition(end)
+    if page.count(begin) != 1 or page.count(end) != 1 or end not in rest:
+        raise ValueError(f'{path}: expected "{begin}", then "{end}", each once')
+    path.write_text(f"{before}{begin}\n{text}\n{end}{after}", encoding="utf-8")
