@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pipeline.errors import CannotComputeError, writing_remedy
 from pipeline.export.c_source import Identity, render_header, render_source
+from pipeline.export.c_text import c_identifier
 from pipeline.export.grid_check import check_characteristic
 from pipeline.export.self_test import render_self_test
 from pipeline.export.table_files import render_csv, render_json
@@ -49,8 +50,9 @@ def write_firmware(
         file is replaced only by a complete one.
     """
     identity = Identity(vehicle=name, tables_digest=tables_digest, tool_version=tool_version)
-    stem = identity.identifier and identity.stem
+    c_identifier(name)  # files are called after the name: it is refused before anything else
     check_characteristic(characteristic)
+    stem = identity.stem
     contents = {
         f"{stem}.h": render_header(identity, characteristic),
         f"{stem}.c": render_source(identity, characteristic),

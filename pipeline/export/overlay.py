@@ -4,6 +4,7 @@ Every recorded message is copied byte for byte, chunk after chunk; the simulated
 by log time under ``/sim``, so that a log viewer shows both on one axis.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
@@ -158,6 +159,9 @@ def _water_of(
     """Density and gravity that the log states for its pressure, else those given."""
     stated = recorded.metadata.get("rig2sea.log", {})
     try:
-        return float(stated["density_kgpm3"]), float(stated["gravity_mps2"])
+        own = float(stated["density_kgpm3"]), float(stated["gravity_mps2"])
     except (KeyError, ValueError):
         return density_kgpm3, gravity_mps2
+    # a log may state anything: "0", "nan" and "-9" are numbers, too
+    possible = all(math.isfinite(one) and one > 0.0 for one in own)
+    return own if possible else (density_kgpm3, gravity_mps2)

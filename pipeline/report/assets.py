@@ -7,7 +7,7 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, writing_remedy
-from pipeline.report.sections.closing import safe_link
+from pipeline.report.links import address_from
 
 LIBRARY, ZOOM, FILTER = "plotly.min.js", "zoom.js", "filter.js"
 
@@ -48,9 +48,18 @@ def write_assets(folder: Path) -> None:
             ) from None
 
 
-def assets_address(folder: Path, page: Path) -> str:
-    """Return the address of the folder relative to a page, quoted."""
-    return safe_link(Path(os.path.relpath(folder, page.parent)).as_posix())
+def placed(folder: Path | None, page: Path) -> str:
+    """Write the scripts for a page; return the folder's address from there, none without one.
+
+    Raises
+    ------
+    InputError
+        As `write_assets`.
+    """
+    if folder is None:
+        return ""
+    write_assets(folder)
+    return address_from(page, folder)
 
 
 def _library() -> bytes:
@@ -62,7 +71,7 @@ def _library() -> bytes:
         raise InputError.at(
             Place("plotly"),
             "the plotting library of the pages is not installed",
-            expected="the Python package plotly, as requirements.lock has it",
-            remedy="Run make.",
+            expected="the Python package plotly",
+            remedy="Install it: pip install plotly; in a clone of the repository run make.",
         )
     return path.read_bytes()

@@ -108,6 +108,11 @@ class ThrustComparison:
         return float(difference[worst]), float(self.code[worst])
 
 
+def table2_row(published: PublishedTable2, index: int) -> tuple[float, float, float]:
+    """Return the printed K_F0, K_F1, K_F2 of a row."""
+    return published.KF0[index], published.KF1[index], published.KF2[index]
+
+
 def compare_table2(
     static: StaticCharacteristic, published: PublishedTable2, codes: Sequence[float]
 ) -> tuple[ThrustComparison, ...]:
@@ -118,7 +123,7 @@ def compare_table2(
         index = speed_index(static.speed_mps, speed_mps)
         if index is None:
             continue
-        printed = (published.KF0[row], published.KF1[row], published.KF2[row])
+        printed = table2_row(published, row)
         own = next((r for r in static.table2 if abs(r.speed_mps - speed_mps) < 1e-6), None)
         compared.append(
             ThrustComparison(
@@ -157,11 +162,11 @@ def table4_difference(
     row: SpeedInverse, published: PublishedTable4, thrust_n: ArrayLike
 ) -> FloatArray | None:
     """Return code by our Table 4 less the published; NaN in the dead zone or above a T_max."""
-    printed = table4_row(published, row.speed_mps)
-    if printed is None:
-        return None
     index = speed_index(published.speed_mps, row.speed_mps)
-    limit = min(row.thrust_max_n, published.T_max_n[index if index is not None else 0])
+    printed = table4_row(published, row.speed_mps)
+    if index is None or printed is None:
+        return None
+    limit = min(row.thrust_max_n, published.T_max_n[index])
     thrust = np.asarray(thrust_n, float)
     difference = table4_code(np.asarray(row.coefficients), thrust) - table4_code(
         np.asarray(printed), thrust

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.report.assets import assets_address, write_assets
+from pipeline.report.assets import placed
 from pipeline.report.diagnosis_words import listed, probability_text
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import plural
@@ -84,11 +84,9 @@ def write_diagnosis_page(
     InputError
         If a folder cannot be written to.
     """
-    address = ""
-    if assets is not None:
-        write_assets(assets)
-        address = assets_address(assets, path)
-    write_page(diagnosis_page(record, crumbs=crumbs, files=files, assets=address), path)
+    write_page(
+        diagnosis_page(record, crumbs=crumbs, files=files, assets=placed(assets, path)), path
+    )
 
 
 def tone(record: DiagnosisRecord) -> str:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pipeline.report.assets import assets_address, write_assets
+from pipeline.report.assets import placed
 from pipeline.report.blocks import Section
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import fixed, general, plural
@@ -63,11 +63,7 @@ def write_run_page(
     assets: Path | None = None,
 ) -> None:
     """Write the page, whole or not at all, and the scripts in `assets`; raises `InputError`."""
-    address = ""
-    if assets is not None:
-        write_assets(assets)
-        address = assets_address(assets, path)
-    write_page(run_page(results, crumbs, address), path)
+    write_page(run_page(results, crumbs, placed(assets, path)), path)
 
 
 def status_text(errors: int, warnings: int) -> str:
@@ -92,7 +88,7 @@ def run_line(results: RunResults) -> str:
     if stored is None:
         return "the log could not be read"
     parts = [f"{fixed(stored.duration_s, 0)} s"]
-    if results.stored is not None and stored.notes is not None and stored.notes.what:
+    if stored.notes is not None and stored.notes.what:
         parts.insert(0, stored.notes.what[:120])
     if trial is not None and trial.manoeuvres:
         names = dict.fromkeys(stretch.name.replace("_", " ") for stretch in trial.manoeuvres)

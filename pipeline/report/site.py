@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.report.assets import FILTER, assets_address, write_assets
+from pipeline.report.assets import FILTER, placed
 from pipeline.report.html import render, write_page
+from pipeline.report.links import safe_link
 from pipeline.report.numbers import plural
 from pipeline.report.results import (
     TrialDayLink,
@@ -14,7 +15,6 @@ from pipeline.report.results import (
     all_problems,
     missing_reasons,
 )
-from pipeline.report.sections.closing import safe_link
 
 
 @dataclass(frozen=True)
@@ -123,17 +123,13 @@ def write_index(
     InputError
         If the file cannot be written.
     """
-    address = ""
-    if assets is not None:
-        write_assets(assets)
-        address = assets_address(assets, path)
     text = render(
         "index.html.j2",
         pages=pages,
         diagnosed=diagnosed,
         designs=designs,
         earlier=earlier,
-        assets=address,
+        assets=placed(assets, path),
         scripts=(FILTER,),
     )
     write_page(text, path)

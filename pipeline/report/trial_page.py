@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.trial import TrialDay
-from pipeline.report.assets import assets_address, write_assets
+from pipeline.report.assets import placed
 from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
 from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.figures.trend import TREND_TITLE, apart, trend_blocks
@@ -56,11 +56,7 @@ def write_day_page(
     assets: Path | None = None,
 ) -> None:
     """Write the page, whole or not at all, and the scripts in `assets`; raises `InputError`."""
-    address = ""
-    if assets is not None:
-        write_assets(assets)
-        address = assets_address(assets, path)
-    write_page(day_page(results, crumbs, address), path)
+    write_page(day_page(results, crumbs, placed(assets, path)), path)
 
 
 def day_counts(results: DayResults) -> tuple[int, int]:
@@ -202,7 +198,8 @@ def _identified(results: DayResults) -> Section:
         note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
         "common with that of the trial day before.",
     )
-    more: list[Block] = [table] if rows else [Paragraph("These runs tell no parameter apart.")]
+    none = Paragraph("These runs determine none of the parameters.")
+    more: list[Block] = [table if rows else none]
     if fit.cannot_identify:
         more.append(
             Details(
@@ -210,7 +207,8 @@ def _identified(results: DayResults) -> Section:
                 (Bullets(fit.cannot_identify),),
             )
         )
-    more.append(Bullets((*fit.notes, *trial.notes)))
+    if fit.notes or trial.notes:
+        more.append(Bullets((*fit.notes, *trial.notes)))
     return Section("identified", title, (*more, *used))
 
 
@@ -219,7 +217,11 @@ def _trend(results: DayResults) -> Section:
     days[results.day] = _parameters(results.trial)
     blocks = trend_blocks(days)
     if not blocks:
-        text = "A trend needs two trial days with a fit; this is the first."
+        text = (
+            "A trend needs two trial days with identified parameters; there is one so far."
+            if any(days.values())
+            else "A trend needs two trial days with identified parameters; there is none so far."
+        )
         return Section("trend", TREND_TITLE, (Paragraph(text),), available=False)
     return Section("trend", TREND_TITLE, blocks)
 
@@ -228,7 +230,11 @@ def _quality(results: DayResults) -> Section:
     title = "Prediction of windows that took no part"
     fit = results.trial.identification
     if fit is None or not fit.quality:
-        text = "Not computed: there is no fit to judge."
+        text = (
+            "Not computed: there is no fit to judge."
+            if fit is None
+            else "Not computed: no window was left to judge the fit by."
+        )
         return Section("quality", title, (Paragraph(text, tone="warning"),), available=False)
 
     def number(value: float | None) -> str:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pipeline.report.assets import assets_address, write_assets
+from pipeline.report.assets import placed
 from pipeline.report.blocks import Section
 from pipeline.report.html import render, write_page
 from pipeline.report.results import VehicleResults
@@ -94,8 +94,4 @@ def write_vehicle_page(
     InputError
         If a folder cannot be written to.
     """
-    address = ""
-    if assets is not None:
-        write_assets(assets)
-        address = assets_address(assets, path)
-    write_page(vehicle_page(results, index_href, address), path)
+    write_page(vehicle_page(results, index_href, placed(assets, path)), path)

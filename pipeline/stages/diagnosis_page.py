@@ -1,13 +1,12 @@
 """A diagnosis -> its page, in the folder asked for or among the reports."""
 
-import os
 from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.plan import report_file
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.diagnosis_page import diagnosis_line, write_diagnosis_page
-from pipeline.report.sections.closing import safe_link
+from pipeline.report.links import address_from
 from pipeline.stages.diagnosis_links import DiagnosisReceipt, diagnosis_name, write_receipt
 from pipeline.stages.index_page import write_index_again
 
@@ -53,10 +52,10 @@ def write_page(
     reports = out / "reports"
     name = diagnosis_name(record.runs, record.holdout, record.evidence.healthy_runs)
     page = reports / record.vehicle / "diagnoses" / name / "index.html"
-    crumbs = [("All vehicles", _address(reports / "index.html", page))]
+    crumbs = [("All vehicles", address_from(page, reports / "index.html"))]
     own = out / report_file(record.vehicle)
     if own.is_file():
-        crumbs.append((record.vehicle, _address(own, page)))
+        crumbs.append((record.vehicle, address_from(page, own)))
     write_diagnosis_page(
         record, page, reports / "assets", crumbs=tuple(crumbs), files=_links(files, page)
     )
@@ -69,11 +68,7 @@ def write_page(
 
 def _links(files: Sequence[Path], page: Path) -> tuple[tuple[str, str], ...]:
     return tuple(
-        (_LABELS.get(file.suffix, file.name), _address(file, page))
+        (_LABELS.get(file.suffix, file.name), address_from(page, file))
         for file in files
         if file.is_file()
     )
-
-
-def _address(file: Path, page: Path) -> str:
-    return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())

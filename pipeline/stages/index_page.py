@@ -6,8 +6,8 @@ from pathlib import Path
 
 from pipeline.errors import InputError
 from pipeline.provenance import read_envelope
+from pipeline.report.links import safe_link
 from pipeline.report.results import TrialDayLink
-from pipeline.report.sections.closing import safe_link
 from pipeline.report.site import IndexEntry, Status, write_index
 from pipeline.stages.design_links import design_links
 from pipeline.stages.diagnosis_links import diagnosis_links

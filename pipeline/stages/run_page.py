@@ -1,15 +1,14 @@
 """Everything known of one pool run -> its page, and a receipt with its line for other pages."""
 
-import os
 from pathlib import Path
 
 from pipeline.plan import report_file
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import PageReceipt, RunTrial, StoredRun
+from pipeline.report.links import address_from
 from pipeline.report.run_page import run_line, write_run_page
 from pipeline.report.run_results import RunResults
-from pipeline.report.sections.closing import safe_link
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.run_table_file import read_tables
 
@@ -57,7 +56,7 @@ def _results(
         windows=tables.get("windows"),
         free=tables.get("free"),
         files=tuple(
-            (label, safe_link(Path(os.path.relpath(file, page.parent)).as_posix()))
+            (label, address_from(page, file))
             for ending, label in (
                 (".mcap", "Log with measured and simulated channels, for a log viewer (MCAP)"),
                 ("/pool/{}.npz", "Measured channels on one time base (NumPy arrays)"),
@@ -80,14 +79,13 @@ def _tables(files: dict[str, str]) -> dict[str, RunTable]:
 
 
 def _crumbs(job: Job, page: Path, day: str) -> tuple[tuple[str, str], ...]:
-    def to(file: str) -> str:
-        return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())
-
-    found = [("All vehicles", to("reports/index.html"))]
-    found.append((job.vehicle_name, to(report_file(job.vehicle_name))))
+    files = [
+        ("All vehicles", "reports/index.html"),
+        (job.vehicle_name, report_file(job.vehicle_name)),
+    ]
     if day:
-        found.append((f"Trial day {day}", to(f"reports/{job.vehicle_name}/trials/{day}.html")))
-    return tuple(found)
+        files.append((f"Trial day {day}", f"reports/{job.vehicle_name}/trials/{day}.html"))
+    return tuple((label, address_from(page, file)) for label, file in files)
 
 
 def _provenance(*envelopes: Envelope[StoredRun] | Envelope[RunTrial]) -> dict[str, str]:

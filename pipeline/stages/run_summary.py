@@ -11,6 +11,7 @@ from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.simulate.sensors import Log
 from pipeline.simulate.tethered_mover import TetherLog
+from pipeline.stages.code_limits import at_limit
 from pipeline.types import FloatArray
 
 Range = tuple[float, float]
@@ -92,16 +93,15 @@ def summarise(
     x, y = trajectory.quaternion[:, 1], trajectory.quaternion[:, 2]
     # angle between body z and down: R_33 of the rotation
     tilt = np.degrees(np.arccos(np.clip(1.0 - 2.0 * (x**2 + y**2), -1.0, 1.0)))
-    size = np.abs(trajectory.command)
-    limit = np.max(np.abs(packed.code_limits), axis=1) if size.size else np.zeros(0)
+    ends = at_limit(trajectory.command, *packed.code_limits.T)
     depth = trajectory.position_ned_m[:, 2]
     return RunSummary(
         duration_s=float(trajectory.time_s[-1] - trajectory.time_s[0]),
         surge_mps=_range(trajectory.nu[:, 0]),
         depth_m=_range(depth),
         tilt_deg=float(tilt.max()),
-        largest_code=float(size.max(initial=0.0)),
-        at_limit_share=float(np.mean((size >= limit - 0.5).any(axis=1))) if size.size else 0.0,
+        largest_code=float(np.abs(trajectory.command).max(initial=0.0)),
+        at_limit_share=float(ends.any(axis=1).mean()),
         channels={name: int(channel.valid_s.size) for name, channel in log.items()},
         doubts=tuple(_doubts(trajectory, tilt, packed, vector)),
     )

@@ -19,6 +19,7 @@ from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import RunTrial, StoredRun
 from pipeline.simulate.pack import PackedVehicle
+from pipeline.stages.code_limits import at_limit
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.run_table_file import read_tables, write_tables
 from pipeline.stages.simulated_vehicle import load_simulated
@@ -178,9 +179,7 @@ def _at_limit(table: RunTable, vehicle: Vehicle) -> dict[str, float]:
         drive = vehicle.drives[thruster.drive]
         own = command[there, column]
         if own.size:
-            # a drive that turns one way only idles at its low end
-            low = drive.code_min < 0 and own <= drive.code_min + 0.5
-            share = float(np.mean((own >= drive.code_max - 0.5) | low))
+            share = float(np.mean(at_limit(own, drive.code_min, drive.code_max)))
             if share > 0:
                 found[thruster.name] = share
     return found

@@ -1,15 +1,12 @@
 """A trial day's fit, runs and tables, and the days before -> its page and a receipt."""
 
-import os
-from pathlib import Path
-
 from pipeline.plan import report_file
 from pipeline.provenance import file_digest
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
 from pipeline.report.day_results import DayResults
+from pipeline.report.links import address_from
 from pipeline.report.numbers import plural
 from pipeline.report.run_page import status_text
-from pipeline.report.sections.closing import safe_link
 from pipeline.report.trial_page import day_counts, write_day_page
 from pipeline.stages.job import Job, write_record
 
@@ -17,9 +14,6 @@ from pipeline.stages.job import Job, write_record
 def run(job: Job) -> str:
     """Write the page."""
     page, day = job.more_outputs[0], job.output.stem
-
-    def to(file: str) -> str:
-        return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())
 
     def compute() -> PageReceipt:
         days = job.all_in("trial_days", "trial_day", TrialDay)
@@ -35,7 +29,7 @@ def run(job: Job) -> str:
             trial=trials.get(day) or TrialDay(vehicle=job.vehicle_name, day=day, runs=()),
             earlier={name: one for name, one in trials.items() if name < day},
             runs=runs,
-            links={one.name: to(next(iter(one.files))) for one in runs},
+            links={one.name: address_from(page, next(iter(one.files))) for one in runs},
             tables=None if now is None else now.record,
             tables_before=None if before is None else before.record,
             provenance={
@@ -45,8 +39,8 @@ def run(job: Job) -> str:
             },
         )
         crumbs = (
-            ("All vehicles", to("reports/index.html")),
-            (job.vehicle_name, to(report_file(job.vehicle_name))),
+            ("All vehicles", address_from(page, "reports/index.html")),
+            (job.vehicle_name, address_from(page, report_file(job.vehicle_name))),
         )
         write_day_page(results, page, crumbs, page.parents[2] / "assets")
         errors, warnings = day_counts(results)

@@ -17,8 +17,8 @@ from pipeline.records.fits import (
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.trial import PageReceipt
 from pipeline.records.validation import AllocatorValidation
+from pipeline.report.links import address_from, safe_link
 from pipeline.report.results import TrialDayLink
-from pipeline.report.sections.closing import safe_link
 from pipeline.report.sections.trials import has_trend
 from pipeline.report.site import index_entry
 from pipeline.report.vehicle_page import VehicleResults, write_vehicle_page
@@ -93,18 +93,14 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
 
 def _trials(job: Job, page: Path) -> tuple[TrialDayLink, ...]:
     """Collect the trial days, addresses relative to the page."""
-
-    def to(file: str) -> str:
-        return safe_link(Path(os.path.relpath(file, page.parent)).as_posix())
-
     receipts = [one.record for _, one in job.all_in("trial_pages", "trial_page", PageReceipt)]
     return tuple(
         TrialDayLink(
             one.name,
             one.title,
             one.line,
-            to(next(iter(one.files))),
-            tuple((f"{run.name}: {run.line}", to(run.page)) for run in one.runs),
+            address_from(page, next(iter(one.files))),
+            tuple((f"{run.name}: {run.line}", address_from(page, run.page)) for run in one.runs),
             one.parameters,
         )
         for one in receipts

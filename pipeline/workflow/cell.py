@@ -129,7 +129,7 @@ def _walk(tables: Mapping[str, Any], keys: Sequence[str], indices: Sequence[int]
             raise UsageError(f'{where} has no "{key[:40]}". There is: {there}.')
         value = value[key]
     for depth, index in enumerate(indices):
-        if not isinstance(value, list) or index >= len(value):
+        if not isinstance(value, list) or not 0 <= index < len(value):
             name = ".".join(keys) + "".join(f"[{i}]" for i in indices[:depth])
             raise UsageError(f"{name} has no [{index}]: it is {_what(value)}.")
         value = value[index]

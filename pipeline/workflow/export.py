@@ -10,6 +10,7 @@ from pipeline.provenance import read_envelope, unwritable
 from pipeline.stages.receipt import FirmwareFiles
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request, run
+from pipeline.workflow.summary import failure_line
 
 
 def export_firmware(request: Request, to: Path) -> list[Path]:
@@ -40,7 +41,7 @@ def export_firmware(request: Request, to: Path) -> list[Path]:
     (outcome,) = result.outcomes
     name = outcome.vehicle
     if result.failed:
-        raise CannotComputeError(f"{name}: {result.failed[0].stage}: {result.failed[0].text}")
+        raise CannotComputeError(failure_line(result.failed[0]))
     receipt = request.out / processed_file(name, "firmware")
     envelope = read_envelope(receipt, "firmware", FirmwareFiles)
     if envelope.record is None:

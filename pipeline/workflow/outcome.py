@@ -1,6 +1,6 @@
 """What a finished run has to say: every problem and everything left out, read from the results."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -34,18 +34,18 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
             body = read_raw_envelope(out / processed_file(vehicle.name, stage), stage)
         except InputError:
             continue  # the stage failed or was not reached; the run has said so
-        problems += _problems(body["problems"])
+        problems += problems_of(body["problems"])
         if body["record"] is None:
             left_out.append((TITLES[stage], body["why_not"]))
         else:
-            problems += _problems(body["record"].get("problems", ()))
+            problems += problems_of(body["record"].get("problems", ()))
     rank = {"error": 0, "warning": 1, "note": 2}
     problems.sort(key=lambda problem: rank[problem.severity])
-    shown = tuple(_with_path(problem, vehicle, out) for problem in problems)
+    shown = tuple(with_path(problem, vehicle, out) for problem in problems)
     return Outcome(vehicle.name, shown, tuple(left_out))
 
 
-def _with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
+def with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
     """Show a raw file by a path that can be opened; records name it from the raw folder on."""
     folder, _, rest = problem.place.file.partition("/")
     if not rest or folder != vehicle.name:
@@ -53,7 +53,8 @@ def _with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
     return replace(problem, place=replace(problem.place, file=str(out / vehicle.folder / rest)))
 
 
-def _problems(items: Iterable[dict[str, Any]]) -> list[Problem]:
+def problems_of(items: Iterable[Mapping[str, Any]]) -> list[Problem]:
+    """Turn the problems of a processed file back."""
     return [
         Problem(
             item["severity"],

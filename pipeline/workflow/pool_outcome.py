@@ -3,10 +3,9 @@
 from dataclasses import replace
 from pathlib import Path
 
-from pipeline.errors import Place, Problem
 from pipeline.plan import VehicleFolder
 from pipeline.workflow.known_files import KnownFiles
-from pipeline.workflow.outcome import Outcome
+from pipeline.workflow.outcome import Outcome, problems_of, with_path
 from pipeline.workflow.pool_plan import ROOMS, PoolPlan
 from pipeline.workflow.pool_runs import day_page_file, pool_problems, run_file, run_page_file
 
@@ -23,8 +22,8 @@ def with_pool(
         for stage in ("pool_run", "run_trial"):
             head = known.head(out / run_file(vehicle.name, ROOMS[stage], run), stage)
             if head is not None:
-                found += [_problem(one) for one in head.problems if one["severity"] == "error"]
-    shown = tuple(_with_path(problem, vehicle, out) for problem in found)
+                found += [one for one in problems_of(head.problems) if one.severity == "error"]
+    shown = tuple(with_path(problem, vehicle, out) for problem in found)
     return replace(outcome, problems=outcome.problems + shown)
 
 
@@ -34,22 +33,3 @@ def new_pages(plan: PoolPlan, out: Path) -> tuple[str, ...]:
     pages = [run_page_file(one, run) for run in plan.pending.get("run_page", ())]
     pages += [day_page_file(one, day) for day in plan.pending.get("trial_page", ())]
     return tuple(page for page in pages if (out / page).is_file())
-
-
-def _problem(item: object) -> Problem:
-    assert isinstance(item, dict)  # noqa: S101 - as `Head` has it
-    return Problem(
-        item["severity"],
-        Place(**item["place"]),
-        item["what"],
-        item.get("expected", ""),
-        item.get("remedy", ""),
-    )
-
-
-def _with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
-    """Show a raw file by a path that can be opened."""
-    folder, _, rest = problem.place.file.partition("/")
-    if not rest or folder != vehicle.name:
-        return problem
-    return replace(problem, place=replace(problem.place, file=str(out / vehicle.folder / rest)))

@@ -128,15 +128,6 @@ class PoolPlan:
             return [first, day_page_file(self.vehicle, item)]
         return [first]
 
-    def pending_files(self) -> list[str]:
-        """Return all files that are to be made."""
-        return [
-            file
-            for stage, items in self.pending.items()
-            for item in items
-            for file in self.outputs(stage, item)
-        ]
-
     def page_receipts(self) -> list[str]:
         """Return the receipts of the days' pages, in order of time."""
         return [run_file(self.vehicle, ROOMS["trial_page"], day) for day in self.days]

@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from pipeline.journal import Event
 from pipeline.plan import MISSING, TITLES
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.run import Result
@@ -32,14 +33,23 @@ def summary(result: Result, out: Path) -> Iterator[str]:
         log = (
             logs / event.stage / f"{event.item}.log" if event.item else logs / f"{event.stage}.log"
         )
-        whose = f"{event.vehicle}, " if event.vehicle else ""
-        whose += f"{event.item}, " if event.item else ""
-        yield f"error: {whose}{TITLES.get(event.stage, event.stage)}: {event.text}\nIts log: {log}"
+        yield f"error: {failure_line(event)}\nIts log: {log}"
     if result.complete and result.vehicles and result.done == 0:
         yield "Nothing to do: every result is up to date."
     index = out / "reports" / "index.html"
     if result.vehicles and index.exists():
         yield f"Report: {index}"
+
+
+def failure_line(event: Event) -> str:
+    """Say which stage failed, for which vehicle and run or day, and why.
+
+    >>> failure_line(Event("failed", "boat", "run_trial", "the disk is full.", item="dive1"))
+    'boat, dive1, pool run against simulation: the disk is full.'
+    """
+    whose = f"{event.vehicle}, " if event.vehicle else ""
+    whose += f"{event.item}, " if event.item else ""
+    return f"{whose}{TITLES.get(event.stage, event.stage)}: {event.text}"
 
 
 def _without_data(outcome: Outcome) -> Iterator[str]:

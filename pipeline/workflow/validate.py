@@ -10,6 +10,7 @@ from pipeline.provenance import file_digest, read_envelope, read_raw_envelope
 from pipeline.records.validation import AllocatorValidation
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request, run
+from pipeline.workflow.summary import failure_line
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ def validated(text: str, raw: Path, out: Path) -> Validated:
     (outcome,) = result.outcomes
     name = outcome.vehicle
     if result.failed:
-        raise CannotComputeError(f"{name}: {result.failed[0].stage}: {result.failed[0].text}")
+        raise CannotComputeError(failure_line(result.failed[0]))
     file = out / processed_file(name, "validation")
     if not result.complete and not file.is_file():
         raise CannotComputeError(f"{name}: the run did not come to the flights.")

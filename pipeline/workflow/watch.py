@@ -21,6 +21,7 @@ from pipeline.workflow.pool_plan import ROOMS
 from pipeline.workflow.pool_runs import run_file, run_name
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request, Result, run
+from pipeline.workflow.summary import failure_line
 
 #: A log whose writer did not close it is taken for whole after so many times the settling time.
 UNCLOSED_FACTOR = 10.0
@@ -90,7 +91,7 @@ class Watcher:
         for one, settled in due:
             self._done[one.name] = settled
         self._said = {text for text in self._said if not text.startswith("error: ")}
-        return lines + list(told(result, self.request.out)) + self._once(_errors(result))
+        return lines + list(page_lines(result, self.request.out)) + self._once(_errors(result))
 
     @property
     def still_coming(self) -> list[str]:
@@ -143,8 +144,8 @@ class Watcher:
             if path.parent != pool:
                 return True
             if path.suffix.lower() == ".mcap":
-                room = run_file(vehicle.name, ROOMS["pool_run"], run_name(path.name))
-                if (self.request.out / room).is_file():
+                result = run_file(vehicle.name, ROOMS["pool_run"], run_name(path.name))
+                if (self.request.out / result).is_file():
                     return True
         return False
 
@@ -165,7 +166,7 @@ def _logs_of(path: Path, files: Iterable[Path]) -> list[str]:
     ]
 
 
-def told(result: Result, out: Path) -> Iterable[str]:
+def page_lines(result: Result, out: Path) -> Iterable[str]:
     """Yield a line for each new page of a run or day: what it says and where it is."""
     for page in result.pages:
         _, vehicle, kind, file = page.split("/", 3)
@@ -186,5 +187,5 @@ def _errors(result: Result) -> list[str]:
     found = [f"error: {problem}" for problem in result.refused]
     outcomes: tuple[Outcome, ...] = result.outcomes
     found += [f"error: {p}" for one in outcomes for p in one.problems if p.severity == "error"]
-    found += [f"error: {e.vehicle}: {e.stage} {e.item}: {e.text}" for e in result.failed]
+    found += [f"error: {failure_line(event)}" for event in result.failed]
     return found

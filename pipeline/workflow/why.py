@@ -32,18 +32,18 @@ def why(vehicle: str, words: Sequence[str], raw: Path, out: Path) -> Why:
     InputError
         When there are no tables yet, or a file of the chain is broken.
     """
-    (folder,) = _one(vehicle, raw, out)
+    folder = _one(vehicle, raw, out)
     cell = find_cell(read_tables(out / processed_file(folder.name, "tables")), words)
     return Why(folder.name, cell, lineage(folder, out, cell.table, cell.stage))
 
 
-def _one(vehicle: str, raw: Path, out: Path) -> tuple[VehicleFolder]:
+def _one(vehicle: str, raw: Path, out: Path) -> VehicleFolder:
     from pipeline.errors import InputError
 
     chosen, refused = choose((vehicle,), raw, out)
     if not chosen:
         raise InputError(refused[0])
-    return (chosen[0],)
+    return chosen[0]
 
 
 def to_json(answer: Why) -> str:

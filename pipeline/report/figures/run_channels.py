@@ -129,14 +129,17 @@ def _lead(quantity: str, series: tuple[Series, ...]) -> str:
 
 def command_figure(
     names: tuple[str, ...],
-    limits: tuple[tuple[float, float], ...],
+    limits: tuple[tuple[float, float] | None, ...],
     time_s: FloatArray,
     command: FloatArray,
     manoeuvres: tuple[ManoeuvreFound, ...],
     *,
     detail: Resolution,
 ) -> Figure:
-    """Draw the commanded codes of all thrusters, the manoeuvres found behind them."""
+    """Draw the commanded codes of all thrusters, the manoeuvres found behind them.
+
+    `limits` are the ends of each thruster's range, None where they are not known.
+    """
     duration = float(time_s[-1]) if time_s.size else 1.0
     spans = tuple(
         Span(stretch.from_s, stretch.to_s, (plotting.BLUE, plotting.GREEN)[number % 2])
@@ -147,11 +150,11 @@ def command_figure(
             name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…",
             (Trace("commanded code", time_s, own, plotting.INK, "steps"),),
             height=0.62,
-            y_range=(1.08 * low, 1.08 * high),
-            limits=(low, high),
+            y_range=None if ends is None else (1.08 * ends[0], 1.08 * ends[1]),
+            limits=ends or (),
             spans=spans,
         )
-        for name, (low, high), own in zip(names, limits, command.T, strict=True)
+        for name, ends, own in zip(names, limits, command.T, strict=True)
     )
     used = np.nanmax(np.abs(np.nan_to_num(command)), axis=0) if command.size else np.zeros(0)
     lead = "No commands."
@@ -165,8 +168,8 @@ def command_figure(
         "fig-commands",
         lead,
         "Commanded code of each thruster against time.",
-        "Commanded codes [–], one panel a thruster. Dotted: ends of the range. Shaded: the "
-        "manoeuvres of the table.",
+        "Commanded codes [–], one panel a thruster. Dotted: ends of the range, where the vehicle "
+        "file gives it. Shaded: the manoeuvres of the table.",
         panels,
         x_label=TIME_LABEL,
         x_axis=Axis(ends=(0.0, duration)),

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.comparison import THRUST_FROM_N
+from pipeline.report.comparison import THRUST_FROM_N, table2_row
 from pipeline.report.curves import NORMAL_95, shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import code, fixed, speed
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
@@ -56,7 +56,7 @@ def family_figure(
             if published is not None:
                 index = speed_index(published.speed_mps, speed_mps)
                 if index is not None:
-                    printed = (published.KF0[index], published.KF1[index], published.KF2[index])
+                    printed = table2_row(published, index)
                     values = table2_thrust(np.asarray(printed), grid)
                     axes.plot(
                         grid,
@@ -107,7 +107,7 @@ def _lower_panel(
         index = speed_index(published.speed_mps, speed_mps)
         if index is None:
             return
-        printed = (published.KF0[index], published.KF1[index], published.KF2[index])
+        printed = table2_row(published, index)
         other = table2_thrust(np.asarray(printed), grid)
         shown = np.where(other > THRUST_FROM_N, thrust - other, np.nan)
     else:

@@ -1,10 +1,9 @@
 """Outliers by name, firmware files, and where everything came from."""
 
-from urllib.parse import quote
-
 from pipeline.control.inverse import firmware_grid
 from pipeline.records.fits import FitQuality, PolynomialFit
 from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
+from pipeline.report.links import safe_link
 from pipeline.report.numbers import fixed, general, plural, signed
 from pipeline.report.results import VehicleResults
 
@@ -107,17 +106,6 @@ def firmware_section(results: VehicleResults) -> Section:
     return Section(
         "firmware", "Firmware files", tuple(blocks), available=bool(results.firmware_files)
     )
-
-
-def safe_link(path: str) -> str:
-    """Quote a relative path for an address; a colon is quoted too, so no scheme can be smuggled.
-
-    >>> safe_link("../processed/mmt300/firmware/mmt300_thruster.c")
-    '../processed/mmt300/firmware/mmt300_thruster.c'
-    >>> safe_link("javascript:alert(1)")
-    'javascript%3Aalert%281%29'
-    """
-    return quote(path, safe="/._-")
 
 
 def provenance_section(results: VehicleResults) -> Section:

@@ -198,7 +198,9 @@ def commands_figure(results: RunResults) -> Figure | None:
     thrusters = results.vehicle.thrusters
     command = np.where(table.valid["command"][:, None], table.values["command"], np.nan)
     names = table.thrusters or tuple(one.name for one in thrusters)
-    by_name = {one.name: results.vehicle.drives[one.drive] for one in thrusters}
-    limits = tuple((float(by_name[name].code_min), float(by_name[name].code_max)) for name in names)
+    drives = {one.name: results.vehicle.drives[one.drive] for one in thrusters}
+    ends = {name: (float(one.code_min), float(one.code_max)) for name, one in drives.items()}
+    # without thrusters in the vehicle file the names are those of the log
+    limits = tuple(ends.get(name) for name in names)
     manoeuvres = results.trial.manoeuvres if results.trial is not None else ()
     return command_figure(names, limits, table.time_s, command, manoeuvres, detail=_detail(results))

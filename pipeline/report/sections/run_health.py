@@ -8,9 +8,8 @@ from pipeline.records.run_notes import RunNotes
 from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, percent, plural
 from pipeline.report.run_results import RunResults
-from pipeline.report.sections.warnings import problem_table
+from pipeline.report.sections.warnings import all_places, problem_table
 
-#: Topics listed in the open; more are folded away.
 CLOCK_WORDS = {"header": "header stamp", "log": "log time", "field": "field of the message"}
 
 
@@ -29,6 +28,7 @@ def run_warnings_section(results: RunResults) -> Section:
     notes = [problem for problem in results.all_problems if problem.severity == "note"]
     if serious and results.stored is not None:
         blocks.append(problem_table("Problems in the log", serious))
+        blocks += all_places(serious)
     elif results.stored is not None:
         blocks.append(Paragraph("No errors or warnings in the log."))
     if notes:

@@ -17,7 +17,7 @@ from pipeline.report.comparison import (
     Coefficient,
     coefficients,
     compare_table2,
-    table4_row,
+    table2_row,
 )
 from pipeline.report.curves import speed_index, table2_thrust
 from pipeline.report.figures.static import family_figure
@@ -96,11 +96,11 @@ def _layout(static: StaticCharacteristic, published: PublishedTable2 | None) -> 
         rows.append((name, *texts))
         classes.append("")
         if published is not None:
-            printed = (published.KF0, published.KF1, published.KF2)[index]
             cells = []
             for row in static.table2:
                 column = speed_index(published.speed_mps, row.speed_mps)
-                cells.append("–" if column is None else as_printed(printed[column]))
+                printed = None if column is None else table2_row(published, column)[index]
+                cells.append("–" if printed is None else as_printed(printed))
             rows.append(("published", *cells))
             classes.append("published")
     rows.append(("dead zone to code", *(fixed(row.dead_zone_code, 1) for row in static.table2)))
@@ -123,7 +123,7 @@ def _printed_edge(published: PublishedTable2, speed_mps: float) -> str:
     index = speed_index(published.speed_mps, speed_mps)
     if index is None:
         return "–"
-    printed = (published.KF0[index], published.KF1[index], published.KF2[index])
+    printed = table2_row(published, index)
     at = np.linspace(0, 400, 40001)
     positive = np.flatnonzero(table2_thrust(np.asarray(printed), at) > 0)
     return fixed(float(at[positive[0]]), 1) if positive.size else "–"
@@ -135,11 +135,7 @@ def _coefficient_rows(
     rows: list[Coefficient] = []
     for row in static.table2:
         index = None if published is None else speed_index(published.speed_mps, row.speed_mps)
-        printed = (
-            None
-            if published is None or index is None
-            else (published.KF0[index], published.KF1[index], published.KF2[index])
-        )
+        printed = None if published is None or index is None else table2_row(published, index)
         names = [f"{name} at {speed(row.speed_mps)} m/s" for name in ("K_F0", "K_F1", "K_F2")]
         rows += coefficients(names, row.fit.coefficients, row.fit.ci95, printed)
     return tuple(rows)
@@ -222,15 +218,15 @@ def _full_code(static: StaticCharacteristic, published: Published | None) -> Tab
             if index is None:
                 cells += ["–", "–"]
             else:
-                printed = (table2.KF0[index], table2.KF1[index], table2.KF2[index])
+                printed = table2_row(table2, index)
                 thrust = float(table2_thrust(np.asarray(printed), largest))
                 cells += [fixed(thrust, 2), signed(row.thrust_max_n - thrust, 2)]
         if table4 is not None:
-            if table4_row(table4, row.speed_mps) is None:
+            at = speed_index(table4.speed_mps, row.speed_mps)
+            if at is None:
                 cells += ["–", "–"]
             else:
-                at = speed_index(table4.speed_mps, row.speed_mps)
-                thrust = table4.T_max_n[at if at is not None else 0]
+                thrust = table4.T_max_n[at]
                 cells += [as_printed(thrust), signed(row.thrust_max_n - thrust, 2)]
         rows.append(tuple(cells))
     return Table(
@@ -250,7 +246,7 @@ def _how_far_apart(
     for index, speed_mps in enumerate(table2.speed_mps):
         other = speed_index(table4.speed_mps, speed_mps)
         if other is not None:
-            printed = (table2.KF0[index], table2.KF1[index], table2.KF2[index])
+            printed = table2_row(table2, index)
             thrust = float(table2_thrust(np.asarray(printed), largest))
             gaps.append(abs(thrust - table4.T_max_n[other]))
     if not gaps:

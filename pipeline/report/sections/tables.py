@@ -1,4 +1,4 @@
-"""Tables that several chapters share: coefficients, the choice of order, checks, outliers."""
+"""What several chapters share: coefficients, the choice of order, a fit's line, provenance."""
 
 from collections.abc import Mapping, Sequence
 

@@ -100,10 +100,10 @@ def _keeping_table(validation: AllocatorValidation) -> Table:
             "Speed, m/s",
             "Flown with",
             "Reached, m/s",
-            "Speed, m/s",
-            "Course, deg",
-            "Depth, m",
-            "Pitch, deg",
+            "Speed error, m/s",
+            "Course error, deg",
+            "Depth error, m",
+            "Pitch error, deg",
             "Wrench error: surge, heave, pitch, yaw",
         ),
         tuple(
@@ -147,7 +147,7 @@ def _cost_table(validation: AllocatorValidation) -> Table:
             "Thrust x inflow, W",
             "At the shafts, W",
             "At the supply, W",
-            "J a metre",
+            "J per metre",
         ),
         tuple(
             (
@@ -169,8 +169,8 @@ def _cost_table(validation: AllocatorValidation) -> Table:
         text_columns=frozenset({1}),
         note="Against the flow: share of the time with a thruster that pushes against more than "
         "0.1 m/s, where the row at rest is a model. "
-        "Compare power only where both reach the same speed: the slower one needs less. J a "
-        "metre: supply, or shafts where the supply is not known, over the speed reached.",
+        "Compare power only where both reach the same speed: the slower one needs less. J "
+        "per metre: supply, or shafts where the supply is not known, over the speed reached.",
     )
 
 
@@ -196,10 +196,10 @@ def _steps_table(validation: AllocatorValidation) -> Table:
             "Speed, m/s",
             "Step",
             "Flown with",
-            "Speed, m/s",
-            "Depth, m",
-            "Course, deg",
-            "Pitch, deg",
+            "Speed changes by, m/s",
+            "Depth changes by, m",
+            "Course changes by, deg",
+            "Pitch changes by, deg",
             "Wrench error: surge, heave, pitch, yaw",
         ),
         tuple(row(one) for one in validation.steps),
@@ -218,7 +218,14 @@ def _settings_table(validation: AllocatorValidation) -> Table:
     rows = [("as above", own), *((one.setting, one.flight) for one in validation.settings)]
     return Table(
         f"Compensated, one thing changed, at {speed(validation.settings_at_mps)} m/s: rms errors",
-        ("Changed", "Speed, m/s", "Course, deg", "Depth, m", "Surge force error", "Yaw error"),
+        (
+            "Changed",
+            "Speed error, m/s",
+            "Course error, deg",
+            "Depth error, m",
+            "Surge force error",
+            "Yaw error",
+        ),
         tuple(
             (
                 text,
@@ -241,7 +248,7 @@ def _portions_table(validation: AllocatorValidation) -> Table:
             "Π_φ, Π_ψ heading, pitch",
             "Reached, m/s",
             "Speed error, m/s",
-            "Course, deg",
+            "Course error, deg",
             "Demands cut",
             "Cut in a large turn",
             "Turned, deg",

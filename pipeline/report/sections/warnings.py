@@ -28,7 +28,7 @@ def warnings_section(results: VehicleResults) -> Section:
     blocks: list[Block] = []
     if serious:
         blocks.append(problem_table("Problems in the raw files", serious))
-        blocks += _all_places(serious)
+        blocks += all_places(serious)
     else:
         blocks.append(Paragraph("No errors or warnings in the raw files."))
     if failed:
@@ -109,7 +109,8 @@ def _places(places: list[str], shown: int) -> str:
     return f"{'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"
 
 
-def _all_places(problems: list[Problem]) -> list[Block]:
+def all_places(problems: Iterable[Problem]) -> list[Block]:
+    """List, folded away, the places that `problem_table` counts instead of naming."""
     long = {key: places for key, places in _grouped(problems).items() if len(places) > PLACES_SHOWN}
     return [
         Details(f"All {len(places)} places: {what}", (Bullets(tuple(places)),))

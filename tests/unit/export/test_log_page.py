@@ -89,11 +89,15 @@ def test_the_definitions_shown_are_those_written(repository: Path) -> None:
 
 def test_the_page_knows_every_topic_and_frame(repository: Path) -> None:
     text = page(repository)
-    sources = [log_topics.__file__, attachment_topics.__file__]
-    source = "".join(Path(one).read_text(encoding="utf-8") for one in sources)
-    for topic in set(re.findall(r'\{prefix\}(/[a-z/]+)"', source)):
+    files = [log_topics.__file__, attachment_topics.__file__]
+    sources = [Path(one).read_text(encoding="utf-8") for one in files]
+    topics = [set(re.findall(r'\{prefix\}(/[a-z/]+)"', source)) for source in sources]
+    assert [len(one) >= least for one, least in zip(topics, (9, 3), strict=True)] == [True, True]
+    for topic in set().union(*topics):
         assert f"`{topic}`" in text or f"`/sim{topic}`" in text
-    for frame in set(re.findall(r'"([a-z_]+_frd|ned)"', source)):
+    frames = set(re.findall(r'"([a-z_]+_frd|ned)"', "".join(sources)))
+    assert len(frames) >= 5
+    for frame in frames:
         assert f"`{frame}`" in text
     assert f"version of this page: `{LAYOUT_VERSION}`" in text
 

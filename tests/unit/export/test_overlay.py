@@ -124,6 +124,18 @@ def test_metadata_stay_and_what_made_the_recorded_one_gets_another_name(tmp_path
     assert pressure == pytest.approx(101325.0 + 1020.0 * 9.8)
 
 
+@pytest.mark.parametrize("number", ["0", "-9", "nan", "inf", "much"])
+@pytest.mark.parametrize("name", ["density_kgpm3", "gravity_mps2"])
+def test_water_that_cannot_be_is_not_taken_from_a_log(
+    tmp_path: Path, name: str, number: str
+) -> None:
+    stated = {"density_kgpm3": "1020.0", "gravity_mps2": "9.8"} | {name: number}
+    overlay(tmp_path / "both.mcap", recorded(metadata={"rig2sea.log": stated}))
+    rows, _ = written(tmp_path / "both.mcap")
+    data = next(row[4] for row in rows if row[0] == "/sim/depth")
+    assert np.frombuffer(data[-16:-8], "<f8")[0] == pytest.approx(101325.0 + 1000.0 * 9.81)
+
+
 @pytest.mark.parametrize("index", [True, False])
 def test_a_file_is_copied_whole(tmp_path: Path, index: bool) -> None:
     source = tmp_path / "recorded.mcap"

@@ -2,7 +2,9 @@
 
 import pytest
 import synthetic_records
+from markupsafe import Markup
 
+from pipeline.report import plotting
 from pipeline.report.results import VehicleResults
 from pipeline.report.vehicle_page import vehicle_page
 
@@ -10,6 +12,16 @@ from pipeline.report.vehicle_page import vehicle_page
 @pytest.fixture(scope="session")
 def results() -> VehicleResults:
     return synthetic_records.full_results()
+
+
+@pytest.fixture
+def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave the pictures out where a test is about words."""
+
+    def frame(name: str, alt: str, _paint: object, **_: object) -> Markup:
+        return Markup('<svg class="plot" id="{}" aria-label="{}"></svg>').format(name, alt)
+
+    monkeypatch.setattr(plotting, "draw", frame)
 
 
 @pytest.fixture(scope="session")

@@ -2,10 +2,12 @@
 
 import json
 import re
+from dataclasses import replace
 
 import pytest
 import run_records
 
+from pipeline.errors import Place
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import run_page
 
@@ -49,6 +51,32 @@ def test_an_error_leads_to_its_curves(long_run: str) -> None:
     assert {"fig-velocity", "fig-attitude", "fig-shaft-speed"} <= addresses
     for address in addresses:
         assert f'<figure id="{address}">' in long_run
+
+
+def test_commands_are_drawn_without_limits_where_the_vehicle_file_has_no_thrusters(
+    results: VehicleResults,
+) -> None:
+    found = run_records.run_results(results.vehicle)
+    bare = results.vehicle.model_copy(update={"thrusters": (), "model": None})
+    text = run_page(replace(found, vehicle=bare), CRUMBS)
+    (figure,) = re.findall(r'<figure id="fig-commands">.*?</figure>', text, re.DOTALL)
+    (data,) = re.findall(r'class="zoom-data">(.*?)</script>', figure)
+    drawn = json.loads(data)
+    assert len(drawn["data"]) == len(results.vehicle.thrusters)  # named by the log
+    assert not [one for one in drawn["layout"]["shapes"] if one["type"] == "line"]
+
+
+def test_every_place_of_a_problem_is_listed(results: VehicleResults) -> None:
+    found = run_records.run_results(results.vehicle)
+    assert found.stored is not None
+    (one,) = found.stored.problems
+    many = tuple(replace(one, place=Place("dive.mcap", row=row)) for row in range(1, 7))
+    stored = found.stored.model_copy(update={"problems": many})
+    text = run_page(replace(found, stored=stored), CRUMBS)
+    assert "and 2 more, listed below" in text
+    assert "All 6 places: a gap of 3 s" in text
+    for problem in many:
+        assert f"<li>{problem.place}</li>" in text
 
 
 def test_without_scripts_there_are_none(results: VehicleResults) -> None:

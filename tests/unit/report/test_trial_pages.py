@@ -1,5 +1,8 @@
 """Pages of runs and days: peaks are kept, tables are compared, what moved is marked."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -119,5 +122,34 @@ def test_day_page_shows_trend_tables_and_runs_escaped(results: VehicleResults) -
     assert "codes changed by up to 1.5" in text
     assert '<a href="../runs/r.html">r: 60 s; &lt;b&gt;zig zag</a>' in text
     assert "added mass &lt;i&gt;" in text
-    first = day_page(day(results, 10.0), CRUMBS)
-    assert "A trend needs two trial days with a fit; this is the first." in first
+
+
+def without_fit(name: str) -> TrialDay:
+    return TrialDay(vehicle="v", day=name, runs=("r",), why_not="no run has commands.")
+
+
+def test_page_without_a_trend_says_how_many_days_have_parameters(results: VehicleResults) -> None:
+    needed = "A trend needs two trial days with identified parameters; there is "
+    assert f"{needed}one so far." in day_page(day(results, 10.0), CRUMBS)
+    one_before = replace(day(results, 10.0, 10.2), trial=without_fit("2026-05-04"))
+    assert f"{needed}one so far." in day_page(one_before, CRUMBS)
+    none = replace(one_before, earlier={"2026-05-03": without_fit("2026-05-03")})
+    assert f"{needed}none so far." in day_page(none, CRUMBS)
+
+
+def test_fit_that_no_window_judges_is_no_missing_fit(results: VehicleResults) -> None:
+    there = day_page(day(results, 10.0), CRUMBS)
+    assert "Not computed: no window was left to judge the fit by." in there
+    missing = replace(day(results, 10.0), trial=without_fit("2026-05-04"))
+    assert "Not computed: there is no fit to judge." in day_page(missing, CRUMBS)
+
+
+def test_fit_that_determines_nothing_says_so_without_an_empty_list(results: VehicleResults) -> None:
+    vague = (parameter(10.0).model_copy(update={"identified": False}),)
+    found = fit(10.0).model_copy(update={"parameters": vague})
+    one = day(results, 10.0)
+    text = day_page(
+        replace(one, trial=one.trial.model_copy(update={"identification": found})), CRUMBS
+    )
+    assert "These runs determine none of the parameters." in text
+    assert not re.search(r"<ul[^>]*>\s*</ul>", text)

@@ -130,7 +130,8 @@ def test_scripts_are_written_once_and_fetch_nothing(
     script = (folder / "zoom.js").read_text()
     assert not re.search(r"https?:|fetch\(|XMLHttpRequest|eval\(", script)
     page = tmp_path / "reports" / "v" / "diagnoses" / "a" / "index.html"
-    assert assets.assets_address(folder, page) == "../../../assets"
+    assert assets.placed(folder, page) == "../../../assets"
+    assert assets.placed(None, page) == ""
 
 
 def test_a_folder_that_cannot_be_written_is_named(
@@ -140,6 +141,14 @@ def test_a_folder_that_cannot_be_written_is_named(
     (tmp_path / "assets").write_text("a file")
     with pytest.raises(InputError, match="scripts of the pages cannot be written"):
         assets.write_assets(tmp_path / "assets")
+
+
+def test_a_library_that_is_missing_is_asked_for_where_there_is_no_makefile(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(assets, "find_spec", lambda _: None)
+    with pytest.raises(InputError, match="pip install plotly"):
+        assets._library()
 
 
 def test_the_library_comes_with_its_package() -> None:

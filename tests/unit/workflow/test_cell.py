@@ -63,6 +63,7 @@ def test_firmware_grid_is_reached_by_its_path() -> None:
         (("table2",), "names no number"),
         (("table1", "KT", "0.5"), "is not a number"),
         (("table1", "KT", "nan"), "is not a number"),
+        (("table1", "KT", "-1"), "table1.KT has no [-1]: it is a list of 2"),
         (("../../etc/passwd",), "names no number"),
     ],
 )

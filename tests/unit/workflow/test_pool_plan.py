@@ -40,6 +40,16 @@ def plan(root: Path, **more: object) -> PoolPlan:
     return plan_pool(BOAT, root, KnownFiles(), **more)  # type: ignore[arg-type]
 
 
+def pending_files(found: PoolPlan) -> list[str]:
+    """Return all files that are to be made."""
+    return [
+        file
+        for stage, items in found.pending.items()
+        for item in items
+        for file in found.outputs(stage, item)
+    ]
+
+
 def test_finished_season_has_nothing_to_do(season: Path) -> None:
     found = plan(season)
     assert found.pending == {}
@@ -57,7 +67,7 @@ def test_one_new_run_is_all_there_is_to_do(season: Path) -> None:
     assert {stage: found.pending[stage] for stage in DAY_STAGES} == dict.fromkeys(
         DAY_STAGES, ("2026-05-24",)
     )
-    assert len(found.pending_files()) == 8
+    assert len(pending_files(found)) == 8
 
 
 def test_run_on_a_known_day_redoes_that_day_and_the_trends_after_it(season: Path) -> None:
@@ -174,7 +184,7 @@ def test_plan_survives_the_way_through_the_configuration(season: Path) -> None:
     write_log(season / "raw/boat/pool/new.mcap", FIRST_NS)
     found = plan(season)
     again = PoolPlan.from_config("boat", found.to_config())
-    assert again.pending_files() == found.pending_files()
+    assert pending_files(again) == pending_files(found)
     for stage, items in found.pending.items():
         for item in items:
             args = (stage, item, BOAT.vehicle_file)

@@ -6,14 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.journal import VARIABLE, Event, Reader, note
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Record
+from pipeline.workflow import export, validate
 from pipeline.workflow.outcome import Outcome, outcome_of
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Result
+from pipeline.workflow.run import Request, Result
 from pipeline.workflow.summary import summary
 
 STARTED = Event("started", "boat", "static")
@@ -79,9 +80,14 @@ def test_journal_gives_whole_lines_once(tmp_path: Path, monkeypatch: pytest.Monk
     assert [event.what for event in reader.new_events()] == ["failed"]
 
 
-def test_stage_without_a_journal_is_silent(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stage_without_a_journal_is_silent(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     monkeypatch.delenv(VARIABLE, raising=False)
+    monkeypatch.chdir(tmp_path)
     note(DONE)
+    assert capfd.readouterr() == ("", "")
+    assert list(tmp_path.iterdir()) == []
 
 
 def result(*outcomes: Outcome, done: int = 0, refused: tuple[Problem, ...] = ()) -> Result:
@@ -111,6 +117,27 @@ def test_summary_gives_each_reason_once_and_errors_in_full(tmp_path: Path) -> No
     assert "and 8 more warnings" in text
     assert "by the way" not in text
     assert "Nothing to do" not in text
+
+
+def test_failure_is_told_by_the_title_of_its_stage(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    of_a_run = Event("failed", "boat", "run_trial", "the disk is full.", item="dive1")
+    stopped = Result(("boat",), (), (Outcome("boat", (), ()),), (of_a_run,), 1, complete=False)
+    told = "boat, dive1, pool run against simulation: the disk is full."
+    (text,) = summary(stopped, tmp_path)
+    log = tmp_path / "processed/boat/logs/run_trial/dive1.log"
+    assert text == f"error: {told}\nIts log: {log}"
+    for command in (export, validate):
+        monkeypatch.setattr(command, "run", lambda *_: stopped)
+    monkeypatch.setattr(validate, "choose", lambda *_: None)
+    for call in (
+        lambda: export.export_firmware(Request(("boat",)), tmp_path),
+        lambda: validate.validated("boat", tmp_path, tmp_path),
+    ):
+        with pytest.raises(CannotComputeError) as caught:
+            call()
+        assert str(caught.value) == told
 
 
 def test_reason_that_is_an_error_is_not_said_twice(tmp_path: Path) -> None:

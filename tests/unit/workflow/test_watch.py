@@ -7,13 +7,14 @@ import pytest
 from season_cases import FIRST_NS, make_season, write_log
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.journal import Event
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.trial import PageReceipt
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request, Result
-from pipeline.workflow.watch import UNCLOSED_FACTOR, Habits, Watcher, told
+from pipeline.workflow.watch import UNCLOSED_FACTOR, Habits, Watcher, page_lines
 
 SETTLE_S = 3.0
 
@@ -27,6 +28,7 @@ class Scene:
     requests: list[Request] = field(default_factory=list)
     fault: InputError | None = None
     pages: tuple[str, ...] = ()
+    failed: tuple[Event, ...] = ()
 
     def watcher(self) -> Watcher:
         def do_run(request: Request, _progress: Progress) -> Result:
@@ -35,7 +37,9 @@ class Scene:
                 raise self.fault
             done = tuple(Path(one).name for one in request.vehicles)
             outcomes = tuple(Outcome(name, (), ()) for name in done)
-            return Result(done, (), outcomes, (), 1, complete=True, pages=self.pages)
+            return Result(
+                done, (), outcomes, self.failed, 1, complete=not self.failed, pages=self.pages
+            )
 
         request = Request((), self.root / "raw", self.root)
         return Watcher(request, Habits(1.0, SETTLE_S), lambda: self.clock_s, do_run)
@@ -177,6 +181,13 @@ def test_run_that_could_not_start_is_tried_again_and_told_once(scene: Scene) -> 
     assert len(scene.requests) == 3
 
 
+def test_stage_that_failed_is_told_by_its_title(scene: Scene) -> None:
+    scene.failed = (Event("failed", "boat", "run_trial", "the disk is full.", item="dive1"),)
+    assert "error: boat, dive1, pool run against simulation: the disk is full." in settle(
+        scene, scene.watcher()
+    )
+
+
 def test_restart_asks_the_results_and_not_its_memory(scene: Scene) -> None:
     settle(scene, scene.watcher())
     settle(scene, scene.watcher())
@@ -191,5 +202,5 @@ def test_one_line_says_what_came_and_where_it_is(scene: Scene) -> None:
     write_envelope(scene.root / "processed/boat/run_pages/a.json", envelope)
     page = "reports/boat/runs/a.html"
     result = Result(("boat",), (), (), (), 8, complete=True, pages=(page,))
-    (line,) = told(result, scene.root)
+    (line,) = page_lines(result, scene.root)
     assert line == f"boat: run a: 60 s; 2 warnings: {scene.root / page}"
