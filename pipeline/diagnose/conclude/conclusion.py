@@ -13,6 +13,7 @@ from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.decision import Decided, decide, for_the_gap, with_gap
 from pipeline.diagnose.rules.helping import that_help
 from pipeline.diagnose.rules.shares import Left, Share
+from pipeline.diagnose.rules.sureness import with_sure_second
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
 
@@ -98,6 +99,7 @@ def conclude(
         [Share(one.name, one.probability) for one in answered.ranking],
         gaps_left(found, ahead, answered),
     )
+    weighed = with_sure_second(weighed, limits)
     count = effect_count(found)
     grown = with_gap(weighed, worst_ratio, count, limits, healthy_known=healthy_known)
     shares = for_the_gap(weighed, grown, left_of(grown))

@@ -79,7 +79,7 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
     weighed = weigh(levels, one.effect_count, limits, healthy_known=one.healthy)
     shares: Sequence[Share] = [Share(w.name, w.probability) for w in weighed]
     shares = with_sure_second(with_held_out(shares, one.held_out, limits), limits)
-    shares = by_gap_left(shares, one.gap_left)
+    shares = with_sure_second(by_gap_left(shares, one.gap_left), limits)
     grown = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
     shares = for_the_gap(shares, grown, _left(one, grown))
     shares = that_help(

@@ -459,6 +459,23 @@ def test_to_call_a_known_effect_unknown_is_wrong_but_not_confidently() -> None:
     assert right < cost(called_unknown, LIMITS) < wrong
 
 
+@pytest.mark.parametrize(("left", "names"), [(0.0, "lift+tether"), (10.0, "lift")])
+def test_a_pair_that_the_gap_makes_unsure_gives_way_to_its_effect(left: float, names: str) -> None:
+    one = case("lift", 50.0).evidence
+    (level_,) = one.levels
+    gains = (("none", 0.0), ("lift", 50.0), ("tether", 0.0), ("lift+tether", 62.0))
+    evidence = one.model_copy(
+        update={
+            "levels": (level_.model_copy(update={"gains": gains}),),
+            "consequences": {name: one.consequences["lift"] for name, _ in gains},
+            "gap_left": {"lift": 0.0, "lift+tether": left},
+        }
+    )
+    said = decided(evidence, LIMITS)
+    assert said.names == tuple(names.split("+"))
+    assert said.ambiguous == (() if left == 0.0 else ("tether",))
+
+
 def test_search_finds_thresholds_that_make_fewer_mistakes() -> None:
     # healthy vehicles with evidence of 6 nats for an effect, sick ones with 60 or more
     cases = [case("none", 6.0)] * 5 + [case("lift", 80.0)] * 5
