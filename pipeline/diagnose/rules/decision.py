@@ -9,7 +9,12 @@ from dataclasses import dataclass, replace
 from pipeline.diagnose.kinematics.dead_reckoning import MEASUREMENT
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.shares import Left, Share
-from pipeline.diagnose.rules.sureness import BESIDE_NONE, with_measured_supply, with_sure_effect
+from pipeline.diagnose.rules.sureness import (
+    BESIDE_NONE,
+    none_first,
+    with_measured_supply,
+    with_sure_effect,
+)
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 
 #: Gap of a healthy vehicle, and one that is clear over all channels, in healthy floors.
@@ -69,12 +74,7 @@ def without_gap(
         return _with_beside(ranking, NONE)
     if worst_ratio >= least or top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
-    others = tuple(
-        replace(one, probability=one.probability * BESIDE_NONE)
-        for one in ranking
-        if one.name != NONE
-    )
-    return Share(NONE, 1.0 - sum(one.probability for one in others)), *others
+    return none_first(ranking)
 
 
 def with_gap(

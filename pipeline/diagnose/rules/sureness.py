@@ -86,6 +86,15 @@ def with_measured_supply(
     most = limits.most_none_gap_healthy if healthy_known else limits.most_none_gap
     if _SUPPLY not in ranking[0].name.split("+") or worst_ratio > most:
         return tuple(ranking)
+    return none_first(ranking)
+
+
+def none_first(ranking: Sequence[Share]) -> tuple[Share, ...]:
+    """Put `none` first; all others keep a share of their probability, and their order.
+
+    >>> [(one.name, round(one.probability, 3)) for one in none_first([Share("lift", 1.0)])]
+    [('none', 0.8), ('lift', 0.2)]
+    """
     beside = tuple(
         replace(one, probability=one.probability * BESIDE_NONE)
         for one in ranking
