@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import click
 
 from pipeline import __version__, commands
+from pipeline.command_end import end_with
 from pipeline.command_language import (
     TranslatedGroup,
     in_our_words,
@@ -222,8 +223,10 @@ def export(vehicle: str, to: Path, raw: Path, out: Path) -> None:
     from pipeline.workflow.export import export_firmware
     from pipeline.workflow.run import Request
 
-    for path in export_firmware(Request((vehicle,), raw, out), to):
+    exported = export_firmware(Request((vehicle,), raw, out), to)
+    for path in exported.files:
         click.echo(path)
+    end_with(exported.refused)
 
 
 @cli.command(hidden=True)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from pipeline.command_end import end_with
 from pipeline.command_options import AS_JSON, RAW
 from pipeline.language import translate
 
@@ -60,10 +61,11 @@ def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path)
         write_atomically(to, json.dumps(body, indent=1) + "\n")
     if as_json:
         click.echo(json.dumps(body, indent=1))
-        return
-    click.echo(translate(_text(result.vehicle, result.record)))
-    pictures = result.page or f"Pictures: rig2sea run {result.vehicle}, then its report."
-    click.echo(f"\n{result.file}\n{translate(str(pictures))}")
+    else:
+        click.echo(translate(_text(result.vehicle, result.record)))
+        pictures = result.page or f"Pictures: rig2sea run {result.vehicle}, then its report."
+        click.echo(f"\n{result.file}\n{translate(str(pictures))}")
+    end_with(result.refused)
 
 
 def _text(vehicle: str, record: "AllocatorValidation") -> str:

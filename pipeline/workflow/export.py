@@ -1,19 +1,27 @@
 """``rig2sea export``: bring the firmware sources up to date and copy them out."""
 
 import shutil
-from dataclasses import replace
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.errors import CannotComputeError, InputError
-from pipeline.plan import processed_file
-from pipeline.provenance import read_envelope, unwritable
+from pipeline.errors import CannotComputeError, Problem
+from pipeline.provenance import unwritable
 from pipeline.stages.receipt import FirmwareFiles
-from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Request, run
-from pipeline.workflow.summary import failure_line
+from pipeline.workflow.one_result import one_result
+from pipeline.workflow.run import Request
 
 
-def export_firmware(request: Request, to: Path) -> list[Path]:
+@dataclass(frozen=True)
+class Exported:
+    """The files written, and the errors of raw files that the tables had to do without."""
+
+    files: tuple[Path, ...]
+    refused: tuple[Problem, ...]
+
+
+def export_firmware(request: Request, to: Path) -> Exported:
     """Copy one vehicle's firmware files, made anew where they are stale.
 
     Parameters
@@ -25,8 +33,8 @@ def export_firmware(request: Request, to: Path) -> list[Path]:
 
     Returns
     -------
-    list of Path
-        The files written.
+    Exported
+        The files written, and what is missing from them.
 
     Raises
     ------
@@ -35,26 +43,27 @@ def export_firmware(request: Request, to: Path) -> list[Path]:
     InputError
         When the folder cannot be written.
     """
-    result = run(replace(request, only=("firmware",)), Progress(quiet=True))
-    for problem in result.refused:
-        raise InputError(problem)
-    (outcome,) = result.outcomes
-    name = outcome.vehicle
-    if result.failed:
-        raise CannotComputeError(failure_line(result.failed[0]))
-    receipt = request.out / processed_file(name, "firmware")
-    envelope = read_envelope(receipt, "firmware", FirmwareFiles)
-    if envelope.record is None:
-        raise CannotComputeError(f"{name} has no firmware tables. {envelope.why_not}")
-    written = []
+    made = one_result(request, "firmware", FirmwareFiles)
+    receipt = made.envelope
+    if receipt.record is None:
+        raise CannotComputeError(f"{made.vehicle} has no firmware tables. {receipt.why_not}")
+    sources = [request.out / file for file in receipt.record.files]
+    return Exported(_copied(sources, to), made.refused)
+
+
+def _copied(sources: Sequence[Path], to: Path) -> tuple[Path, ...]:
+    """Copy the files, none before all could be written: a header fits one source alone."""
+    parts = [to / f".{source.name}.part" for source in sources]
+    targets = tuple(to / source.name for source in sources)
     try:
         to.mkdir(parents=True, exist_ok=True)
-        for file in envelope.record.files:
-            source = request.out / file
-            part = to / f".{source.name}.part"
+        for source, part in zip(sources, parts, strict=True):
             shutil.copyfile(source, part)
-            part.replace(to / source.name)
-            written.append(to / source.name)
+        for part, target in zip(parts, targets, strict=True):
+            part.replace(target)
     except OSError as error:
+        for part in parts:
+            with suppress(OSError):
+                part.unlink()
         raise unwritable(to, error) from error
-    return written
+    return targets

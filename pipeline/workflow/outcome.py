@@ -45,6 +45,31 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
     return Outcome(vehicle.name, shown, tuple(left_out))
 
 
+def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Problem, ...]:
+    """Return the errors of all the files that a stage's result was made from, back to the raw ones.
+
+    A result that a refused file is missing from looks like a whole one.
+    """
+    found: dict[Problem, None] = {}
+    seen: set[str] = set()
+    waiting = [processed_file(vehicle.name, stage)]
+    while waiting:
+        path = waiting.pop()
+        if path in seen or not path.startswith("processed/"):
+            continue
+        seen.add(path)
+        try:
+            body = read_raw_envelope(out / path, Path(path).stem)
+        except InputError:
+            continue  # no envelope, or gone: the stage that needed it has said so
+        waiting += reversed(body["inputs"])
+        of_record = (body["record"] or {}).get("problems", ())
+        for problem in problems_of([*body["problems"], *of_record]):
+            if problem.severity == "error":
+                found[with_path(problem, vehicle, out)] = None
+    return tuple(found)
+
+
 def with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
     """Show a raw file by a path that can be opened; records name it from the raw folder on."""
     folder, _, rest = problem.place.file.partition("/")

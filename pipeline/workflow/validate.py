@@ -4,13 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
-from pipeline.errors import CannotComputeError, InputError
+from pipeline.errors import CannotComputeError, InputError, Problem
 from pipeline.plan import UsageError, choose, processed_file, report_file
-from pipeline.provenance import file_digest, read_envelope, read_raw_envelope
+from pipeline.provenance import file_digest, read_raw_envelope
 from pipeline.records.validation import AllocatorValidation
-from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Request, run
-from pipeline.workflow.summary import failure_line
+from pipeline.workflow.one_result import one_result
+from pipeline.workflow.run import Request
 
 
 @dataclass(frozen=True)
@@ -22,6 +21,8 @@ class Validated:
     file: Path
     page: Path | None
     """The vehicle's report, where it shows these flights."""
+    refused: tuple[Problem, ...]
+    """Errors of raw files that the tables had to do without."""
 
 
 def validated(text: str, raw: Path, out: Path) -> Validated:
@@ -41,23 +42,13 @@ def validated(text: str, raw: Path, out: Path) -> Validated:
     InputError, CannotComputeError
         When it cannot be read, or there is nothing to fly; the text says why.
     """
-    result = run(
-        Request((_place(text, raw, out),), raw, out, only=("validation",)), Progress(quiet=True)
-    )
-    for problem in result.refused:
-        raise InputError(problem)
-    (outcome,) = result.outcomes
-    name = outcome.vehicle
-    if result.failed:
-        raise CannotComputeError(failure_line(result.failed[0]))
-    file = out / processed_file(name, "validation")
-    if not result.complete and not file.is_file():
-        raise CannotComputeError(f"{name}: the run did not come to the flights.")
-    envelope = read_envelope(file, "validation", AllocatorValidation)
-    if envelope.record is None:
-        raise CannotComputeError(f"{name} cannot be flown. {envelope.why_not}")
+    request = Request((_place(text, raw, out),), raw, out)
+    made = one_result(request, "validation", AllocatorValidation)
+    name, record = made.vehicle, made.envelope.record
+    if record is None:
+        raise CannotComputeError(f"{name} cannot be flown. {made.envelope.why_not}")
     page = out / report_file(name) if _is_shown(name, out) else None
-    return Validated(name, envelope.record, file, page)
+    return Validated(name, record, made.file, page, made.refused)
 
 
 def _is_shown(name: str, out: Path) -> bool:

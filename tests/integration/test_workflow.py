@@ -296,6 +296,18 @@ def test_export_copies_the_firmware(moored: Bench, tmp_path: Path) -> None:
         p.name: p.read_bytes() for p in source.iterdir()
     }
     assert {path.suffix for path in to.iterdir()} == {".h", ".c", ".json", ".csv"}
+    assert done.stderr == ""
+
+    # tables that a refused file is missing from are written, and it is said
+    (moored.root / "raw/boat/mooring/cut.xlsx").write_bytes(b"PK\x03\x04 cut short")
+    without = tmp_path / "without"
+    done = export("boat", "--to", str(without))
+    assert done.returncode == 1
+    assert "error: raw/boat/mooring/cut.xlsx" in done.stderr
+    assert done.stderr.count("error:") == 1
+    assert "firmware tables: done" in done.stderr
+    assert {path.name for path in without.iterdir()} == {path.name for path in to.iterdir()}
+    assert done.stdout.splitlines() == [str(without / path.name) for path in sorted(to.iterdir())]
 
     shutil.rmtree(moored.root / "raw/boat/mooring")
     done = export("boat", "--to", str(tmp_path / "none"))

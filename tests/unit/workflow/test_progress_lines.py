@@ -11,7 +11,7 @@ from pipeline.journal import VARIABLE, Event, Reader, note
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Record
-from pipeline.workflow import export, validate
+from pipeline.workflow import export, one_result, validate
 from pipeline.workflow.outcome import Outcome, outcome_of
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request, Result
@@ -128,8 +128,7 @@ def test_failure_is_told_by_the_title_of_its_stage(
     (text,) = summary(stopped, tmp_path)
     log = tmp_path / "processed/boat/logs/run_trial/dive1.log"
     assert text == f"error: {told}\nIts log: {log}"
-    for command in (export, validate):
-        monkeypatch.setattr(command, "run", lambda *_: stopped)
+    monkeypatch.setattr(one_result, "run", lambda *_: stopped)
     monkeypatch.setattr(validate, "choose", lambda *_: None)
     for call in (
         lambda: export.export_firmware(Request(("boat",)), tmp_path),
