@@ -65,18 +65,19 @@ def watch(  # noqa: PLR0917 - click passes every option by its name
       rig2sea watch mmt300 --settle 10
       rig2sea watch --once
     """
-    from pipeline.workflow.run import Request
+    from pipeline.workflow.run import Request, vehicles_to_run
     from pipeline.workflow.start import StoppedError
     from pipeline.workflow.watch import Habits, Watcher
 
     watcher = Watcher(Request(vehicles, raw, out, cores), Habits(every_s, settle_s))
     try:
         if once:
-            watcher.look()
+            vehicles_to_run(watcher.request)
+            _say(watcher.look())
             time.sleep(settle_s)
             _say(watcher.look())
             _say([f"left for later, not whole yet: {path}" for path in watcher.still_coming])
-            return
+            raise click.exceptions.Exit(1 if watcher.failed else 0)
         click.echo(translate(f"Watching {raw}; Ctrl-C ends it."))
         while True:
             _say(watcher.look())

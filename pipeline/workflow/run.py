@@ -97,15 +97,7 @@ def run(request: Request, progress: Progress) -> Result:
     """
     state = request.out / "processed" / ".rig2sea"
     profile = None if request.profile is None else find_profile(request.profile)
-    chosen, refused = choose(request.vehicles, request.raw, request.out)
-    if not chosen and not refused:
-        raise InputError.at(
-            Place(str(request.raw)),
-            "holds no vehicle.",
-            expected="a folder for each vehicle: raw/<vehicle>/vehicle.yaml beside its load_test, "
-            "mooring and open_water folders.",
-            remedy="Put one there, or say where the raw folder is with --raw.",
-        )
+    chosen, refused = vehicles_to_run(request)
     with only_run(state / "lock"):
         # a part of the work writes no pages: their folder need not even be there
         tops = ("processed",) if request.only else ("processed", "reports")
@@ -142,6 +134,28 @@ def run(request: Request, progress: Progress) -> Result:
             complete=complete,
             pages=tuple(page for plan in plans.values() for page in new_pages(plan, request.out)),
         )
+
+
+def vehicles_to_run(request: Request) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:
+    """Return the vehicles that are asked for, and why others are none.
+
+    Raises
+    ------
+    InputError
+        When the raw folder holds no vehicle at all.
+    UsageError
+        When a vehicle that was asked for does not exist.
+    """
+    chosen, refused = choose(request.vehicles, request.raw, request.out)
+    if not chosen and not refused:
+        raise InputError.at(
+            Place(str(request.raw)),
+            "holds no vehicle.",
+            expected="a folder for each vehicle: raw/<vehicle>/vehicle.yaml beside its load_test, "
+            "mooring and open_water folders.",
+            remedy="Put one there, or say where the raw folder is with --raw.",
+        )
+    return chosen, refused
 
 
 def _plan_pool(vehicle: VehicleFolder, request: Request, known: KnownFiles) -> PoolPlan:

@@ -50,6 +50,8 @@ class Watcher:
     _since: dict[Path, tuple[Mark, float]] = field(default_factory=dict)
     _done: dict[str, frozenset[tuple[Path, Mark]]] = field(default_factory=dict)
     _said: set[str] = field(default_factory=set)
+    _faults: bool = False
+    _not_begun: bool = False
 
     def look(self) -> list[str]:
         """Look once; run what is whole and new. Returns lines to print.
@@ -61,8 +63,10 @@ class Watcher:
         """
         try:
             vehicles, problems = choose(self.request.vehicles, self.request.raw, self.request.out)
-        except UsageError:
-            vehicles, problems = (), ()  # the vehicle that was named may still come
+        except UsageError as error:
+            # the vehicle that was named may still come
+            return self._once([f"Waiting for it: {error}"])
+        self._faults |= bool(problems)
         lines = self._once(f"error: {problem}" for problem in problems)
         seen = {one.name: self._files(one) for one in vehicles}
         self._remember(path for files in seen.values() for path in files)
@@ -87,11 +91,19 @@ class Watcher:
             )
         except (InputError, UsageError) as error:
             # another run is at work, or a folder cannot be written: it is tried again
+            self._not_begun = True
             return lines + self._once([f"error: {error}"])
+        self._faults |= result.code != 0
+        self._not_begun = False
         for one, settled in due:
             self._done[one.name] = settled
         self._said = {text for text in self._said if not text.startswith("error: ")}
         return lines + list(page_lines(result, self.request.out)) + self._once(_errors(result))
+
+    @property
+    def failed(self) -> bool:
+        """Whether a file was refused or a stage failed, or the last run could not begin."""
+        return self._faults or self._not_begun
 
     @property
     def still_coming(self) -> list[str]:

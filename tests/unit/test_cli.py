@@ -76,7 +76,14 @@ def test_help_imports_nothing_heavy() -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [("run", "--cores", "0"), ("nonsense",), ("check",), ("export", "boat"), ("check", "absent")],
+    [
+        ("run", "--cores", "0"),
+        ("nonsense",),
+        ("check",),
+        ("export", "boat"),
+        ("check", "absent"),
+        ("watch", "absent", "--once"),
+    ],
 )
 @pytest.mark.usefixtures("here")
 def test_wrong_usage_ends_with_2(arguments: tuple[str, ...]) -> None:
@@ -92,9 +99,12 @@ def test_unknown_vehicle_names_the_nearest() -> None:
     assert 'Did you mean "boat"?' in result.output
 
 
-def test_no_vehicle_at_all_is_one_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("command", [("run",), ("watch", "--once")])
+def test_no_vehicle_at_all_is_one_message(
+    command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
-    result = call("run")
+    result = call(*command)
     assert result.exit_code == 1
     assert "raw: holds no vehicle." in result.output
     assert list(tmp_path.iterdir()) == []

@@ -30,7 +30,7 @@ class Scene:
     pages: tuple[str, ...] = ()
     failed: tuple[Event, ...] = ()
 
-    def watcher(self) -> Watcher:
+    def watcher(self, *vehicles: str) -> Watcher:
         def do_run(request: Request, _progress: Progress) -> Result:
             self.requests.append(request)
             if self.fault is not None:
@@ -41,7 +41,7 @@ class Scene:
                 done, (), outcomes, self.failed, 1, complete=not self.failed, pages=self.pages
             )
 
-        request = Request((), self.root / "raw", self.root)
+        request = Request(vehicles, self.root / "raw", self.root)
         return Watcher(request, Habits(1.0, SETTLE_S), lambda: self.clock_s, do_run)
 
     def log(self, name: str) -> Path:
@@ -169,13 +169,26 @@ def test_vehicle_may_appear_later(tmp_path: Path) -> None:
     assert [Path(one).name for one in scene.requests[0].vehicles] == ["late"]
 
 
+def test_vehicle_that_was_named_is_waited_for_aloud(scene: Scene) -> None:
+    watcher = scene.watcher("baot")
+    (line,) = watcher.look()
+    assert line.startswith('Waiting for it: there is no vehicle "baot"')
+    assert 'Did you mean "boat"?' in line
+    assert watcher.look() == []
+    (scene.root / "raw/boat").rename(scene.root / "raw/baot")
+    settle(scene, watcher)
+    assert [Path(one).name for one in scene.requests[0].vehicles] == ["baot"]
+
+
 def test_run_that_could_not_start_is_tried_again_and_told_once(scene: Scene) -> None:
     scene.fault = InputError(Problem("error", Place("here"), "another rig2sea is at work here."))
     watcher = scene.watcher()
     assert settle(scene, watcher) == ["error: here: another rig2sea is at work here."]
     assert watcher.look() == []
+    assert watcher.failed
     scene.fault = None
     watcher.look()
+    assert not watcher.failed
     assert len(scene.requests) == 3
     watcher.look()
     assert len(scene.requests) == 3
@@ -183,9 +196,14 @@ def test_run_that_could_not_start_is_tried_again_and_told_once(scene: Scene) -> 
 
 def test_stage_that_failed_is_told_by_its_title(scene: Scene) -> None:
     scene.failed = (Event("failed", "boat", "run_trial", "the disk is full.", item="dive1"),)
+    watcher = scene.watcher()
     assert "error: boat, dive1, pool run against simulation: the disk is full." in settle(
-        scene, scene.watcher()
+        scene, watcher
     )
+    scene.failed = ()
+    write_log(scene.log("b.mcap"), FIRST_NS)
+    settle(scene, watcher)
+    assert watcher.failed, "what failed once has failed"
 
 
 def test_restart_asks_the_results_and_not_its_memory(scene: Scene) -> None:
