@@ -19,10 +19,8 @@ if TYPE_CHECKING:
 @click.option(
     "--to",
     type=click.Path(path_type=Path, file_okay=False),
-    default=Path("processed/blind"),
-    show_default=True,
     metavar="DIR",
-    help="Folder of the campaign: labels, verdicts, scores.",
+    help="Folder of the campaign: labels, verdicts, scores.  [default: processed/blind]",
 )
 @click.option(
     "--vehicle",
@@ -66,7 +64,7 @@ if TYPE_CHECKING:
 def blind(  # noqa: PLR0917 - click passes every option by its name
     cases: int,
     seed: int,
-    to: Path,
+    to: Path | None,
     vehicles: tuple[str, ...],
     resume: bool,
     processes: int,
@@ -98,7 +96,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
         BlindPlace(
             raw,
             out,
-            to,
+            to or out / "processed" / "blind",
             vehicles or USUAL,
             seed,
             baselines=baselines,

@@ -5,7 +5,6 @@ sealed labels and the verdicts lie beside them.
 """
 
 import json
-import os
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +15,7 @@ from pipeline.blind.score import CampaignScore, score_campaign
 from pipeline.blind.verdict_score import CaseScore
 from pipeline.effects.discovery import module_names
 from pipeline.errors import InputError, Place
-from pipeline.provenance import code_digest
+from pipeline.provenance import code_digest, write_atomically
 from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
 from pipeline.stages.many_cases import as_they_come
 from pipeline.stages.result_lines import appending, read_lines
@@ -130,7 +129,7 @@ def _claim(request: BlindRequest, lines_file: Path) -> None:
             remedy="Give --resume to go on with it, or another folder with --to.",
         )
     if lines_file.is_file() and file.is_file():
-        before = json.loads(file.read_text(encoding="utf-8"))
+        before = _read_header(file)
         differ = [key for key in header if before.get(key) != header[key]]
         if differ:
             raise InputError.at(
@@ -139,10 +138,25 @@ def _claim(request: BlindRequest, lines_file: Path) -> None:
                 expected="the same seed, vehicles and program: its cases would not be alike.",
                 remedy="Begin a new campaign in another folder with --to.",
             )
-    file.parent.mkdir(parents=True, exist_ok=True)
-    temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
-    temporary.write_text(json.dumps(header, indent=1), encoding="utf-8")
-    temporary.replace(file)
+    write_atomically(file, json.dumps(header, indent=1))
+
+
+def _read_header(file: Path) -> dict[str, Any]:
+    fault = "is not the header of a campaign."
+    try:
+        header = json.loads(file.read_text(encoding="utf-8"))
+        if isinstance(header, dict):
+            return header
+    except OSError as error:
+        fault = f"cannot be read: {error.strerror}."
+    except (ValueError, RecursionError):
+        pass
+    raise InputError.at(
+        Place(str(file)),
+        fault,
+        expected=f'a JSON object with "schema": "{SCHEMA}".',
+        remedy="Put the file back that was there, or begin in another folder with --to.",
+    )
 
 
 def _line_text(line: dict[str, Any]) -> str:

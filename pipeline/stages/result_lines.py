@@ -6,6 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+from pipeline.provenance import unwritable
+
 
 def read_lines(file: Path) -> list[dict[str, Any]]:
     """Lines that a campaign has written; one that was cut off is left out.
@@ -33,15 +35,24 @@ def appending(file: Path) -> Iterator[Callable[[dict[str, Any]], None]]:
     """Give a function that appends a line, each written to the end before it returns.
 
     A last line that was cut off is ended first: the next one would be lost with it.
+
+    Raises
+    ------
+    InputError
+        When the place cannot be written.
     """
-    file.parent.mkdir(parents=True, exist_ok=True)
-    cut_off = file.is_file() and not file.read_bytes().endswith(b"\n") and file.stat().st_size > 0
-    with file.open("a", encoding="utf-8") as stream:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        there = file.read_bytes() if file.is_file() else b""
+        stream = file.open("a", encoding="utf-8")
+    except OSError as error:
+        raise unwritable(file, error) from error
+    with stream:
 
         def append(line: dict[str, Any]) -> None:
             stream.write(json.dumps(line) + "\n")
             stream.flush()
 
-        if cut_off:
+        if there and not there.endswith(b"\n"):
             stream.write("\n")
         yield append

@@ -126,6 +126,16 @@ def test_a_folder_that_is_taken_is_left_alone(place: BlindPlace) -> None:
         run_campaign(BlindRequest(1, other, resume=True, processes=1))
 
 
+@pytest.mark.parametrize("text", ["", "[1, 2]", "{"])
+def test_a_damaged_header_is_one_message(place: BlindPlace, text: str) -> None:
+    place.to.mkdir()
+    (place.to / "cases.jsonl").touch()
+    (place.to / "campaign.json").write_text(text)
+    with pytest.raises(InputError, match=r"campaign\.json: is not the header of a campaign"):
+        run_campaign(BlindRequest(1, place, resume=True, processes=1))
+    assert (place.to / "campaign.json").read_text() == text
+
+
 def test_the_page_names_the_command_and_has_its_pictures(place: BlindPlace, tmp_path: Path) -> None:
     request = BlindRequest(2, place, processes=1)
     result = run_campaign(request)
@@ -187,3 +197,17 @@ def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:
         prog_name="rig2sea",
     )
     assert result.exit_code == 1
+
+
+def test_the_campaign_lies_in_the_folder_of_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[BlindRequest] = []
+
+    def stop(request: BlindRequest, _said: object) -> None:
+        asked.append(request)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(blind_campaign, "run_campaign", stop)
+    CliRunner().invoke(cli, ["blind", "--out", str(tmp_path / "results")])
+    assert asked[0].place.to == tmp_path / "results/processed/blind"

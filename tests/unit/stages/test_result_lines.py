@@ -2,6 +2,9 @@
 
 from pathlib import Path
 
+import pytest
+
+from pipeline.errors import InputError
 from pipeline.stages.result_lines import appending, read_lines
 
 
@@ -22,3 +25,12 @@ def test_what_is_no_case_is_left_out(tmp_path: Path) -> None:
     file = tmp_path / "cases.jsonl"
     file.write_text('[1]\n"text"\n{"number": 3}\n', encoding="utf-8")
     assert read_lines(file) == [{"number": 3}]
+
+
+def test_a_place_that_cannot_be_is_one_message(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with (
+        pytest.raises(InputError, match="cannot be written"),
+        appending(tmp_path / "file/lines.jsonl"),
+    ):
+        pass
