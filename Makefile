@@ -51,11 +51,11 @@ $(STAMP): requirements.lock pyproject.toml
 	@touch $@
 
 test: setup
-	@$(BIN)/python -m pytest -n 2 -q $(TESTS)
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -q $(TESTS)
 
 # Counting the lines takes a sixth of the time of the tests, so it is a command of its own.
 coverage: setup
-	@$(BIN)/python -m pytest -n 2 -q --cov --cov-report= --cov-fail-under=85 $(TESTS)
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -q --cov --cov-report= --cov-fail-under=85 $(TESTS)
 
 check: setup
 	$(BIN)/ruff check

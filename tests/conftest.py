@@ -14,6 +14,10 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 # Messages are compared as they are written, whatever the language of whoever runs the tests.
 os.environ["RIG2SEA_LANGUAGE"] = "en"
 
+# Two test processes share the cores: BLAS threads beside them would only wait for each other.
+for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
+    os.environ.setdefault(_variable, "1")
+
 REPOSITORY = Path(__file__).resolve().parent.parent
 
 
