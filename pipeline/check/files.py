@@ -10,6 +10,7 @@ from pipeline.check.findings import FileFinding, Findings, Quantity, VehicleFind
 from pipeline.check.pool_runs import is_log, is_notes, read_notes_alone, read_run, strays
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.load_test import read_load_tests
+from pipeline.ingest.log_names import is_log_name, not_a_log
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, is_raw
@@ -106,11 +107,12 @@ class _Reader:
         self._vehicles: dict[Path | None, Vehicle | None] = {}
         self._files: dict[Path, _RawFile] = {}
         self._runs: dict[Path, tuple[Path, Vehicle]] = {}
+        self._unread: set[Path] = set()
 
     def read(self, path: Path) -> None:
         """Read a vehicle file; set a raw file, or everything in a folder, aside."""
         before = self._count()
-        seen = path.absolute() in {*self._files, *self._runs}
+        seen = path.absolute() in {*self._files, *self._runs, *self._unread}
         if path.name == VEHICLE_FILE:
             seen = path in self._vehicles
             self._vehicle(path)
@@ -159,8 +161,8 @@ class _Reader:
         return found
 
     def _count(self) -> int:
-        found = self._findings
-        return len(self._files) + len(self._runs) + len(found.vehicles) + len(found.notes)
+        own, found = (self._files, self._runs, self._unread), self._findings
+        return sum(map(len, own)) + len(found.vehicles) + len(found.notes)
 
     def read_files(self) -> None:
         """Read the raw files that were set aside."""
@@ -219,13 +221,17 @@ class _Reader:
         return self._vehicles[None]
 
     def _file(self, path: Path) -> None:
-        if path.absolute() in self._files or path.absolute() in self._runs:
+        if path.absolute() in {*self._files, *self._runs, *self._unread}:
             return
         if is_notes(path):
             self._findings.notes.append(read_notes_alone(path))
             return
         # a vehicle file that cannot be used has had its message; the raw file is read all the same
         vehicle = self._vehicle_for(path) or self._stand_in
+        if is_log(path) and not is_log_name(path.name):
+            self._unread.add(path.absolute())
+            self._findings.problems.append(not_a_log(str(path)))
+            return
         if is_log(path):
             self._runs[path.absolute()] = (path, vehicle)
             return

@@ -5,24 +5,23 @@ from pathlib import Path
 
 from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, log_beside
 from pipeline.ingest.pool_run import read_pool_run, summarize
 from pipeline.plan import POOL, VEHICLE_FILE
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
 from pipeline.vehicle.schema import Vehicle
 
-_LOG_SUFFIX = ".mcap"
-
 
 def is_log(path: Path) -> bool:
     """Tell a pool run from other raw files: by its folder, or its suffix."""
-    return path.absolute().parent.name == POOL or path.suffix.lower() == _LOG_SUFFIX
+    return path.absolute().parent.name == POOL or is_log_name(path.name)
 
 
 def is_notes(path: Path) -> bool:
     """Tell the notes of a run: they stand in the folder of the runs, or beside a log."""
     if path.suffix.lower() not in NOTES_SUFFIXES or path.name == VEHICLE_FILE:
         return False
-    return path.absolute().parent.name == POOL or path.with_suffix(_LOG_SUFFIX).is_file()
+    return path.absolute().parent.name == POOL or log_beside(path) is not None
 
 
 def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> RunFinding:
@@ -66,11 +65,11 @@ def strays(folder: Path) -> list[Problem]:
         Problem(
             "warning",
             Place(str(path)),
-            f"there is no run {path.with_suffix(_LOG_SUFFIX).name} that these notes belong to.",
+            f"there is no run {path.with_suffix(LOG_SUFFIX).name} that these notes belong to.",
             remedy="Give the notes the name of their log.",
         )
         for path in sorted(folder.iterdir())
-        if is_notes(path) and not path.with_suffix(_LOG_SUFFIX).is_file()
+        if is_notes(path) and log_beside(path) is None
     ]
 
 

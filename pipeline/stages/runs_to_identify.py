@@ -9,6 +9,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place
 from pipeline.identify.channel_noise import QUANTITIES
+from pipeline.ingest.log_names import LOG_SUFFIX, logs_of
 from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.plan import UsageError
 from pipeline.provenance import file_digest
@@ -20,7 +21,6 @@ from pipeline.stages.simulated_vehicle import SimulatedVehicle
 #: Rate of the tables that the fits work on. [Hz]
 RATE_HZ = 50.0
 SHORTEST_S = 4.0
-_LOG = ".mcap"
 
 
 def find_logs(texts: Sequence[str], one: SimulatedVehicle) -> list[Path]:
@@ -41,16 +41,18 @@ def find_logs(texts: Sequence[str], one: SimulatedVehicle) -> list[Path]:
 
 
 def _logs(text: str, pool: Path, vehicle: str) -> list[Path]:
-    named = [pool / text, pool / f"{text}{_LOG}"] if "/" not in text and "\\" not in text else []
+    logs = logs_of(pool)
+    is_plain = "/" not in text and "\\" not in text
+    named = [pool / text, *(log for log in logs if log.stem == text)] if is_plain else []
     for path in (*named, Path(text)):
         if path.is_file():
             return [path.resolve()]
         if path.is_dir():
-            logs = sorted(one.resolve() for one in path.glob(f"*{_LOG}"))
-            if logs:
-                return logs
-            raise UsageError(f"{path} is a folder without logs (*{_LOG}).")
-    known = sorted(path.stem for path in pool.glob(f"*{_LOG}"))
+            within = [one.resolve() for one in logs_of(path)]
+            if within:
+                return within
+            raise UsageError(f"{path} is a folder without logs (*{LOG_SUFFIX}).")
+    known = [path.stem for path in logs]
     near = difflib.get_close_matches(text, known, n=1)
     hint = f' Did you mean "{near[0]}"?' if near else ""
     there = f"There are {', '.join(known)}." if known else f"{pool} holds no logs."

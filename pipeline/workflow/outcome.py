@@ -39,10 +39,14 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
             left_out.append((TITLES[stage], body["why_not"]))
         else:
             problems += problems_of(body["record"].get("problems", ()))
-    rank = {"error": 0, "warning": 1, "note": 2}
-    problems.sort(key=lambda problem: rank[problem.severity])
-    shown = tuple(with_path(problem, vehicle, out) for problem in problems)
+    shown = by_severity(with_path(problem, vehicle, out) for problem in problems)
     return Outcome(vehicle.name, shown, tuple(left_out))
+
+
+def by_severity(problems: Iterable[Problem]) -> tuple[Problem, ...]:
+    """Put errors first, notes last, else keep the order."""
+    rank = {"error": 0, "warning": 1, "note": 2}
+    return tuple(sorted(problems, key=lambda problem: rank[problem.severity]))
 
 
 def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Problem, ...]:

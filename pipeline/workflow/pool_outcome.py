@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pipeline.plan import VehicleFolder
 from pipeline.workflow.known_files import KnownFiles
-from pipeline.workflow.outcome import Outcome, problems_of, with_path
+from pipeline.workflow.outcome import Outcome, by_severity, problems_of, with_path
 from pipeline.workflow.pool_plan import ROOMS, PoolPlan
 from pipeline.workflow.pool_runs import day_page_file, pool_problems, run_file, run_page_file
 
@@ -13,7 +13,7 @@ from pipeline.workflow.pool_runs import day_page_file, pool_problems, run_file, 
 def with_pool(
     outcome: Outcome, vehicle: VehicleFolder, plan: PoolPlan, out: Path, known: KnownFiles
 ) -> Outcome:
-    """Add to a vehicle's outcome the logs that could not be read.
+    """Add to a vehicle's outcome the logs that could not be read, before what the stages say.
 
     Warnings of single runs stay on their pages: a season has hundreds.
     """
@@ -24,7 +24,7 @@ def with_pool(
             if head is not None:
                 found += [one for one in problems_of(head.problems) if one.severity == "error"]
     shown = tuple(with_path(problem, vehicle, out) for problem in found)
-    return replace(outcome, problems=outcome.problems + shown)
+    return replace(outcome, problems=by_severity(shown + outcome.problems))
 
 
 def new_pages(plan: PoolPlan, out: Path) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, not_a_log
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 
 UNDATED = "undated"
@@ -41,7 +42,7 @@ def run_name(file: str) -> str:
     '1_5-9b2ec523'
     """
     stem, ending = os.path.splitext(file)  # noqa: PTH122 - the text may hold what no path may
-    if ending == ".mcap" and _PLAIN.fullmatch(stem):
+    if ending == LOG_SUFFIX and _PLAIN.fullmatch(stem):
         return stem
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", stem).strip("._-")[:60] or "run"
     return f"{safe}-{hashlib.sha256(file.encode(errors='surrogateescape')).hexdigest()[:8]}"
@@ -70,9 +71,9 @@ def pool_logs(
     found = []
     names = set(_names(folder))
     for name in sorted(names):
-        if not name.lower().endswith(".mcap") or name in waiting or not name.isprintable():
+        if not is_log_name(name) or name in waiting or not name.isprintable():
             continue
-        stem = name[: -len(".mcap")]
+        stem = name[: -len(LOG_SUFFIX)]
         notes = next((stem + end for end in _NOTES if stem + end in names), None)
         place = f"{vehicle.folder}/{POOL}"
         notes_path = f"{place}/{notes}" if notes is not None else None
@@ -87,22 +88,14 @@ def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
     for name in sorted(_names(folder)):
         if not is_raw(name):
             continue
-        shown = Place(f"{vehicle.name}/{POOL}/{printable(name)}")
-        if not name.lower().endswith(".mcap"):
-            found.append(
-                Problem(
-                    "warning",
-                    shown,
-                    "is no MCAP log by its name, so it was not read.",
-                    expected="pool runs as *.mcap, each with an optional <run>.yaml of notes.",
-                    remedy="Convert it to MCAP, or move it out of pool/.",
-                )
-            )
+        shown = f"{vehicle.name}/{POOL}/{printable(name)}"
+        if not is_log_name(name):
+            found.append(not_a_log(shown))
         elif not name.isprintable():
             found.append(
                 Problem(
                     "error",
-                    shown,
+                    Place(shown),
                     "the file's name holds a character that cannot be printed.",
                     remedy="Rename the file. The others were read.",
                 )

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.errors import InputError
+from pipeline.ingest.log_names import is_log_name, log_beside
 from pipeline.ingest.mcap_start import is_closed
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
 from pipeline.provenance import read_envelope
@@ -145,7 +146,7 @@ class Watcher:
         still_s = self.now_s() - known[1]
         if still_s < self.habits.settle_s:
             return False
-        if path.suffix.lower() != ".mcap" or is_closed(path):
+        if not is_log_name(path.name) or is_closed(path):
             return True
         return still_s >= UNCLOSED_FACTOR * self.habits.settle_s
 
@@ -155,7 +156,7 @@ class Watcher:
         for path in unsettled:
             if path.parent != pool:
                 return True
-            if path.suffix.lower() == ".mcap":
+            if is_log_name(path.name):
                 result = run_file(vehicle.name, ROOMS["pool_run"], run_name(path.name))
                 if (self.request.out / result).is_file():
                     return True
@@ -170,12 +171,10 @@ class Watcher:
 
 def _logs_of(path: Path, files: Iterable[Path]) -> list[str]:
     """Return the log that a file belongs to: itself, or the one beside its notes."""
-    if path.suffix.lower() == ".mcap":
+    if is_log_name(path.name):
         return [path.name]
-    stem = path.parent / path.stem
-    return [
-        one.name for one in files if one.suffix.lower() == ".mcap" and one.with_suffix("") == stem
-    ]
+    log = log_beside(path, (one for one in files if one.parent == path.parent))
+    return [] if log is None else [log.name]
 
 
 def page_lines(result: Result, out: Path) -> Iterable[str]:

@@ -122,3 +122,20 @@ def test_one_of_anything_is_said_in_the_singular(boat: Path) -> None:
     assert "1 points" not in text
     assert "-0 to" not in text
     assert "to -0 " not in text
+
+
+def test_files_among_the_runs_are_judged_as_a_run_judges_them(boat: Path) -> None:
+    pool = boat / "pool"
+    pool.mkdir()
+    (pool / "list.txt").write_text("dive 1: fine\n")
+    (pool / "dive.MCAP").write_bytes(b"no log")
+    (pool / "dive.yaml").write_text("operator: A. N. Other\n")
+    for path in (boat, pool):
+        findings = check(path)
+        (warning,) = texts(findings, "warning")
+        assert warning.startswith(f"{pool}/list.txt: is no MCAP log by its name")
+        (error,) = texts(findings, "error")
+        assert error.startswith(f"{pool}/dive.MCAP: ")
+    alone = check(pool / "list.txt")
+    assert not alone.failed
+    assert len(texts(alone, "warning")) == 1
