@@ -53,7 +53,8 @@ class _Cli(TranslatedGroup):
             click.echo(translate(f"error: {error}"), err=True)
             raise click.exceptions.Exit(1) from None
         except KeyboardInterrupt:
-            click.echo(translate("Stopped. The next run goes on from here."), err=True)
+            goes_on = " The next run goes on from here." if ctx.invoked_subcommand == "run" else ""
+            click.echo(translate(f"Stopped.{goes_on}"), err=True)
             raise click.exceptions.Exit(1) from None
         except BrokenPipeError:
             raise  # click knows what to do when the reader of a pipe has gone

@@ -1,5 +1,6 @@
 """``rig2sea new``."""
 
+import shlex
 from pathlib import Path
 
 import click
@@ -35,7 +36,9 @@ def new(vehicle: str, raw: Path, example: bool) -> None:
     for path in write_new_vehicle(vehicle, raw, example=example):
         click.echo(path)
     if example:
-        text = f"{raw / vehicle / 'README.md'} says what they are. Next: rig2sea run {vehicle}"
+        elsewhere = "" if raw == Path("raw") else f" --raw {shlex.quote(str(raw))}"
+        told = f"{raw / vehicle / 'README.md'} says what they are."
+        text = f"{told} Next: rig2sea run {vehicle}{elsewhere}"
         click.echo(translate(text))
     else:
         click.echo(translate(f"Now fill them in; {raw / vehicle / 'README.md'} says how."))

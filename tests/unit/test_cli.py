@@ -185,3 +185,24 @@ def test_stage_that_does_not_exist_is_no_traceback_for_the_journal(
     events = [json.loads(line) for line in (here / "journal.jsonl").read_text().splitlines()]
     assert [event["what"] for event in events] == ["started", "failed"]
     assert "ModuleNotFoundError" in events[1]["text"]
+
+
+@pytest.mark.parametrize(
+    ("command", "where", "said"),
+    [
+        ("run", "pipeline.workflow.run.run", "Stopped. The next run goes on from here.\n"),
+        ("simulate", "pipeline.stages.simulation.simulate_to_file", "Stopped.\n"),
+    ],
+)
+@pytest.mark.usefixtures("here")
+def test_ctrl_c_says_what_the_next_start_does(
+    command: str, where: str, said: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(where, stop)
+    more = ("--manoeuvre", "hover", "--to", "a.mcap") if command == "simulate" else ()
+    result = call(command, "boat", *more)
+    assert result.exit_code == 1
+    assert result.stderr == said

@@ -4,10 +4,12 @@ import re
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from openpyxl import load_workbook
 
 from pipeline.bundled.new_vehicle import COLUMNS, new_vehicle_files
 from pipeline.check.files import check_paths
+from pipeline.cli import cli
 from pipeline.errors import InputError
 from pipeline.plan import RAW_KINDS, UsageError
 from pipeline.vehicle.load import load_vehicle
@@ -137,3 +139,10 @@ def test_example_comes_with_its_raw_files(tmp_path: Path) -> None:
         write_new_vehicle("mmt300", tmp_path / "raw", example=True)
     with pytest.raises(UsageError, match="There is: mmt300"):
         write_new_vehicle("boat", tmp_path / "raw", example=True)
+
+
+def test_the_command_that_is_named_finds_the_folder(tmp_path: Path) -> None:
+    raw = tmp_path / "bench raw"
+    said = CliRunner().invoke(cli, ["new", "mmt300", "--example", "--raw", str(raw)]).output
+    command = said.splitlines()[-1].partition("Next: rig2sea ")[2]
+    assert command == f"run mmt300 --raw '{raw}'"
