@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from pipeline.command_options import OUT, RAW, ValuesCommand
+from pipeline.command_progress import telling
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -68,9 +69,9 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
         return
     from pipeline.stages.diagnosis import DiagnosisRequest, diagnose_to_files
 
-    files = diagnose_to_files(
-        DiagnosisRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)
-    )
+    request = DiagnosisRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)
+    with telling() as tell:
+        files = diagnose_to_files(request, tell)
     if as_json:
         click.echo(json.dumps(files.record.model_dump(mode="json"), indent=1))
         return

@@ -7,6 +7,7 @@ from typing import Literal
 import click
 
 from pipeline.command_options import OUT, RAW, ValuesCommand
+from pipeline.command_progress import telling
 from pipeline.language import translate
 
 
@@ -98,22 +99,22 @@ def identify(  # noqa: PLR0917 - click passes every option by its name
     from pipeline.stages.identification import IdentificationRequest, identify_runs
     from pipeline.stages.identification_text import identification_text
 
-    files = identify_runs(
-        IdentificationRequest(
-            vehicle,
-            runs,
-            holdout,
-            method=method,
-            smoother="moving_average" if smoother == "moving-average" else "local_polynomial",
-            without=without,
-            only=only,
-            window_s=window_s,
-            to=to,
-            raw=raw,
-            out=out,
-            suggest=not no_advice,
-        )
+    request = IdentificationRequest(
+        vehicle,
+        runs,
+        holdout,
+        method=method,
+        smoother="moving_average" if smoother == "moving-average" else "local_polynomial",
+        without=without,
+        only=only,
+        window_s=window_s,
+        to=to,
+        raw=raw,
+        out=out,
+        suggest=not no_advice,
     )
+    with telling() as tell:
+        files = identify_runs(request, tell)
     record = files.record
     if as_json:
         click.echo(json.dumps(record.model_dump(mode="json"), indent=1))

@@ -1,6 +1,6 @@
 """Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.stages.diagnosis_page import write_page
-from pipeline.stages.runs_to_identify import find_logs, read_run
+from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.stages.simulation import simulate_to_file
 from pipeline.stages.simulation_request import SimulationRequest
@@ -54,8 +54,10 @@ class DiagnosisFiles:
     """Logs of which none could be made, each with the reason."""
 
 
-def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
-    """Diagnose logs and write what was found.
+def diagnose_to_files(
+    request: DiagnosisRequest, tell: Callable[[str], None] = lambda _: None
+) -> DiagnosisFiles:
+    """Diagnose logs and write what was found; `tell` is told what is done now.
 
     Raises
     ------
@@ -67,10 +69,11 @@ def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
     """
     one = load_simulated(request.vehicle, request.raw, request.out)
     runs, holdout, healthy = (
-        _tables(texts, one, request.raw)
+        _tables(texts, one, request.raw, tell)
         for texts in (request.runs, request.holdout, request.healthy)
     )
     _refuse_twice(request, one)
+    tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
     found = diagnose_fully(
         Case(one.name, one.vehicle, one.packed, runs, holdout, healthy), request.threads
     )
@@ -82,7 +85,7 @@ def diagnose_to_files(request: DiagnosisRequest) -> DiagnosisFiles:
     result = folder / RESULT_FILE
     write_atomically(result, canonical_json(found.record.model_dump(mode="json")) + "\n")
     corrected = _write_corrected(folder, one, text)
-    overlays, without = _write_overlays(request, folder, one, found)
+    overlays, without = _write_overlays(request, folder, one, found, tell)
     files = [result, *([] if corrected is None else [corrected]), *overlays]
     page = write_page(found.record, request.out, request.to, files)
     return DiagnosisFiles(found.record, result, corrected, page, overlays, without)
@@ -94,8 +97,10 @@ def _with_notes(found: Diagnosis, notes: tuple[str, ...]) -> Diagnosis:
     return replace(found, record=found.record.model_copy(update={"notes": told}))
 
 
-def _tables(texts: Sequence[str], one: SimulatedVehicle, raw: Path) -> tuple[RunTable, ...]:
-    return tuple(read_run(path, one, raw)[1] for path in find_logs(texts, one))
+def _tables(
+    texts: Sequence[str], one: SimulatedVehicle, raw: Path, tell: Callable[[str], None]
+) -> tuple[RunTable, ...]:
+    return tuple(read_run(path, one, raw)[1] for path in told_first(find_logs(texts, one), tell))
 
 
 def _refuse_twice(request: DiagnosisRequest, one: SimulatedVehicle) -> None:
@@ -114,7 +119,11 @@ def _refuse_twice(request: DiagnosisRequest, one: SimulatedVehicle) -> None:
 
 
 def _write_overlays(
-    request: DiagnosisRequest, folder: Path, one: SimulatedVehicle, found: Diagnosis
+    request: DiagnosisRequest,
+    folder: Path,
+    one: SimulatedVehicle,
+    found: Diagnosis,
+    tell: Callable[[str], None],
 ) -> tuple[tuple[Path, ...], tuple[str, ...]]:
     """Simulate the held-out runs (all runs where none is) with the effects of the verdict.
 
@@ -125,6 +134,7 @@ def _write_overlays(
         return (), ()
     written, without = [], []
     for log in find_logs(request.holdout or request.runs, one):
+        tell(f"simulating {log.name} with the effect")
         path = folder / f"{log.stem}_with_effect.mcap"
         asked = SimulationRequest(
             str(one.file.parent),

@@ -1,7 +1,7 @@
 """Runs of a vehicle -> ``identification.json`` and a corrected vehicle file."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -25,7 +25,7 @@ from pipeline.records.identification import (
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
-from pipeline.stages.runs_to_identify import find_logs, read_run
+from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.sensor_schema import Sensors
@@ -67,8 +67,10 @@ class IdentificationFiles:
     corrected: Path | None
 
 
-def identify_runs(request: IdentificationRequest) -> IdentificationFiles:
-    """Identify a vehicle from logs, and write what was found.
+def identify_runs(
+    request: IdentificationRequest, tell: Callable[[str], None] = lambda _: None
+) -> IdentificationFiles:
+    """Identify a vehicle from logs, and write what was found; `tell` is told what is done now.
 
     Raises
     ------
@@ -83,7 +85,10 @@ def identify_runs(request: IdentificationRequest) -> IdentificationFiles:
     if unknown:
         raise UsageError(f"--without {unknown[0]}: one of {', '.join(QUANTITIES)} is expected.")
     fitted, judged = (
-        [read_run(path, one, request.raw, request.without) for path in find_logs(texts, one)]
+        [
+            read_run(path, one, request.raw, request.without)
+            for path in told_first(find_logs(texts, one), tell)
+        ]
         for texts in (request.runs, request.holdout)
     )
     both = {read.file for read, _ in fitted} & {read.file for read, _ in judged}
@@ -93,6 +98,7 @@ def identify_runs(request: IdentificationRequest) -> IdentificationFiles:
             "is one that takes no part."
         )
     tables = [table for _, table in fitted]
+    tell(f"fitting the vehicle to the runs ({len(tables)})")
     whole, why_not = _whole(request, one, tables, [table for _, table in judged])
     lines, no_lines = _lines(request, one, tables)
     if whole is None and not lines:

@@ -1,7 +1,7 @@
 """The logs that a person names: found, read, and checked for what a fit needs."""
 
 import difflib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -57,6 +57,13 @@ def _logs(text: str, pool: Path, vehicle: str) -> list[Path]:
     hint = f' Did you mean "{near[0]}"?' if near else ""
     there = f"There are {', '.join(known)}." if known else f"{pool} holds no logs."
     raise UsageError(f'{vehicle} has no run "{text}", and there is no such file.{hint} {there}')
+
+
+def told_first(logs: Iterable[Path], tell: Callable[[str], None]) -> Iterator[Path]:
+    """Pass logs on, each told before it is read."""
+    for log in logs:
+        tell(f"reading {log.name}")
+        yield log
 
 
 def read_run(

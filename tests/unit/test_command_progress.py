@@ -1,0 +1,44 @@
+"""A long command tells what it does: plain lines in a pipe, a line that goes away on a terminal."""
+
+import io
+import sys
+import time
+
+import pytest
+
+from pipeline import command_progress
+from pipeline.command_progress import telling
+
+
+class Terminal(io.StringIO):
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_pipe_gets_plain_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.StringIO()
+    monkeypatch.setattr(sys, "stderr", stream)
+    with telling() as tell:
+        tell("reading a.mcap")
+        tell("reading b.mcap")
+    assert stream.getvalue() == "reading a.mcap\nreading b.mcap\n"
+
+
+def test_a_terminal_gets_one_line_that_goes_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setattr(command_progress, "_TICK_S", 0.01)
+
+    def work() -> None:
+        with telling() as tell:
+            tell("reading a.mcap")
+            while stream.getvalue().count("reading a.mcap ...") < 2:
+                time.sleep(0.01)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    said = stream.getvalue()
+    assert "\n" not in said
+    assert " s" in said.rpartition("reading a.mcap ...")[2]
+    assert said.endswith("\r\x1b[2K")
