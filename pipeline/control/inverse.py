@@ -4,6 +4,7 @@ One protocol for the allocator's two variants. Speed is that of the vehicle alon
 positive direction; against the motion every form uses its values at rest.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -49,6 +50,21 @@ def _smallest(code_min: int | None, code_max: int) -> int:
     return -code_max if code_min is None else code_min
 
 
+def _reverse_within_codes(
+    code: Callable[[FloatArray], FloatArray], largest_n: float, smallest: int, code_max: int
+) -> float:
+    """Reverse thrust up to `largest_n` that the drive's most negative code still gives. [N].
+
+    `code` gives the codes of thrusts of either sign. A cubic is not inverted: the thrust is looked
+    for among evenly spaced ones, and a symmetric range cuts nothing.
+    """
+    if smallest <= -code_max:
+        return largest_n
+    reverse = np.linspace(0.0, largest_n, _THRUSTS)
+    reverse = reverse[code(-reverse) > smallest]
+    return float(reverse[-1]) if reverse.size else 0.0
+
+
 def _limits_under_way(rest: ThrustLimits, along: ThrustLimits, speed_mps: float) -> ThrustLimits:
     """+-T_max(V) as the paper takes it: against the motion no more is promised than along it."""
     if speed_mps > 0.0:
@@ -74,8 +90,14 @@ class MooringCubic:
     code_min: int | None = None
 
     def limits(self, speed_mps: float) -> ThrustLimits:  # noqa: ARG002 (fixed: the paper's point)
-        """T_max of the mooring test, whatever the speed. [N]."""
-        return self.thrust_max_n
+        """T_max of the mooring test, whatever the speed; less in reverse where codes end. [N]."""
+        reverse = _reverse_within_codes(
+            lambda thrust: self.code(thrust, 0.0),
+            self.thrust_max_n.reverse_n,
+            _smallest(self.code_min, self.code_max),
+            self.code_max,
+        )
+        return ThrustLimits(self.thrust_max_n.forward_n, reverse)
 
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
         """N(T) of eq. (7); the speed does not enter."""
@@ -114,11 +136,13 @@ class SpeedCubic:
     def limits(self, speed_mps: float) -> ThrustLimits:
         """+-T_max(V), linear between tabulated speeds; less in reverse where codes end. [N]."""
         largest = float(self._largest(abs(speed_mps)))
-        reverse = np.linspace(0.0, largest, _THRUSTS)
-        smallest = _smallest(self.code_min, self.code_max)
-        if smallest > -self.code_max:
-            reverse = reverse[self.code(-reverse, -abs(speed_mps)) > smallest]
-        return ThrustLimits(largest, float(reverse[-1]) if reverse.size else 0.0)
+        reverse = _reverse_within_codes(
+            lambda thrust: self.code(thrust, -abs(speed_mps)),
+            largest,
+            _smallest(self.code_min, self.code_max),
+            self.code_max,
+        )
+        return ThrustLimits(largest, reverse)
 
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
         """N(T, V) of eq. (8)."""
