@@ -11,12 +11,12 @@ import numpy as np
 
 from pipeline.control.allocation import (
     ChannelThrusts,
-    Demand,
     ThrustLimits,
     demanded_channels,
     limited_channels,
     within_reach,
 )
+from pipeline.control.demand_grid import DemandGrid, demand_grid
 from pipeline.control.inverse import (
     Inverse,
     firmware_grid,
@@ -33,25 +33,8 @@ from pipeline.vehicle.schema import Allocator, Vehicle
 
 #: Spacing of the map's speeds. [m/s]
 SPEED_STEP_MPS = 0.1
-#: Demands on each axis of the grid; odd, so that zero is one of them.
-SURGE_DEMANDS, MOMENT_DEMANDS = 41, 21
 
 _COMPONENTS = ("surge", "pitch", "yaw")
-
-
-@dataclass(frozen=True)
-class DemandGrid:
-    """Demands on the three axes, SNAME: shapes (s,), (p,), (y,). [N], [N m]."""
-
-    surge_n: FloatArray
-    pitch_nm: FloatArray
-    yaw_nm: FloatArray
-
-    def open(self) -> Demand:
-        """Return the axes shaped to broadcast to (s, p, y)."""
-        return Demand(
-            self.surge_n[:, None, None], self.pitch_nm[None, :, None], self.yaw_nm[None, None, :]
-        )
 
 
 @dataclass(frozen=True)
@@ -86,8 +69,8 @@ def allocation_map(
 
     For every speed and every demand (X, M, N) of a fixed grid: eq. (6) gives the wanted thrusts,
     an inverse characteristic the codes, the static family T(N, V) the real thrusts and eq. (5) the
-    real wrench. The grid spans what the chosen form can ask at rest; the same demands are given to
-    both variants.
+    real wrench. The grid spans what the chosen form can ask at rest, in surge each way as far as
+    that goes; the same demands are given to both variants.
 
     Parameters
     ----------
@@ -131,7 +114,8 @@ def allocation_map(
     moored = mooring_cubic(inverse, thrust_dead_n=dead, **codes)
     mooring: Inverse = moored or firmware_grid(inverse, at_rest=True)
     setting = _Setting(allocator, thruster, dead, round_codes, follow_axis)
-    grid = demand_grid(allocator, compensated.limits(0.0))
+    rest = compensated.limits(0.0)
+    grid = demand_grid(allocator, rest)
     speeds = map_speeds(vehicle.tables.speed_mps)
     half_surge = float(grid.surge_n[-1]) / 2.0
     zero = np.zeros(1)
@@ -162,7 +146,7 @@ def allocation_map(
         yaw_demand_nm=tuple(grid.yaw_nm.tolist()),
         yaw_error_mooring=errors(2, yaw_slice, mooring),
         yaw_error_compensated=errors(2, yaw_slice, compensated),
-        explanations=_explanations(setting, inverse, static),
+        explanations=_explanations(setting, inverse, static, rest),
         mooring_inverse=mooring.name,
         compensated_inverse=compensated.name,
         thrust_dead_n=dead,
@@ -182,24 +166,6 @@ def map_speeds(table_speed_mps: tuple[float, ...]) -> list[float]:
     steps = int(np.floor(table_speed_mps[-1] / SPEED_STEP_MPS + 1e-9))
     even = np.round(np.arange(steps + 1) * SPEED_STEP_MPS, 9)
     return [float(v) for v in np.unique(np.concatenate([even, np.array(table_speed_mps)]))]
-
-
-def demand_grid(allocator: Allocator, rest: ThrustLimits) -> DemandGrid:
-    """Demands up to what the form can ask at rest: Pi T_max in "limit", T_max in "scaled"."""
-    delta = np.radians(allocator.delta_deg)
-    full = allocator.form == "scaled"
-    portions = allocator.portions
-    moment = 2.0 * np.sin(delta) * allocator.stern_arm_m * rest.both_n
-    surge = 4.0 * np.cos(delta) * rest.both_n * (1.0 if full else portions.surge)
-    pitch = moment * (1.0 if full else portions.pitch)
-    yaw = moment * (1.0 if full else portions.heading)
-
-    def axis(largest: float, count: int) -> FloatArray:
-        return np.linspace(-largest, largest, count)
-
-    return DemandGrid(
-        axis(surge, SURGE_DEMANDS), axis(pitch, MOMENT_DEMANDS), axis(yaw, MOMENT_DEMANDS)
-    )
 
 
 def _evaluate(
@@ -289,7 +255,10 @@ def _score(
 
 
 def _explanations(
-    setting: _Setting, inverse: InverseCharacteristic, static: StaticCharacteristic
+    setting: _Setting,
+    inverse: InverseCharacteristic,
+    static: StaticCharacteristic,
+    rest: ThrustLimits,
 ) -> tuple[str, ...]:
     inflow = (
         "V cos(delta), the speed along its axis"
@@ -308,6 +277,11 @@ def _explanations(
             "scored apart (worst_opposed): there the score compares a model with itself."
         ),
     ]
+    if rest.reverse_n <= 0.0:
+        texts.append(
+            "The drive gives no reverse thrust at rest: surge astern, pitch and yaw are not scored "
+            "(a moment needs one stern thruster of a pair to push back)."
+        )
     unmet = sum(row.count("no_working_point") for row in static.status)
     if unmet:
         texts.append(

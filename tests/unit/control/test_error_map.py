@@ -1,6 +1,8 @@
 import numpy as np
 import pytest
 
+from pipeline.control.allocation import ThrustLimits
+from pipeline.control.demand_grid import demand_grid
 from pipeline.control.error_map import allocation_map, map_speeds
 from pipeline.errors import CannotComputeError
 from pipeline.records.allocation import AllocationMap
@@ -207,5 +209,31 @@ def test_a_drive_with_fewer_negative_codes_is_scored_within_them(
         for name, drive in mmt300.drives.items()
     }
     vehicle = mmt300.model_copy(update={"drives": drives})
-    scores = allocation_map(vehicle, inverse, paper_static).compensated
-    assert max(score.worst for score in scores) <= 0.02
+    result = allocation_map(vehicle, inverse, paper_static)
+    assert max(score.worst for score in result.compensated) <= 0.02
+    # ahead nothing is different from a drive that turns both ways
+    symmetric = allocation_map(mmt300, paper_inverse, paper_static)
+    assert result.surge_demand_n[-1] == symmetric.surge_demand_n[-1]
+    assert result.mooring[-1].worst == pytest.approx(symmetric.mooring[-1].worst, abs=0.01)
+    assert result.surge_demand_n[0] > 0.8 * symmetric.surge_demand_n[0]
+    assert (result.surge_demand_n[0] == 0.0) == (code_min == 0)
+    assert any("no reverse thrust" in text for text in result.explanations) == (code_min == 0)
+
+
+@pytest.mark.parametrize("form", ["limit", "scaled"])
+@pytest.mark.parametrize("reverse_n", [0.0, 0.1, 14.0, 40.0, 90.0])
+def test_demands_reach_as_far_as_each_sign_of_thrust_does(
+    mmt300: Vehicle, form: str, reverse_n: float
+) -> None:
+    assert mmt300.allocator is not None
+    allocator = mmt300.allocator.model_copy(update={"form": form})
+    share, pitch_share = (0.6, 0.3) if form == "limit" else (1.0, 1.0)
+    grid = demand_grid(allocator, ThrustLimits(40.0, reverse_n))
+    surge = grid.surge_n
+    assert surge[0] == pytest.approx(-4 * COS * share * reverse_n)
+    assert surge[-1] == pytest.approx(4 * COS * share * 40.0)
+    assert surge.size == 41
+    assert (np.diff(surge) > 0.0).all()
+    moment = 2 * SIN * 1.2 * pitch_share * min(40.0, reverse_n)
+    np.testing.assert_allclose(grid.pitch_nm[[0, -1]], [-moment, moment])
+    assert all(0.0 in axis for axis in (surge, grid.pitch_nm, grid.yaw_nm))
