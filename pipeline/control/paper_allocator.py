@@ -22,8 +22,10 @@ class PaperAllocator:
 
         T_b + q = -Z,    T_b L_b - q L_s = M
 
-    and the stern is asked for the moment -q L_s, the bow for T_b. Sway and roll are out of reach.
-    Without a bow thruster heave is left out.
+    and the stern is asked for the moment -q L_s, the bow for T_b. A bow thruster without a stated
+    arm is taken to make no moment, as in eq. (5) here. Sway and roll are out of reach, and without
+    a bow thruster heave as well. They are left out and not said to be cut: they always would be,
+    and the autopilot stops its integrals while a demand is cut.
     """
 
     allocator: Allocator
@@ -42,8 +44,8 @@ class PaperAllocator:
         """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut."""
         allocator, speed = self.allocator, float(nu_relative[0])
         heave, pitch, up = 0.0, float(demand[4]), 0.0
-        if allocator.bow is not None and allocator.bow_arm_m is not None:
-            arms = allocator.bow_arm_m + allocator.stern_arm_m
+        if allocator.bow is not None:
+            arms = (allocator.bow_arm_m or 0.0) + allocator.stern_arm_m
             up = (pitch - allocator.stern_arm_m * float(demand[2])) / arms
             stern_up = -float(demand[2]) - up
             heave, pitch = -up, -stern_up * allocator.stern_arm_m

@@ -187,20 +187,18 @@ def paper_shares(geometry: Allocator, names: tuple[str, ...]) -> FloatArray:
     """Thrusts (n, 6) for a unit of each axis, as `PaperAllocator` shares it out without limits."""
     shares = np.zeros((len(names), 6))
     roles = (geometry.upper, geometry.lower, geometry.left, geometry.right)
-    bow = geometry.bow is not None and geometry.bow_arm_m is not None
+    bow_arm = geometry.bow_arm_m or 0.0
     for axis in (0, 2, 4, 5):
         unit = np.eye(6)[axis]
         pitch, up = float(unit[4]), 0.0
-        if bow and geometry.bow_arm_m is not None:
-            up = (pitch - geometry.stern_arm_m * unit[2]) / (
-                geometry.bow_arm_m + geometry.stern_arm_m
-            )
+        if geometry.bow is not None:
+            up = (pitch - geometry.stern_arm_m * unit[2]) / (bow_arm + geometry.stern_arm_m)
             pitch = (unit[2] + up) * geometry.stern_arm_m
         elif axis == 2:
             continue  # eq. (6) has no means for heave alone
         stern = demanded_channels(Demand(unit[0], pitch, unit[5]), geometry).stern_thrust_n()
         for role, thrust in zip(roles, stern.tolist(), strict=True):
             shares[names.index(role), axis] = thrust
-        if bow and geometry.bow is not None:
+        if geometry.bow is not None:
             shares[names.index(geometry.bow), axis] = up
     return shares

@@ -87,6 +87,16 @@ def test_says_when_a_limit_cut_it() -> None:
     assert one.codes(np.array([0, 0, 200.0, 0, 0, 0]), np.zeros(6))[1]
 
 
+def test_a_bow_thruster_without_a_stated_arm_lifts_and_makes_no_moment() -> None:
+    allocator = geometry(bow_arm_m=None)
+    one = PaperAllocator(allocator, OneNewtonACode(), NAMES)
+    codes, cut = one.codes(np.array([0, 0, -20.0, 0, 4.0, 0]), np.zeros(6))
+    assert not cut
+    assert wrench_of(codes, allocator)[[2, 4]] == pytest.approx([-20.0, 4.0])
+    assert codes[NAMES.index("bow")] == pytest.approx(24.0)
+    assert one.codes(np.array([0, 0, -60.0, 0, 0, 0]), np.zeros(6))[1]
+
+
 def test_without_a_bow_thruster_heave_is_left_out() -> None:
     allocator = geometry(bow=None, bow_arm_m=None)
     one = PaperAllocator(allocator, OneNewtonACode(), NAMES)
