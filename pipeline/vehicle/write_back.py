@@ -20,7 +20,7 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
     Parameters
     ----------
     original_text : str
-        The file as it is.
+        The file as it is; a byte-order mark at its beginning is left out of the new text.
     changes : mapping of str to value
         Path of a key, parted by dots, an element of a list by its place from 0 -> new value:
         ``{"model.damping.linear.0": 2.4}``. A list is written element by element. A key that the
@@ -47,11 +47,12 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
     # imported here: the command line answers --help without it
     from ruamel.yaml import YAML
 
-    root = YAML(typ="rt", pure=True).compose(original_text)
+    # below the note the mark would be a character that no reader of YAML takes
+    text = original_text.removeprefix("\ufeff")
+    root = YAML(typ="rt", pure=True).compose(text)
     edits: list[tuple[int, int, str]] = []
     for path, value in changes.items():
         edits += _edits(root, path, value)
-    text = original_text
     for begin, end, new in sorted(edits, reverse=True):
         text = text[:begin] + new + text[end:]
     head = "".join(f"# {line}".rstrip() + "\n" for line in note.splitlines())

@@ -49,6 +49,14 @@ def test_only_the_numbers_change() -> None:
     assert new.split("\n", 2)[2] == expected
 
 
+def test_a_file_with_a_byte_order_mark_stays_readable() -> None:
+    """Some editors write the mark; the readers take it, but only as the first character."""
+    changes = {"model.body.mass_kg": 13.25}
+    new = updated_vehicle_text("\ufeff" + TEXT, changes, "by hand")
+    assert new == updated_vehicle_text(TEXT, changes, "by hand")
+    assert plain(new) == plain(TEXT.replace("12.5 ", "13.25 "))
+
+
 @pytest.mark.parametrize(
     ("path", "value", "line"),
     [
