@@ -124,6 +124,19 @@ def forward_only() -> FirmwareCharacteristic:
     return weak_reverse().model_copy(update={"code_min": 0})
 
 
+def strongest(thrust_max_n: float) -> FirmwareCharacteristic:
+    """The thruster of Table 2 with as much thrust as is asked for."""
+
+    def scaled(one: FirmwareBranch) -> FirmwareBranch:
+        factor = thrust_max_n / max(one.thrust_max_n)
+        return one.model_copy(update={"thrust_max_n": tuple(factor * t for t in one.thrust_max_n)})
+
+    both = table2()
+    return both.model_copy(
+        update={"positive": scaled(both.positive), "negative": scaled(both.negative)}
+    )
+
+
 def strong_reverse() -> FirmwareCharacteristic:
     """A drive with more negative codes than positive ones, each sign measured by itself."""
     rest, fraction = np.array([0.0]), np.linspace(0.0, 1.0, 25)

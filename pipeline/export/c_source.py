@@ -55,10 +55,11 @@ def render_header(identity: Identity, characteristic: FirmwareCharacteristic) ->
         code_min=characteristic.code_min,
         code_max=characteristic.code_max,
         dead_n=characteristic.thrust_dead_n,
-        thrust_min=float(reverse.min()),
+        # + 0.0: a minus before zero is a sign of nothing
+        thrust_min=float(reverse.min()) + 0.0,
         thrust_max=max(positive.thrust_max_n),
-        positive_speed=positive.speed_mps[-1],
-        negative_speed=negative.speed_mps[-1],
+        speed_min=-negative.speed_mps[-1] + 0.0,
+        speed_max=positive.speed_mps[-1],
     )
 
 

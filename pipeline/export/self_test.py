@@ -24,6 +24,8 @@ EVERY_CODE_UP_TO = 255
 _THRUSTS = 45
 _SINGLE_EPSILON = 2.0**-23
 _Q16_STEP = 2.0**-16
+#: Ends of int32, the same with either sign: what is beyond them cannot be asked of the _q variant.
+_LARGEST_INT32 = 2**31 - 1
 _Q30_STEP = 2.0**-30
 
 
@@ -103,7 +105,12 @@ def _speeds(positive: ThrustGrid, negative: ThrustGrid) -> IntArray:
     between = (knots[:-1] + knots[1:]) / 2
     beyond = np.array([knots[0] - 1.0, knots[-1] + 1.0])
     speeds = np.concatenate((knots, between, beyond))
-    return np.unique(np.rint(speeds * Q16_ONE).astype(np.int64))
+    return np.unique(_q16(speeds))
+
+
+def _q16(values: FloatArray) -> IntArray:
+    scaled = np.rint(values * Q16_ONE)
+    return np.clip(scaled, -_LARGEST_INT32, _LARGEST_INT32).astype(np.int64)
 
 
 def _codes(positive: ThrustGrid, negative: ThrustGrid, code_min: int) -> IntArray:
@@ -120,8 +127,7 @@ def _thrusts(positive: ThrustGrid, negative: ThrustGrid, dead_n: float) -> IntAr
     dead = math.floor(dead_n * Q16_ONE)
     grids = []
     for sign, grid in ((-1, negative), (1, positive)):
-        largest = 1.1 * float(grid.thrust_max_n.max()) * Q16_ONE
-        even = np.rint(np.linspace(0.0, largest, _THRUSTS + 1)[1:]).astype(np.int64)
+        even = _q16(np.linspace(0.0, 1.1 * float(grid.thrust_max_n.max()), _THRUSTS + 1)[1:])
         grids.append(sign * np.concatenate((even, [dead, dead + 1])))
     return np.unique(np.concatenate((*grids, [0])).astype(np.int64))
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from firmware_cases import CASES, codes_that_return, reference_code
+from firmware_cases import CASES, codes_that_return, reference_code, strongest
 
 from pipeline.export import emulator, fixed_point, single_precision
 from pipeline.export.firmware import write_firmware
@@ -197,6 +197,33 @@ def test_fast_math_is_refused(generated: tuple[FirmwareCharacteristic, Path]) ->
     assert "NaN checks would be removed" in done.stderr
 
 
+def test_the_linked_image_holds_the_digest_and_the_variant_in_use_alone(tmp_path: Path) -> None:
+    """With the flags that header and documentation name; nothing calls the digest."""
+    need("gcc")
+    source = write_firmware(
+        "rov",
+        CASES["table2"](),
+        tables_digest="0123456789abcdef",
+        tool_version="0.1.0",
+        folder=tmp_path,
+        tables=None,
+    )[1]
+    header = source.with_suffix(".h").read_text()
+    flags = [flag for flag in re.findall(r"-[\w,=-]+", header.split("*/")[0]) if flag[1] in "fW"]
+    keep = "-Wl,--undefined=rov_thruster_tables_digest"
+    assert flags[:4] == ["-ffunction-sections", "-fdata-sections", "-Wl,--gc-sections", keep]
+    main = tmp_path / "main.c"
+    main.write_text(
+        '#include "rov_thruster.h"\n'
+        "int main(int n, char **text)\n"
+        "{ (void)text; return rov_code_from_thrust_f32((float)n, 0.0f); }\n"
+    )
+    image = tmp_path / "image"
+    build("gcc", "-std=c99", "-O2", *flags[:4], source, main, "-o", image)
+    assert b"0123456789abcdef" in image.read_bytes()
+    assert "_code_from_thrust_q" not in run("nm", image).stdout
+
+
 # ---- C against its models and the reference -----------------------------------------------------
 
 
@@ -332,6 +359,19 @@ def test_self_test_passes(
     assert not done.stderr
     grid = reference(characteristic)
     assert int(done.stdout.split()[0]) > 4 * grid.thrust_n.size
+
+
+@pytest.mark.parametrize("thrust_n", [28_500.0, 31_000.0, 32_766.0])
+def test_self_test_passes_up_to_the_largest_thrust(thrust_n: float, tmp_path: Path) -> None:
+    """Beyond T_max it asks for as much as the fixed-point format holds, and no more."""
+    need("gcc")
+    source = generate(strongest(thrust_n), tmp_path)
+    program = tmp_path / "self_test"
+    self_test = tmp_path / "rov_thruster_self_test.c"
+    sanitizer = ("-fsanitize=undefined", "-fno-sanitize-recover=all")
+    build("gcc", "-O1", *sanitizer, *STRICT, source, self_test, "-o", program)
+    done = run(program)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
 
 
 def change_number(pattern: str, change: Callable[[float], str]) -> Callable[[str], str]:

@@ -62,6 +62,14 @@ def test_digest_and_version_are_inside(tmp_path: Path) -> None:
         assert "7.8.9" in text
 
 
+@pytest.mark.parametrize("case", ["bench_only", "forward_only"])
+def test_a_range_that_ends_at_zero_has_no_minus_there(case: str, tmp_path: Path) -> None:
+    """Known at rest only, or without reverse."""
+    header = write(tmp_path, characteristic=CASES[case]())[0].read_text()
+    assert re.search(r"^ \*   (speed|thrust) +0\.000 to ", header, flags=re.MULTILINE)
+    assert "-0.000" not in header
+
+
 def test_the_interface_is_declared_and_defined(tmp_path: Path) -> None:
     header, source = (path.read_text() for path in write(tmp_path, name="T200-16V")[:2])
     for signature in (

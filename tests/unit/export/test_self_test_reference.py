@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from firmware_cases import CASES
+from firmware_cases import CASES, strongest
 
 from pipeline.export import fixed_point, self_test
 
@@ -31,6 +31,11 @@ def test_reference_ends_where_the_drive_does() -> None:
     assert grid.thrust_min_n[rest] == grid.thrust_n[rest, 0] > -30.3
     nothing = self_test.reference(CASES["forward_only"]())
     assert nothing.code.min() == nothing.unrounded_code.min() == nothing.thrust_min_n.min() == 0
+
+
+def test_thrusts_beyond_the_largest_end_where_the_integers_do() -> None:
+    thrust = self_test.reference(strongest(31_000.0)).thrust_q16
+    assert thrust.max() == -thrust.min() == 2**31 - 1
 
 
 def test_tolerances_are_local() -> None:
