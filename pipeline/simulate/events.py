@@ -51,11 +51,13 @@ class PayloadEvent:
 class EventOutcome:
     """What an event did: velocities over ground just before and after, shape (6,).
 
-    `impulse` (6,) is what the latch gave the vehicle [N s, N m s]; `latch_wrench` (6,) what a
-    module that is released pulled with just before, in body axes [N, N m].
+    `time_s` is when it happened: an event waits for the run to ask for what is due [s]. `impulse`
+    (6,) is what the latch gave the vehicle [N s, N m s]; `latch_wrench` (6,) what a module that is
+    released pulled with just before, in body axes [N, N m].
     """
 
     event: PayloadEvent
+    time_s: float
     nu_before: FloatArray
     nu_after: FloatArray
     impulse: FloatArray
@@ -140,11 +142,17 @@ class PayloadSchedule:
         """
         for event in self.due(time_s):
             before = self.vector()
-            state = self._happen(event, state, before, np.zeros(6) if nu_dot is None else nu_dot)
+            rate = np.zeros(6) if nu_dot is None else nu_dot
+            state = self._happen(event, time_s, state, before, rate)
         return state, self.vector()
 
     def _happen(
-        self, event: PayloadEvent, state: FloatArray, before: FloatArray, nu_dot: FloatArray
+        self,
+        event: PayloadEvent,
+        time_s: float,
+        state: FloatArray,
+        before: FloatArray,
+        nu_dot: FloatArray,
     ) -> FloatArray:
         held = held_payload(self._modules[event.module])
         rotation = np.empty((3, 3))
@@ -170,7 +178,9 @@ class PayloadSchedule:
             common, impulse = close_on(matrix, held, nu - water, module - water)
             after[7:13] = common + water
             self._attached.add(event.module)
-        self.outcomes.append(EventOutcome(event, nu.copy(), after[7:13].copy(), impulse, load))
+        self.outcomes.append(
+            EventOutcome(event, time_s, nu.copy(), after[7:13].copy(), impulse, load)
+        )
         return after
 
 

@@ -119,5 +119,5 @@ def _held(payload: Payload, outcomes: Sequence[EventOutcome], time_s: FloatArray
     held = np.full(time_s.shape, payload.attached)
     for one in outcomes:
         if one.event.module == payload.name:
-            held[time_s >= one.event.time_s - 1e-9] = one.event.action == "attach"
+            held[time_s >= one.time_s - 1e-9] = one.event.action == "attach"
     return held

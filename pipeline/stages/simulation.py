@@ -19,7 +19,7 @@ from pipeline.ingest.run_commands import read_run_commands
 from pipeline.provenance import code_digest, file_digest
 from pipeline.simulate.context import model_of
 from pipeline.simulate.events import PayloadEvent, PayloadSchedule
-from pipeline.simulate.fly import fly, usual_step_s
+from pipeline.simulate.fly import CONTROL_PERIOD_S, fly, usual_step_s
 from pipeline.simulate.latch_loads import LatchLoad, latch_loads
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.mover import Mover
@@ -133,11 +133,12 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
     flight = _flown(case) if request.log is None else _replayed(case, request.log)
     trajectory = flight.trajectory
     warnings = [*one.notes, *flight.notes]
-    warnings += [f"{_said(event)} lies beyond the run." for event in schedule.due(math.inf)]
+    end_s = float(trajectory.time_s[-1])
+    warnings += [_not_done(event, end_s) for event in schedule.due(math.inf)]
     warnings += [
         f"the winch's order at {order.time_s:g} s lies beyond the run."
         for order in ([] if tethered is None else tethered.orders)
-        if order.time_s >= trajectory.time_s[-1]
+        if order.time_s >= end_s
     ]
     sensors = one.vehicle.sensors
     if sensors is None:
@@ -278,6 +279,15 @@ def _attached_topics(tethered: TetheredMover | None, loads: Sequence[LatchLoad])
 
 def _said(event: PayloadEvent) -> str:
     return f"{event.action} {event.module} at {event.time_s:g} s"
+
+
+def _not_done(event: PayloadEvent, end_s: float) -> str:
+    if event.time_s >= end_s - 1e-9:
+        return f"{_said(event)} lies beyond the run."
+    return (
+        f"{_said(event)} did not happen: it waits for the next command, they come every "
+        f"{CONTROL_PERIOD_S:g} s, and the run ends first. State it earlier, or fly longer."
+    )
 
 
 def _orders(tethered: TetheredMover | None) -> list[str]:

@@ -197,6 +197,23 @@ def test_a_module_is_released_and_taken_again(tmp_path: Path) -> None:
     assert len(loads) == len(messages["/sim/odometry"]) - 500
 
 
+def test_an_event_that_finds_no_command_any_more_did_not_happen(tmp_path: Path) -> None:
+    """1.95 s is within the run, but the last of its commands begins at 1.9 s."""
+    target = tmp_path / "late.mcap"
+    done = succeeded(
+        simulate(
+            tmp_path,
+            *("cargo_carrier", "--manoeuvre", "hover", "--duration", "2", "--to", str(target)),
+            *("--release", "module_1@1.21", "--attach", "module_1@1.95"),
+            *("--release", "module_2@2"),
+        )
+    )
+    said = " ".join(done.stderr.split())
+    assert "attach module_1 at 1.95 s did not happen: it waits for the next command" in said
+    assert "release module_2 at 2 s lies beyond the run" in said
+    assert said.count("beyond the run") == 1
+
+
 def test_a_carrier_on_its_tether(tmp_path: Path) -> None:
     """Towed through the water the cable holds the carrier back; the log says how much."""
     target, again = tmp_path / "tow.mcap", tmp_path / "again.mcap"

@@ -5,8 +5,9 @@ import pytest
 
 from pipeline.physics.parameters import read, write
 from pipeline.simulate.events import PayloadEvent, PayloadSchedule, vector_with_modules
-from pipeline.simulate.fly import run_changing
+from pipeline.simulate.fly import fly, run_changing
 from pipeline.simulate.latch_loads import latch_loads
+from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.vehicle.model_schema import Model
@@ -81,6 +82,20 @@ def test_only_while_it_is_held_and_with_the_blow_of_closing(
     assert load.largest_share == pytest.approx(max(load.share.max(), load.closing_share))
     assert load.largest_share >= load.closing_n / 750.0
     assert other.closing_n == 0.0
+
+
+def test_a_module_is_held_until_it_leaves_not_until_its_stated_time(
+    carrier: PackedVehicle, model: Model
+) -> None:
+    """Flown, an event waits for the next command: 1.21 s becomes 1.3 s."""
+    schedule = PayloadSchedule(carrier, model, [PayloadEvent(1.21, "release", "module_1")])
+    plan = MANOEUVRES["hover"].plan(carrier, 1.0, 2.0)
+    flown = fly(carrier, plan, change=schedule.change)
+    load = latch_loads(flown, carrier, model, schedule.outcomes, vector=carrier.vector)[0]
+    jump = np.abs(np.diff(flown.nu_dot[:, 2])).argmax()
+    assert flown.time_s[jump + 1] == pytest.approx(1.3)
+    assert load.time_s[-1] == pytest.approx(flown.time_s[jump])
+    assert schedule.outcomes[0].time_s == pytest.approx(1.3)
 
 
 def test_at_rest_a_module_hangs_with_its_wet_weight(carrier: PackedVehicle, model: Model) -> None:
