@@ -130,7 +130,10 @@ class AllocatorValidation(Record):
     """Amplitudes of the disturbance on surge, heave, pitch, yaw. [N], [N m]"""
     disturbance_period_s: Vector
     range_n_nm: tuple[Vector, ...]
-    """For each speed the largest surge, heave, pitch, yaw that the thrusters can make alone."""
+    """For each speed the largest surge, heave, pitch, yaw that the thrusters can make alone.
+
+    Surge ahead; the others either way, so the smaller of both.
+    """
     heading_step_deg: float
     depth_step_m: float
     large_step_deg: float

@@ -5,13 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.control.code_limits import at_limit
 from pipeline.physics.parameters import read
 from pipeline.simulate.latch_loads import LatchLoad
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.simulate.sensors import Log
 from pipeline.simulate.tethered_mover import TetherLog
-from pipeline.stages.code_limits import at_limit
 from pipeline.types import FloatArray
 
 Range = tuple[float, float]

@@ -23,7 +23,7 @@ from pipeline.vehicle.schema import Vehicle
 
 #: Every so many samples of a flight go into the picture.
 _TRACE_STEP = 2
-#: With more of its demands cut than this a flight is not one of keeping any more.
+#: With more of its surge demands cut than this a flight is not one of keeping a speed any more.
 _MOSTLY = 0.5
 
 
@@ -99,7 +99,7 @@ def validate_allocator(
 
 def _out_of_reach(kept: tuple[KeepingFlight, ...]) -> tuple[str, ...]:
     """Say at which speeds the flights were no keeping, and what that does to the rest."""
-    cut = sorted({one.speed_mps for one in kept if one.cut_share > _MOSTLY})
+    cut = sorted({one.speed_mps for one in kept if one.cut_surge_share > _MOSTLY})
     if not cut:
         return ()
     return (

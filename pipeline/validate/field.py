@@ -17,7 +17,7 @@ from pipeline.validate.crew import Crew, general_crew, paper_crew
 from pipeline.validate.flight import AXIS_ROWS, Course, Decide, Flight, fly_course
 from pipeline.validate.measures import keeping, stepping
 from pipeline.validate.power import PowerModel
-from pipeline.validate.steady_tables import calm_vehicle
+from pipeline.validate.steady_tables import calm_vehicle, thrust_limits
 from pipeline.vehicle.model_schema import FromBollard
 from pipeline.vehicle.schema import Allocator, Vehicle
 
@@ -84,6 +84,12 @@ class Field:
             )
         if model.pool is not None:
             texts.append("The walls of the pool are left out of these flights.")
+        if not thrust_limits(calm, 0.0)[1].any():
+            texts.append(
+                "No thruster gives reverse thrust: moments that need one to push back are out of "
+                "reach, and demands of them count as cut. The autopilot stops its integrals while "
+                "a demand is cut, so speed errors are partly its doing."
+            )
         speeds = speeds_to_fly(vehicle, calm, crew, bollard=bollard)
         full = {v: plan.axis_range(calm, crew.thrust_of_wrench, v) for v in speeds}
         top = full[speeds[-1]]
@@ -194,6 +200,12 @@ def speeds_to_fly(
         return stated
     fastest = plan.fastest_kept_mps(packed, crew.thrust_of_wrench)
     if fastest < 0.1:
+        if lacking := plan.without_needed_reverse(packed, crew.thrust_of_wrench):
+            raise CannotComputeError(
+                f"Surge ahead and nothing else needs reverse thrust of {', '.join(lacking)}, but "
+                "their drives give none: the allocator can keep no speed. If they turn both ways, "
+                "state a negative code_min under drives."
+            )
         raise CannotComputeError(
             "The thrusters make no surge force along the x axis: there is no speed to keep."
         )

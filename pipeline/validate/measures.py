@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pipeline.control.code_limits import at_limit
 from pipeline.records.validation import KeepingFlight, StepFlight, Variant
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -58,7 +59,7 @@ def keeping(
     given = wrench_of(packed, settled_thrust(packed, flight.codes, flight.inflow_mps))
     demanded = flight.demand[:, AXIS_ROWS]
     missing = np.abs(demanded - wanted) > _CUT * np.where(range_n_nm > 0.0, range_n_nm, np.inf)
-    ends = (flight.codes <= packed.code_limits[:, 0]) | (flight.codes >= packed.code_limits[:, 1])
+    ends = at_limit(flight.codes, *packed.code_limits.T)
     opposed = np.sign(flight.codes) * flight.inflow_mps < -OPPOSED_MPS
     shaft, electrical = (None, None)
     if power is not None:

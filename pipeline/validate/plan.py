@@ -32,10 +32,14 @@ SURGE_PORTIONS = (0.3, 0.5, 0.6, 0.7, 0.85)
 #: A vehicle without a table of speeds is flown at these shares of the speed that it can keep.
 SPEED_SHARES = (0.0, 0.25, 0.5, 0.75, 0.9)
 _FASTEST_MPS = 5.0
+#: A thruster with a smaller share of an axis takes no part in it. [N/N], [N/(N m)]
+_NO_SHARE = 1e-9
 
 
 def axis_range(packed: PackedVehicle, thrust_of_wrench: FloatArray, speed_mps: float) -> FloatArray:
     """Largest force and moment on each axis alone at a speed, (6,); 0 where there is none.
+
+    Of surge that ahead, which is what keeps a speed; of every other axis the smaller of both ways.
 
     Parameters
     ----------
@@ -47,11 +51,24 @@ def axis_range(packed: PackedVehicle, thrust_of_wrench: FloatArray, speed_mps: f
     speed_mps : float
         Surge speed. [m/s]
     """
-    limits = thrust_limits(packed, speed_mps)[:, None]
+    forward, reverse = thrust_limits(packed, speed_mps)[:, :, None]
     size = np.abs(thrust_of_wrench)
-    room = np.divide(limits, size, out=np.full(size.shape, np.inf), where=size > 1e-9)
-    room = room.min(axis=0)
-    return np.where(np.isfinite(room), room, 0.0)
+
+    def room(limit: FloatArray) -> FloatArray:
+        each = np.divide(limit, size, out=np.full(size.shape, np.inf), where=size > _NO_SHARE)
+        least = each.min(axis=0)
+        return np.where(np.isfinite(least), least, 0.0)
+
+    ahead = room(np.where(thrust_of_wrench > 0.0, forward, reverse))
+    back = room(np.where(thrust_of_wrench > 0.0, reverse, forward))
+    return np.concatenate([ahead[:1], np.minimum(ahead, back)[1:]])
+
+
+def without_needed_reverse(packed: PackedVehicle, thrust_of_wrench: FloatArray) -> tuple[str, ...]:
+    """Name the thrusters that surge ahead needs in reverse and whose drives give none."""
+    _, reverse = thrust_limits(packed, 0.0)
+    lacking = (thrust_of_wrench[:, 0] < -_NO_SHARE) & (reverse <= 0.0)
+    return tuple(name for name, lacks in zip(packed.thruster_names, lacking, strict=True) if lacks)
 
 
 def fastest_kept_mps(packed: PackedVehicle, thrust_of_wrench: FloatArray) -> float:

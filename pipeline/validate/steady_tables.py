@@ -79,13 +79,16 @@ class Grid:
 
 
 def thrust_limits(packed: PackedVehicle, speed_mps: float) -> FloatArray:
-    """Thrust of either sign that each thruster can give at a surge speed, (n,). [N].
+    """Largest thrust forward and in reverse that each thruster can give at a surge speed. [N].
 
-    The smaller of both signs at the ends of the codes; against the motion no more is promised than
-    along it.
+    Shape (2, n), both positive, at the ends of the codes; against the motion no more is promised
+    than along it. A drive without negative codes gives nothing in reverse.
     """
     nu = np.zeros((2, 6))
     nu[:, 0] = speed_mps
     inflow = inflow_speed(packed, nu)
-    ends = np.abs(settled_thrust(packed, packed.code_limits.T.copy(), inflow))
-    return np.asarray(ends.min(axis=0))
+    reverse, forward = np.abs(settled_thrust(packed, packed.code_limits.T.copy(), inflow))
+    both = np.minimum(forward, reverse)
+    return np.stack(
+        [np.where(inflow[1] < 0.0, both, forward), np.where(inflow[0] > 0.0, both, reverse)]
+    )

@@ -56,7 +56,7 @@ def test_speed_along_the_axis_takes_away_what_compensation_leaves(field: Field) 
 
 
 def test_thrust_that_does_not_fall_leaves_nothing_to_compensate(repository: Path) -> None:
-    vehicle = bollard_vehicle(repository, 1e6)
+    vehicle = bollard_vehicle(repository, 1e9)
     field = Field.of(vehicle, pack_vehicle(vehicle), None, None)
     moored, compensated = both(field, field.speeds[-1])
     assert moored.speed_error_mps == pytest.approx(compensated.speed_error_mps, abs=1e-6)

@@ -7,6 +7,7 @@ import pytest
 
 from pipeline.simulate.fly import CONTROL_PERIOD_S
 from pipeline.validate import plan
+from pipeline.validate.campaign import _out_of_reach
 from pipeline.validate.field import Field
 from pipeline.validate.flight import Course, Flight
 from pipeline.validate.measures import keeping, stepping
@@ -83,6 +84,32 @@ def test_cuts_ends_and_opposed_thrust_are_counted(field: Field) -> None:
     assert got.opposed_share == pytest.approx(0.2)
     assert got.cut_share == pytest.approx(0.5)
     assert got.cut_surge_share == pytest.approx(10 / 30)
+
+
+def test_a_speed_is_out_of_reach_when_surge_is_cut_not_when_moments_are(field: Field) -> None:
+    base = dataclasses.replace(flight(field), cut=np.ones(ROWS, dtype=np.bool_))
+    demand = base.demand.copy()
+    demand[:, 5] = 2.0
+    turning = dataclasses.replace(base, demand=demand)
+    demand = base.demand.copy()
+    demand[:, 0] += 5.0
+    slow = dataclasses.replace(base, demand=demand)
+    first, second = (
+        keeping(field.packed, "mooring", one, range_n_nm=RANGE, power=None)
+        for one in (turning, slow)
+    )
+    assert first.cut_share == second.cut_share == 1.0
+    assert _out_of_reach((first,)) == ()
+    assert "out of reach" in _out_of_reach((second,))[0]
+
+
+def test_a_drive_that_turns_one_way_idles_at_no_end(field: Field) -> None:
+    """The bow thruster of the made-up flight stands still all the time."""
+    limits = field.packed.code_limits.copy()
+    limits[:, 0] = 0.0
+    packed = dataclasses.replace(field.packed, code_limits=limits)
+    got = keeping(packed, "mooring", flight(field), range_n_nm=RANGE, power=None)
+    assert got.code_end_share == 0.0
 
 
 def test_a_step_is_compared_with_the_flight_without_it(field: Field) -> None:

@@ -1,11 +1,20 @@
 """The settled thrust over arrays is the kernel's, and the ranges follow from it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from bundled_models import bundled
 from flight_cases import Bench
 
+from pipeline.control.inverse import firmware_grid
+from pipeline.control.paper_allocator import PaperAllocator
+from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read, write
+from pipeline.records.fits import InverseCharacteristic
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
+from pipeline.validate.crew import general_crew, paper_shares
 from pipeline.validate.field import Field
 from pipeline.validate.plan import axis_range
 from pipeline.validate.steady_tables import (
@@ -16,6 +25,7 @@ from pipeline.validate.steady_tables import (
     settled_thrust,
     thrust_limits,
 )
+from pipeline.vehicle.schema import Vehicle
 
 
 def test_settled_thrust_is_the_kernels_without_lag(mmt300: Bench) -> None:
@@ -38,14 +48,26 @@ def test_a_grid_goes_on_along_its_last_slope_in_rows_only() -> None:
     assert grid.at(row, column) == pytest.approx([1.75, 7.0, 1.0, 1.0])
 
 
-def test_limits_take_the_smaller_sign(mmt300: Bench) -> None:
+def test_limits_promise_no_more_against_the_motion(mmt300: Bench) -> None:
     packed = calm_vehicle(mmt300.packed)
     rest, fast = thrust_limits(packed, 0.0), thrust_limits(packed, 2.0)
     largest = packed.thrust_tables[0, 0, 0, -1]
-    assert rest == pytest.approx(np.full(5, largest))
+    assert rest == pytest.approx(np.full((2, 5), largest))
     along = packed.thrust_tables[0, 0, :, -1]
     expected = np.interp(2.0 * 0.92388, 0.1 * np.arange(len(along)), along)
-    assert fast == pytest.approx([*[expected] * 4, largest], abs=1e-4)
+    assert fast == pytest.approx(np.array(2 * [[*[expected] * 4, largest]]), abs=1e-4)
+
+
+def test_limits_have_a_value_for_each_sign_and_surge_takes_the_one_ahead(repository: Path) -> None:
+    """rov8: 51.4 N ahead, 39.9 N in reverse; two of its verticals push down in a surge."""
+    vehicle = bundled(repository, "rov8")
+    packed = calm_vehicle(pack_vehicle(vehicle))
+    assert thrust_limits(packed, 0.0) == pytest.approx(np.array([8 * [51.4], 8 * [39.9]]))
+    shares = general_crew(packed).thrust_of_wrench
+    got = axis_range(packed, shares, 0.0)
+    assert got[0] == pytest.approx(4 * 51.4 * np.sqrt(0.5), rel=1e-4)
+    assert got[2] == pytest.approx(4 * 39.9)
+    assert got[5] == pytest.approx(39.9 / np.abs(shares[:, 5]).max())
 
 
 def test_shares_of_the_paper_give_each_axis_alone(field: Field) -> None:
@@ -54,8 +76,61 @@ def test_shares_of_the_paper_give_each_axis_alone(field: Field) -> None:
     assert wrench[list(axes)] == pytest.approx(np.eye(4), abs=1e-5)
 
 
+def test_shares_of_a_bow_thruster_without_a_stated_arm_are_those_it_is_flown_with(
+    mmt300: Bench,
+) -> None:
+    assert mmt300.vehicle.allocator is not None
+    geometry = mmt300.vehicle.allocator.model_copy(update={"bow_arm_m": None})
+    names = mmt300.packed.thruster_names
+    shares = paper_shares(geometry, names)
+    assert shares[names.index("bow"), 2] == pytest.approx(-1.0)
+    one = PaperAllocator(geometry, firmware_grid(mmt300.inverse), names)
+    for axis in (2, 4):
+        _, thrust, _ = one.decide(2.0 * np.eye(6)[axis], np.zeros(6))
+        assert thrust == pytest.approx(2.0 * shares[:, axis])
+
+
+def one_way(bench: Bench) -> tuple[Vehicle, PackedVehicle, InverseCharacteristic]:
+    """mmt300 with drives that take no negative codes."""
+    drives = {
+        name: drive.model_copy(update={"code_min": 0})
+        for name, drive in bench.vehicle.drives.items()
+    }
+    vehicle = bench.vehicle.model_copy(update={"drives": drives})
+    firmware = bench.inverse.firmware
+    assert firmware is not None
+    inverse = bench.inverse.model_copy(
+        update={"firmware": firmware.model_copy(update={"code_min": 0})}
+    )
+    return vehicle, pack_vehicle(vehicle, bench.model), inverse
+
+
+def test_a_drive_without_reverse_keeps_a_speed_ahead_and_cannot_turn(
+    mmt300: Bench, field: Field
+) -> None:
+    vehicle, packed, inverse = one_way(mmt300)
+    got = Field.of(vehicle, packed, inverse, None)
+    for speed in (0.0, 1.0):
+        assert got.ranges[speed][0] == pytest.approx(field.ranges[speed][0])
+        assert got.ranges[speed][1:] == pytest.approx(np.zeros(3))
+    assert got.amplitude == pytest.approx(np.zeros(4))
+    assert any("No thruster gives reverse thrust" in text for text in got.explanations)
+    assert not any("No thruster gives reverse thrust" in text for text in field.explanations)
+
+
+def test_who_needs_reverse_thrust_and_has_none_is_said(repository: Path) -> None:
+    """The verticals of rov8 hold its pitch when it surges: two of them push down."""
+    vehicle = bundled(repository, "rov8")
+    drives = {
+        name: drive.model_copy(update={"code_min": 0}) for name, drive in vehicle.drives.items()
+    }
+    vehicle = vehicle.model_copy(update={"drives": drives})
+    with pytest.raises(CannotComputeError, match="vertical_front_right, vertical_front_left, but"):
+        Field.of(vehicle, pack_vehicle(vehicle), None, None)
+
+
 def test_range_is_that_of_the_tables(field: Field) -> None:
-    limit = thrust_limits(field.packed, 1.0)[0]
+    limit = thrust_limits(field.packed, 1.0)[0, 0]
     got = axis_range(field.packed, field.crew.thrust_of_wrench, 1.0)
     delta = np.radians(22.5)
     assert got[0] == pytest.approx(4 * limit * np.cos(delta))
