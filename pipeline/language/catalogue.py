@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from gettext import c2py
 
 from pipeline.language import phrases
+from pipeline.language.as_it_is import MARKED
 from pipeline.language.numerals import UNITS, has_words, in_russian, is_measured
 from pipeline.language.phrases import BRACKETED, SEMICOLON
 from pipeline.language.po import Entry
@@ -125,7 +126,9 @@ class Catalogue:
         return self._remembered[key]
 
     def _simple(self, text: str) -> str | None:
-        """Translate a text that stands in the catalogue as it is, a unit or a number."""
+        """Translate a text that stands in the catalogue as it is, a name, a unit or a number."""
+        if MARKED.fullmatch(text):
+            return text
         if not has_words(text):
             entry = self._plain.get(text)
             return entry.forms[0] if entry is not None else in_russian(text)

@@ -3,6 +3,7 @@
 from functools import cache, lru_cache
 from pathlib import Path
 
+from pipeline.language.as_it_is import without_marks
 from pipeline.language.catalogue import Catalogue
 from pipeline.language.po import read_po
 from pipeline.reader_language import ENGLISH, current
@@ -32,7 +33,7 @@ def translate(text: str) -> str:
 
 @lru_cache(maxsize=20_000)
 def _said(text: str, language: str) -> str:
-    return catalogue(language).say(text)
+    return without_marks(catalogue(language).say(text))
 
 
 @cache

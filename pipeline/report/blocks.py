@@ -45,6 +45,8 @@ class Heading:
 class Table:
     """A table; the first column heads its row, columns in `text_columns` are set flush left.
 
+    Columns in `verbatim_columns` hold identifiers: no language changes them.
+
     `links` leads a cell (row, column) to an anchor of the page, e.g. to the points behind it.
     """
 
@@ -52,6 +54,7 @@ class Table:
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
     text_columns: frozenset[int] = frozenset()
+    verbatim_columns: frozenset[int] = frozenset()
     row_classes: tuple[str, ...] = ()
     note: str = ""
     links: Mapping[tuple[int, int], str] = field(default_factory=dict)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.assets import placed
-from pipeline.report.diagnosis_words import listed, probability_text
+from pipeline.report.diagnosis_words import in_words, listed, probability_text, verdict_sentence
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import plural
 from pipeline.report.sections.diagnosis_answer import (
@@ -49,7 +49,7 @@ def diagnosis_page(
         title=f"Diagnosis of {record.vehicle}",
         under=f"{plural(len(record.runs), 'run')}: {listed(record.runs)}",
         crumbs=crumbs,
-        sentence=record.verdict.sentence.partition(": "),
+        sentence=verdict_sentence(record.verdict).partition(": "),
         probability=_probability(record),
         facts=verdict_facts(record),
         tone=tone(record),
@@ -98,10 +98,10 @@ def tone(record: DiagnosisRecord) -> str:
 
 def diagnosis_line(record: DiagnosisRecord) -> str:
     """Say in one line what a list of diagnoses says of this one."""
-    effects = listed([name.replace("_", " ") for name in record.verdict.effects])
+    effects = listed([in_words(name) for name in record.verdict.effects])
     text = f"{effects} ({probability_text(record.verdict.probability)})"
     if record.verdict.ambiguous_with:
-        others = listed([name.replace("_", " ") for name in record.verdict.ambiguous_with])
+        others = listed([in_words(name) for name in record.verdict.ambiguous_with])
         text += f", not to be told from {others}"
     return f"{text}; {listed(record.runs)}"
 

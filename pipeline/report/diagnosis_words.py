@@ -1,10 +1,12 @@
 """How the page of a diagnosis names channels, regimes, effects and probabilities."""
 
+import re
 from collections.abc import Iterable
 
 import numpy as np
 
 from pipeline.effects.library import effects
+from pipeline.language import as_it_is
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.diagnosis import DiagnosisRecord, Verdict
 from pipeline.report.figures.run_channels import shown_unit
@@ -43,6 +45,12 @@ REGRESSORS = {
     "time_s": "time",
     "code": "code",
 }
+#: An effect in words where its identifier alone may be read as something else.
+_WORDS = {"current": "water current"}
+#: Where a verdict's sentence has identifiers: not every word that is spelt like one is one.
+_ANSWERS = re.compile(r"\b[a-z_]+(?= \(| alone has )")
+_LOOK_ALIKES = re.compile(r"(?<= cannot tell it from ).*")
+_NAMES = re.compile(r"[a-z_]+")
 _NO_EFFECT = {
     "none": "no effect: as good as a healthy vehicle",
     "unknown": "a gap that no effect of the library explains",
@@ -80,6 +88,35 @@ def what_it_is(answer: str) -> str:
         for name in answer.split("+")
     ]
     return "; ".join(part for part in parts if part)
+
+
+def in_words(effect: str) -> str:
+    """Name an effect in words.
+
+    >>> in_words("residual_buoyancy"), in_words("current")
+    ('residual buoyancy', 'water current')
+    """
+    return _WORDS.get(effect, effect.replace("_", " "))
+
+
+def identifiers(names: Iterable[str]) -> str:
+    """List effects by their identifiers, which are the same in every language.
+
+    >>> identifiers(["current", "tether"])
+    'current and tether'
+    """
+    return listed([as_it_is(name) for name in names])
+
+
+def verdict_sentence(verdict: Verdict) -> str:
+    """Return the sentence of a verdict, with the identifiers in it the same in every language."""
+
+    def marked(found: re.Match[str]) -> str:
+        name = found[0]
+        return as_it_is(name) if name in effects() or name in _NO_EFFECT else name
+
+    said = _ANSWERS.sub(marked, verdict.sentence)
+    return _LOOK_ALIKES.sub(lambda found: _NAMES.sub(marked, found[0]), said)
 
 
 def regime_name(regressor: str, unit: str, ends: tuple[float, float]) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, RankedEffect
 from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
@@ -11,6 +12,8 @@ from pipeline.report.diagnosis_words import (
     beside,
     closed_interval,
     closed_text,
+    identifiers,
+    in_words,
     listed,
     of_bench,
     probability_text,
@@ -33,9 +36,9 @@ def notes_section(record: DiagnosisRecord) -> Section:
     if record.verdict.ambiguous_with:
         blocks.append(
             Paragraph(
-                f"These data cannot tell {listed(record.verdict.effects)} from "
-                f"{listed(record.verdict.ambiguous_with)}. Change nothing on the vehicle before "
-                "they are told apart: see what comes next.",
+                f"These data cannot tell {identifiers(record.verdict.effects)} from "
+                f"{identifiers(record.verdict.ambiguous_with)}. Change nothing on the vehicle "
+                "before they are told apart: see what comes next.",
                 tone="warning",
             )
         )
@@ -111,7 +114,7 @@ def _lead(ranking: list[RankedEffect]) -> str:
 
 
 def _words(one: RankedEffect) -> str:
-    return listed(one.effect.replace("_", " ").split("+"))
+    return listed([in_words(name) for name in one.effect.split("+")])
 
 
 def _sure(one: RankedEffect) -> str:
@@ -144,6 +147,7 @@ def _ranking_table(caption: str, ranking: list[RankedEffect], record: DiagnosisR
             for one in ranking
         ),
         text_columns=frozenset({1, 3}),
+        verbatim_columns=frozenset({0}),
         row_classes=tuple(
             "chosen"
             if set(one.effect.split("+")) == said
@@ -195,7 +199,7 @@ def confusable_section(record: DiagnosisRecord) -> Section:
                 f"measured channels differ by less than {ONE_ANSWER_DEG:g} degrees, so each group "
                 "is one answer."
             ),
-            Bullets(tuple(listed(group) for group in groups)),
+            Bullets(tuple(identifiers(group) for group in groups)),
         ]
         told = _told_apart(record, groups)
         if told:
@@ -214,6 +218,7 @@ def confusable_section(record: DiagnosisRecord) -> Section:
             for first, second, cosine in pairs
         ),
         text_columns=frozenset({1}),
+        verbatim_columns=frozenset({0, 1}),
         row_classes=tuple(
             "warning" if angle_deg(cosine) <= ONE_ANSWER_DEG else "" for *_, cosine in pairs
         ),
@@ -240,8 +245,8 @@ def _told_apart(record: DiagnosisRecord, groups: Sequence[Sequence[str]]) -> str
     if not others:
         return ""
     return (
-        f"The verdict is told from {listed(others)} all the same: what it explains in these runs "
-        f"lies more than {ONE_ANSWER_DEG:g} degrees away, and the small angle is of another "
+        f"The verdict is told from {identifiers(others)} all the same: what it explains in these "
+        f"runs lies more than {ONE_ANSWER_DEG:g} degrees away, and the small angle is of another "
         "thruster, axis or parameter."
     )
 
@@ -278,7 +283,7 @@ def next_section(record: DiagnosisRecord) -> Section:
     following, left = record.next_run, record.leftover
     blocks: list[Block] = []
     if following is not None:
-        first, second = following.separates
+        first, second = (as_it_is(name) for name in following.separates)
         blocks.append(
             Paragraph(
                 (

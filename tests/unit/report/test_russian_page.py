@@ -3,9 +3,12 @@
 import re
 from collections.abc import Iterator
 
+import diagnosis_records
 import pytest
 
+from pipeline.language import translate
 from pipeline.reader_language import use
+from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.vehicle_page import vehicle_page
 
@@ -44,6 +47,53 @@ def test_labels_of_figures_are_russian(results: VehicleResults) -> None:
     page = vehicle_page(results)
     assert "частота вращения n  [об/мин]" in page
     assert "shaft speed n" not in page
+
+
+@pytest.mark.usefixtures("russian", "undrawn")
+def test_effects_keep_their_identifiers() -> None:
+    record = diagnosis_records.diagnosis(channels=(), windows=1)
+    verdict = record.verdict.model_copy(
+        update={
+            "effects": ("current",),
+            "ambiguous_with": ("tether", "payload"),
+            "sentence": "current (the water moves over the ground) (probability 0.96). These runs "
+            "cannot tell it from tether, payload.",
+        }
+    )
+    first, *others = record.ranking
+    ranking = (first.model_copy(update={"effect": "current"}), *others)
+    assert record.next_run is not None
+    following = record.next_run.model_copy(update={"separates": ("current", "tether")})
+    page = diagnosis_page(
+        record.model_copy(
+            update={
+                "verdict": verdict,
+                "ranking": ranking,
+                "confusable": (("current", "tether", 0.999), ("lift", "payload", 0.7)),
+                "next_run": following,
+                "notes": (),
+            }
+        )
+    )
+    found = texts(page)
+    assert "Эти данные не отличают current от tether и payload." in page
+    assert "current (вода движется" in page
+    assert "Эти прогоны не отличают его от tether, payload." in page
+    assert "current и tether" in found
+    # cells of the ranking and of the pairs
+    for name, times in (("current", 2), ("tether", 2), ("lift", 1), ("payload", 2), ("none", 1)):
+        assert found.count(name) == times, name
+    assert not re.search(r"\bток\b|\bкабель, груз", page)
+    assert "нет" not in found
+    assert not re.search("[\ue000\ue001]", page)
+
+
+@pytest.mark.usefixtures("russian")
+def test_the_line_of_a_water_current_is_not_of_an_electric_one() -> None:
+    record = diagnosis_records.diagnosis(channels=(), windows=1)
+    verdict = record.verdict.model_copy(update={"effects": ("current",)})
+    line = translate(diagnosis_line(record.model_copy(update={"verdict": verdict})))
+    assert not re.search(r"\bток\b", line)
 
 
 def test_an_english_page_stays_english(page: str) -> None:
