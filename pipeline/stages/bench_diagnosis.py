@@ -12,12 +12,13 @@ from pipeline.errors import CannotComputeError, InputError
 from pipeline.ingest.bench_file import source_name
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
-from pipeline.plan import UsageError, processed_file
+from pipeline.plan import UsageError, processed_file, seen_from
 from pipeline.provenance import canonical_json, file_digest, read_envelope, write_atomically
 from pipeline.records.base import Record
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import MooringRecord
+from pipeline.stages.diagnosis_links import Question
 from pipeline.stages.diagnosis_page import write_page
 from pipeline.stages.vehicle_place import find_vehicle
 from pipeline.vehicle.load import load_vehicle
@@ -76,7 +77,13 @@ def diagnose_table_to_file(request: TableRequest) -> tuple[BenchDiagnosisRecord,
     folder = request.to or request.out / "processed" / record.vehicle / "bench_diagnosis"
     result = folder / RESULT
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
-    return record, result, write_page(record, request.out, request.to, (result,))
+    _, file = find_vehicle(request.vehicle, request.raw, request.out)
+    runs, holdout = (
+        tuple(seen_from(_table(one, file.parent, record.vehicle), request.out) for one in texts)
+        for texts in (request.runs, request.holdout)
+    )
+    question = Question(runs, holdout)
+    return record, result, write_page(record, question, request.out, request.to, (result,))
 
 
 def diagnose_table(request: TableRequest) -> BenchDiagnosisRecord:

@@ -1,5 +1,6 @@
 """Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,11 +11,13 @@ from pipeline.diagnose.engine import Diagnosis, diagnose_fully
 from pipeline.diagnose.tell.file_changes import file_changes, left_to_say
 from pipeline.effects.library import apply_effects
 from pipeline.errors import CannotComputeError
+from pipeline.plan import seen_from
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
-from pipeline.stages.diagnosis_page import write_page
+from pipeline.stages.diagnosis_links import Question
+from pipeline.stages.diagnosis_page import OVERLAY_END, write_page
 from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.stages.simulation import simulate_to_file
@@ -87,8 +90,17 @@ def diagnose_to_files(
     corrected = _write_corrected(folder, one, text)
     overlays, without = _write_overlays(request, folder, one, found, tell)
     files = [result, *([] if corrected is None else [corrected]), *overlays]
-    page = write_page(found.record, request.out, request.to, files)
+    page = write_page(found.record, _question(request, one), request.out, request.to, files)
     return DiagnosisFiles(found.record, result, corrected, page, overlays, without)
+
+
+def _question(request: DiagnosisRequest, one: SimulatedVehicle) -> Question:
+    """Tell which logs the answer is of, by where they lie."""
+    runs, holdout, healthy = (
+        tuple(seen_from(path, request.out) for path in find_logs(texts, one))
+        for texts in (request.runs, request.holdout, request.healthy)
+    )
+    return Question(runs, holdout, healthy)
 
 
 def _with_notes(found: Diagnosis, notes: tuple[str, ...]) -> Diagnosis:
@@ -130,12 +142,16 @@ def _write_overlays(
     A free run of minutes may leave the finite numbers where the windows of the answer did not, and
     a log may be too long for one: such runs are named, each with the reason.
     """
+    logs = find_logs(request.holdout or request.runs, one)
+    paths = [folder / name for name in _overlay_names(logs)]
+    # what an earlier diagnosis left would pass for this one's
+    for old in paths if request.to is not None else folder.glob(f"*{OVERLAY_END}"):
+        old.unlink(missing_ok=True)
     if not found.specs:
         return (), ()
     written, without = [], []
-    for log in find_logs(request.holdout or request.runs, one):
+    for log, path in zip(logs, paths, strict=True):
         tell(f"simulating {log.name} with the effect")
-        path = folder / f"{log.stem}_with_effect.mcap"
         asked = SimulationRequest(
             str(one.file.parent),
             path,
@@ -149,6 +165,21 @@ def _write_overlays(
         except CannotComputeError as error:
             without.append(f"{log.name}: {error}")
     return tuple(written), tuple(without)
+
+
+def _overlay_names(logs: Sequence[Path]) -> list[str]:
+    """Name the logs with the effect after their runs; runs of one name are counted.
+
+    >>> _overlay_names([Path("mon/a.mcap"), Path("tue/a.mcap"), Path("b.mcap")])
+    ['a_with_effect.mcap', 'a-2_with_effect.mcap', 'b_with_effect.mcap']
+    """
+    seen: Counter[str] = Counter()
+    names = []
+    for log in logs:
+        seen[log.stem] += 1
+        count = f"-{seen[log.stem]}" if seen[log.stem] > 1 else ""
+        names.append(f"{log.stem}{count}{OVERLAY_END}")
+    return names
 
 
 def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:

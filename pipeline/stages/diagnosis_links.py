@@ -2,7 +2,7 @@
 
 import hashlib
 import re
-from collections.abc import Sequence
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 from pydantic import ValidationError
@@ -24,19 +24,27 @@ class DiagnosisReceipt(Record):
     line: str
 
 
-def diagnosis_name(runs: Sequence[str], holdout: Sequence[str], healthy: Sequence[str]) -> str:
-    """Name the folder of a diagnosis: the same question keeps its place.
+@dataclass(frozen=True)
+class Question:
+    """The files that a diagnosis was asked of, as seen from the output folder."""
 
-    Examples
-    --------
-    >>> diagnosis_name(["zig-zag", "surge"], [], ["first day"])
-    'surge-c5ebaa6f'
-    >>> diagnosis_name(["surge", "zig-zag"], [], ["first day"])
-    'surge-c5ebaa6f'
-    """
-    asked = canonical_json([sorted(runs), sorted(holdout), sorted(healthy)])
-    first = re.sub(r"[^A-Za-z0-9_-]+", "-", min(runs))[:60].strip("-") if runs else ""
-    return f"{first or 'runs'}-{hashlib.sha256(asked.encode()).hexdigest()[:8]}"
+    runs: tuple[str, ...]
+    holdout: tuple[str, ...] = ()
+    healthy: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the folder of its page: the same question keeps its place.
+
+        >>> Question(("pool/zig-zag.mcap", "pool/surge.mcap"), (), ("first day.mcap",)).name
+        'surge-f5d014cd'
+        >>> Question(("pool/surge.mcap", "pool/zig-zag.mcap"), (), ("first day.mcap",)).name
+        'surge-f5d014cd'
+        """
+        asked = canonical_json([sorted(files) for files in astuple(self)])
+        first = min(Path(file).stem for file in self.runs)
+        plain = re.sub(r"[^A-Za-z0-9_-]+", "-", first)[:60].strip("-")
+        return f"{plain or 'runs'}-{hashlib.sha256(asked.encode()).hexdigest()[:8]}"
 
 
 def write_receipt(folder: Path, receipt: DiagnosisReceipt) -> None:

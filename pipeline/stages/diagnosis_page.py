@@ -1,25 +1,34 @@
 """A diagnosis -> its page, in the folder asked for or among the reports."""
 
+import os
+import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipeline.language import as_it_is
 from pipeline.plan import report_file
+from pipeline.provenance import unwritable
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.diagnosis_page import diagnosis_line, write_diagnosis_page
 from pipeline.report.links import address_from
-from pipeline.stages.diagnosis_links import DiagnosisReceipt, diagnosis_name, write_receipt
+from pipeline.stages.diagnosis_links import RECEIPT, DiagnosisReceipt, Question, write_receipt
 from pipeline.stages.index_page import write_index_again
 
 #: Ending -> what the link says.
 _LABELS = {
     ".json": "The whole answer, for machines (JSON)",
     ".yaml": "Vehicle file with the effect",
-    ".mcap": "Log with measured, before and after, for a log viewer (MCAP)",
 }
+#: What follows the run's name in the name of a log with the effect.
+OVERLAY_END = "_with_effect.mcap"
 
 
 def write_page(
-    record: DiagnosisRecord, out: Path, to: Path | None, files: Sequence[Path] = ()
+    record: DiagnosisRecord,
+    question: Question,
+    out: Path,
+    to: Path | None,
+    files: Sequence[Path] = (),
 ) -> Path:
     """Write the page of a diagnosis.
 
@@ -27,13 +36,16 @@ def write_page(
     ----------
     record : DiagnosisRecord
         The answer.
+    question : Question
+        What it was asked of.
     out : Path
         Folder of ``processed/`` and ``reports/``.
     to : Path or None
         Folder that the user asked for: gets ``diagnosis.html``. None: the page goes to
         ``reports/<vehicle>/diagnoses/`` and the index of reports leads to it.
     files : sequence of Path
-        What else was written, for the links of the page.
+        What else was written, for the links of the page. Among the reports they are kept beside
+        it: what they lie in gets those of the next diagnosis.
 
     Returns
     -------
@@ -50,14 +62,14 @@ def write_page(
         write_diagnosis_page(record, page, to / "assets", files=_links(files, page))
         return page
     reports = out / "reports"
-    name = diagnosis_name(record.runs, record.holdout, record.evidence.healthy_runs)
-    page = reports / record.vehicle / "diagnoses" / name / "index.html"
+    page = reports / record.vehicle / "diagnoses" / question.name / "index.html"
     crumbs = [("All vehicles", address_from(page, reports / "index.html"))]
     own = out / report_file(record.vehicle)
     if own.is_file():
         crumbs.append((record.vehicle, address_from(page, own)))
+    kept = _kept(files, page.parent)
     write_diagnosis_page(
-        record, page, reports / "assets", crumbs=tuple(crumbs), files=_links(files, page)
+        record, page, reports / "assets", crumbs=tuple(crumbs), files=_links(kept, page)
     )
     write_receipt(
         page.parent, DiagnosisReceipt(vehicle=record.vehicle, line=diagnosis_line(record))
@@ -66,9 +78,38 @@ def write_page(
     return page
 
 
+def _kept(files: Sequence[Path], folder: Path) -> list[Path]:
+    """Keep the files in the page's folder, in place of those of an earlier answer.
+
+    A second name for the same file where the disk can give one: logs are large. Whoever writes the
+    first name again makes a new file, so what is kept stays as it is.
+    """
+    for old in folder.glob("*"):
+        if (old.suffix in _LABELS and old.name != RECEIPT) or old.name.endswith(OVERLAY_END):
+            old.unlink()
+    kept = []
+    for file in files:
+        own = folder / file.name
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            try:
+                os.link(file, own)
+            except OSError:
+                shutil.copyfile(file, own)
+        except FileNotFoundError:
+            continue
+        except OSError as error:
+            raise unwritable(own, error) from error
+        kept.append(own)
+    return kept
+
+
 def _links(files: Sequence[Path], page: Path) -> tuple[tuple[str, str], ...]:
-    return tuple(
-        (_LABELS.get(file.suffix, file.name), address_from(page, file))
-        for file in files
-        if file.is_file()
-    )
+    return tuple((_label(file), address_from(page, file)) for file in files if file.is_file())
+
+
+def _label(file: Path) -> str:
+    if file.name.endswith(OVERLAY_END):
+        run = as_it_is(file.name.removesuffix(OVERLAY_END))
+        return f"Log of {run}: measured, and simulated with the effect, for a log viewer (MCAP)"
+    return _LABELS.get(file.suffix, file.name)
