@@ -211,6 +211,12 @@ def small_angle_balance(linear: Slopes, condition: Condition) -> Balance:
     return Balance(alpha, surge, vertical, thruster_loads(surge, vertical, condition))
 
 
+def constant_moment_nm(hull: Hull, condition: Condition) -> float:
+    """Moment at zero angle of attack, nose up, of which (7) knows nothing. [N m]."""
+    _, _, moment = hull.forces(condition.speed_mps, 0.0)
+    return float(moment + hull.restoring_nm(condition.residual_buoyancy_n, 0.0))
+
+
 def surge_of_first_line(linear: Slopes, small: Balance) -> float:
     """Surge force by the first line of (6), T_x = R_0 + T_y alpha. [N]."""
     return linear.drag_n + small.vertical_n * small.alpha_rad

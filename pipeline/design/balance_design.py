@@ -6,6 +6,8 @@ from pipeline.design.balance import (
     THRUSTERS,
     Balance,
     Condition,
+    Slopes,
+    constant_moment_nm,
     exact_balance,
     inflows_mps,
     slopes,
@@ -14,7 +16,7 @@ from pipeline.design.balance import (
     thruster_loads,
 )
 from pipeline.design.balance_envelope import envelope, saturation_points
-from pipeline.design.balance_hull import BodyHull, Hull, PolarHull
+from pipeline.design.balance_hull import BodyHull, Hull, PolarHull, WithoutMoment
 from pipeline.design.balance_input import BalanceInput
 from pipeline.design.balance_limits import Limits, StatedLimits, TableLimits
 from pipeline.design.printed import compare, unknown_quantities
@@ -101,27 +103,27 @@ def design_balance(
     vehicle : Vehicle, optional
         The vehicle that it names.
     tables : TableLimits, optional
-        Its identified thrusters.
+        Its identified thrusters; a limit that the file states goes before them.
 
     Raises
     ------
     CannotComputeError
-        When the buoyancy cannot be carried, or something that is needed is not stated.
+        When the exact form cannot carry the buoyancy, or something that is needed is not stated.
     """
     hull, condition = set_up(one, vehicle)
-    limits: Limits = StatedLimits(one.limit)
-    if tables is not None:
-        limits = tables
+    limits, judged = _limits(one, tables)
     exact = exact_balance(hull, condition)
     linear = slopes(hull, condition)
-    small = small_angle_balance(linear, condition)
+    small, apart = _small_angle(hull, linear, condition, exact)
     found = steady_state("exact", exact, condition, limits)
-    approximate = steady_state("small angle, eqs. (7) to (9)", small, condition, limits)
-    power, shaft = _preliminary(one, small)
+    approximate = None
+    if small is not None:
+        approximate = steady_state("small angle, eqs. (7) to (9)", small, condition, limits)
+    power, shaft = _preliminary(one, exact if small is None else small)
     quantities = _quantities(approximate, found)
     if power is not None:
         quantities["power_w"] = (power, "W")
-    readings = _readings(one, small, surge_of_first_line(linear, small), exact, condition)
+    readings = _readings(one, linear, small, exact, condition)
     for reading in readings:
         if reading.reading == AS_PRINTED:
             for thruster, load in zip(THRUSTERS, reading.loads_n, strict=True):
@@ -149,24 +151,74 @@ def design_balance(
         printed=printed,
         published_source=one.published.source if one.published else "",
         warnings=(
-            *_warnings(found, limits, one, small),
+            *judged,
+            *apart,
+            *_warnings(found, limits, one),
             *unknown_quantities(unknown, quantities),
         ),
     )
 
 
-def _preliminary(one: BalanceInput, small: Balance) -> tuple[float | None, float | None]:
+def _limits(one: BalanceInput, tables: TableLimits | None) -> tuple[Limits, tuple[str, ...]]:
+    """Return what loads are judged by: a stated limit goes before the tables, with a warning."""
+    stated = StatedLimits(one.limit)
+    if tables is None:
+        return stated, ()
+    if not stated.kind:
+        return tables, ()
+    text = (
+        f"limit: of the design file holds, {stated.kind}, and not {tables.kind}. Without "
+        "thrust_max_n: and power_max_w: in the file the tables hold."
+    )
+    return stated, (text,)
+
+
+def _small_angle(
+    hull: Hull, linear: Slopes, condition: Condition, exact: Balance
+) -> tuple[Balance | None, tuple[str, ...]]:
+    """Solve the small-angle form and say where it is off, and why, or why it has no state."""
+    try:
+        small = small_angle_balance(linear, condition)
+    except CannotComputeError as error:
+        left_out = "The small-angle form is left out, the exact form holds."
+        return None, (" ".join([left_out, *str(error).splitlines()]),)
+    apart_rad = abs(small.alpha_rad - exact.alpha_rad)
+    apart = float(np.degrees(apart_rad))
+    if apart <= max(0.1 * abs(float(np.degrees(exact.alpha_rad))), 0.1):
+        return small, ()
+    moment = constant_moment_nm(hull, condition)
+    try:
+        free_rad = exact_balance(WithoutMoment(hull, moment), condition).alpha_rad
+    except CannotComputeError:
+        free_rad = exact.alpha_rad
+    # without that moment both forms come together: so it is what parts them
+    if abs(small.alpha_rad - free_rad) < 0.5 * apart_rad:
+        text = (
+            f"The small-angle form is {apart:.1f} deg off: (7) lacks the moment of {moment:.3g} "
+            "N m that acts at zero angle of attack. The exact form holds."
+        )
+    else:
+        text = (
+            f"The small-angle form is {apart:.1f} deg off: over these angles the forces on this "
+            "hull are far from linear. The exact form holds."
+        )
+    return small, (text,)
+
+
+def _preliminary(one: BalanceInput, state: Balance) -> tuple[float | None, float | None]:
     """Power (10) and shaft speed (11) of the most loaded thruster."""
     efficiency, diameter = one.limit.propeller_efficiency, one.limit.diameter_m
-    most = max(abs(load) for load in small.loads_n)
+    most = max(abs(load) for load in state.loads_n)
     power = None if efficiency is None else most * one.speed_mps / efficiency
     return power, None if diameter is None else 60.0 * one.speed_mps / diameter
 
 
-def _quantities(small: SteadyState, exact: SteadyState) -> dict[str, tuple[float, str]]:
+def _quantities(small: SteadyState | None, exact: SteadyState) -> dict[str, tuple[float, str]]:
     """Name what printed tables can be compared with: the small-angle form and the exact one."""
     known: dict[str, tuple[float, str]] = {}
     for suffix, state in (("", small), ("_exact", exact)):
+        if state is None:
+            continue
         known[f"angle_of_attack_deg{suffix}"] = (state.angle_of_attack_deg, "deg")
         known[f"surge_force_n{suffix}"] = (state.surge_force_n, "N")
         known[f"vertical_force_n{suffix}"] = (state.vertical_force_n, "N")
@@ -176,17 +228,23 @@ def _quantities(small: SteadyState, exact: SteadyState) -> dict[str, tuple[float
 
 
 def _readings(
-    one: BalanceInput, small: Balance, first_line: float, exact: Balance, condition: Condition
+    one: BalanceInput,
+    linear: Slopes,
+    small: Balance | None,
+    exact: Balance,
+    condition: Condition,
 ) -> tuple[SurgeReading, ...]:
     """Show the surge force by each formula of the paper and as printed, with its loads."""
-    rows = [
-        ("(8) as printed", small.surge_n, small.vertical_n),
-        ("first line of (6)", first_line, small.vertical_n),
-    ]
+    rows = []
+    if small is not None:
+        rows = [
+            ("(8) as printed", small.surge_n, small.vertical_n),
+            ("first line of (6)", surge_of_first_line(linear, small), small.vertical_n),
+        ]
     if one.published is not None:
         stated = {value.quantity: value.value for value in one.published.values}
         if "surge_force_n" in stated:
-            vertical = stated.get("vertical_force_n", small.vertical_n)
+            vertical = stated.get("vertical_force_n", (small or exact).vertical_n)
             rows.append((AS_PRINTED, stated["surge_force_n"], vertical))
     rows.append(("exact form of (1)", exact.surge_n, exact.vertical_n))
     return tuple(
@@ -197,16 +255,8 @@ def _readings(
     )
 
 
-def _warnings(
-    state: SteadyState, limits: Limits, one: BalanceInput, small: Balance
-) -> tuple[str, ...]:
+def _warnings(state: SteadyState, limits: Limits, one: BalanceInput) -> tuple[str, ...]:
     found = []
-    apart = abs(float(np.degrees(small.alpha_rad)) - state.angle_of_attack_deg)
-    if apart > max(0.1 * abs(state.angle_of_attack_deg), 0.1):
-        found.append(
-            f"The small-angle form is {apart:.1f} deg off: over these angles the forces on this "
-            "hull are far from linear. The exact form holds."
-        )
     if one.hull is not None and abs(state.angle_of_attack_deg) > LINEAR_DEG:
         found.append(
             f"The angle of attack is {state.angle_of_attack_deg:.1f} deg; Kostenko 2017 shows the "

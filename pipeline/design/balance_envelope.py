@@ -53,14 +53,14 @@ def saturation_points(
             "residual buoyancy, lighter",
             "N",
             max(spans.residual_buoyancy_n.first, 0.0),
-            spans.residual_buoyancy_n.last,
+            max(spans.residual_buoyancy_n.last, 0.0),
             lambda x: replace(condition, residual_buoyancy_n=x),
         ),
         (
             "residual buoyancy, heavier",
             "N",
             min(spans.residual_buoyancy_n.last, 0.0),
-            spans.residual_buoyancy_n.first,
+            min(spans.residual_buoyancy_n.first, 0.0),
             lambda x: replace(condition, residual_buoyancy_n=x),
         ),
     )

@@ -135,3 +135,19 @@ class BodyHull:
         along = self.weight_n * gx - lifting * bx
         below = self.weight_n * gz - lifting * bz
         return np.asarray(-below * np.sin(alpha_rad) - along * np.cos(alpha_rad))
+
+
+@dataclass(frozen=True)
+class WithoutMoment:
+    """A hull less a moment that acts whatever the angle of attack. [N m]."""
+
+    hull: Hull
+    moment_nm: float
+
+    def forces(self, speed_mps: float, alpha_rad: ArrayLike) -> tuple[FloatArray, ...]:
+        """R_x [N], R_y [N] and the moment of the water [N m]."""
+        return self.hull.forces(speed_mps, alpha_rad)
+
+    def restoring_nm(self, buoyancy_n: float, alpha_rad: ArrayLike) -> FloatArray:
+        """Moment of weight and buoyancy, less the constant one [N m]."""
+        return self.hull.restoring_nm(buoyancy_n, alpha_rad) - self.moment_nm

@@ -40,7 +40,7 @@ class ThrustersInput(Section):
 
 
 class LimitInput(Section):
-    """What a thruster can give where no vehicle with tables is named."""
+    """What a thruster can give; without thrust or power, the tables of the vehicle, if any."""
 
     propeller_efficiency: Efficiency | None = None
     power_max_w: Annotated[float, Field(gt=0, le=1e6)] | None = None

@@ -95,11 +95,13 @@ class TableLimits:
     shaft_rpm: FloatArray
     torque_nm: FloatArray
     code_max: float
+    code_min: float
+    """Largest code backwards, not above 0; 0 where the drive does not turn backwards."""
     vehicle: str
 
     @classmethod
     def of_record(
-        cls, static: StaticCharacteristic, code_max: float, vehicle: str
+        cls, static: StaticCharacteristic, code_max: float, code_min: float, vehicle: str
     ) -> "TableLimits":
         """Take the family out of the record."""
         return cls(
@@ -107,23 +109,34 @@ class TableLimits:
             np.array(static.shaft_speed_rpm),
             np.array(static.torque_nm),
             code_max,
+            code_min,
             vehicle,
         )
 
     @property
     def kind(self) -> str:
         """What limits, in words."""
-        return f"the identified T(N, V) of {self.vehicle}, code {self.code_max:g}"
+        if self.code_min == -self.code_max:
+            return f"the identified T(N, V) of {self.vehicle}, code {self.code_max:g}"
+        return (
+            f"the identified T(N, V) of {self.vehicle}, codes {self.code_min:g} to "
+            f"{self.code_max:g}"
+        )
 
     @property
     def fastest_mps(self) -> float:
         """Speed at which the family ends. [m/s]."""
         return float(self.real.speed_mps[-1])
 
+    def _end(self, thrust_n: float) -> tuple[float, float]:
+        """Sign of a load and the size of the largest code that way."""
+        return (-1.0, -self.code_min) if thrust_n < 0 else (1.0, self.code_max)
+
     def limit_n(self, thrust_n: float, inflow_mps: float) -> float:
         """Largest thrust of the load's sign. [N]."""
-        sign = -1.0 if thrust_n < 0 else 1.0
-        return abs(float(self.real.thrust(sign * self.code_max, inflow_mps)))
+        sign, end = self._end(thrust_n)
+        # a drive that does not turn that way gives nothing there, whatever the table begins with
+        return abs(float(self.real.thrust(sign * end, inflow_mps))) if end > 0 else 0.0
 
     def use(self, thrust_n: float, inflow_mps: float, speed_mps: float) -> float | None:
         """Load over the largest thrust at its inflow."""
@@ -133,8 +146,10 @@ class TableLimits:
 
     def code(self, thrust_n: float, inflow_mps: float) -> float | None:
         """Code that gives the thrust, or None beyond the largest."""
-        sign = -1.0 if thrust_n < 0 else 1.0
-        codes = np.append(self.real.code[self.real.code < self.code_max], self.code_max)
+        sign, end = self._end(thrust_n)
+        if end == 0:
+            return None
+        codes = np.append(self.real.code[self.real.code < end], end)
         thrust = np.abs(self.real.thrust(sign * codes, inflow_mps))
         if abs(thrust_n) > thrust[-1]:
             return None
@@ -172,9 +187,9 @@ class TableLimits:
 
 
 def table_limits(
-    static: StaticCharacteristic | None, code_max: float, vehicle: str
+    static: StaticCharacteristic | None, code_max: float, code_min: float, vehicle: str
 ) -> TableLimits | None:
-    """Limits of a vehicle with bench tables, or None without them.
+    """Limits of a vehicle with bench tables and the codes of its drive, or None without them.
 
     Raises
     ------
@@ -185,4 +200,4 @@ def table_limits(
         return None
     if not static.speed_mps:
         raise CannotComputeError(f"the static family of {vehicle} has no speeds")
-    return TableLimits.of_record(static, code_max, vehicle)
+    return TableLimits.of_record(static, code_max, code_min, vehicle)

@@ -5,6 +5,7 @@ from scipy.interpolate import PchipInterpolator
 
 from pipeline.design.printed import compare, unknown_quantities
 from pipeline.design.propeller_cavitation import Water, burrill, keller_area_ratio
+from pipeline.design.propeller_curves import propeller_curves
 from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput
 from pipeline.design.propeller_select import (
     DriveLimit,
@@ -20,13 +21,14 @@ from pipeline.design.propeller_series import (
     SERIES_REYNOLDS,
     TESTED_AREA_RATIOS,
     Geometry,
+    no_thrust_from,
     reynolds,
     thrust_coefficient,
     torque_coefficient,
 )
 from pipeline.errors import CannotComputeError
 from pipeline.physics.propeller import efficiency
-from pipeline.records.design import PropellerCurves, PropellerDesign, PropellerPoint
+from pipeline.records.design import PropellerDesign, PropellerPoint
 from pipeline.types import FloatArray
 
 
@@ -176,7 +178,7 @@ def design_propeller(one: PropellerInput, drive: DriveLimit, drive_text: str) ->
         drive_torque_at_point_nm=float(drive.torque_nm(found[0][1].shaft_speed_rps)),
         ranked=ranked,
         candidate=candidate,
-        curves=_curves(task, shown),
+        curves=propeller_curves(task, shown),
         printed=printed,
         published_source=one.published.source if one.published else "",
         warnings=(
@@ -199,7 +201,15 @@ def _candidate(one: PropellerInput, task: Task) -> PropellerPoint:
             f"candidate {stated.label}: within the drive's shaft speeds it never gives the "
             f"required {task.thrust_n:g} N.\nState shaft_speed_rpm: for it, or leave it out."
         )
-    return propeller_point(task, screw(task, shape, shaft), stated.label)
+    found = screw(task, shape, shaft)
+    last = no_thrust_from(shape)
+    if last is not None and float(found.advance_ratio) >= last:
+        raise CannotComputeError(
+            f"candidate {stated.label}: at {60.0 * shaft:.0f} rpm its advance ratio is "
+            f"{float(found.advance_ratio):.3g}; from {last:.3g} on it gives no thrust, and the "
+            "series says nothing.\nState a higher shaft_speed_rpm: for it, or leave it out."
+        )
+    return propeller_point(task, found, stated.label)
 
 
 def _quantities(point: PropellerPoint) -> dict[str, tuple[float, str]]:
@@ -230,7 +240,12 @@ def _impossible(one: PropellerInput, task: Task, drive_text: str) -> str:
         + (" and without cavitation" if task.enforce_cavitation else "")
         + "."
     )
-    if most is None or float(most.thrust_n) <= 0.0:
+    if most is None:
+        return (
+            f"{asked}\nWhatever the thrust, none there keeps to the drive's torque, free of "
+            "cavitation and short of windmilling: widen the bounds, or change the drive."
+        )
+    if float(most.thrust_n) <= 0.0:
         return asked + "\nNone gives any thrust there: allow a larger pitch ratio or shaft speed."
     shape = most.geometry
     return (
@@ -239,40 +254,6 @@ def _impossible(one: PropellerInput, task: Task, drive_text: str) -> str:
         f"{float(shape.area_ratio):.3g} at {60 * float(most.shaft_speed_rps):.0f} rpm and "
         f"{float(most.power_w):.4g} W. Ask for less thrust, or allow a larger propeller or drive."
     )
-
-
-def _curves(task: Task, shape: Geometry) -> PropellerCurves:
-    """Open-water curves of the best, and torques over shaft speed."""
-    j = np.linspace(0.0, 1.6, 81)
-    k_t, k_q = thrust_coefficient(j, shape), torque_coefficient(j, shape)
-    end = int(np.argmax(k_t <= 0)) if (k_t <= 0).any() else len(j)
-    j, k_t, k_q = j[:end], k_t[:end], k_q[:end]
-    slow, fast = task.drive.slowest_rps, task.drive.fastest_rps
-    shaft = (
-        np.linspace(0.6 * slow, 1.15 * fast, 60)
-        if task.drive.point
-        else np.linspace(slow, fast, 60)
-    )
-    at = screw(task, shape, shaft)
-    real = (at.thrust_coefficient > 0) & (at.torque_coefficient > 0)
-    drive = np.asarray(task.drive.torque_nm(shaft))
-    stated: tuple[float | None, ...] = (
-        (None,) * len(shaft) if task.drive.point else tuple(float(m) for m in drive)
-    )
-    return PropellerCurves(
-        advance_ratio=tuple(j.tolist()),
-        thrust_coefficient=tuple(k_t.tolist()),
-        torque_coefficient=tuple(k_q.tolist()),
-        efficiency=tuple(np.asarray(efficiency(j, k_t, k_q)).tolist()),
-        shaft_speed_rpm=tuple((60 * shaft).tolist()),
-        drive_torque_nm=stated,
-        propeller_torque_nm=_shown(at.torque_nm, real),
-        propeller_thrust_n=_shown(at.thrust_n, real),
-    )
-
-
-def _shown(values: FloatArray, real: "np.typing.NDArray[np.bool_]") -> tuple[float | None, ...]:
-    return tuple(float(v) if ok else None for v, ok in zip(values, real, strict=True))
 
 
 def _warnings(

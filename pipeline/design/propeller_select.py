@@ -26,6 +26,10 @@ from pipeline.design.propeller_series import (
 )
 from pipeline.types import ArrayLike, FloatArray
 
+#: A propeller of the series has no thrust from an advance ratio of P/D to P/D + 0.16 on, and the
+#: polynomials are negative there up to P/D + 1.1 at least.
+MOST_ADVANCE_BEYOND_PITCH = 0.5
+
 _TOLERANCE = 1e-6
 
 
@@ -103,8 +107,9 @@ def _constraints(task: Task, found: Screw, *, thrust: bool) -> FloatArray:
     one = found.geometry
     have = np.asarray(task.drive.torque_nm(found.shaft_speed_rps))
     rows = [have / np.maximum(have, 1e-12) - found.torque_nm / np.maximum(have, 1e-12)]
-    # beyond windmilling the polynomials mean nothing
+    # beyond windmilling the polynomials mean nothing, and far beyond both are positive again
     rows.append(found.torque_coefficient * 1e3 - 1e-3)
+    rows.append(np.asarray(one.pitch_ratio) + MOST_ADVANCE_BEYOND_PITCH - found.advance_ratio)
     if thrust:
         rows.append(found.thrust_n / task.thrust_n - 1.0)
     if task.enforce_cavitation:
@@ -127,6 +132,10 @@ def _optimise(
     low, high = np.array(box).T
     free = high > low
     start = 0.5 * (low + high)
+    if not free.any():
+        # nothing to choose: the one propeller at the one shaft speed meets the task or does not
+        only = _read(task, blades, start)
+        return only if np.min(_constraints(task, only, thrust=thrust)) >= -_TOLERANCE else None
 
     def full(y: FloatArray) -> FloatArray:
         """Put the free variables (k, ...) among the fixed ones."""

@@ -92,6 +92,19 @@ def torque_coefficient(advance_ratio: ArrayLike, one: Geometry) -> FloatArray:
     return _sum(TORQUE_TERMS, advance_ratio, one)
 
 
+def no_thrust_from(one: Geometry) -> float | None:
+    """Return the least advance ratio at which a propeller gives no thrust; None: none up to 2.
+
+    Far beyond it the polynomials turn positive again, so the sign there says nothing.
+
+    >>> no_thrust_from(Geometry(3, 0.14, 1.0, 0.718))
+    1.045
+    """
+    j = np.linspace(0.0, 2.0, 401)
+    none = np.flatnonzero(thrust_coefficient(j, one) <= 0.0)
+    return round(float(j[none[0]]), 3) if none.size else None
+
+
 def reynolds(
     advance_speed_mps: float, shaft_speed_rps: ArrayLike, one: Geometry, viscosity_m2ps: float
 ) -> FloatArray:

@@ -16,6 +16,7 @@ from pipeline.physics.tether_cable import Cable, TetherSolution
 from pipeline.physics.tether_footprint import (
     VARIANTS,
     Footprint,
+    Variant,
     footprint_cable,
     ned_from_paper,
     paper_from_ned,
@@ -31,6 +32,8 @@ from pipeline.records.design import (
 from pipeline.types import FloatArray
 
 SHAPES_AT_DEG = (0.0, 90.0, 180.0, 270.0)
+#: An equivalent effect that leaves more than this share of the pull stands for nothing.
+LARGEST_SHARE_LEFT = 0.1
 
 
 def make_footprint(one: TetherInput) -> Footprint:
@@ -85,7 +88,7 @@ def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDe
     ------
     CannotComputeError
         For a cable that does not reach, a current stronger than the thrusters, a cable without an
-        equilibrium; the text gives the limiting figure.
+        equilibrium in the chosen flow; the text gives the limiting figure.
     """
     footprint = make_footprint(one)
     angles = [float(a) for a in range(0, 360, one.footprint.step_deg)]
@@ -97,17 +100,16 @@ def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDe
         held_map = held_footprint(one, footprint, held, angles)
     moves = any(one.vehicle_velocity_mps)
     looked_at = VARIANTS if moves else (one.flow,)  # at rest all three flows are the same
-    solutions = {
-        variant: [footprint_cable(footprint, variant, angle) for angle in angles]
-        for variant in looked_at
-    }
+    solutions, left_out = _solve(one, footprint, looked_at, angles)
     through = ned_from_paper(np.array(one.vehicle_velocity_mps) - np.array(one.current_mps))
     variants = tuple(
         _variant(variant, angles, solutions[variant], drag, lift, held, through)
-        for variant in looked_at
+        for variant in solutions
     )
     needs = needs_of(one, variants, held)
-    printed, warnings = printed_tables(one, variants, needs)
+    printed, unknown = printed_tables(one, variants, needs)
+    chosen = next(variant for variant in variants if variant.variant == one.flow)
+    equivalent, far = _equivalent(one, footprint, chosen)
     return TetherDesign(
         name=one.name,
         title=one.title,
@@ -123,11 +125,28 @@ def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDe
         needs=needs,
         shapes=_shapes(footprint, one, angles, solutions[one.flow]),
         held=held_map,
-        equivalent=_equivalent(one, footprint, next(v for v in variants if v.variant == one.flow)),
+        equivalent=equivalent,
         printed=printed,
         published_source=one.published.source if one.published else "",
-        warnings=warnings,
+        warnings=(*left_out, *far, *unknown),
     )
+
+
+def _solve(
+    one: TetherInput, footprint: Footprint, looked_at: Sequence[Variant], angles: Sequence[float]
+) -> tuple[dict[Variant, list[TetherSolution]], tuple[str, ...]]:
+    """Solve every place in every flow; one that was not chosen may fail, with a warning."""
+    solutions: dict[Variant, list[TetherSolution]] = {}
+    warnings = []
+    for variant in looked_at:
+        try:
+            solutions[variant] = [footprint_cable(footprint, variant, angle) for angle in angles]
+        except CannotComputeError as error:
+            if variant == one.flow:
+                raise
+            left_out = f"The flow '{variant}' is left out; '{one.flow}' was chosen."
+            warnings.append(" ".join([left_out, str(error).splitlines()[0]]))
+    return solutions, tuple(warnings)
 
 
 def _with_stated_hull(one: TetherInput, held: HeldVehicle) -> HeldVehicle:
@@ -200,8 +219,11 @@ def _shapes(
 
 def _equivalent(
     one: TetherInput, footprint: Footprint, variant: FootprintVariant
-) -> EquivalentEffect | None:
-    """Return drag area and pull of the effect `tether` that come nearest at the worst place."""
+) -> tuple[EquivalentEffect | None, tuple[str, ...]]:
+    """Return drag area and pull of the effect `tether` that come nearest at the worst place.
+
+    None, with a warning, where what is nearest is still far: the effect knows no hanging weight.
+    """
     row = max(variant.rows, key=lambda r: float(np.linalg.norm(r.on_vehicle_n)))
     through = np.array(one.vehicle_velocity_mps) - np.array(one.current_mps)
     size = float(np.linalg.norm(through))
@@ -211,13 +233,22 @@ def _equivalent(
     )
     pull = np.array(row.on_vehicle_n)
     (area, towards), left = nnls(columns, pull)
-    return EquivalentEffect(
+    whole = float(np.linalg.norm(pull))
+    if left > LARGEST_SHARE_LEFT * whole:
+        text = (
+            f"The effect `tether` cannot stand for this cable in simulation: of its {whole:.4g} N "
+            f"on the vehicle at {row.angle_deg:.0f} deg, drag against the flow and a pull towards "
+            f"the garage leave {left:.3g} N over."
+        )
+        return None, (text,)
+    effect = EquivalentEffect(
         angle_deg=row.angle_deg,
         drag_area_m2=float(area),
         pull_n=float(towards),
         text=(
             f"--effect tether:drag_area_m2={area:.3g},pull_n={towards:.3g} meets the cable's force "
             f"on the vehicle at {row.angle_deg:.0f} deg within {max(left, 0.01):.2g} N of "
-            f"{np.linalg.norm(pull):.4g} N."
+            f"{whole:.4g} N."
         ),
     )
+    return effect, ()

@@ -87,7 +87,7 @@ class TetherInput(Section):
     current_mps: Velocities
     density_kgpm3: Annotated[float, Field(gt=500, lt=1500)]
     flow: Literal["paper", "uniform", "vector"] = "uniform"
-    """How the vehicle's own velocity falls off along the cable; all three are shown."""
+    """How the vehicle's own velocity falls off along the cable; all with a solution are shown."""
     current_from_any_side: bool = True
     """Whether the current may come along Z too: X and Z then take the larger of both pulls."""
     hull: HullInput | None = None

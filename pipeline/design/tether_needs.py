@@ -14,18 +14,43 @@ from pipeline.types import FloatArray
 
 
 def hull_drag_vector_n(one: TetherInput, held: HeldVehicle | None) -> FloatArray:
-    """Force of the water on the hull, paper's axes: eq. (4), or the vehicle's damping. [N]."""
+    """Force of the water on the hull in the file's flow, paper's axes. [N]."""
     through = np.array(one.vehicle_velocity_mps) - np.array(one.current_mps)
+    return hull_force_n(one, held, through)
+
+
+def hull_force_n(one: TetherInput, held: HeldVehicle | None, through_mps: FloatArray) -> FloatArray:
+    """Force of the water on the hull: eq. (4), or the vehicle's damping at its heading.
+
+    Parameters
+    ----------
+    one : TetherInput
+        The file.
+    held : HeldVehicle or None
+        The vehicle that it names; asked where the file states no hull.
+    through_mps : ndarray, shape (3,)
+        Velocity through the water, paper's axes. [m/s]
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Paper's axes. [N]
+
+    Raises
+    ------
+    CannotComputeError
+        Without hull and vehicle.
+    """
     if one.hull is not None:
         return -np.array(
             [
                 hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
-                for v, c in zip(through, one.hull.drag_coefficients, strict=True)
+                for v, c in zip(through_mps, one.hull.drag_coefficients, strict=True)
             ]
         )
     if held is None:
         raise CannotComputeError("State hull: in the design file.")
-    body = held.drag_n(held.to_body(ned_from_paper(through)))
+    body = held.drag_n(held.to_body(ned_from_paper(through_mps)))
     c, s = np.cos(held.heading_rad), np.sin(held.heading_rad)
     ned = np.array([c * body[0] - s * body[1], s * body[0] + c * body[1], body[2]])
     return paper_from_ned(ned)
@@ -58,6 +83,9 @@ def drive_need(
     r"""Needed forces and powers, eqs. (3) to (6), from the largest pulls.
 
     .. math:: F_i = T_i + R_i + Q_i, \qquad N_i = F_i V_i, \qquad N_{cons} = N_i / (\eta_p \eta_d)
+
+    Where the current may come from any side, the drag along each axis is that of its own largest
+    speed alone.
     """
     own, current = np.abs(one.vehicle_velocity_mps), np.abs(one.current_mps)
     pull = np.array(pull_n)
@@ -65,19 +93,11 @@ def drive_need(
         level = float(np.hypot(current[0], current[2]))
         speed = own + np.array([level, current[1], level])
         pull[[0, 2]] = max(pull[0], pull[2])
+        along = np.diag(speed)
+        drag = np.abs([hull_force_n(one, held, along[k])[k] for k in range(3)])
     else:
         speed = np.abs(np.array(one.vehicle_velocity_mps) - np.array(one.current_mps))
-    if one.hull is not None:
-        drag = np.array(
-            [
-                hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
-                for v, c in zip(speed, one.hull.drag_coefficients, strict=True)
-            ]
-        )
-    elif held is not None:
-        drag = np.abs(held.drag_n(np.array([speed[0], speed[2], speed[1]])))[[0, 2, 1]]
-    else:
-        raise CannotComputeError("State hull: in the design file.")
+        drag = np.abs(hull_drag_vector_n(one, held))
     force = pull + drag + np.array([0.0, abs(buoyancy_n(one, held)), 0.0])
     towing = force * speed
     return DriveNeed(

@@ -101,9 +101,11 @@ class BalanceDesign(Record):
     residual_buoyancy_n: float
     angle_deg: float
     exact: SteadyState
-    small_angle: SteadyState
+    small_angle: SteadyState | None
+    """None where the small-angle form has no state; a warning says why."""
     readings: tuple[SurgeReading, ...]
     preliminary_power_w: float | None
+    """From the small-angle form, where that has a state, else from the exact one."""
     preliminary_shaft_speed_rpm: float | None
     limit_kind: str
     saturation: tuple[Saturation, ...]

@@ -21,7 +21,7 @@ from pipeline.design.tether_design import design_tether
 from pipeline.design.tether_input import TetherInput
 from pipeline.design.tether_thrusters import HeldVehicle
 from pipeline.errors import CannotComputeError, InputError, Place
-from pipeline.plan import processed_file
+from pipeline.plan import UsageError, processed_file
 from pipeline.provenance import read_envelope
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign, TetherDesign
 from pipeline.records.fits import DriveFit, StaticCharacteristic
@@ -53,12 +53,14 @@ def compute_design(request: DesignRequest) -> Design:
     Raises
     ------
     UsageError
-        For a vehicle that does not exist.
+        For a file or vehicle that does not exist.
     InputError, CannotComputeError
         For files that cannot be used and wishes that cannot be met, with the limiting figure.
     """
     remedy = f"`rig2sea design {request.calculator} --example` prints one to start from."
     path = request.file
+    if not path.exists():
+        raise UsageError(f"{path} does not exist.\n{remedy}")
     if request.calculator == "balance":
         return _balance(
             load_checked(path, BalanceInput, expected=_EXPECTED, remedy=remedy), request
@@ -77,7 +79,8 @@ def _balance(one: BalanceInput, request: DesignRequest) -> BalanceDesign:
     vehicle = load_vehicle(file)
     path = request.out / processed_file(name, "static")
     static = _record(path, "static", StaticCharacteristic)
-    tables = table_limits(static, vehicle.drives[vehicle.tables.drive].code_max, name)
+    drive = vehicle.drives[vehicle.tables.drive]
+    tables = table_limits(static, drive.code_max, drive.code_min, name)
     found = design_balance(one, vehicle, tables)
     if tables is None:
         note = (
@@ -244,12 +247,18 @@ def _balance_lines(found: BalanceDesign) -> list[str]:
     state = found.exact
     loads = ", ".join(f"{load.thruster} {load.thrust_n:.1f}" for load in state.loads)
     small = found.small_angle
-    forces = (
-        f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
-        f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N (small angle: "
-        f"{small.angle_of_attack_deg:.2f} deg, {small.surge_force_n:.1f} N, "
-        f"{small.vertical_force_n:.1f} N)"
-    )
+    if small is None:
+        forces = (
+            f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
+            f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N"
+        )
+    else:
+        forces = (
+            f"  angle of attack {state.angle_of_attack_deg:.2f} deg, surge "
+            f"{state.surge_force_n:.1f} N, vertical {state.vertical_force_n:.1f} N (small angle: "
+            f"{small.angle_of_attack_deg:.2f} deg, {small.surge_force_n:.1f} N, "
+            f"{small.vertical_force_n:.1f} N)"
+        )
     texts = [f"  {one.text}" for one in found.saturation]
     return [found.title, forces, f"  thrusters: {loads} N", *texts]
 

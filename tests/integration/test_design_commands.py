@@ -123,7 +123,11 @@ def test_no_file_and_no_such_file(tmp_path: Path) -> None:
     done = design(tmp_path, "balance")
     assert done.returncode == 2
     assert "--example > my.yaml" in done.stderr
-    assert "--example" in refused(design(tmp_path, "balance", "not.yaml"))
+    done = design(tmp_path, "balance", "absent.yaml")
+    assert done.returncode == 2
+    assert "absent.yaml does not exist." in done.stderr
+    assert "--example" in done.stderr
+    assert "Traceback" not in done.stderr
     done = design(tmp_path, "balance", "--example", "nobody")
     assert done.returncode == 2
     assert "pilgrim" in done.stderr
@@ -148,6 +152,7 @@ def test_a_vehicle_with_tables_tells_codes_and_what_saturates(
     done = design(bench_folder, "balance", str(path), "--json")
     assert done.returncode == 0, done.stderr
     body = json.loads(done.stdout)
+    assert body["limit_kind"] == "the identified T(N, V) of mmt300, code 127"
     loads = {load["thruster"]: load for load in body["exact"]["loads"]}
     assert all(0 < load["code"] <= 127 and load["shaft_speed_rpm"] > 0 for load in loads.values())
     assert loads["upper"]["use"] == max(load["use"] for load in loads.values())
@@ -193,3 +198,24 @@ def test_without_bench_results_the_message_says_what_to_run(
     done = design(tmp_path, "balance", "my.yaml")
     assert done.returncode == 0
     assert "rig2sea run mmt300" in done.stderr
+
+
+def test_a_state_without_the_small_angle_form_has_its_page(tmp_path: Path) -> None:
+    path = example(tmp_path, "balance")
+    text = path.read_text(encoding="utf-8")
+    for old, new in (
+        ("metacentric_nm_per_rad: 0.70", "metacentric_nm_per_rad: 300.0"),
+        ("\nspeed_mps: 3.0", "\nspeed_mps: 0.6"),
+        ("\nresidual_buoyancy_n: 60.0", "\nresidual_buoyancy_n: 5.0"),
+    ):
+        assert text.count(old) == 1
+        text = text.replace(old, new)
+    path.write_text(text, encoding="utf-8")
+    done = design(tmp_path, "balance", "my.yaml")
+    assert done.returncode == 0, done.stderr
+    assert "The small-angle form is left out" in done.stderr
+    assert "small angle" not in done.stdout
+    page = (tmp_path / "reports/design/pilgrim-balance.html").read_text(encoding="utf-8")
+    assert "most loaded thruster in the exact form" in page
+    body = json.loads((tmp_path / "reports/design/pilgrim-balance.json").read_text("utf-8"))
+    assert body["small_angle"] is None

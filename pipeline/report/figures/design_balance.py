@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def loads_figure(found: BalanceDesign) -> Figure:
-    """Draw the load of each thruster, exact and small-angle, with its limit."""
+    """Draw the load of each thruster with its limit, exact and, if there is one, small-angle."""
     exact, small = found.exact, found.small_angle
     most = max(exact.loads, key=lambda load: abs(load.thrust_n))
 
@@ -24,19 +24,20 @@ def loads_figure(found: BalanceDesign) -> Figure:
         axes = figure.subplots()
         at = np.arange(len(exact.loads))
         axes.bar(
-            at - 0.18,
+            at - (0.0 if small is None else 0.18),
             [one.thrust_n for one in exact.loads],
             0.34,
             color=plotting.BLUE,
             label="exact",
         )
-        axes.bar(
-            at + 0.18,
-            [one.thrust_n for one in small.loads],
-            0.34,
-            color=plotting.ORANGE,
-            label="small angle",
-        )
+        if small is not None:
+            axes.bar(
+                at + 0.18,
+                [one.thrust_n for one in small.loads],
+                0.34,
+                color=plotting.ORANGE,
+                label="small angle",
+            )
         label = "limit"
         for k, one in enumerate(exact.loads):
             if one.limit_n is not None:
@@ -56,7 +57,11 @@ def loads_figure(found: BalanceDesign) -> Figure:
         "loads",
         f"The {most.thruster} thruster carries most, {fixed(most.thrust_n, 1)} N.",
         plotting.draw(
-            "loads", "Bars: thrust of each stern thruster, exact and small angle.", paint
+            "loads",
+            "Bars: thrust of each stern thruster, exact."
+            if small is None
+            else "Bars: thrust of each stern thruster, exact and small angle.",
+            paint,
         ),
         text,
     )

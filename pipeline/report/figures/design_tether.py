@@ -56,8 +56,12 @@ def pull_figure(found: TetherDesign) -> Figure:
         f"The cable pulls hardest at {fixed(worst.angle_deg, 0)} deg: "
         f"{fixed(float(np.linalg.norm(worst.on_vehicle_n)), 1)} N with the flow '{found.variant}'.",
         plotting.draw("pull", "Pull of the cable on the vehicle around the footprint.", paint),
-        "Angle from Z (starboard) towards X (ahead). Three readings of how the vehicle's own speed "
-        "falls off along the cable.",
+        "Angle from Z (starboard) towards X (ahead)."
+        + (
+            " One line for each reading of how the vehicle's own speed falls off along the cable."
+            if len(found.variants) > 1
+            else ""
+        ),
     )
 
 

@@ -21,6 +21,7 @@ def _state(found: BalanceDesign) -> Section:
             *(fixed(load.thrust_n, 1) for load in state.loads),
         )
         for state in (found.exact, found.small_angle)
+        if state is not None
     ]
     blocks: list[Block] = [
         Paragraph(
@@ -52,10 +53,14 @@ def _state(found: BalanceDesign) -> Section:
             else f" at {fixed(found.preliminary_shaft_speed_rpm, 0)} rpm by eq. (11), an advance "
             "ratio of 1"
         )
+        power = fixed(found.preliminary_power_w, 0)
         blocks.append(
             Paragraph(
-                "Drive of the most loaded thruster in the small-angle form: "
-                f"{fixed(found.preliminary_power_w, 0)} W by eq. (10){shaft}."
+                "Drive of the most loaded thruster in the exact form: "
+                f"{power} W by eq. (10){shaft}."
+                if found.small_angle is None
+                else "Drive of the most loaded thruster in the small-angle form: "
+                f"{power} W by eq. (10){shaft}."
             )
         )
     blocks.append(Gallery((loads_figure(found),)))
@@ -106,6 +111,8 @@ def _readings(found: BalanceDesign) -> Section:
             Paragraph(
                 "(8) has T_y alpha with another sign than the first line of (6); both are "
                 "small terms. The exact form needs no such choice and is the one that counts."
+                if found.small_angle is not None
+                else "The small-angle form has no state here, so (8) and (6) give no surge force."
             ),
             Table(
                 "Surge force and loads by each reading",

@@ -52,7 +52,7 @@ def test_the_auv_settles_at_the_balance_with_the_residual_buoyancy_effect(
     arm = auv.allocator.stern_arm_m
     condition = Condition(speed_mps, own_n + more_n, auv.allocator.delta_deg, arm, arm)
     balance = exact_balance(hull, condition)
-    limits = table_limits(bench.static, 127.0, "mmt300")
+    limits = table_limits(bench.static, 127.0, -127.0, "mmt300")
     assert isinstance(limits, TableLimits)
     inflows = inflows_mps(speed_mps, balance.alpha_rad, condition.angle_deg)
     code = {

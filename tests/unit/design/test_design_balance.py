@@ -1,11 +1,15 @@
 """Balance of Kostenko 2017: printed tables, exact form, limits, what cannot be."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
+from bundled_models import bundled
 from design_cases import pilgrim_balance
 from hypothesis import given
 from hypothesis import strategies as st
 
+from pipeline.bundled.design import design_example
 from pipeline.design.balance import (
     Balance,
     Condition,
@@ -15,14 +19,22 @@ from pipeline.design.balance import (
     slopes,
     small_angle_balance,
 )
+from pipeline.design.balance_design import design_balance
 from pipeline.design.balance_hull import BodyHull, PolarHull
-from pipeline.design.balance_input import HullInput, LimitInput
+from pipeline.design.balance_input import BalanceInput, HullInput, LimitInput
 from pipeline.design.balance_limits import StatedLimits
 from pipeline.errors import CannotComputeError
+from pipeline.vehicle.load import load_checked
 
 LAW = HullInput(at_speed_mps=3.0, drag_n=148.0, lift_n_per_rad=1375.0, righting_nm_per_rad=731.0)
 PILGRIM = PolarHull(LAW, 0.70)
 POINT = Condition(3.0, 60.0, 22.5, 2.0, 2.0)
+
+
+def read(name: str, **changes: object) -> BalanceInput:
+    file = design_example("balance", name)
+    one = load_checked(file, BalanceInput, expected="", remedy="")
+    return BalanceInput.model_validate(one.model_dump() | changes)
 
 
 def residuals(hull: PolarHull, at: Condition, found: Balance) -> list[float]:
@@ -170,3 +182,49 @@ def test_forces_are_zero_sum_in_the_moment_at_the_solution() -> None:
     assert float(moment_left_nm(PILGRIM, POINT, found.alpha_rad)) == pytest.approx(0.0, abs=1e-8)
     surge, vertical = control_forces(PILGRIM, POINT, found.alpha_rad)
     assert (float(surge), float(vertical)) == (found.surge_n, found.vertical_n)
+
+
+def test_a_state_that_the_small_angle_form_lacks_is_shown_exactly() -> None:
+    slow = {"metacentric_nm_per_rad": 300.0, "speed_mps": 0.6, "residual_buoyancy_n": 5.0}
+    found = design_balance(read("pilgrim", **slow))
+    assert found.small_angle is None
+    assert found.exact.angle_of_attack_deg == pytest.approx(2.76, abs=0.005)
+    text = next(text for text in found.warnings if "small-angle" in text)
+    assert "left out" in text
+    assert "An arm above 5.4 m is needed" in text
+    most = max(abs(load.thrust_n) for load in found.exact.loads)
+    assert found.preliminary_power_w == pytest.approx(most * 0.6 / 0.75)
+    assert [row.reading for row in found.readings] == [
+        "T_x and T_y as printed",
+        "exact form of (1)",
+    ]
+
+
+def test_a_moment_that_eq_7_lacks_is_named_where_it_parts_the_forms(repository: Path) -> None:
+    vehicle = bundled(repository, "mmt300")
+    assert vehicle.model is not None
+    body = vehicle.model.rigid_body.model_copy(update={"centre_of_buoyancy_m": (0.02, 0.0, 0.0)})
+    model = vehicle.model.model_copy(update={"rigid_body": body})
+    ahead = vehicle.model_copy(update={"model": model})
+    one = read("mmt300", residual_buoyancy_n=1.0)
+    warned = next(t for t in design_balance(one, ahead).warnings if "small-angle" in t)
+    assert "(7) lacks the moment of" in warned
+    ten = read("mmt300", residual_buoyancy_n=10.0)
+    warned = next(t for t in design_balance(ten, vehicle).warnings if "small-angle" in t)
+    assert "far from linear" in warned
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "expected"),
+    [
+        (-80.0, -10.0, ["residual buoyancy, heavier"]),
+        (10.0, 60.0, ["residual buoyancy, lighter"]),
+    ],
+)
+def test_an_envelope_of_one_sign_has_no_saturation_of_the_other(
+    first: float, last: float, expected: list[str]
+) -> None:
+    envelope = read("pilgrim").envelope.model_dump()
+    envelope["residual_buoyancy_n"] = {"first": first, "last": last, "points": 2}
+    found = design_balance(read("pilgrim", envelope=envelope))
+    assert [one.quantity for one in found.saturation] == ["speed", *expected]

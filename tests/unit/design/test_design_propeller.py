@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from design_cases import propeller
 
+from pipeline.bundled.design import design_example
 from pipeline.design.propeller_cavitation import Water, burrill, keller_area_ratio
-from pipeline.design.propeller_design import drive_limit, make_task
-from pipeline.design.propeller_input import DriveCurve, PropellerInput
-from pipeline.design.propeller_select import full_power, least_power, screw
+from pipeline.design.propeller_design import design_propeller, drive_limit, make_task
+from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput
+from pipeline.design.propeller_select import full_power, least_power, most_thrust, screw
 from pipeline.design.propeller_series import (
     Geometry,
     reynolds_correction,
@@ -16,6 +17,7 @@ from pipeline.design.propeller_series import (
 )
 from pipeline.design.propeller_series_terms import THRUST_TERMS, TORQUE_TERMS
 from pipeline.errors import CannotComputeError
+from pipeline.vehicle.load import load_checked
 
 INPUT = PropellerInput.model_validate(
     {
@@ -142,8 +144,6 @@ def test_keller_and_burrill_by_hand() -> None:
 
 
 def test_a_thrust_beyond_every_propeller_is_answered_with_the_most() -> None:
-    from pipeline.design.propeller_design import design_propeller
-
     asked = INPUT.model_copy(
         update={"required": INPUT.required.model_copy(update={"thrust_n": 500.0})}
     )
@@ -155,3 +155,62 @@ def test_a_thrust_beyond_every_propeller_is_answered_with_the_most() -> None:
         update={"required": INPUT.required.model_copy(update={"thrust_n": 0.98 * most})}
     )
     assert design_propeller(possible, drive_limit(asked.drive), "the drive").ranked
+
+
+def stated(name: str, **changes: object) -> PropellerInput:
+    file = design_example("propeller", name)
+    one = load_checked(file, PropellerInput, expected="", remedy="")
+    return PropellerInput.model_validate(one.model_dump() | changes)
+
+
+def calculate(one: PropellerInput) -> object:
+    assert isinstance(one.drive, DrivePoint)
+    return design_propeller(one, drive_limit(one.drive), "the drive")
+
+
+def pinned(thrust_n: float) -> PropellerInput:
+    """REMUS's propeller with nothing left to choose."""
+    bounds = {
+        "diameter_m": (0.14, 0.14),
+        "pitch_ratio": (1.0, 1.0),
+        "area_ratio": (0.718, 0.718),
+        "blades": (3,),
+    }
+    required = {"thrust_n": thrust_n, "speed_mps": 2.5, "wake_fraction": 0.056}
+    return stated("remus", bounds=bounds, required=required)
+
+
+def test_a_propeller_with_nothing_free_is_looked_at_as_it_is() -> None:
+    one = pinned(45.7)
+    assert isinstance(one.drive, DrivePoint)
+    task = make_task(one, drive_limit(one.drive))
+    only = screw(task, Geometry(3, 0.14, 1.0, 0.718), 1525.0 / 60.0)
+    for found in (least_power(task, 3), most_thrust(task, [3])):
+        assert found is not None
+        assert float(found.thrust_n) == pytest.approx(float(only.thrust_n), rel=1e-12)
+        assert float(found.power_w) == pytest.approx(float(only.power_w), rel=1e-12)
+    with pytest.raises(CannotComputeError, match=r"The most is 45.77 N"):
+        calculate(pinned(500.0))
+
+
+def test_a_pinned_propeller_beyond_the_drive_is_not_said_to_give_no_thrust() -> None:
+    weak = {"kind": "point", "power_w": 20.0, "shaft_speed_rpm": 1525.0}
+    one = PropellerInput.model_validate(pinned(45.7).model_dump() | {"drive": weak})
+    with pytest.raises(CannotComputeError, match=r"none there keeps to the drive's torque"):
+        calculate(one)
+
+
+def test_a_candidate_that_the_water_drives_is_refused() -> None:
+    candidate = stated("pilgrim").candidate
+    assert candidate is not None
+    slow = candidate.model_dump() | {"shaft_speed_rpm": 100.0}
+    with pytest.raises(CannotComputeError, match=r"at 100 rpm its advance ratio is 9.73"):
+        calculate(stated("pilgrim", candidate=slow))
+
+
+def test_no_propeller_is_found_far_beyond_windmilling() -> None:
+    """There both polynomials are positive again and promise thrust for no torque."""
+    drive = {"kind": "point", "power_w": 2000.0, "shaft_speed_rpm": 100.0}
+    one = stated("pilgrim", candidate=None, drive=drive, enforce_cavitation=False)
+    with pytest.raises(CannotComputeError, match=r"No propeller of the series"):
+        calculate(one)

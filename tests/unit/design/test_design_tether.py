@@ -11,6 +11,7 @@ from pipeline.bundled.design import design_example
 from pipeline.design.tether_design import design_tether, make_footprint
 from pipeline.design.tether_held import held_footprint
 from pipeline.design.tether_input import TetherInput
+from pipeline.design.tether_needs import drive_need, hull_drag_vector_n
 from pipeline.errors import CannotComputeError
 from pipeline.physics.tether_footprint import PRINTED_TABLE_3, footprint_cable, ned_from_paper
 from pipeline.simulate.pack import pack_vehicle
@@ -129,3 +130,39 @@ def test_a_current_stronger_than_the_thrusters_is_told_what_they_hold(repository
     speed = float(str(error.value).split("hold ")[1].split()[0])
     # 13.7 v + 141 v^2 = 145.4 N; the weight of 1 N is held by other thrusters
     assert 13.7 * speed + 141 * speed**2 == pytest.approx(4 * 51.4 * np.sqrt(0.5), rel=0.01)
+
+
+def test_a_flow_that_was_not_chosen_may_have_no_equilibrium() -> None:
+    place = {"radius_m": 50.0, "height_m": -20.0, "step_deg": 90}
+    found = design_tether(read("mokeeva", footprint=place, flow="uniform"))
+    assert [variant.variant for variant in found.variants] == ["paper", "uniform"]
+    assert {need.basis for need in found.needs} == {"printed pulls", "paper", "uniform"}
+    assert any("flow 'vector' is left out" in text for text in found.warnings)
+    with pytest.raises(CannotComputeError, match="No equilibrium was found"):
+        design_tether(read("mokeeva", footprint=place, flow="vector"))
+
+
+@pytest.mark.parametrize("heading_deg", [0.0, 45.0, 90.0])
+def test_the_needed_force_holds_the_drag_at_the_vehicles_heading(
+    repository: Path, heading_deg: float
+) -> None:
+    rov = bundled(repository, "rov8")
+    held = held_vehicle(rov, pack_vehicle(rov), heading_rad=float(np.radians(heading_deg)))
+    one = read("rov8", current_mps=(-0.4, 0.0, 0.0), current_from_any_side=False)
+    needed = drive_need(one, "uniform", (0.0, 0.0, 0.0), held)
+    np.testing.assert_allclose(needed.drag_n, np.abs(hull_drag_vector_n(one, held)), atol=1e-9)
+    # abeam the ROV is wider than ahead
+    assert (needed.drag_n[0] > 34.0) == (heading_deg == 90.0)
+    any_side = drive_need(
+        read("rov8", current_mps=(-0.4, 0.0, 0.0)), "uniform", (0.0, 0.0, 0.0), held
+    )
+    assert any_side.drag_n[0] == pytest.approx(needed.drag_n[0])
+
+
+def test_no_effect_is_named_that_leaves_most_of_the_pull() -> None:
+    """A heavy cable at rest hangs on the vehicle: neither drag nor a pull to the garage."""
+    one = read("mokeeva", vehicle_velocity_mps=(0.0, 0.0, 0.0), current_mps=(0.0, 0.0, 0.0))
+    heavy = one.model_copy(update={"cable": one.cable.model_copy(update={"wet_weight_npm": 0.5})})
+    found = design_tether(heavy)
+    assert found.equivalent is None
+    assert any("cannot stand for this cable" in text for text in found.warnings)
