@@ -20,7 +20,7 @@ from pipeline.types import FloatArray
 
 #: Period of the model [s], and ridge penalty on regressors of unit variance.
 PERIOD_S = 0.1
-RIDGE = 1e-3
+RIDGE = 1e-6
 #: A forecast is held within this many times the range seen in the fit: it may be unstable.
 RANGE_FACTOR = 3.0
 
@@ -154,7 +154,7 @@ def _ridge(x: FloatArray, y: FloatArray) -> FloatArray:
     scale = np.sqrt(np.mean(x**2, axis=0))
     scale = np.where(scale > 0, scale, 1.0)
     normal = (x / scale).T @ (x / scale)
-    penalty = RIDGE * len(x) * 1e-3 * np.eye(x.shape[1])
+    penalty = RIDGE * len(x) * np.eye(x.shape[1])
     penalty[-1, -1] = 0.0
     return np.asarray(np.linalg.solve(normal + penalty, (x / scale).T @ y) / scale[:, None])
 
@@ -166,9 +166,14 @@ def _drive(run: RunTable, time_s: FloatArray, code_max: FloatArray) -> FloatArra
 
 
 def _samples(run: RunTable, time_s: FloatArray, quantities: Sequence[str]) -> FloatArray | None:
-    """Channels at times (k,), the heading last; None where one has no valid sample near by."""
+    """Channels at times (k,), the heading last; None where one has no valid sample near by.
+
+    Nor where the run lacks one: a run that judges the model need not have all that it was made of.
+    """
     columns, heading = [], np.zeros(time_s.size)
     for quantity in quantities:
+        if quantity not in run.values:
+            return None
         good = run.valid[quantity] & np.isfinite(run.values[quantity]).all(axis=1)
         known = run.time_s[good]
         if known.size < 2:

@@ -71,6 +71,23 @@ def bounded_step(
     return np.asarray(step, float), np.asarray(free - step, float)
 
 
+def cut_std(mean: float, std: float, lowest: float) -> float:
+    """Return the standard deviation of one normal density that is zero below its bound.
+
+    Parameters
+    ----------
+    mean, std : float
+        Of the density without the bound.
+    lowest : float
+        The bound, in the same unit; -inf where there is none.
+    """
+    if mean - FAR_INSIDE * std >= lowest:
+        return std
+    from scipy.stats import truncnorm
+
+    return std * float(truncnorm.std((lowest - mean) / std, np.inf))
+
+
 def cut_off(mean: FloatArray, covariance: FloatArray, lowest: FloatArray) -> Cut | None:
     """Take standard deviations and intervals from a normal density that is zero below its bounds.
 

@@ -10,9 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.bounds import cut_std
 from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.output_error import Reduced, Solution, reduce_windows
-from pipeline.identify.parameter_intervals import NOT_IDENTIFIED
+from pipeline.identify.parameter_intervals import NOT_IDENTIFIED, prior_share
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.thrust_doubt import NO_DOUBT, ThrustDoubt
 from pipeline.identify.vehicle_parameters import FreeParameter
@@ -45,11 +46,13 @@ def manoeuvre_information(
     duration_s: float,
     threads: int = 2,
     thrust: ThrustDoubt = NO_DOUBT,
+    scale: dict[str, float] | None = None,
 ) -> FloatArray:
     """Information on the parameters and the thrust (p + q, p + q) that one run would bring.
 
     Counted in prior standard deviations, the priors left out; offsets of the run and first states
-    of its windows are projected out.
+    of its windows are projected out. `scale` multiplies the stated noise of a quantity, as the fit
+    found it.
 
     Raises
     ------
@@ -60,7 +63,7 @@ def manoeuvre_information(
     trajectory = fly(packed, plan, vector=vector)
     table = table_of_log(measure(trajectory, packed, sensors, vector=vector), sensors)
     channels = channel_noise(sensors, [table])
-    stack = stack_windows(packed, cut(packed, [table], channels), channels)
+    stack = stack_windows(packed, cut(packed, [table], channels), channels, scale=scale)
     shared = run_nuisance(stack, 1)
     problem = Problem(stack, parameters, packed.vector, shared, threads, thrust)
     point = replace(problem.origin(), steps=steps)
@@ -107,7 +110,7 @@ def best_manoeuvres(
     problem = solution.problem
     parameters = problem.parameters
     present = _without_shared(solution.reduced, problem.size) + problem.precision
-    now = np.sqrt(np.diag(np.linalg.inv(present)))
+    now = _left(present, parameters, found)
     best: dict[int, ManoeuvreGain] = {}
     for name, manoeuvre in MANOEUVRES.items():
         duration = min(manoeuvre.duration_s, LONGEST_TRIAL_S)
@@ -122,10 +125,11 @@ def best_manoeuvres(
                 duration_s=duration,
                 threads=threads,
                 thrust=problem.thrust,
+                scale=problem.stack.scale,
             )
         except CannotComputeError:
             continue
-        then = np.sqrt(np.diag(np.linalg.inv(present + more)))
+        then = _left(present + more, parameters, found)
         for i in missing:
             if then[i] < HELPS * now[i] and (
                 i not in best or then[i] < best[i].posterior_over_prior
@@ -137,6 +141,26 @@ def best_manoeuvres(
                     posterior_over_prior=float(then[i]),
                 )
     return tuple(best[i] for i in missing if i in best)
+
+
+def _left(
+    information: FloatArray,
+    parameters: Sequence[FreeParameter],
+    found: Sequence[IdentifiedParameter],
+) -> FloatArray:
+    """Return standard deviations over the prior's (p,), bounds counted in both, as the fit does.
+
+    Residuals that go together widened them; those of one more run of the vehicle will, too.
+    """
+    uncut = np.sqrt(np.diag(np.linalg.inv(information)))
+    left = []
+    for parameter, one, std in zip(parameters, found, uncut[: len(parameters)], strict=True):
+        own = one.inflation * float(std)
+        if parameter.lowest is not None:
+            wide = own * parameter.prior_std
+            own = cut_std(one.value, wide, parameter.lowest) / parameter.prior_std
+        left.append(own / prior_share(parameter))
+    return np.array(left)
 
 
 def cannot_identify(

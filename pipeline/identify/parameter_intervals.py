@@ -25,12 +25,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.identify.bounds import cut_off
+from pipeline.identify.bounds import cut_off, cut_std
 from pipeline.identify.output_error import Solution
 from pipeline.identify.thrust_doubt import ThrustDoubt
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import Problem
 from pipeline.records.identification import Correlation, IdentifiedParameter, ThrustFound
+from pipeline.records.intervals import NORMAL_95
 from pipeline.types import BoolArray, FloatArray
 
 #: Above this ratio of posterior to prior standard deviation the runs say too little.
@@ -39,7 +40,8 @@ NOT_IDENTIFIED = 0.7
 CLOSE_PAIR = 0.9
 #: Share of the unknowns whose windows scatter by more than chance from which all are so widened.
 MANY = 0.25
-_NORMAL_95 = 1.959964
+#: A standard deviation beyond this many of the prior's has been widened; less is rounding.
+_WIDENED = 1.001
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,7 @@ def posterior_of(solution: Solution) -> Posterior:
         # not by chance in so many: residuals go together, also where one alone does not show it
         believed = np.ones_like(believed)
     # what so few windows show is itself uncertain: Student's quantile in place of the normal one
-    few = stats.t.ppf(0.975, _degrees(share)) / _NORMAL_95
+    few = stats.t.ppf(0.975, _degrees(share)) / NORMAL_95
     ratio = np.where(believed, np.maximum(few**2 * wider / variance, 1.0), 1.0)
     inflation = np.sqrt(ratio)
     covariance = inverse[:count, :count]
@@ -110,7 +112,7 @@ def _with_intervals(solution: Solution, covariance: FloatArray, inflation: Float
     steps = np.maximum(solution.point.steps[:own] + middle[:own], lowest)
     wide = (covariance * np.outer(inflation, inflation))[:own, :own]
     std = np.sqrt(np.diag(wide))
-    low, high = steps - _NORMAL_95 * std, steps + _NORMAL_95 * std
+    low, high = steps - NORMAL_95 * std, steps + NORMAL_95 * std
     free = solution.point.steps + solution.beyond + middle
     cut = cut_off(free[:own], wide, lowest)
     if cut is not None:
@@ -163,6 +165,13 @@ def _scatter(influences: FloatArray, consecutive: BoolArray) -> FloatArray:
     return np.asarray(count / max(count - 1, 1) * np.maximum(alone + beside, 0.0))
 
 
+def prior_share(parameter: FreeParameter) -> float:
+    """Return the prior's standard deviation inside the bound over that without the bound."""
+    if parameter.lowest is None:
+        return 1.0
+    return cut_std(0.0, 1.0, (parameter.lowest - parameter.nominal) / parameter.prior_std)
+
+
 def identified_parameters(
     parameters: Sequence[FreeParameter], steps: FloatArray, posterior: Posterior
 ) -> tuple[IdentifiedParameter, ...]:
@@ -173,8 +182,11 @@ def identified_parameters(
         scale = parameter.prior_std
         value = parameter.nominal + scale * float(steps[i] + posterior.middle[i])
         std = scale * float(posterior.std[i])
-        ratio = float(posterior.std[i])
-        known = _NORMAL_95 * scale * float(posterior.known_std[i])
+        # both are cut off at the bound: where the file says zero, the prior alone has 60 % left
+        left = prior_share(parameter)
+        ratio = float(posterior.std[i]) / left
+        uncut = float(posterior.inflation[i] * np.sqrt(posterior.covariance[i, i]))
+        known = NORMAL_95 * scale * float(posterior.known_std[i])
         low, high = (
             parameter.nominal + scale * float(end[i]) for end in (posterior.low, posterior.high)
         )
@@ -200,7 +212,8 @@ def identified_parameters(
                 identified=ratio <= NOT_IDENTIFIED,
                 reason=_reason(
                     ratio,
-                    float(posterior.known_std[i]),
+                    uncut,
+                    float(posterior.known_std[i]) / left,
                     parameters[partner].name,
                     float(correlation[i, partner]) if others[partner] > 0 else 0.0,
                 ),
@@ -231,7 +244,7 @@ def thrust_found(
     ):
         moved = float(steps[begin + i] + posterior.middle[begin + i])
         value = (1.0 if i < doubt.gains else 0.0) + scale * moved
-        half = _NORMAL_95 * scale * float(deviations[i])
+        half = NORMAL_95 * scale * float(deviations[i])
         found.append(
             ThrustFound(
                 name=name,
@@ -251,13 +264,18 @@ def _correlations(parameters: Sequence[FreeParameter], posterior: Posterior) -> 
     return np.asarray(own / np.outer(deviations, deviations))
 
 
-def _reason(ratio: float, known: float, partner: str, correlation: float) -> str:
+def _reason(ratio: float, uncut: float, known: float, partner: str, correlation: float) -> str:
+    """Say why a parameter is identified or not.
+
+    `ratio` and `known` (with the thrust known) are posterior over prior, bounds counted in both;
+    `uncut` is that without bounds: beyond 1 the scatter between windows has widened it.
+    """
     together = (
         f"; moves together with {partner} (correlation {correlation:+.2f})"
         if abs(correlation) >= CLOSE_PAIR
         else ""
     )
-    if ratio > 1.0:
+    if ratio > NOT_IDENTIFIED and uncut > _WIDENED:
         return (
             f"the windows of these runs contradict each other by more than the prior leaves open"
             f"{together}"

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.identify.channel_noise import channel_noise, was_measured
+from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.trial_windows import Flown, TrialFlights
 from pipeline.records.run_components import COMPONENTS, components, difference
 from pipeline.records.run_table import RunTable
@@ -197,7 +198,7 @@ def _held(
 def _noise(sensors: Sensors, table: RunTable) -> dict[str, float]:
     """Return the standard deviation of one reading where the vehicle file states the noise."""
     found = {
-        one.quantity: float(np.sqrt(one.white**2 + one.wander**2 + one.bias**2))
+        one.quantity: reading_noise(one, offset=True)
         for one in channel_noise(sensors, [table])
         if one.stated
     }

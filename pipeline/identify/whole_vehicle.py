@@ -6,10 +6,12 @@ next.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from pipeline.identify.black_box import fit_black_box
+from pipeline.identify.channel_noise import QUANTITIES
 from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
 from pipeline.identify.output_error import Solution
 from pipeline.identify.parameter_intervals import (
@@ -18,11 +20,16 @@ from pipeline.identify.parameter_intervals import (
     thrust_found,
 )
 from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_vehicle
-from pipeline.identify.vehicle_parameters import PriorWidths
+from pipeline.identify.vehicle_parameters import PriorWidths, vector_with
 from pipeline.identify.window_prediction import prediction_quality
-from pipeline.identify.windows import cut
+from pipeline.identify.windows import SMALLEST_SHARE, cut, readings_of
 from pipeline.physics.parameters import read
-from pipeline.records.identification import ChannelNoiseFound, VehicleIdentification
+from pipeline.records.identification import (
+    ChannelNoiseFound,
+    ChannelQuality,
+    ThrustFound,
+    VehicleIdentification,
+)
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -31,6 +38,9 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: Residuals beyond so many times the stated noise are more than a sensor that was misjudged.
 MODEL_ERROR = 2.0
+#: A fit that lowers the error of the vehicle file by this share gains something; a corrected file
+#: that keeps less than this share of the gain needs the thrust that the fit found.
+GAINED, KEPT = 0.1, 0.5
 
 
 def identify_vehicle(
@@ -101,12 +111,11 @@ def identify_vehicle(
     windows, judged_by = list(fit.held_out), runs
     offsets: FloatArray | None = solution.problem.shared.offsets(solution.point.shared)
     if holdout:
-        windows, judged_by, offsets = (
-            cut(packed, holdout, fit.channels, fit.window_s),
-            holdout,
-            None,
-        )
+        judged_by, offsets = _with_channels_of(fit, holdout), None
+        windows = cut(packed, judged_by, fit.channels, fit.window_s)
         windows = chained_windows(solution.packed, solution.vector, windows)
+    found = identified_parameters(fit.parameters, solution.point.steps, fit.posterior)
+    thrust = thrust_found(solution.problem.thrust, solution.point.steps, fit.posterior)
     code_max = np.abs(packed.code_limits).max(axis=1)
     quality = prediction_quality(
         packed,
@@ -117,9 +126,9 @@ def identify_vehicle(
         fit_black_box(runs, solution.problem.stack.windows, code_max),
         offsets=offsets,
         found=solution.packed,
+        corrected=vector_with(packed.vector, fit.parameters, np.array([p.value for p in found])),
         threads=threads,
     )
-    found = identified_parameters(fit.parameters, solution.point.steps, fit.posterior)
     gains = best_manoeuvres(packed, sensors, fit.solution, found, threads) if suggest else None
     return VehicleIdentification(
         vehicle=packed.name,
@@ -133,14 +142,25 @@ def identify_vehicle(
         converged=solution.converged,
         thrust_uncertainty=doubts.thrust,
         parameters=found,
-        thrust=thrust_found(solution.problem.thrust, solution.point.steps, fit.posterior),
+        thrust=thrust,
         correlations=close_pairs(fit.parameters, fit.posterior),
         cannot_identify=cannot_identify(found, gains),
         next_manoeuvres=gains or (),
         noise=_noise_found(solution),
         quality=quality,
-        notes=_notes(packed, runs, fit),
+        # of a fit that did not settle no file is written
+        notes=_notes(packed, runs, fit)
+        + (_thrust_notes(quality, thrust) if solution.converged else ()),
     )
+
+
+def _with_channels_of(fit: Fit, runs: Sequence[RunTable]) -> list[RunTable]:
+    """Leave out of the runs what the fit had no channel for: it knows no sensor for that."""
+    unknown = set(QUANTITIES) - {channel.quantity for channel in fit.channels}
+    return [
+        replace(run, values={name: v for name, v in run.values.items() if name not in unknown})
+        for run in runs
+    ]
 
 
 def _noise_found(solution: Solution) -> tuple[ChannelNoiseFound, ...]:
@@ -177,6 +197,13 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
             "No velocity and no position was measured: speed shows only in acceleration, attitude "
             "and depth, and each window begins at the speed that the model had at its end before."
         )
+    unused = _unused(runs, fit)
+    if unused:
+        notes.append(
+            f"Measured, but not used: {', '.join(unused)}. A window goes without a channel that "
+            f"has less than {100 * SMALLEST_SHARE:.0f} % of the readings that its rate promises: "
+            "state the sensor's true rate_hz under sensors: in vehicle.yaml."
+        )
     assumed = [c.quantity for c in fit.channels if not c.stated]
     if assumed:
         notes.append(
@@ -205,3 +232,48 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
     if short:
         notes.append(f"Shorter than one window and used in part: {', '.join(short)}.")
     return tuple(notes)
+
+
+def _unused(runs: Sequence[RunTable], fit: Fit) -> list[str]:
+    """Name the channels that no window of the fit has, with the rates that were and are stated."""
+    used = {rows.channel.quantity for rows in fit.solution.problem.stack.rows}
+    seconds = sum(float(run.time_s[-1]) for run in runs if run.time_s.size)
+    found = []
+    for channel in fit.channels:
+        if channel.quantity in used:
+            continue
+        count = sum(
+            readings_of(run, channel.quantity, channel.rate_hz, np.inf).size for run in runs
+        )
+        found.append(
+            f"{channel.quantity} ({count / max(seconds, 1e-9):.2g} Hz in these runs, "
+            f"{channel.rate_hz:g} Hz expected)"
+        )
+    return found
+
+
+def _thrust_notes(
+    quality: Sequence[ChannelQuality], thrust: Sequence[ThrustFound]
+) -> tuple[str, ...]:
+    """Say where the fit predicts better only by a thrust that no vehicle file takes over."""
+    lost = []
+    for one in quality:
+        fit, file, written = one.rmse_identified, one.rmse_vehicle_file, one.rmse_corrected_file
+        if fit is None or file is None or fit > (1.0 - GAINED) * file:
+            continue
+        if written is None or file - written < KEPT * (file - fit):
+            lost.append(one.channel)
+    factors = [one for one in thrust if one.unit == "1"]
+    if not lost or not factors:
+        return ()
+    worst = max(factors, key=lambda one: abs(one.value - 1.0))
+    return (
+        (
+            f"The corrected vehicle file predicts {', '.join(lost)} hardly better than the file "
+            "before, or worse: what the fit gains there is in the thrust that it found beside the "
+            "parameters, and no vehicle file takes that over. Farthest off is "
+            f"{worst.name}, at {worst.value:.2f} of the stated thrust: look at that thruster. If "
+            "it is sound, give it a drive of its own with that thrust in vehicle.yaml and identify "
+            "again."
+        ),
+    )

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.black_box import BlackBox
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.output_error import solve
+from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.window_derivatives import Problem
 from pipeline.identify.window_outputs import (
@@ -22,6 +22,7 @@ from pipeline.identify.window_outputs import (
     Stack,
     innovations,
     stack_windows,
+    turn_between,
 )
 from pipeline.identify.windows import Window
 from pipeline.records.identification import ChannelQuality
@@ -43,6 +44,7 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
     *,
     offsets: FloatArray | None = None,
     found: PackedVehicle | None = None,
+    corrected: FloatArray | None = None,
     threads: int = 2,
 ) -> tuple[ChannelQuality, ...]:
     """Errors per channel of the identified vehicle and of the baselines.
@@ -65,6 +67,8 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
         The runs' offsets, zero otherwise.
     found : PackedVehicle, optional
         The identified vehicle, where its curves of thrust are not those of `packed`.
+    corrected : ndarray, optional
+        The parameter vector that a corrected vehicle file gives, with the curves of `packed`.
     """
     kept = [w for w in windows if _lead(w).readings]
     if not kept:
@@ -74,6 +78,15 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
     after = packed if found is None else found
     identified = _errors(after, vector, kept, channels, known, whole, threads)
     nominal = _errors(packed, packed.vector, kept, channels, known, whole, threads)
+    written: list[FloatArray] | None = None
+    if corrected is not None:
+        # without an unknown thrust the corrected file is the identified vehicle
+        same = after is packed and np.allclose(corrected, vector, rtol=1e-12, atol=0.0)
+        written = (
+            identified
+            if same
+            else _errors(packed, corrected, kept, channels, known, whole, threads)
+        )
     held = _held_errors(whole)
     learned = None if black_box is None else _black_box_errors(whole, runs, black_box)
     horizon = (1.0 - LEAD_SHARE) * float(np.mean([w.duration_s for w in kept]))
@@ -87,8 +100,9 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
                 unit=rows.channel.unit,
                 horizon_s=horizon,
                 readings=int(later.sum()),
-                sensor_noise=float(np.hypot(rows.channel.white, rows.channel.wander)),
+                sensor_noise=reading_noise(rows.channel, offset=offsets is None),
                 rmse_identified=_rms(identified[number][later]),
+                rmse_corrected_file=None if written is None else _rms(written[number][later]),
                 rmse_vehicle_file=_rms(nominal[number][later]),
                 rmse_last_value=_rms(_known(held[number][later])),
                 rmse_black_box=None if box is None else _rms(_known(box[later])),
@@ -186,9 +200,7 @@ def difference(quantity: str, measured: FloatArray, predicted: FloatArray) -> Fl
     """Measured minus predicted; for attitude the body rotation between them."""
     if quantity != "attitude":
         return np.asarray(measured - predicted)
-    predicted = np.broadcast_to(predicted, measured.shape)
-    inverse = Rotation.from_quat(predicted[:, [1, 2, 3, 0]]).inv()
-    return np.asarray((inverse * Rotation.from_quat(measured[:, [1, 2, 3, 0]])).as_rotvec())
+    return turn_between(np.broadcast_to(predicted, measured.shape), measured)
 
 
 def _black_box_errors(

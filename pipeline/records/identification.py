@@ -57,9 +57,11 @@ class ChannelQuality(Record):
     """How well a channel is predicted over windows that took no part in the fit.
 
     Root mean square errors over `horizon_s` from a start that is estimated from the readings before
-    it, in `unit`; `sensor_noise` is that of one reading. The baselines: the vehicle file before the
-    fit, the last value held, and a linear black box. None where a prediction ran away, or a
-    baseline has nothing to start from.
+    it, in `unit`; `sensor_noise` is that of one reading, with its offset where that was not
+    estimated. `rmse_identified` is that of the fit with the thrust that it found beside the
+    parameters; `rmse_corrected_file` that of the parameters alone, as the corrected vehicle file
+    has them. The baselines: the vehicle file before the fit, the last value held, and a linear
+    black box. None where a prediction ran away, or a baseline has nothing to start from.
     """
 
     channel: str
@@ -68,6 +70,7 @@ class ChannelQuality(Record):
     readings: int
     sensor_noise: float
     rmse_identified: float | None
+    rmse_corrected_file: float | None = None
     rmse_vehicle_file: float | None
     rmse_last_value: float | None
     rmse_black_box: float | None

@@ -61,13 +61,14 @@ def _quality(quality: Sequence[ChannelQuality], holdout: Sequence[str]) -> list[
     lines = [
         f"Prediction on {of} that took no part, over {quality[0].horizon_s:.0f} s (rms error):",
         (
-            f"  {'channel':18} {'identified':>10} {'file':>10} {'last value':>10} "
-            f"{'black box':>10} {'sensor':>10}  unit"
+            f"  {'channel':18} {'identified':>10} {'corrected':>10} {'file':>10} "
+            f"{'last value':>10} {'black box':>10} {'sensor':>10}  unit"
         ),
     ]
     for one in quality:
         numbers = (
             one.rmse_identified,
+            one.rmse_corrected_file,
             one.rmse_vehicle_file,
             one.rmse_last_value,
             one.rmse_black_box,
@@ -75,6 +76,7 @@ def _quality(quality: Sequence[ChannelQuality], holdout: Sequence[str]) -> list[
         )
         cells = " ".join(f"{'-' if n is None else f'{n:.3g}':>10}" for n in numbers)
         lines.append(f"  {one.channel:18} {cells}  {one.unit}")
+    lines.append("  Corrected: the values found in the vehicle file, without the thrust found.")
     return lines
 
 

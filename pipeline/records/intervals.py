@@ -1,0 +1,48 @@
+"""Half-width of a 95 % interval in standard errors, for those who hold only the records."""
+
+import numpy as np
+
+from pipeline.records.fits import DriveFit, PolynomialFit, StaticCharacteristic
+
+#: 0.975 quantile of the standard normal distribution.
+NORMAL_95 = 1.959963984540054
+
+
+def student_95(degrees_of_freedom: int) -> float:
+    """0.975 quantile of Student's t.
+
+    >>> round(student_95(11), 3)
+    2.201
+    """
+    from scipy import stats
+
+    return float(stats.t.ppf(0.975, degrees_of_freedom))
+
+
+def drive_degrees(drive: DriveFit) -> int:
+    """Degrees of freedom of the drive's covariance: sweeps less one, or points less terms."""
+    if drive.clustered:
+        return drive.clusters - 1
+    return drive.quality.points - len(drive.coefficients)
+
+
+def drive_factor(drive: DriveFit) -> float:
+    """Half-width of a 95 % interval of the drive's surface in standard errors."""
+    return student_95(drive_degrees(drive))
+
+
+def interval_factor(fit: PolynomialFit) -> float:
+    """Half-width of the recorded 95 % intervals in standard errors.
+
+    What is derived from a fit then has the factor (normal or Student) that the fit itself used.
+    """
+    for index, (low, high) in enumerate(fit.ci95):
+        std = float(np.sqrt(max(fit.covariance[index][index], 0.0)))
+        if std > 0:
+            return (high - low) / (2 * std)
+    return NORMAL_95
+
+
+def static_factor(static: StaticCharacteristic) -> float:
+    """Half-width of the 95 % interval of the family's thrust in standard errors."""
+    return interval_factor(static.table2[0].fit) if static.table2 else NORMAL_95
