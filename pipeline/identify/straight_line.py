@@ -9,6 +9,7 @@ the terms that the equation omits, over all samples, turns included.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -44,7 +45,6 @@ BANDWIDTH_HZ = 0.4
 THRUST_SCATTER = 0.02
 #: A shift of the total mass by the omitted terms that is worth a warning.
 NOTABLE_SHIFT = 0.1
-_NORMAL_95 = 1.959964
 
 
 def straight_line(
@@ -165,10 +165,15 @@ def _plain(  # noqa: PLR0917 - one caller
 ) -> tuple[tuple[SlopeEstimate, ...], float]:
     slope = plain_slope(thrust, acceleration, stretch, lags)
     share = reliability(thrust, noise[0])
-    freed = Slope(slope.value / share, slope.std / share)
+    freed = replace(slope, value=slope.value / share, std=slope.std / share)
     both = deming_bootstrap(thrust, acceleration, stretch, 2 * lags, noise)
     return (
-        estimate("least squares", slope, mass, "Newey-West within stretches"),
+        estimate(
+            "least squares",
+            slope,
+            mass,
+            "clustered by stretch" if slope.by_stretch else "Newey-West within stretches",
+        ),
         estimate("least squares over reliability", freed, mass, f"reliability {share:.4f}"),
         estimate("orthogonal distance", both, mass, "block bootstrap"),
     ), share
@@ -182,7 +187,8 @@ def estimate(name: str, slope: Slope, mass: float, note: str) -> SlopeEstimate:
     if slope.value == 0.0:
         raise CannotComputeError("acceleration does not follow the thrust at all: the slope is 0")
     total = 1.0 / slope.value
-    low, high = slope.value - _NORMAL_95 * slope.std, slope.value + _NORMAL_95 * slope.std
+    half = slope.factor * slope.std
+    low, high = slope.value - half, slope.value + half
     return SlopeEstimate(
         estimator=name,
         slope_per_kg=slope.value,
@@ -203,13 +209,16 @@ def _with_terms(  # noqa: PLR0917 - one caller
 ) -> tuple[SlopeEstimate | None, tuple[RegressionTerm, ...]]:
     """Regress on the thrust, a constant and every term that the runs excite, turns included."""
     mass, noise = mass_and_noise
+    if not thrust.size:
+        # gaps leave no sample at which all terms are known
+        return None, ()
     used = usable_terms(thrust, terms, noise)
     design = np.column_stack([thrust, np.ones_like(thrust), *(terms[name] for name in used)])
     try:
         found = least_squares(design, acceleration, run, lags)
     except CannotComputeError:
         return None, ()
-    half = _NORMAL_95 * found.std
+    half = found.factor * found.std
     named = tuple(
         RegressionTerm(
             name=name,
@@ -222,9 +231,8 @@ def _with_terms(  # noqa: PLR0917 - one caller
         )
         for k, name in enumerate(used)
     )
-    slope = Slope(float(found.coefficients[0]), float(found.std[0]))
     note = f"with {', '.join(used)}; all samples, turns included" if used else "no term is excited"
-    return estimate("least squares with the omitted terms", slope, mass, note), named
+    return estimate("least squares with the omitted terms", found.slope(), mass, note), named
 
 
 def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> tuple[str, ...]:

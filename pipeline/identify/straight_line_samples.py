@@ -19,7 +19,7 @@ from pipeline.identify.smoothing import (
     smoother_of_bandwidth,
     white_noise_std,
 )
-from pipeline.identify.straight_line_terms import omitted_terms
+from pipeline.identify.straight_line_terms import omitted_terms, terms_known
 from pipeline.identify.windows import readings_of
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
@@ -32,7 +32,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 class Samples:
     """Filtered readings of one run: acceleration [m/s^2], thrust along the axis [N], terms.
 
-    All (k,) at the readings' times; `stretch` is the number of the straight stretch, -1 outside.
+    All (k,) at the readings' times; `stretch` is the number of the straight stretch, -1 outside;
+    `valid` is False where a gap of what the terms are made of is within the filter's length.
     """
 
     acceleration: FloatArray
@@ -108,26 +109,36 @@ def filtered_samples(
         at_readings = np.interp(time_s, run.time_s, impulse)
         return smooth(at_readings, smoother, 0.0).derivative
 
-    known = np.where(run.valid["velocity"][:, None], velocity, np.nan)
-    stretches = straight_stretches(run, known, along, limits)
+    trusted = np.where(run.valid["velocity"][:, None], velocity, np.nan)
+    stretches = straight_stretches(run, trusted, along, limits)
     half = smoother.length_s / 2
     number = np.full(len(readings), -1)
     for k, one in enumerate(stretches):
         low, high = run.time_s[one.begin] + half, run.time_s[one.end - 1] - half
         number[(time_s >= low) & (time_s <= high) & smoothed.valid] = k
     terms = omitted_terms(packed, run, velocity, wrench[:, along], along)
+    # the terms have zeros in the gaps of what they are made of, and the filter spreads them
+    known = _all_within(terms_known(run, terms), run.time_s, time_s, half)
     return (
         Samples(
             smoothed.derivative[:, along],
             filtered(wrench[:, along]),
             {name: filtered(signal) for name, signal in terms.items()},
             number,
-            smoothed.valid,
+            smoothed.valid & known,
             smoothed.derivative_noise,
             smoother,
         ),
         stretches,
     )
+
+
+def _all_within(known: BoolArray, time_s: FloatArray, at_s: FloatArray, half_s: float) -> BoolArray:
+    """Whether all rows (m,) within `half_s` of times (k,) are known, (k,)."""
+    unknown = np.concatenate([[0], np.cumsum(~known)])
+    first = np.searchsorted(time_s, at_s - half_s, side="left")
+    last = np.searchsorted(time_s, at_s + half_s, side="right")
+    return np.asarray(unknown[last] == unknown[first])
 
 
 def _slots(time_s: FloatArray) -> tuple[IntArray, float]:

@@ -1,18 +1,22 @@
 """The terms that the slope of acceleration against thrust leaves out, as regressors."""
 
+from collections.abc import Collection
+
 import numpy as np
 
+from pipeline.identify.channel_noise import was_measured
 from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray
 
+WEIGHT, WALLS = "weight along the axis", "nearness of walls x thrust"
 #: Units of the coefficients that are no plain ratio.
 UNITS = {
     "linear drag": "1/s",
     "quadratic drag": "1/m",
-    "weight along the axis": "m/s^2",
-    "nearness of walls x thrust": "1/kg",
+    WEIGHT: "m/s^2",
+    WALLS: "1/kg",
 }
 #: A regressor counts if at least this share of it is not in the others already.
 OWN_SHARE = 0.02
@@ -65,12 +69,12 @@ def omitted_terms(
     }
     terms["linear drag"] = -v
     terms["quadratic drag"] = -v * np.abs(v)
-    if "attitude" in run.values:
+    if was_measured(run, "attitude"):
         w, i, j, k = np.nan_to_num(run.values["attitude"]).T
         down = (2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j))
-        terms["weight along the axis"] = down[along]
+        terms[WEIGHT] = down[along]
     walls = int(read(packed.vector, "wall_count"))
-    if walls and "position" in run.values:
+    if walls and was_measured(run, "position"):
         points = read(packed.vector, "wall_point")[:walls]
         normals = read(packed.vector, "wall_normal")[:walls]
         radius = float(read(packed.vector, "wall_radius"))
@@ -79,8 +83,28 @@ def omitted_terms(
         near = np.sum((radius / np.maximum(distance, radius)) ** 3, axis=1)
         # a vehicle beyond a wall: the walls of the file are not those of this run
         if distance[run.valid["position"]].min(initial=np.inf) > 0.0:
-            terms["nearness of walls x thrust"] = near * thrust
+            terms[WALLS] = near * thrust
     return terms
+
+
+def terms_known(run: RunTable, terms: Collection[str]) -> BoolArray:
+    """Rows (m,) of a run at which all that the terms are made of is known.
+
+    Elsewhere a term holds zeros in place of readings, and whatever is taken over such a row is not
+    to be used.
+
+    Parameters
+    ----------
+    run : RunTable
+        The run.
+    terms : collection of str
+        Names from `omitted_terms`.
+    """
+    known = run.valid["angular_velocity"]
+    for name, quantity in ((WEIGHT, "attitude"), (WALLS, "position")):
+        if name in terms:
+            known = known & run.valid[quantity]
+    return known
 
 
 def usable_terms(

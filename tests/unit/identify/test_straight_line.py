@@ -14,10 +14,11 @@ from pipeline.identify.slope_regression import (
     least_squares,
     plain_slope,
     reliability,
+    stretch_blocks,
 )
 from pipeline.identify.straight_line import estimate, straight_line
 from pipeline.physics.parameters import read
-from pipeline.records.identification import StraightLineIdentification
+from pipeline.records.identification import RegressionTerm, StraightLineIdentification
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
@@ -41,11 +42,16 @@ def packed(vehicle: Vehicle) -> PackedVehicle:
     return pack_vehicle(vehicle)
 
 
-def flown(vehicle: Vehicle, packed: PackedVehicle, vector: FloatArray | None = None) -> RunTable:
+def flown(
+    vehicle: Vehicle,
+    packed: PackedVehicle,
+    vector: FloatArray | None = None,
+    manoeuvre: str = "surge_steps",
+) -> RunTable:
     assert vehicle.sensors is not None
-    trajectory = fly(packed, MANOEUVRES["surge_steps"].plan(packed, 1.0, 60.0), vector=vector)
+    trajectory = fly(packed, MANOEUVRES[manoeuvre].plan(packed, 1.0, 60.0), vector=vector)
     log = measure(trajectory, packed, vehicle.sensors, vector=vector, seed=3)
-    return table_of_log(log, vehicle.sensors, name="surge_steps")
+    return table_of_log(log, vehicle.sensors, name=manoeuvre)
 
 
 def identified(
@@ -98,6 +104,49 @@ def test_a_run_without_velocity_is_refused(vehicle: Vehicle, packed: PackedVehic
         identified(vehicle, packed, replace(run, values=blind))
 
 
+@pytest.fixture(scope="module")
+def zig_zag(vehicle: Vehicle, packed: PackedVehicle) -> RunTable:
+    return flown(vehicle, packed, manoeuvre="zig_zag")
+
+
+@pytest.mark.parametrize("quantity", ["angular_velocity", "attitude", "position"])
+def test_a_gap_enters_no_term(
+    vehicle: Vehicle, packed: PackedVehicle, zig_zag: RunTable, quantity: str
+) -> None:
+    """Half a minute of a turning run without a channel: as if the rest were all there is."""
+    gap = (zig_zag.time_s > 15.0) & (zig_zag.time_s < 45.0)
+
+    def terms(filling: float) -> dict[str, RegressionTerm]:
+        values = zig_zag.values[quantity].copy()
+        values[gap] = filling * np.arange(1.0, values.shape[1] + 1.0)
+        run = replace(
+            zig_zag,
+            values={**zig_zag.values, quantity: values},
+            valid={**zig_zag.valid, quantity: zig_zag.valid[quantity] & ~gap},
+        )
+        return {term.name: term for term in identified(vehicle, packed, run).terms}
+
+    whole = {term.name: term for term in identified(vehicle, packed, zig_zag).terms}
+    left, filled = terms(np.nan), terms(0.3)
+    assert left.keys() == filled.keys() == whole.keys()
+    for name, term in left.items():
+        # what stands in the gap is not looked at
+        assert term.coefficient == pytest.approx(filled[name].coefficient, rel=1e-6, abs=1e-6)
+        assert term.ci95[0] < whole[name].ci95[1]
+        assert whole[name].ci95[0] < term.ci95[1]
+
+
+def test_where_no_sample_has_all_terms_the_plain_slope_is_left(
+    vehicle: Vehicle, packed: PackedVehicle
+) -> None:
+    run = flown(vehicle, packed)
+    seen = run.valid["position"] & (np.arange(run.time_s.size) % 50 == 7)
+    found = identified(vehicle, packed, replace(run, valid={**run.valid, "position": seen}))
+    assert found.with_terms is None
+    assert found.terms == ()
+    assert len(found.plain) == 3
+
+
 def test_deming_is_unbiased_where_least_squares_is_not() -> None:
     """Noise of half the signal in x: least squares loses a fifth, the other two do not."""
     generator = np.random.default_rng(2)
@@ -125,23 +174,48 @@ def test_deming_has_the_limits_of_one_noisy_variable(noise: tuple[float, float])
     assert deming_slope(x, y, *noise) == pytest.approx(expected, rel=1e-6)
 
 
-def test_intervals_honour_autocorrelation() -> None:
-    """A mean over 20 samples of both sides: the scatter of slopes over seeds is what is claimed."""
+@pytest.mark.parametrize(("stretches", "length"), [(3, 400), (8, 40), (8, 12)])
+def test_intervals_honour_autocorrelation(stretches: int, length: int) -> None:
+    """A mean over 20 samples of both sides: the scatter of slopes over seeds is what is claimed.
+
+    With stretches shorter than the smoother, too.
+    """
     kernel = np.ones(20) / 20
-    slopes, claimed, resampled = [], [], []
-    for seed in range(60):
+    stretch = np.repeat(np.arange(stretches), length)
+    slopes, claimed, resampled, inside = [], [], [], []
+    for seed in range(100):
         generator = np.random.default_rng(seed)
-        x = np.convolve(generator.standard_normal(1200), kernel, "valid")
-        y = 2.0 * x + np.convolve(generator.standard_normal(1200), kernel, "valid")
-        stretch = np.repeat([0, 1, 2], [400, 400, x.size - 800])
-        found = plain_slope(x, y, stretch, 30)
+        x, noise = (
+            np.concatenate(
+                [
+                    np.convolve(generator.standard_normal(length + 19), kernel, "valid")
+                    for _ in range(stretches)
+                ]
+            )
+            for _ in range(2)
+        )
+        found = plain_slope(x, 2.0 * x + noise, stretch, 30)
         slopes.append(found.value)
         claimed.append(found.std)
+        inside.append(abs(found.value - 2.0) < found.factor * found.std)
         if seed < 10:
-            both = deming_bootstrap(x, y, stretch, 60, (1e-6, 1.0), draws=100)
+            both = deming_bootstrap(x, 2.0 * x + noise, stretch, 60, (1e-6, 1.0), draws=100)
             resampled.append(both.std)
-    assert np.median(claimed) == pytest.approx(np.std(slopes), rel=0.35)
-    assert np.median(resampled) == pytest.approx(np.std(slopes), rel=0.45)
+    assert np.median(claimed) == pytest.approx(np.std(slopes), rel=0.25)
+    assert np.median(resampled) == pytest.approx(np.std(slopes), rel=0.35)
+    assert np.mean(inside) > 0.87
+
+
+def test_no_block_spans_two_stretches_and_each_is_drawn_by_its_samples() -> None:
+    lengths = [12, 400, 60, 61, 1]
+    stretch = np.repeat(np.arange(5), lengths)
+    blocks, share = stretch_blocks(stretch, 60)
+    drawn = np.zeros(5)
+    for part, probability in zip(blocks, share, strict=True):
+        assert np.unique(stretch[part]).size == 1
+        assert part.stop - part.start == min(60, lengths[stretch[part.start]])
+        drawn[stretch[part.start]] += probability * (part.stop - part.start)
+    np.testing.assert_allclose(drawn / drawn.sum(), np.array(lengths) / sum(lengths))
 
 
 def test_a_constant_thrust_is_refused() -> None:
