@@ -61,11 +61,13 @@ class HeldPayload:
                 *self.added_mass_kg,
             ]
         )
-        if not np.isfinite(numbers).all() or self.mass_kg <= 0 or (numbers[[1, 5, 6, 7]] < 0).any():
+        sizes = (self.volume_m3, *self.inertia_kgm2, *self.added_mass_kg)
+        if not np.isfinite(numbers).all() or self.mass_kg <= 0 or min(sizes) < 0:
             raise CannotComputeError(
                 f"A payload of {self.mass_kg:g} kg, {self.volume_m3:g} m^3 at {self.position_m} m "
-                f"with inertia {self.inertia_kgm2} kg m^2 cannot be.\nExpected finite numbers, "
-                "the mass above zero, volume and inertia not below."
+                f"with inertia {self.inertia_kgm2} kg m^2 and added mass {self.added_mass_kg} kg "
+                "cannot be.\nExpected finite numbers, the mass above zero, volume, inertia and "
+                "added mass not below."
             )
 
     def mass_matrix(self) -> FloatArray:
@@ -233,43 +235,3 @@ def close_on(
             "Expected a positive definite 6 x 6 mass matrix and finite velocities."
         )
     return after, held @ (np.asarray(nu_payload, float) - after)
-
-
-def closing_wrench(impulse: FloatArray, latch: Latch, time_s: FloatArray) -> FloatArray:
-    r"""Return the wrench on the vehicle while the latch closes: a half sine with the impulse.
-
-    .. math:: \tau(t) = \frac{\pi}{2 T} P \sin\frac{\pi t}{T}, \qquad 0 \le t \le T
-
-    Parameters
-    ----------
-    impulse : ndarray, shape (6,)
-        P of `close_on`. [N s, N m s]
-    latch : Latch
-        Its closing time is T.
-    time_s : ndarray, shape (n,)
-        Times from first touch. [s]
-
-    Returns
-    -------
-    ndarray, shape (n, 6)
-        Body axes; zero before and after. [N, N m]
-
-    Notes
-    -----
-    For a run in which the vehicle keeps its mass until the latch is closed. A run that changes the
-    mass at the instant of closing sets the velocity to that of `close_on` instead.
-
-    Examples
-    --------
-    >>> pulse = closing_wrench(np.array([1.0, 0, 0, 0, 0, 0]), Latch((0, 0, 0), closing_s=0.5),
-    ...     np.linspace(0.0, 0.5, 501))
-    >>> round(float(np.trapezoid(pulse[:, 0], dx=0.001)), 5)
-    1.0
-    """
-    if not (np.isfinite(latch.closing_s) and latch.closing_s > 0):
-        raise CannotComputeError(
-            f"A latch that closes in {latch.closing_s:g} s cannot be.\nExpected a time above zero."
-        )
-    phase = np.asarray(time_s, float) / latch.closing_s
-    pulse = np.where((phase > 0) & (phase < 1), np.sin(np.pi * phase), 0.0)
-    return np.outer(np.pi / (2 * latch.closing_s) * pulse, np.asarray(impulse, float))
