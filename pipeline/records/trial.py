@@ -11,6 +11,9 @@ from pipeline.records.pool_run import PoolRunRecord
 
 #: The model loses against the last value when its error is larger by this factor.
 LOSES = 1.1
+#: A larger log is not copied: the simulated channels then stand in a log of their own, which the
+#: viewers open together with it.
+LARGEST_OVERLAY_BYTES = 500_000_000
 #: Errors below this many times the sensor's noise are the sensor's.
 IN_THE_NOISE = 2.0
 
@@ -116,6 +119,11 @@ class TrialDay(Record):
     why_not: str = ""
     notes: tuple[str, ...] = ()
 
+    @property
+    def settled(self) -> bool:
+        """Whether there is no fit whose values are not to be used."""
+        return self.identification is None or self.identification.converged
+
 
 class DayTables(Record):
     """The firmware tables in force on a trial day: codes over thrust and speed."""
@@ -162,3 +170,5 @@ class PageReceipt(Record):
     runs: tuple[RunLine, ...] = ()
     parameters: tuple[IdentifiedParameter, ...] = ()
     """Of a day: what its runs tell, for the trend on the vehicle's page."""
+    settled: bool = True
+    """Of a day: false where its fit did not settle, so that its parameters are not to be used."""

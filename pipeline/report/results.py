@@ -27,7 +27,8 @@ from pipeline.vehicle.supply_voltage import is_at_supply
 class TrialDayLink:
     """A trial day as other pages name it; addresses are relative to the page.
 
-    `runs` are label and address of each; `parameters` are what the day's runs tell.
+    `runs` are label and address of each; `parameters` are what the day's runs tell, not to be used
+    where the fit has not `settled`.
     """
 
     name: str
@@ -36,6 +37,7 @@ class TrialDayLink:
     href: str
     runs: tuple[tuple[str, str], ...] = ()
     parameters: tuple[IdentifiedParameter, ...] = ()
+    settled: bool = True
 
 
 @dataclass(frozen=True)

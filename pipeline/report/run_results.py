@@ -12,7 +12,8 @@ from pipeline.vehicle.schema import Vehicle
 class RunResults:
     """A run as far as it got: a log that cannot be read has problems alone.
 
-    `files` are label and address of files beside the page; `shown_path` names the log in messages.
+    `files` are label and address of files beside the page; `shown_path` names the log in messages,
+    `run` among the results, where it may be another name that is safe in paths and addresses.
     """
 
     vehicle: Vehicle

@@ -7,11 +7,14 @@ from pipeline.records.trial import TrialDay
 from pipeline.report.assets import placed
 from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
 from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
-from pipeline.report.figures.trend import TREND_TITLE, apart, trend_blocks
+from pipeline.report.figures.trend import TREND_TITLE, apart, trend_blocks, unsettled_days
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
 from pipeline.report.run_page import status_text, tone
 from pipeline.report.sections.tables import provenance_table
+
+#: Said instead of any comparison of such a fit.
+_UNSETTLED = "The fit did not settle: do not use its values."
 
 
 def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: str = "") -> str:
@@ -74,7 +77,9 @@ def day_warnings(results: DayResults) -> tuple[str, ...]:
     if trial.why_not and results.vehicle.model is not None:
         found.append(f"No parameters were identified: {trial.why_not}")
     fit = trial.identification
-    if fit is not None:
+    if fit is not None and not fit.converged:
+        found.append(_UNSETTLED)
+    elif fit is not None:
         before = _latest(results)
         if before is not None:
             day, parameters = before
@@ -93,8 +98,6 @@ def day_warnings(results: DayResults) -> tuple[str, ...]:
             found.append(
                 f"{', '.join(off)}: the day's interval does not hold the vehicle file's value."
             )
-        if not fit.converged:
-            found.append("The fit did not settle: do not use its values.")
     return tuple(found)
 
 
@@ -104,8 +107,11 @@ def _against_file(one: IdentifiedParameter) -> bool:
 
 
 def _latest(results: DayResults) -> tuple[str, dict[str, IdentifiedParameter]] | None:
+    """Return the latest day before that the day can be compared with; None where it cannot be."""
+    if not results.trial.settled:
+        return None
     for day, trial in reversed(list(results.earlier.items())):
-        if trial.identification is not None:
+        if trial.identification is not None and trial.settled:
             return day, _parameters(trial)
     return None
 
@@ -188,7 +194,8 @@ def _identified(results: DayResults) -> Section:
             row.append(general(old[one.name].value, 3) if one.name in old else "–")
         rows.append((*row, one.meaning))
         moved = one.name in old and apart(old[one.name], one)
-        classes.append("warning" if moved or _against_file(one) else "")
+        marked = fit.converged and (moved or _against_file(one))
+        classes.append("warning" if marked else "")
     table = Table(
         "Parameters that the day's runs tell",
         header,
@@ -196,10 +203,13 @@ def _identified(results: DayResults) -> Section:
         text_columns=frozenset({1, len(header) - 1}),
         row_classes=tuple(classes),
         note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
-        "common with that of the trial day before.",
+        "common with that of the trial day before."
+        if fit.converged
+        else "",
     )
     none = Paragraph("These runs determine none of the parameters.")
-    more: list[Block] = [table if rows else none]
+    more: list[Block] = [] if fit.converged else [Paragraph(_UNSETTLED, tone="warning")]
+    more.append(table if rows else none)
     if fit.cannot_identify:
         more.append(
             Details(
@@ -215,14 +225,17 @@ def _identified(results: DayResults) -> Section:
 def _trend(results: DayResults) -> Section:
     days = {day: _parameters(trial) for day, trial in results.earlier.items()}
     days[results.day] = _parameters(results.trial)
-    blocks = trend_blocks(days)
+    every = {**results.earlier, results.day: results.trial}
+    unsettled = [day for day, trial in every.items() if not trial.settled]
+    blocks = trend_blocks(days, unsettled)
     if not blocks:
         text = (
             "A trend needs two trial days with identified parameters; there is one so far."
-            if any(days.values())
+            if any(own for day, own in days.items() if day not in unsettled)
             else "A trend needs two trial days with identified parameters; there is none so far."
         )
-        return Section("trend", TREND_TITLE, (Paragraph(text),), available=False)
+        left_out = unsettled_days(unsettled)
+        return Section("trend", TREND_TITLE, (Paragraph(text), *left_out), available=False)
     return Section("trend", TREND_TITLE, blocks)
 
 
@@ -252,6 +265,7 @@ def _quality(results: DayResults) -> Section:
                     "Readings",
                     "Sensor noise",
                     "Identified",
+                    "Corrected file",
                     "Vehicle file",
                     "Last value held",
                     "Linear black box",
@@ -263,6 +277,7 @@ def _quality(results: DayResults) -> Section:
                         str(one.readings),
                         general(one.sensor_noise, 2),
                         number(one.rmse_identified),
+                        number(one.rmse_corrected_file),
                         number(one.rmse_vehicle_file),
                         number(one.rmse_last_value),
                         number(one.rmse_black_box),
@@ -270,7 +285,11 @@ def _quality(results: DayResults) -> Section:
                     for one in fit.quality
                 ),
                 text_columns=frozenset({1}),
-                note="A model earns its place where it beats both baselines on the right.",
+                note=(
+                    "A model earns its place where it beats both baselines on the right. The "
+                    "corrected file has the parameters found, but not the thrust that was fitted "
+                    "beside them."
+                ),
             ),
         ),
     )

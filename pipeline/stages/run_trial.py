@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pipeline.control.code_limits import at_limit
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
 from pipeline.export.log_topics import Water, topics_of_log
 from pipeline.export.mcap_log import write_run_log
@@ -17,18 +18,14 @@ from pipeline.ingest.recorded_log import RecordedFile
 from pipeline.provenance import file_digest
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
-from pipeline.records.trial import RunTrial, StoredRun
+from pipeline.records.trial import LARGEST_OVERLAY_BYTES, RunTrial, StoredRun
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.stages.code_limits import at_limit
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.run_table_file import read_tables, write_tables
 from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
 
-#: A larger log is not copied: the simulated channels then stand in a log of their own, which the
-#: viewers open together with it.
-LARGEST_OVERLAY_BYTES = 500_000_000
 #: Where the free run stands in the overlay; the windows are directly under ``/sim``.
 FREE_PREFIX = "/sim/free_run"
 

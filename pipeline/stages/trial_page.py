@@ -52,13 +52,21 @@ def run(job: Job) -> str:
             title=f"Trial day {day}",
             errors=errors,
             warnings=warnings,
-            line=f"{plural(len(runs), 'run')}; {status_text(errors, warnings)}",
+            line=_line(results, errors, warnings),
             runs=tuple(
                 RunLine(name=one.name, line=one.line, page=next(iter(one.files))) for one in runs
             ),
             parameters=()
             if fit is None
             else tuple(one for one in fit.parameters if one.identified),
+            settled=results.trial.settled,
         )
 
     return write_record(job, compute)
+
+
+def _line(results: DayResults, errors: int, warnings: int) -> str:
+    parts = [plural(len(results.runs), "run")]
+    if not results.trial.settled:
+        parts.append("the fit did not settle")
+    return "; ".join([*parts, status_text(errors, warnings)])

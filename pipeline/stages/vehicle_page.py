@@ -102,6 +102,7 @@ def _trials(job: Job, page: Path) -> tuple[TrialDayLink, ...]:
             address_from(page, next(iter(one.files))),
             tuple((f"{run.name}: {run.line}", address_from(page, run.page)) for run in one.runs),
             one.parameters,
+            one.settled,
         )
         for one in receipts
         if one is not None

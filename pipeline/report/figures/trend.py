@@ -1,7 +1,7 @@
 """Identified parameters from one trial day to the next."""
 
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -21,15 +21,17 @@ TREND_TITLE = "Trend over the trial days"
 Days = Mapping[str, Mapping[str, IdentifiedParameter]]
 
 
-def trend_blocks(days: Days) -> tuple[Block, ...]:
+def trend_blocks(days: Days, unsettled: Collection[str] = ()) -> tuple[Block, ...]:
     """Return the figure of the latest day's parameters, nothing where no two days have a fit.
 
     Parameters
     ----------
     days : mapping
         As for `trend_figure`; days without a fit are passed over.
+    unsettled : collection of str
+        Days whose fit did not settle: they are named and take no part.
     """
-    fitted = {day: own for day, own in days.items() if own}
+    fitted = {day: own for day, own in days.items() if own and day not in unsettled}
     if len(fitted) < 2:
         return ()
     latest = list(next(reversed(fitted.values())))
@@ -37,7 +39,16 @@ def trend_blocks(days: Days) -> tuple[Block, ...]:
     blocks: list[Block] = [trend_figure(fitted, drawn)]
     if len(latest) > len(drawn):
         blocks.append(Paragraph(f"Not drawn: {', '.join(latest[MOST_DRAWN:])}."))
-    return tuple(blocks)
+    return (*blocks, *unsettled_days(unsettled))
+
+
+def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
+    """Name the days that take no part in a trend; nothing where there are none."""
+    if not days:
+        return ()
+    names = ", ".join(days)
+    text = f"The fit of these trial days did not settle, so they take no part in a trend: {names}."
+    return (Paragraph(text, tone="warning"),)
 
 
 def trend_figure(days: Days, names: tuple[str, ...]) -> Figure:

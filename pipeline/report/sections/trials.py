@@ -1,7 +1,8 @@
 """The vehicle's page: where the pages of its trial days and pool runs are."""
 
 from pipeline.report.blocks import Block, Details, Heading, Links, Paragraph, Section
-from pipeline.report.figures.trend import TREND_TITLE, trend_blocks
+from pipeline.report.figures.trend import TREND_TITLE, trend_blocks, unsettled_days
+from pipeline.report.numbers import plural
 from pipeline.report.results import TrialDayLink, VehicleResults
 
 #: Trial days shown in the open; older ones are folded away.
@@ -18,9 +19,14 @@ def trials_section(results: VehicleResults) -> Section:
         )
         return Section("trials", title, (Paragraph(text),))
     blocks: list[Block] = []
-    trend = _trend(results)
+    unsettled = [day.name for day in results.trials if not day.settled]
+    trend = trend_blocks(
+        {day.name: {one.name: one for one in day.parameters} for day in results.trials}, unsettled
+    )
     if trend:
         blocks += [Heading(TREND_TITLE, "trend"), *trend]
+    else:
+        blocks += unsettled_days(unsettled)
     latest_first = results.trials[::-1]
     for day in latest_first[:DAYS_SHOWN]:
         blocks += _day(day)
@@ -28,7 +34,7 @@ def trials_section(results: VehicleResults) -> Section:
     if older:
         blocks.append(
             Details(
-                f"{len(older)} earlier trial days",
+                plural(len(older), "earlier trial day"),
                 tuple(block for day in older for block in _day(day)),
             )
         )
@@ -43,11 +49,5 @@ def _day(day: TrialDayLink) -> list[Block]:
 
 
 def has_trend(results: VehicleResults) -> bool:
-    """Whether two trial days or more have a fit, so that the page shows a trend."""
-    return sum(bool(day.parameters) for day in results.trials) > 1
-
-
-def _trend(results: VehicleResults) -> tuple[Block, ...]:
-    return trend_blocks(
-        {day.name: {one.name: one for one in day.parameters} for day in results.trials}
-    )
+    """Whether two trial days or more have a fit that settled, so that the page shows a trend."""
+    return sum(day.settled and bool(day.parameters) for day in results.trials) > 1

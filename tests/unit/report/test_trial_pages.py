@@ -10,9 +10,11 @@ from hypothesis import strategies as st
 
 from pipeline.records.identification import IdentifiedParameter, VehicleIdentification
 from pipeline.records.trial import DayTables, PageReceipt, TrialDay
+from pipeline.report.blocks import Details, Figure, Paragraph
 from pipeline.report.day_results import DayResults, table_changes
 from pipeline.report.decimate import decimated
-from pipeline.report.results import VehicleResults
+from pipeline.report.results import TrialDayLink, VehicleResults
+from pipeline.report.sections.trials import has_trend, trials_section
 from pipeline.report.trial_page import day_page, day_warnings
 
 CRUMBS = (("All vehicles", "../../index.html"),)
@@ -74,10 +76,10 @@ def parameter(value: float, half: float = 1.0, prior: float = 10.0) -> Identifie
     )  # fmt: skip
 
 
-def fit(value: float) -> VehicleIdentification:
+def fit(value: float, *, converged: bool = True) -> VehicleIdentification:
     return VehicleIdentification(
         vehicle="v", runs=("r",), holdout=(), windows=9, holdout_windows=2, window_s=8.0,
-        readings=99, iterations=3, converged=True, thrust_uncertainty=0.0,
+        readings=99, iterations=3, converged=converged, thrust_uncertainty=0.0,
         parameters=(parameter(value),), correlations=(), cannot_identify=(), next_manoeuvres=(),
         noise=(), quality=(), notes=(),
     )  # fmt: skip
@@ -153,3 +155,64 @@ def test_fit_that_determines_nothing_says_so_without_an_empty_list(results: Vehi
     )
     assert "These runs determine none of the parameters." in text
     assert not re.search(r"<ul[^>]*>\s*</ul>", text)
+
+
+def unsettled(name: str, value: float) -> TrialDay:
+    return TrialDay(vehicle="v", day=name, runs=("r",), identification=fit(value, converged=False))
+
+
+def test_a_fit_that_did_not_settle_is_compared_with_nothing(results: VehicleResults) -> None:
+    found = replace(day(results, 15.0, 10.2), trial=unsettled("2026-05-04", 15.0))
+    assert day_warnings(found) == ("The fit did not settle: do not use its values.",)
+    text = day_page(found, CRUMBS)
+    (section,) = re.findall(r'<h2 id="identified">.*?</section>', text, re.DOTALL)
+    assert "The fit did not settle: do not use its values." in section
+    assert '<tr class="warning">' not in section
+    assert "2026-05-03" not in section
+    assert "moved out" not in text
+    assert 'id="fig-trend"' not in text
+    assert "so they take no part in a trend: 2026-05-04." in text
+    assert "there is one so far." in text
+
+
+def test_a_day_is_compared_with_the_last_one_that_settled(results: VehicleResults) -> None:
+    found = day(results, 15.0, 15.2)
+    earlier = {
+        "2026-05-02": found.earlier["2026-05-03"],
+        "2026-05-03": unsettled("2026-05-03", 10.2),
+    }
+    found = replace(found, earlier=earlier)
+    assert not [text for text in day_warnings(found) if "outside the intervals" in text]
+    text = day_page(found, CRUMBS)
+    assert "No parameter left the interval of the trial day before." in text
+    assert "so they take no part in a trend: 2026-05-03." in text
+
+
+def linked(name: str, value: float, *, settled: bool = True) -> TrialDayLink:
+    return TrialDayLink(
+        name, f"Trial day {name}", "1 run", f"trials/{name}.html", (), (parameter(value),), settled
+    )
+
+
+def test_the_vehicles_page_leaves_an_unsettled_day_out_of_its_trend(
+    results: VehicleResults,
+) -> None:
+    days = (linked("2026-05-02", 10.0), linked("2026-05-03", 15.0, settled=False))
+    two = replace(results, trials=days)
+    assert not has_trend(two)
+    texts = [one.text for one in trials_section(two).blocks if isinstance(one, Paragraph)]
+    assert texts == [
+        "The fit of these trial days did not settle, so they take no part in a trend: 2026-05-03."
+    ]
+    three = replace(results, trials=(*days, linked("2026-05-04", 10.2)))
+    assert has_trend(three)
+    (figure,) = [one for one in trials_section(three).blocks if isinstance(one, Figure)]
+    assert figure.lead == "No parameter left the interval of the trial day before."
+    assert "2026-05-03" not in figure.svg
+
+
+def test_one_day_folded_away_is_no_days(results: VehicleResults) -> None:
+    days = tuple(replace(linked(f"2026-05-0{n}", 1.0), parameters=()) for n in range(1, 7))
+    blocks = trials_section(replace(results, trials=days)).blocks
+    (folded,) = [one for one in blocks if isinstance(one, Details)]
+    assert folded.summary == "1 earlier trial day"
