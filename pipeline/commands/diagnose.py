@@ -2,16 +2,12 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from pipeline.command_options import OUT, RAW, ValuesCommand
 from pipeline.command_progress import telling
 from pipeline.language import translate
-
-if TYPE_CHECKING:
-    from pipeline.records.diagnosis import DiagnosisRecord
 
 
 @click.command(cls=ValuesCommand)
@@ -68,6 +64,7 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
         _diagnose_tables(vehicle, runs, holdout, healthy, to=to, as_json=as_json, raw=raw, out=out)
         return
     from pipeline.stages.diagnosis import DiagnosisRequest, diagnose_to_files
+    from pipeline.stages.diagnosis_text import diagnosis_text
 
     request = DiagnosisRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)
     with telling() as tell:
@@ -75,7 +72,7 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
     if as_json:
         click.echo(json.dumps(files.record.model_dump(mode="json"), indent=1))
         return
-    click.echo(translate(_text(files.record)))
+    click.echo(translate(diagnosis_text(files.record)))
     if files.corrected is not None:
         click.echo(translate(f"vehicle file with the effect: {files.corrected}"))
     for overlay in files.overlays:
@@ -110,44 +107,3 @@ def _diagnose_tables(
     click.echo(translate(bench_text(record)))
     click.echo(str(result))
     click.echo(translate(f"report: {page}"))
-
-
-def _text(record: "DiagnosisRecord") -> str:
-    from pipeline.report.diagnosis_words import closed_text
-
-    lines = [record.verdict.sentence, ""]
-    gaps = sorted(record.gap.channels.items(), key=lambda item: -item[1].ratio)
-    lines.append(
-        "gap over the healthy floor: " + ", ".join(f"{name} {one.ratio:.2f}" for name, one in gaps)
-    )
-    lines.extend(
-        f"  {row.share:.0%} of it where {row.regressor} is {row.range[0]:.3g} to "
-        f"{_with_unit(f'{row.range[1]:.3g}', row.unit)} ({row.share_of_time:.0%} of the time)"
-        for row in record.gap.where.regimes[:3]
-    )
-    lines.append("")
-    for answer in record.ranking[:5]:
-        values = ", ".join(
-            _with_unit(f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}]", one.unit)
-            for name, one in answer.parameters.items()
-        )
-        where = f" at {answer.thruster}" if answer.thruster else ""
-        lines.append(f"  {answer.probability:6.1%}  {answer.effect}{where}  {values}".rstrip())
-    shrink = record.shrink
-    share = shrink.gap_closed
-    closed = "" if share is None else f", {closed_text(share)} of the gap closed"
-    held = f"held out ({shrink.held_out}): {shrink.before:.2f} before, {shrink.after:.2f} after"
-    lines += ["", f"{held}, in units of the healthy floor{closed}"]
-    if record.next_run is not None:
-        one = record.next_run
-        lines.append(
-            f"fly next: {one.manoeuvre}, which separates {' and '.join(one.separates)} by "
-            f"{one.expected_separation_sigma:.1f} sigma"
-        )
-    lines += [f"note: {note}" for note in record.notes]
-    return "\n".join(lines)
-
-
-def _with_unit(text: str, unit: str) -> str:
-    """Write a unit behind a number; nothing where there is none."""
-    return text if unit == "1" else f"{text} {unit}"

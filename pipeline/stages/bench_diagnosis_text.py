@@ -1,12 +1,13 @@
 """The diagnosis of a mooring table as text for a terminal."""
 
+from pipeline.language import as_it_is
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
-from pipeline.report.diagnosis_words import closed_text
+from pipeline.report.diagnosis_words import closed_text, identifiers, verdict_sentence
 
 
 def bench_text(record: BenchDiagnosisRecord) -> str:
     """Verdict, where the gap is, ranking, how far it shrinks, what to measure next."""
-    lines = [record.verdict.sentence, ""]
+    lines = [verdict_sentence(record.verdict), ""]
     lines.append("gap (over what a healthy thruster may leave):")
     lines += [
         f"  {name}: {one.rmse:.3g} {one.unit} ({one.ratio:.2f})"
@@ -22,7 +23,8 @@ def bench_text(record: BenchDiagnosisRecord) -> str:
             f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}] {one.unit}"
             for name, one in answer.parameters.items()
         )
-        lines.append(f"  {answer.probability:6.1%}  {answer.effect}  {values}".rstrip())
+        effect = as_it_is(answer.effect)
+        lines.append(f"  {answer.probability:6.1%}  {effect}  {values}".rstrip())
     shrink = record.shrink
     share = shrink.gap_closed
     closed = "" if share is None else f", {closed_text(share)} of the gap closed"
@@ -34,7 +36,7 @@ def bench_text(record: BenchDiagnosisRecord) -> str:
     if record.next_run is not None:
         one = record.next_run
         lines.append(
-            f"measure next: {one.manoeuvre}; separates {' and '.join(one.separates)} by "
+            f"measure next: {one.manoeuvre}; separates {identifiers(one.separates)} by "
             f"{one.expected_separation_sigma:.1f} sigma"
         )
     lines += [f"note: {note}" for note in record.notes]

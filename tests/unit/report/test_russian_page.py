@@ -8,9 +8,11 @@ import pytest
 
 from pipeline.language import translate
 from pipeline.reader_language import use
+from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.vehicle_page import vehicle_page
+from pipeline.stages.diagnosis_text import diagnosis_text
 
 #: Words without which no English sentence does; none is a name or a key.
 ENGLISH = re.compile(r"\b(the|and|is|are|of|with|from|this|that|not|by|than|which)\b")
@@ -30,9 +32,17 @@ def texts(page: str) -> list[str]:
     return [one.strip() for one in TAG.sub("\0", plain).split("\0") if one.strip()]
 
 
-@pytest.mark.usefixtures("russian")
-def test_a_vehicle_page_is_russian(results: VehicleResults) -> None:
-    page = vehicle_page(results)
+@pytest.fixture(scope="module")
+def russian_page(results: VehicleResults) -> str:
+    use("ru")
+    try:
+        return vehicle_page(results)
+    finally:
+        use("en")
+
+
+def test_a_vehicle_page_is_russian(russian_page: str) -> None:
+    page = russian_page
     assert '<html lang="ru">' in page
     assert "Таблица 1. Коэффициенты винта" in page
     found = texts(page)
@@ -42,15 +52,14 @@ def test_a_vehicle_page_is_russian(results: VehicleResults) -> None:
     assert [one for one in found if re.fullmatch(r"[−+-]?\d+,\d+", one)]
 
 
-@pytest.mark.usefixtures("russian")
-def test_labels_of_figures_are_russian(results: VehicleResults) -> None:
-    page = vehicle_page(results)
-    assert "частота вращения n  [об/мин]" in page
-    assert "shaft speed n" not in page
+def test_labels_of_figures_are_russian(russian_page: str) -> None:
+    assert "частота вращения n  [об/мин]" in russian_page
+    assert "shaft speed n" not in russian_page
 
 
-@pytest.mark.usefixtures("russian", "undrawn")
-def test_effects_keep_their_identifiers() -> None:
+@pytest.fixture
+def of_a_current() -> DiagnosisRecord:
+    """A diagnosis whose identifiers are words of other meanings, too."""
     record = diagnosis_records.diagnosis(channels=(), windows=1)
     verdict = record.verdict.model_copy(
         update={
@@ -64,17 +73,20 @@ def test_effects_keep_their_identifiers() -> None:
     ranking = (first.model_copy(update={"effect": "current"}), *others)
     assert record.next_run is not None
     following = record.next_run.model_copy(update={"separates": ("current", "tether")})
-    page = diagnosis_page(
-        record.model_copy(
-            update={
-                "verdict": verdict,
-                "ranking": ranking,
-                "confusable": (("current", "tether", 0.999), ("lift", "payload", 0.7)),
-                "next_run": following,
-                "notes": (),
-            }
-        )
+    return record.model_copy(
+        update={
+            "verdict": verdict,
+            "ranking": ranking,
+            "confusable": (("current", "tether", 0.999), ("lift", "payload", 0.7)),
+            "next_run": following,
+            "notes": (),
+        }
     )
+
+
+@pytest.mark.usefixtures("russian", "undrawn")
+def test_effects_keep_their_identifiers(of_a_current: DiagnosisRecord) -> None:
+    page = diagnosis_page(of_a_current)
     found = texts(page)
     assert "Эти данные не отличают current от tether и payload." in page
     assert "current (вода движется" in page
@@ -86,6 +98,15 @@ def test_effects_keep_their_identifiers() -> None:
     assert not re.search(r"\bток\b|\bкабель, груз", page)
     assert "нет" not in found
     assert not re.search("[\ue000\ue001]", page)
+
+
+@pytest.mark.usefixtures("russian")
+def test_effects_keep_their_identifiers_on_a_terminal(of_a_current: DiagnosisRecord) -> None:
+    text = translate(diagnosis_text(of_a_current))
+    assert text.startswith("current (вода движется")
+    assert "%  current  " in text
+    assert "current и tether" in text
+    assert not re.search(r"\bток\b|\bкабель\b", text)
 
 
 @pytest.mark.usefixtures("russian")

@@ -1,0 +1,46 @@
+"""The diagnosis of pool runs as text for a terminal."""
+
+from pipeline.language import as_it_is
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.report.diagnosis_words import closed_text, identifiers, verdict_sentence
+
+
+def diagnosis_text(record: DiagnosisRecord) -> str:
+    """Verdict, where the gap is, ranking, how far it shrinks, what to fly next, notes."""
+    lines = [verdict_sentence(record.verdict), ""]
+    gaps = sorted(record.gap.channels.items(), key=lambda item: -item[1].ratio)
+    lines.append(
+        "gap over the healthy floor: " + ", ".join(f"{name} {one.ratio:.2f}" for name, one in gaps)
+    )
+    lines.extend(
+        f"  {row.share:.0%} of it where {row.regressor} is {row.range[0]:.3g} to "
+        f"{_with_unit(f'{row.range[1]:.3g}', row.unit)} ({row.share_of_time:.0%} of the time)"
+        for row in record.gap.where.regimes[:3]
+    )
+    lines.append("")
+    for answer in record.ranking[:5]:
+        values = ", ".join(
+            _with_unit(f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}]", one.unit)
+            for name, one in answer.parameters.items()
+        )
+        where = f" at {answer.thruster}" if answer.thruster else ""
+        effect = as_it_is(answer.effect)
+        lines.append(f"  {answer.probability:6.1%}  {effect}{where}  {values}".rstrip())
+    shrink = record.shrink
+    share = shrink.gap_closed
+    closed = "" if share is None else f", {closed_text(share)} of the gap closed"
+    held = f"held out ({shrink.held_out}): {shrink.before:.2f} before, {shrink.after:.2f} after"
+    lines += ["", f"{held}, in units of the healthy floor{closed}"]
+    if record.next_run is not None:
+        one = record.next_run
+        lines.append(
+            f"fly next: {one.manoeuvre}, which separates {identifiers(one.separates)} by "
+            f"{one.expected_separation_sigma:.1f} sigma"
+        )
+    lines += [f"note: {note}" for note in record.notes]
+    return "\n".join(lines)
+
+
+def _with_unit(text: str, unit: str) -> str:
+    """Write a unit behind a number; nothing where there is none."""
+    return text if unit == "1" else f"{text} {unit}"
