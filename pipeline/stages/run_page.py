@@ -5,7 +5,7 @@ from pathlib import Path
 from pipeline.plan import report_file
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.run_table import RunTable
-from pipeline.records.trial import PageReceipt, RunTrial, StoredRun
+from pipeline.records.trial import LARGEST_OVERLAY_BYTES, PageReceipt, RunTrial, StoredRun
 from pipeline.report.links import address_from
 from pipeline.report.run_page import run_line, write_run_page
 from pipeline.report.run_results import RunResults
@@ -58,7 +58,7 @@ def _results(
         files=tuple(
             (label, address_from(page, file))
             for ending, label in (
-                (".mcap", "Log with measured and simulated channels, for a log viewer (MCAP)"),
+                (".mcap", overlay_label(stored.record)),
                 ("/pool/{}.npz", "Measured channels on one time base (NumPy arrays)"),
                 ("/run_trials/{}.npz", "Simulated channels on the same (NumPy arrays)"),
             )
@@ -67,6 +67,19 @@ def _results(
         ),
         provenance=_provenance(stored, trial),
     )
+
+
+def overlay_label(stored: StoredRun | None) -> str:
+    """Say what the log beside the page holds: of a large log the measured channels are not copied.
+
+    Parameters
+    ----------
+    stored : StoredRun or None
+        The log of the run; None where it could not be read.
+    """
+    if stored is not None and stored.size_bytes > LARGEST_OVERLAY_BYTES:
+        return "Log with simulated channels alone, to be opened with the run's own (MCAP)"
+    return "Log with measured and simulated channels, for a log viewer (MCAP)"
 
 
 def _tables(files: dict[str, str]) -> dict[str, RunTable]:

@@ -91,12 +91,12 @@ def _error_table(allocation: AllocationMap) -> Table:
             "Rms, mooring inverse",
             "Rms, compensated",
             "Demands within reach",
-            "of these opposed to motion",
+            "Within reach, opposed to motion",
         ),
         tuple(rows),
         note="One-sided range: the largest surge force, pitch and yaw moment that the thrusters "
         "can make at that speed. Opposed demands need thrust against the motion and are scored "
-        "apart.",
+        "apart. Both shares are of all demands.",
     )
 
 

@@ -6,6 +6,7 @@ from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
 from pipeline.report.links import safe_link
 from pipeline.report.numbers import fixed, general, plural, signed
 from pipeline.report.results import VehicleResults
+from pipeline.report.sections.tables import provenance_table
 
 
 def outliers_section(results: VehicleResults) -> Section:
@@ -110,18 +111,6 @@ def firmware_section(results: VehicleResults) -> Section:
 
 def provenance_section(results: VehicleResults) -> Section:
     """Digests and versions, line by line."""
-    rows = tuple((name, text) for name, text in results.provenance.items())
-    if not rows:
+    if not results.provenance:
         return Section("provenance", "Provenance", (Paragraph("No provenance was recorded."),))
-    return Section(
-        "provenance",
-        "Provenance",
-        (
-            Table(
-                "Inputs, code and versions",
-                ("What", "Digest or version"),
-                rows,
-                text_columns=frozenset({1}),
-            ),
-        ),
-    )
+    return Section("provenance", "Provenance", (provenance_table(results.provenance),))

@@ -200,14 +200,7 @@ def _table4(
         printed = table4_row(table4, row.speed_mps) if table4 else None
         rows += coefficients(names, row.coefficients, row.ci95, printed)
     if table4 is not None:
-        blocks += [
-            _table4_differences(inverse.table4, table4),
-            Paragraph(
-                _table4_sentence(inverse.table4, table4)
-                + " "
-                + share_inside(rows, _why_outside(inverse))
-            ),
-        ]
+        blocks += _table4_compared(inverse, table4, rows)
     blocks.append(
         Details(
             "Coefficients of Table 4 with intervals",
@@ -221,6 +214,16 @@ def _table4(
         )
     )
     return blocks
+
+
+def _table4_compared(
+    inverse: InverseCharacteristic, published: PublishedTable4, rows: Sequence[Coefficient]
+) -> list[Block]:
+    common = [r for r in inverse.table4 if table4_row(published, r.speed_mps) is not None]
+    if not common:
+        return [Paragraph("The published Table 4 has no speed in common with ours.")]
+    said = f"{_table4_sentence(common, published)} {share_inside(rows, _why_outside(inverse))}"
+    return [_table4_differences(common, published), Paragraph(said)]
 
 
 def _why_outside(inverse: InverseCharacteristic) -> str:
@@ -304,15 +307,17 @@ def _table4_differences(rows: Sequence[SpeedInverse], published: PublishedTable4
 
 
 def _table4_sentence(rows: Sequence[SpeedInverse], published: PublishedTable4) -> str:
-    worst = (0.0, 0.0, 0.0)
+    worst: tuple[float, float, float] | None = None
     for row in rows:
         thrust = np.linspace(THRUST_FROM_N, row.thrust_max_n, 400)
         difference = table4_difference(row, published, thrust.tolist())
         if difference is None or np.isnan(difference).all():
             continue
         index = int(np.nanargmax(np.abs(difference)))
-        if abs(difference[index]) > abs(worst[0]):
+        if worst is None or abs(difference[index]) > abs(worst[0]):
             worst = (float(difference[index]), float(thrust[index]), row.speed_mps)
+    if worst is None:
+        return f"Our Table 4 and the published one have no thrust over {THRUST_FROM_N} N in common."
     return (
         f"Our Table 4 differs from the published one by at most {fixed(abs(worst[0]), 1)} codes "
         f"(at {fixed(worst[1], 1)} N, {speed(worst[2])} m/s)."

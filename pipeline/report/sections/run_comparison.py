@@ -23,7 +23,7 @@ from pipeline.report.figures.run_channels import (
     figure_name,
     shown_unit,
 )
-from pipeline.report.numbers import fixed, general, signed
+from pipeline.report.numbers import fixed, general, plural, signed
 from pipeline.report.run_results import RunResults
 from pipeline.report.zoomable import Resolution
 from pipeline.types import FloatArray
@@ -75,7 +75,7 @@ def comparison_section(results: RunResults) -> Section:
 def _rest(figures: list[Figure]) -> list[Block]:
     if not figures:
         return []
-    return [Details(f"{len(figures)} more figures", (Gallery(tuple(figures)),))]
+    return [Details(plural(len(figures), "more figure"), (Gallery(tuple(figures)),))]
 
 
 def _error_table(channels: tuple[ChannelError, ...]) -> Table:

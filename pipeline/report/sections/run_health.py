@@ -1,6 +1,7 @@
 """A pool run's page: warnings, what the run was, how sound its data are, what was flown."""
 
 from datetime import UTC, datetime
+from pathlib import PurePath
 
 from pipeline.records.pool_run import ChannelSummary
 from pipeline.records.run_arrays import MARKS
@@ -67,8 +68,8 @@ def run_facts_section(results: RunResults) -> Section:
     if stored is not None and stored.notes is None:
         blocks.append(
             Paragraph(
-                f"No notes: write {results.run}.yaml beside the log (ballast, water, tether, who, "
-                "what) and they stand here.",
+                f"No notes: write {PurePath(results.shown_path).stem}.yaml beside the log "
+                "(ballast, water, tether, who, what) and they stand here.",
                 tone="note",
             )
         )

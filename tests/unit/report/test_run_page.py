@@ -8,8 +8,10 @@ import pytest
 import run_records
 
 from pipeline.errors import Place
+from pipeline.records.trial import LARGEST_OVERLAY_BYTES
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import run_page
+from pipeline.stages.run_page import overlay_label
 
 CRUMBS = (("All vehicles", "../../index.html"),)
 
@@ -77,6 +79,31 @@ def test_every_place_of_a_problem_is_listed(results: VehicleResults) -> None:
     assert "All 6 places: a gap of 3 s" in text
     for problem in many:
         assert f"<li>{problem.place}</li>" in text
+
+
+def test_notes_are_asked_for_under_the_name_of_the_log(results: VehicleResults) -> None:
+    found = run_records.run_results(results.vehicle, name="dive_3-32565f6e")
+    text = run_page(replace(found, shown_path="raw/boat/pool/dive 3.mcap"), CRUMBS)
+    assert "No notes: write dive 3.yaml beside the log" in text
+    assert "32565f6e.yaml" not in text
+
+
+def test_the_log_beside_the_page_is_called_what_it_holds(results: VehicleResults) -> None:
+    stored = run_records.run_results(results.vehicle).stored
+    assert stored is not None
+    assert "measured and simulated" in overlay_label(stored)
+    large = stored.model_copy(update={"size_bytes": LARGEST_OVERLAY_BYTES + 1})
+    assert "simulated channels alone" in overlay_label(large)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_one_figure_folded_away_is_no_figures(results: VehicleResults) -> None:
+    found = run_records.run_results(results.vehicle)
+    assert found.trial is not None
+    few = tuple(one for one in found.trial.channels if one.quantity in {"velocity", "position"})
+    trial = found.trial.model_copy(update={"channels": few})
+    text = run_page(replace(found, trial=trial), CRUMBS)
+    assert "<summary>1 more figure</summary>" in text
 
 
 def test_without_scripts_there_are_none(results: VehicleResults) -> None:
