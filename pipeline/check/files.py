@@ -161,8 +161,9 @@ class _Reader:
         return found
 
     def _count(self) -> int:
-        own, found = (self._files, self._runs, self._unread), self._findings
-        return sum(map(len, own)) + len(found.vehicles) + len(found.notes)
+        found = self._findings
+        own = len(self._files) + len(self._runs) + len(self._unread)
+        return own + len(found.vehicles) + len(found.notes)
 
     def read_files(self) -> None:
         """Read the raw files that were set aside."""
