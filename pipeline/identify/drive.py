@@ -1,24 +1,20 @@
 """The drive's mechanical characteristic M(n, N): one smooth surface over speed and code."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.drive_bench import Bench, bench_of
+from pipeline.identify.drive_checks import code_0_check, physical_checks, sweeps_check
 from pipeline.identify.linear_fit import LinearFit, fit_linear, robust_sigmas
 from pipeline.identify.polynomial import name_outliers
-from pipeline.physics.drive import (
-    TorqueSurface,
-    drive_torque,
-    drive_torque_slope,
-    surface_basis,
-)
-from pipeline.records.fits import Check, CodeSpread, DriveFit, FitQuality, OrderScore
-from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
-from pipeline.types import BoolArray, FloatArray, IntArray
-from pipeline.units import rpm_to_rps
+from pipeline.physics.drive import TorqueSurface, drive_torque_slope, surface_basis
+from pipeline.records.fits import CodeSpread, DriveFit, FitQuality, OrderScore
+from pipeline.records.measurements import LoadTestRecord
+from pipeline.types import FloatArray, IntArray
+from pipeline.units import rps_to_rpm
 from pipeline.vehicle.schema import Vehicle
 
 #: Largest powers of speed and code that are tried.
@@ -29,20 +25,6 @@ CENTRE_POWER = 3
 FEWEST_TO_JUDGE = 8
 #: An order with fewer terms is taken when its error between codes is within this of the best.
 SIMPLER_IS_BETTER = 1.05
-
-
-@dataclass(frozen=True)
-class _Bench:
-    """The fitted points as columns, mirrored to positive code, speed and torque."""
-
-    points: tuple[LoadTestPoint, ...]
-    shaft_speed_rps: FloatArray
-    code: FloatArray
-    torque_nm: FloatArray
-    sweep: IntArray
-    sheet: IntArray
-    file: IntArray
-    loading: BoolArray
 
 
 def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
@@ -69,7 +51,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
     CannotComputeError
         If there are no points, no codes, or fewer than three codes.
     """
-    bench = _bench(load_test)
+    bench = bench_of(load_test)
     codes = np.unique(bench.code)
     if codes.size < 3:
         raise CannotComputeError(
@@ -97,7 +79,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
     covariance = fit.covariance + np.outer(fit.coefficients, fit.coefficients) * (
         scale_std**2 / max(len(scale_by_file), 1)
     )
-    sweeps = int(np.unique(bench.sweep).size)
+    sweeps = int(np.unique(bench.sweep[~fit.outlier]).size)
     return DriveFit(
         exponents=tuple((int(i), int(j)) for i, j in surface.exponents),
         coefficients=tuple(fit.coefficients.tolist()),
@@ -130,7 +112,11 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
             ),
         ),
         codes=_spread_by_code(bench, fit),
-        checks=(*_physical_checks(bench, surface), _sweeps_check(sweeps, fit)),
+        checks=(
+            *physical_checks(bench, surface),
+            sweeps_check(sweeps, fit),
+            *code_0_check(load_test),
+        ),
     )
 
 
@@ -148,43 +134,12 @@ def torque_surface(drive: DriveFit) -> TorqueSurface:
     )
 
 
-def _bench(load_test: LoadTestRecord) -> _Bench:
-    points = tuple(p for p in load_test.points if not p.marks and p.code is not None)
-    if not points:
-        without_code = sum(1 for p in load_test.points if p.code is None)
-        raise CannotComputeError(
-            f"the load test holds {without_code} points but no control code, so the family M(n, N) "
-            "has no second variable; add a code column, a sheet per code, or a mapping in "
-            "vehicle.yaml under columns.load_test.code"
-            if without_code
-            else "no usable load-test points, so the drive's characteristic M(n, N) cannot be "
-            "fitted; put M-Test workbooks into load_test/"
-        )
-    code = np.array([p.code for p in points], float)
-    sign = np.sign(code)
-    return _Bench(
-        points=points,
-        shaft_speed_rps=sign * np.array([rpm_to_rps(p.shaft_speed_rpm) for p in points]),
-        code=np.abs(code),
-        torque_nm=sign * np.array([p.torque_nm for p in points]),
-        sweep=_labels([(p.source.file, p.code, p.branch) for p in points]),
-        sheet=_labels([(p.source.file, p.source.sheet, p.code) for p in points]),
-        file=_labels([p.source.file for p in points]),
-        loading=np.array([p.branch == "loading" for p in points]),
-    )
-
-
-def _labels(keys: Sequence[object]) -> IntArray:
-    known: dict[object, int] = {}
-    return np.array([known.setdefault(key, len(known)) for key in keys], dtype=np.int64)
-
-
 def _exponents(speed_power: int, code_power: int) -> IntArray:
     pairs = product(range(speed_power + 1), range(code_power + 1))
     return np.array(list(pairs), dtype=np.int64)
 
 
-def _frame(bench: _Bench, code_scale: float) -> TorqueSurface:
+def _frame(bench: Bench, code_scale: float) -> TorqueSurface:
     """Centre line and band of the measured speeds; a surface without terms yet.
 
     Below the lowest code the band shrinks towards standstill at code 0.
@@ -207,7 +162,7 @@ def _frame(bench: _Bench, code_scale: float) -> TorqueSurface:
     )
 
 
-def _sigmas_within_sweeps(bench: _Bench) -> FloatArray:
+def _sigmas_within_sweeps(bench: Bench) -> FloatArray:
     """Distance of each point from a robust cubic through its own sheet's points.
 
     A point is judged by its neighbours on the bench, not by the surface: where the surface is too
@@ -224,7 +179,7 @@ def _sigmas_within_sweeps(bench: _Bench) -> FloatArray:
 
 
 def _score_powers(
-    bench: _Bench, frame: TorqueSurface, sigmas: FloatArray
+    bench: Bench, frame: TorqueSurface, sigmas: FloatArray
 ) -> dict[tuple[int, int], OrderScore]:
     """Score every pair of powers; the error is that at codes left out one at a time."""
     codes = np.unique(bench.code)
@@ -282,7 +237,7 @@ def _choose(tried: dict[tuple[int, int], _Candidate]) -> tuple[int, int]:
     return min(within, key=lambda powers: (drives[powers].terms, drives[powers].error_nm))
 
 
-def _error_at_left_out_codes(bench: _Bench, basis: FloatArray, fit: LinearFit) -> float:
+def _error_at_left_out_codes(bench: Bench, basis: FloatArray, fit: LinearFit) -> float:
     """RMS error at each inner code predicted from the others; the end codes would extrapolate."""
     keep = ~fit.outlier
     squares: list[FloatArray] = []
@@ -293,7 +248,7 @@ def _error_at_left_out_codes(bench: _Bench, basis: FloatArray, fit: LinearFit) -
     return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else np.inf
 
 
-def _torque_scale_by_file(bench: _Bench, fit: LinearFit) -> dict[str, float]:
+def _torque_scale_by_file(bench: Bench, fit: LinearFit) -> dict[str, float]:
     """Torque of each drive over that of the family, least squares through zero."""
     scales = {}
     for label in np.unique(bench.file):
@@ -305,7 +260,7 @@ def _torque_scale_by_file(bench: _Bench, fit: LinearFit) -> dict[str, float]:
     return scales
 
 
-def _spread_by_code(bench: _Bench, fit: LinearFit) -> tuple[CodeSpread, ...]:
+def _spread_by_code(bench: Bench, fit: LinearFit) -> tuple[CodeSpread, ...]:
     spreads = []
     for code in np.unique(bench.code):
         own = (bench.code == code) & ~fit.outlier
@@ -313,13 +268,13 @@ def _spread_by_code(bench: _Bench, fit: LinearFit) -> tuple[CodeSpread, ...]:
             continue
         residual = fit.residuals[own]
         up, down = residual[bench.loading[own]], residual[~bench.loading[own]]
-        speed = bench.shaft_speed_rps[own] * 60.0
+        speed = bench.shaft_speed_rps[own]
         torque = bench.torque_nm[own]
         spreads.append(
             CodeSpread(
                 code=float(code),
                 points=int(own.sum()),
-                shaft_speed_rpm=(float(speed.min()), float(speed.max())),
+                shaft_speed_rpm=(rps_to_rpm(float(speed.min())), rps_to_rpm(float(speed.max()))),
                 torque_nm=(float(torque.min()), float(torque.max())),
                 residual_std_nm=float(np.sqrt(np.mean(residual**2))),
                 loading_minus_unloading_nm=(
@@ -328,39 +283,3 @@ def _spread_by_code(bench: _Bench, fit: LinearFit) -> tuple[CodeSpread, ...]:
             )
         )
     return tuple(spreads)
-
-
-def _physical_checks(bench: _Bench, surface: TorqueSurface) -> tuple[Check, ...]:
-    slope = drive_torque_slope(bench.shaft_speed_rps, bench.code, surface)
-    step = 1.0
-    rise = drive_torque(bench.shaft_speed_rps, bench.code + step, surface) - drive_torque(
-        bench.shaft_speed_rps, bench.code, surface
-    )
-    return (
-        Check(
-            name="torque falls with shaft speed",
-            passed=bool(np.all(slope < 0)),
-            text=f"dM/dn from {slope.min() / 60:.3g} to {slope.max() / 60:.3g} N m per rpm "
-            "at the measured points",
-        ),
-        Check(
-            name="torque rises with code",
-            passed=bool(np.all(rise > 0)),
-            text=f"dM/dN from {rise.min() / step:.3g} to {rise.max() / step:.3g} N m per code "
-            "at the measured points",
-        ),
-    )
-
-
-def _sweeps_check(sweeps: int, fit: LinearFit) -> Check:
-    """Say whether the intervals count whole sweeps, or had to count single points."""
-    terms = len(fit.coefficients)
-    return Check(
-        name="sweeps enough for the intervals",
-        passed=fit.clustered,
-        text=f"{sweeps} sweeps carry the covariance of {terms} terms"
-        if fit.clustered
-        else f"{sweeps} sweeps are not more than the {terms} terms: the covariance takes the "
-        "points of a sweep as independent, and the intervals are too narrow. Measure more codes, "
-        "both branches, or a second drive",
-    )

@@ -14,6 +14,9 @@ from pipeline.types import BoolArray, FloatArray, IntArray
 #: A point this many robust standard deviations off does not belong. At 4.5, a Gaussian sample of
 #: 1000 points is expected to lose 0.007 of one.
 OUTLIER_SIGMAS = 4.5
+#: Where the other clusters hold less than this share of the information on some combination of
+#: coefficients, it rests on one cluster alone, and its scatter between clusters is not known.
+SMALLEST_SHARE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -59,8 +62,7 @@ def fit_linear(
         Measured values.
     clusters : ndarray of int, shape (m,), optional
         Label of the group whose errors go together (a sweep of the bench). Given, the covariance
-        is the cluster-robust one of Liang and Zeger (1986), if there are more groups than
-        regressors.
+        is `jackknife_covariance`, if there are more groups than regressors.
     sigmas : ndarray, shape (m,), optional
         Distance of each point in robust standard deviations where the caller has a better judge
         of outliers than this model; `robust_sigmas` of this design otherwise.
@@ -101,8 +103,7 @@ def fit_linear(
     keep = ~outlier
     if keep.sum() < width + 2:
         keep, outlier = np.ones(count, bool), np.zeros(count, bool)
-    model = OLS(response[keep], design[keep])
-    plain = model.fit()
+    plain = OLS(response[keep], design[keep]).fit()
     degrees = int(keep.sum()) - width
     covariance = np.asarray(plain.cov_params())
     clustered = False
@@ -110,10 +111,9 @@ def fit_linear(
         labels = clusters[keep]
         groups = np.unique(labels).size
         if groups > width:
-            robust = model.fit(cov_type="cluster", cov_kwds={"groups": labels})
-            covariance = np.asarray(robust.cov_params())
-            degrees = groups - 1
-            clustered = True
+            jackknife = jackknife_covariance(design[keep], np.asarray(plain.resid), labels)
+            if jackknife is not None:
+                covariance, degrees, clustered = jackknife, groups - 1, True
     coefficients = np.asarray(plain.params, float)
     half = stats.t.ppf(0.975, degrees) * np.sqrt(np.diag(covariance))
     fitted = design @ coefficients
@@ -136,6 +136,54 @@ def fit_linear(
         degrees_of_freedom=degrees,
         clustered=clustered,
     )
+
+
+def jackknife_covariance(
+    design: FloatArray, residuals: FloatArray, clusters: IntArray
+) -> FloatArray | None:
+    r"""Covariance of least-squares coefficients from leaving out one cluster at a time (CR3).
+
+    With few clusters their residuals are too small, because the fit follows them: most of all at
+    the ends of the variables. What the fit without a cluster misses it by is not.
+
+    Parameters
+    ----------
+    design : ndarray, shape (m, k)
+        Regressors.
+    residuals : ndarray, shape (m,)
+        Of ordinary least squares.
+    clusters : ndarray of int, shape (m,)
+        Label of the group whose errors go together.
+
+    Returns
+    -------
+    ndarray, shape (k, k), or None
+        None where some combination of coefficients rests on one cluster alone. Its quantile is
+        Student's t for the number of clusters less one.
+
+    Notes
+    -----
+    :math:`\frac{G - 1}{G} \sum_g d_g d_g'` with
+    :math:`d_g = (X'X)^{-1} X_g' (I - X_g (X'X)^{-1} X_g')^{-1} e_g`, the change of the coefficients
+    when cluster g is left out.
+
+    References
+    ----------
+    Bell and McCaffrey 2002, Survey Methodology 28(2), 169-181. Cameron and Miller 2015, Journal of
+    Human Resources 50(2), 317-372.
+    """
+    orthonormal, triangle = np.linalg.qr(design)
+    labels = np.unique(clusters)
+    changes = np.empty((design.shape[1], labels.size))
+    for column, label in enumerate(labels):
+        own = orthonormal[clusters == label]
+        others = np.eye(design.shape[1]) - own.T @ own
+        if np.linalg.eigvalsh(others)[0] < SMALLEST_SHARE:
+            return None
+        # Q_g' (I - Q_g Q_g')^-1 = (I - Q_g' Q_g)^-1 Q_g': k equations, however many points
+        changes[:, column] = np.linalg.solve(others, own.T @ residuals[clusters == label])
+    changes = np.linalg.solve(triangle, changes)
+    return np.asarray((labels.size - 1) / labels.size * changes @ changes.T)
 
 
 def _r_squared(response: FloatArray, residuals: FloatArray) -> float:

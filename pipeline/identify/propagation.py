@@ -17,18 +17,27 @@ from pipeline.physics.torque_balance import (
     torque_excess_slope,
     working_points,
 )
+from pipeline.records.intervals import student_95
 from pipeline.types import FloatArray
+
+#: The search for the balance goes this far beyond the fastest shaft speed of the bench.
+SEARCH_BEYOND = 1.5
 
 
 @dataclass(frozen=True)
 class ThrusterModel:
-    """The fitted propeller and drive with the covariances of their coefficients."""
+    """The fitted propeller and drive with the covariances of their coefficients.
+
+    `degrees_of_freedom` are those of the drive's covariance, the part that is known worst; its t
+    quantile belongs to the intervals of all that is propagated.
+    """
 
     propeller: OpenWaterPropeller
     surface: TorqueSurface
     thrust_covariance: FloatArray
     torque_covariance: FloatArray
     drive_covariance: FloatArray
+    degrees_of_freedom: int
     fastest_shaft_rps: float
 
     def solve(self, code: FloatArray, speed_mps: FloatArray | float) -> WorkingPoints:
@@ -40,6 +49,10 @@ class ThrusterModel:
             surface=self.surface,
             fastest_shaft_rps=self.fastest_shaft_rps,
         )
+
+    def interval_factor(self) -> float:
+        """Half-width of a 95 % interval in standard errors."""
+        return student_95(self.degrees_of_freedom)
 
     def covariance(self) -> FloatArray:
         """Block-diagonal covariance of theta, shape (p, p)."""

@@ -4,19 +4,24 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import torque_surface
-from pipeline.identify.propagation import ThrusterModel, monte_carlo_std, thrust_jacobian
+from pipeline.identify.propagation import (
+    SEARCH_BEYOND,
+    ThrusterModel,
+    monte_carlo_std,
+    thrust_jacobian,
+)
 from pipeline.identify.static_checks import explain_status, grid_checks
 from pipeline.identify.table2 import FEWEST_LIVE_CODES, table2_row
 from pipeline.identify.working_grid import solve_grid
 from pipeline.physics.torque_balance import OpenWaterPropeller
 from pipeline.records.fits import DriveFit, Matrix, PropellerFit, StaticCharacteristic
+from pipeline.records.intervals import drive_degrees
 from pipeline.types import FloatArray
+from pipeline.units import rpm_to_rps, rps_to_rpm
 from pipeline.vehicle.schema import Vehicle
 
 #: Spacing of the grid of speeds. [m/s]
 SPEED_STEP_MPS = 0.1
-#: The search for the balance goes this far beyond the fastest shaft speed of the bench.
-SEARCH_BEYOND = 1.5
 #: The two errors are compared where the thrust is larger than this [N], or than this share of the
 #: largest for a small propeller.
 CLEAR_THRUST_N, CLEAR_SHARE = 1.0, 0.1
@@ -68,14 +73,19 @@ def static_characteristic(
             f"J = 0 is {propeller.thrust.coefficients[0]:.3g}. Check the sign of the thrust in "
             "open_water/"
         )
-    table2 = {v: table2_row(v, model, drive, code) for v in table_speed.tolist()}
+    table2 = {
+        v: table2_row(v, model, drive, code, family.thrust_max(int(np.abs(speed - v).argmin())))
+        for v in table_speed.tolist()
+    }
     ratio = _monte_carlo_ratio(model, table_speed, drive)
     return StaticCharacteristic(
         speed_mps=tuple(speed.tolist()),
         code=tuple(code.tolist()),
         thrust_n=_matrix(family.thrust_n),
         thrust_std_n=_matrix(family.thrust_std_n),
-        shaft_speed_rpm=_matrix(family.shaft_speed_rps * 60.0),
+        shaft_speed_rpm=tuple(
+            tuple(rps_to_rpm(n) for n in row) for row in family.shaft_speed_rps.tolist()
+        ),
         torque_nm=_matrix(family.torque_nm),
         advance_ratio=_matrix(family.advance_ratio),
         status=tuple(tuple(row) for row in family.status.tolist()),
@@ -84,7 +94,14 @@ def static_characteristic(
         monte_carlo_ratio=ratio,
         checks=grid_checks(family.thrust_n, family.status, ratio, DRAWS),
         explanations=(
-            *explain_status(family.status, speed, code, propeller, drive),
+            *explain_status(
+                family.status,
+                speed,
+                code,
+                propeller,
+                drive,
+                table_speed_mps=vehicle.tables.speed_mps,
+            ),
             *(
                 f"Table 2 has no row at {v:g} m/s: fewer than {FEWEST_LIVE_CODES} of the tested "
                 "codes give thrust there."
@@ -101,7 +118,7 @@ def _matrix(values: FloatArray) -> Matrix:
 
 def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -> ThrusterModel:
     """Gather the two fits into the model whose balance is solved."""
-    fastest = max(spread.shaft_speed_rpm[1] for spread in drive.codes) / 60.0
+    fastest = rpm_to_rps(max(spread.shaft_speed_rpm[1] for spread in drive.codes))
     return ThrusterModel(
         propeller=OpenWaterPropeller(
             np.array(propeller.thrust.coefficients),
@@ -113,6 +130,7 @@ def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -
         thrust_covariance=np.array(propeller.thrust.covariance),
         torque_covariance=np.array(propeller.torque.covariance),
         drive_covariance=np.array(drive.covariance),
+        degrees_of_freedom=drive_degrees(drive),
         fastest_shaft_rps=SEARCH_BEYOND * fastest,
     )
 

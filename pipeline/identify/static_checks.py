@@ -1,12 +1,15 @@
 """What a static family looks like when it is right, and why parts of it are missing."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.identify.propagation import ThrusterModel
+from pipeline.identify.propagation import SEARCH_BEYOND, ThrusterModel
 from pipeline.physics.drive import drive_torque
 from pipeline.records.fits import Check, DriveFit, PropellerFit
 from pipeline.types import FloatArray
+from pipeline.units import rps_to_rpm
 
 
 def grid_checks(
@@ -58,8 +61,21 @@ def explain_status(
     code: FloatArray,
     propeller: PropellerFit,
     drive: DriveFit,
+    *,
+    table_speed_mps: Sequence[float],
 ) -> tuple[str, ...]:
-    """Say in sentences which parts of the family are dead, extrapolated or missing, and why."""
+    """Say in sentences which parts of the family are dead, extrapolated or missing, and why.
+
+    Parameters
+    ----------
+    status : ndarray, shape (speeds, codes)
+    speed, code : ndarray
+        Of the rows [m/s] and the columns.
+    propeller, drive : PropellerFit, DriveFit
+        Their measured ranges.
+    table_speed_mps : sequence of float
+        Speeds of the tables: the dead zone is told at these, not at every step of the grid. [m/s]
+    """
     lowest, highest_code = drive.code_range
     lines = []
     untested = [f"below {lowest:g}"] if code[0] < lowest else []
@@ -73,7 +89,7 @@ def explain_status(
         )
     for row, v in zip(status, speed, strict=True):
         dead = code[row == "dead"]
-        if dead.size and float(v) in {0.5, 1.0, 1.5, 2.0}:
+        if dead.size and v > 0 and np.isclose(v, table_speed_mps).any():
             lines.append(
                 f"At {v:g} m/s codes up to {dead.max():g} give no thrust: at the shaft speed where "
                 "K_T = 0 the propeller already needs more torque than the drive has."
@@ -102,7 +118,8 @@ def explain_no_balance(model: ThrusterModel, drive: DriveFit) -> str:
     given = float(drive_torque(fastest, code, model.surface)[0])
     return (
         f"the propeller's torque meets the drive's at no code at rest: at code {code[0]:g} and "
-        f"{fastest * 60:.0f} rpm (1.5 times the fastest of the bench) the propeller needs "
-        f"{needed:.3g} N m and the drive gives {given:.3g} N m. Check the propeller's diameter in "
-        "vehicle.yaml, the unit of torque in load_test/ and the K_M (not 10 K_M) in open_water/"
+        f"{rps_to_rpm(fastest):.0f} rpm ({SEARCH_BEYOND:g} times the fastest of the bench) the "
+        f"propeller needs {needed:.3g} N m and the drive gives {given:.3g} N m. Check the "
+        "propeller's diameter in vehicle.yaml, the unit of torque in load_test/ and the K_M (not "
+        "10 K_M) in open_water/"
     )

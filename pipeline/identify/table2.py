@@ -13,11 +13,14 @@ from pipeline.types import BoolArray, FloatArray
 FEWEST_LIVE_CODES = 8
 #: Share of the largest variance below which a mode of the covariance is left out.
 SMALLEST_MODE = 1e-6
-NORMAL_95 = 1.959964
 
 
 def table2_row(
-    speed_mps: float, model: ThrusterModel, drive: DriveFit, code: FloatArray
+    speed_mps: float,
+    model: ThrusterModel,
+    drive: DriveFit,
+    code: FloatArray,
+    thrust_max: tuple[float, float],
 ) -> StaticRow | None:
     """Fit T = K_F0 + K_F1 N + K_F2 N^2 to the family at one speed, over the tested codes.
 
@@ -31,6 +34,9 @@ def table2_row(
         Its range of codes.
     code : ndarray, shape (c,)
         Codes of the family; the last is the largest the firmware sends.
+    thrust_max : tuple of 2 floats
+        Thrust of the family at the last code, which may not have been on the bench, and its
+        standard error. [N]
 
     Returns
     -------
@@ -44,10 +50,8 @@ def table2_row(
     tested = code[(code >= drive.code_range[0]) & (code <= drive.code_range[1])]
     points = model.solve(tested, np.full(tested.shape, speed_mps))
     live = points.found
-    last = model.solve(code[-1:], np.array([speed_mps]))
-    thrust_max = float(last.thrust_n[0])
-    gradient = thrust_jacobian(model, last, code[-1:])[0]
-    half = NORMAL_95 * float(np.sqrt(gradient @ model.covariance() @ gradient))
+    factor = model.interval_factor()
+    thrust_max_n, half = thrust_max[0], factor * thrust_max[1]
     width = 3
     if live.sum() < FEWEST_LIVE_CODES:
         return None
@@ -57,7 +61,7 @@ def table2_row(
     coefficients = solver @ thrust_n
     jacobian = solver @ thrust_jacobian(model, points, tested)[live]
     covariance = jacobian @ model.covariance() @ jacobian.T
-    spread = NORMAL_95 * np.sqrt(np.diag(covariance))
+    spread = factor * np.sqrt(np.diag(covariance))
     residual = thrust_n - design @ coefficients
     total = np.sum((thrust_n - thrust_n.mean()) ** 2)
     fit = PolynomialFit(
@@ -82,8 +86,8 @@ def table2_row(
         speed_mps=float(speed_mps),
         fit=fit,
         dead_zone_code=min(dead_zone_code(coefficients), float(code[-1])),
-        thrust_max_n=thrust_max,
-        thrust_max_ci95=(thrust_max - half, thrust_max + half),
+        thrust_max_n=thrust_max_n,
+        thrust_max_ci95=(thrust_max_n - half, thrust_max_n + half),
         mode_code=tuple(used.tolist()),
         thrust_modes_n=_covariance_modes(model, points, tested, live),
     )

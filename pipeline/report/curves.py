@@ -14,21 +14,8 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
+from pipeline.records.intervals import interval_factor
 from pipeline.types import ArrayLike, FloatArray
-
-NORMAL_95 = 1.959963984540054
-
-
-def interval_factor(fit: PolynomialFit) -> float:
-    """Half-width of the recorded 95 % intervals in standard errors.
-
-    The band is then drawn with the factor (normal or Student) that the fit itself used.
-    """
-    for index, (low, high) in enumerate(fit.ci95):
-        std = float(np.sqrt(max(fit.covariance[index][index], 0.0)))
-        if std > 0:
-            return (high - low) / (2 * std)
-    return NORMAL_95
 
 
 def polynomial_band(fit: PolynomialFit, x: FloatArray) -> tuple[FloatArray, FloatArray]:

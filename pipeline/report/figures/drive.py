@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.records.fits import DriveFit
+from pipeline.records.intervals import drive_factor
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.curves import NORMAL_95, drive_torque
+from pipeline.report.curves import drive_torque
 from pipeline.report.numbers import code, fixed, general, plural
 from pipeline.types import FloatArray
 
@@ -113,14 +114,15 @@ def family_figure(
             ms=5,
             label="outlier" if outliers else None,
         )
+        factor = drive_factor(fit)
         for spread in fit.codes:
             rpm = np.linspace(*spread.shaft_speed_rpm, 60)
             torque, std = drive_torque(fit, rpm, spread.code)
             colour = colours[spread.code]
             axes.fill_between(
                 rpm,
-                torque - NORMAL_95 * std,
-                torque + NORMAL_95 * std,
+                torque - factor * std,
+                torque + factor * std,
                 color=colour,
                 alpha=0.2,
                 lw=0,

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.intervals import static_factor
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.comparison import THRUST_FROM_N, table2_row
-from pipeline.report.curves import NORMAL_95, shown_speeds, speed_index, table2_thrust
+from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import code, fixed, speed
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
 from pipeline.vehicle.schema import PublishedTable2
@@ -40,7 +41,7 @@ def family_figure(
             speeds, plotting.ordered_colours(len(speeds)), strict=True
         ):
             thrust, status = np.asarray(static.thrust_n[row]), np.asarray(static.status[row])
-            half = NORMAL_95 * np.asarray(static.thrust_std_n[row])
+            half = static_factor(static) * np.asarray(static.thrust_std_n[row])
             working = np.isin(status, ["live", "extrapolated"])
             axes.fill_between(
                 grid, thrust - half, thrust + half, where=working, color=colour, alpha=0.25, lw=0

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.records.fits import DriveFit
+from pipeline.records.intervals import drive_factor
 from pipeline.report.blocks import (
     Block,
     Details,
@@ -14,7 +15,6 @@ from pipeline.report.blocks import (
     Table,
     not_computed,
 )
-from pipeline.report.curves import NORMAL_95
 from pipeline.report.figures.drive import (
     family_figure,
     fitted_points,
@@ -70,7 +70,7 @@ def _intervals(fit: DriveFit) -> Paragraph:
             "too narrow."
         )
     return Paragraph(
-        f"The {fit.clusters} sweeps are not more than the {len(fit.coefficients)} terms of the "
+        f"The {fit.clusters} sweeps are too few for the {len(fit.coefficients)} terms of the "
         "surface, so the covariance could not be clustered by sweep: it counts the points of a "
         "sweep as independent, and all intervals that rest on it are too narrow.",
         tone="warning",
@@ -124,10 +124,11 @@ def _spread_table(fit: DriveFit) -> Table:
 
 def _coefficients(fit: DriveFit) -> Table:
     rows = []
+    factor = drive_factor(fit)
     for (i, j), value, variance in zip(
         fit.exponents, fit.coefficients, np.diag(np.asarray(fit.covariance)), strict=True
     ):
-        half = NORMAL_95 * float(np.sqrt(max(variance, 0.0)))
+        half = factor * float(np.sqrt(max(variance, 0.0)))
         text, interval = with_interval(value, (value - half, value + half))
         rows.append((f"x^{i} y^{j}", text, interval))
     return Table(

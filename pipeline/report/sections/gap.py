@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.intervals import NORMAL_95, static_factor
 from pipeline.records.measurements import MooringPoint
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, Table, not_computed
-from pipeline.report.curves import NORMAL_95, speed_index, static_std, static_thrust
+from pipeline.report.curves import speed_index, static_std, static_thrust
 from pipeline.report.numbers import code, fixed, signed
 from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
 from pipeline.types import FloatArray
@@ -99,10 +100,11 @@ def code_gaps(points: Sequence[MooringPoint], static: StaticCharacteristic) -> t
         if not calculated > 0 or abs(value) > static.code[-1]:
             continue
         thrust = [float(np.sign(value)) * p.thrust_n for p in used if p.code == value]
-        std = np.hypot(float(static_std(static, row, value)), scatter / np.sqrt(len(thrust)))
-        gaps.append(
-            CodeGap(value, len(thrust), float(np.mean(thrust)), calculated, NORMAL_95 * float(std))
+        half = np.hypot(
+            static_factor(static) * float(static_std(static, row, value)),
+            NORMAL_95 * scatter / np.sqrt(len(thrust)),
         )
+        gaps.append(CodeGap(value, len(thrust), float(np.mean(thrust)), calculated, float(half)))
     return tuple(gaps)
 
 
@@ -164,7 +166,7 @@ def _curves(
         row = speed_index(static.speed_mps, 0.0) or 0
         grid = np.linspace(-static.code[-1], static.code[-1], 401)
         thrust = static_thrust(static, row, grid)
-        half = NORMAL_95 * static_std(static, row, grid)
+        half = static_factor(static) * static_std(static, row, grid)
         axes.fill_between(grid, thrust - half, thrust + half, color=plotting.BLUE, alpha=0.25, lw=0)
         axes.plot(grid, thrust, color=plotting.BLUE, label="calculated at rest")
         for sweep, marker in (("up", "^"), ("down", "v")):

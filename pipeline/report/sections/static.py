@@ -41,7 +41,7 @@ def static_section(results: VehicleResults) -> Section:
         _layout(static, table2),
     ]
     rows = _coefficient_rows(static, table2)
-    if table2 is not None:
+    if any(one.published is not None for one in rows):
         blocks.append(Paragraph(share_inside(rows, _why_outside(static))))
     blocks.append(
         Details(

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.intervals import static_factor
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure, Paragraph, Section, Table, not_computed
-from pipeline.report.curves import NORMAL_95, shown_speeds
+from pipeline.report.curves import shown_speeds
 from pipeline.report.numbers import code, fixed, speed
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.static import comparison_codes
@@ -48,7 +49,7 @@ def _figure(results: VehicleResults, static: StaticCharacteristic) -> Figure:
     halves = {
         v: np.where(
             np.isin(np.asarray(static.status[row]), ["live", "extrapolated"]),
-            NORMAL_95 * np.asarray(static.thrust_std_n[row]),
+            static_factor(static) * np.asarray(static.thrust_std_n[row]),
             np.nan,
         )
         for v, row in speeds
@@ -90,7 +91,7 @@ def _table(results: VehicleResults, static: StaticCharacteristic) -> Table:
         cells = []
         for _, row in speeds:
             if static.status[row][column] in {"live", "extrapolated"}:
-                half = NORMAL_95 * static.thrust_std_n[row][column]
+                half = static_factor(static) * static.thrust_std_n[row][column]
                 cells.append(f"{fixed(static.thrust_n[row][column], 2)} ± {fixed(half, 2)}")
             else:
                 cells.append("dead" if static.status[row][column] == "dead" else "–")

@@ -6,7 +6,8 @@ import pytest
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import fit_drive, torque_surface
 from pipeline.physics.drive import drive_torque, drive_torque_slope
-from pipeline.records.fits import DriveFit
+from pipeline.records.fits import Check, DriveFit
+from pipeline.records.intervals import drive_degrees
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
 
@@ -105,8 +106,8 @@ def test_sweeps_too_few_to_carry_the_covariance_are_said(
     load_test: LoadTestRecord, drive: DriveFit, vehicle: Vehicle
 ) -> None:
     assert drive.clustered
-    (check,) = [c for c in drive.checks if c.name == "sweeps enough for the intervals"]
-    assert check.passed
+    assert drive_degrees(drive) == 47
+    assert sweeps_check(drive).passed
     few = tuple(
         point
         for point in load_test.points
@@ -116,6 +117,43 @@ def test_sweeps_too_few_to_carry_the_covariance_are_said(
     )
     fit = fit_drive(load_test.model_copy(update={"points": few}), vehicle)
     assert (fit.clusters, fit.clustered) == (3, False)
+    assert drive_degrees(fit) == fit.quality.points - len(fit.coefficients)
+    assert not sweeps_check(fit).passed
+    assert f"3 sweeps are too few for the {len(fit.coefficients)} terms" in sweeps_check(fit).text
+
+
+def test_fewer_than_two_sweeps_a_term_are_said(load_test: LoadTestRecord, vehicle: Vehicle) -> None:
+    """A covariance of whole sweeps there is, but what it rests on is thin."""
+    one_branch = tuple(
+        point
+        for point in load_test.points
+        if point.branch == "loading" and point.source.file == "drive-0.xlsx"
+    )
+    fit = fit_drive(load_test.model_copy(update={"points": one_branch}), vehicle)
+    assert fit.clustered
+    assert drive_degrees(fit) == 11
+    assert not sweeps_check(fit).passed
+    assert "fewer than two for each term" in sweeps_check(fit).text
+
+
+def sweeps_check(fit: DriveFit) -> Check:
     (check,) = [c for c in fit.checks if c.name == "sweeps enough for the intervals"]
-    assert not check.passed
-    assert f"3 sweeps are not more than the {len(fit.coefficients)} terms" in check.text
+    return check
+
+
+def test_readings_at_code_0_are_left_out_and_counted(
+    load_test: LoadTestRecord, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    """The sheet of a bench that also logged the drive at rest: no sign, no characteristic."""
+    idle = tuple(
+        point.model_copy(update={"code": 0.0, "shaft_speed_rpm": 3.0, "torque_nm": 0.002})
+        for point in load_test.points[:30]
+    )
+    with_idle = load_test.model_copy(update={"points": (*load_test.points, *idle)})
+    fit = fit_drive(with_idle, vehicle)
+    *checks, said = fit.checks
+    assert fit.model_copy(update={"checks": tuple(checks)}) == drive
+    assert said.name == "readings at code 0 left out"
+    assert said.text.startswith("30 at code 0")
+    with pytest.raises(CannotComputeError, match=r"readings at code 0 alone \(30 of them\)"):
+        fit_drive(load_test.model_copy(update={"points": idle}), vehicle)

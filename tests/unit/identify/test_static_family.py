@@ -9,6 +9,7 @@ from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.propagation import monte_carlo_std, thrust_jacobian
 from pipeline.identify.static import static_characteristic, thruster_model
 from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
+from pipeline.records.intervals import drive_degrees, student_95
 from pipeline.records.measurements import LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
 
@@ -138,6 +139,35 @@ def test_what_happens_at_untested_codes_is_said_as_it_is(
     assert any(text.startswith("Codes below 20 and above 110 were") for text in both.explanations)
     thrust = row(both, 1.0)
     assert thrust[126] == pytest.approx(thrust[109] + 17 * (thrust[109] - thrust[108]))
+
+
+def test_table2_and_table4_end_where_the_family_ends(
+    propeller: PropellerFit, load_test: LoadTestRecord, vehicle: Vehicle
+) -> None:
+    """Codes above 80 were not on the bench: one line for all, and the less known the further."""
+    tested = tuple(p for p in load_test.points if p.code is not None and p.code <= 80)
+    drive = fit_drive(load_test.model_copy(update={"points": tested}), vehicle)
+    static = static_characteristic(propeller, drive, vehicle)
+    table4 = inverse_characteristic(static, None, vehicle).table4
+    assert static.table2
+    for table_row, inverse in zip(static.table2, table4, strict=True):
+        row_index = static.speed_mps.index(table_row.speed_mps)
+        std = np.array(static.thrust_std_n[row_index])
+        assert table_row.thrust_max_n == static.thrust_n[row_index][-1]
+        assert inverse.thrust_max_n == pytest.approx(table_row.thrust_max_n)
+        assert std[126] > 1.5 * std[79]
+        low, high = table_row.thrust_max_ci95
+        assert high - low == pytest.approx(2 * student_95(drive_degrees(drive)) * std[126])
+
+
+def test_the_dead_zone_is_told_at_the_speeds_of_the_tables(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    tables = vehicle.tables.model_copy(update={"speed_mps": (0.0, 0.3, 3.0)})
+    other = vehicle.model_copy(update={"tables": tables})
+    explained = static_characteristic(propeller, drive, other).explanations
+    told = [line.split(" codes")[0] for line in explained if "give no thrust: at" in line]
+    assert told == ["At 0.3 m/s", "At 3 m/s"]
 
 
 @pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-15])

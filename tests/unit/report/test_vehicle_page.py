@@ -280,7 +280,7 @@ def test_intervals_that_could_not_count_whole_sweeps_are_warned_of(results: Vehi
     few = results.drive.model_copy(update={"clustered": False, "clusters": 3})
     page = text_of(vehicle_page(dataclasses.replace(results, drive=few)))
     assert "The covariance is clustered by sweep" not in page
-    assert "The 3 sweeps are not more than the" in page
+    assert "The 3 sweeps are too few for the" in page
     assert "could not be clustered by sweep" in page
 
 
