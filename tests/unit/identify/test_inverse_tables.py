@@ -1,14 +1,24 @@
 """Tables 3 and 4 and the firmware grid: round trips, monotony, known cubics."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.inverse import inverse_characteristic
+from pipeline.identify.speed_inverse import smallest_maximum
+from pipeline.identify.static import thruster_model
 from pipeline.identify.thrust_curve import curve_from_family, curve_from_measurements
-from pipeline.records.fits import FirmwareCharacteristic, StaticCharacteristic
+from pipeline.identify.working_grid import solve_grid
+from pipeline.records.fits import (
+    DriveFit,
+    FirmwareCharacteristic,
+    PropellerFit,
+    StaticCharacteristic,
+)
+from pipeline.records.intervals import drive_degrees, student_95
 from pipeline.records.measurements import MooringRecord
 from pipeline.vehicle.schema import Vehicle
 
@@ -51,6 +61,40 @@ def test_round_trips_through_our_own_family(static: StaticCharacteristic, vehicl
     cubic = [t.cubic_n for t in inverse.round_trip if t.cubic_n is not None and t.speed_mps > 0]
     assert len(cubic) == 4
     assert max(cubic) <= 0.3
+
+
+def test_table4_intervals_are_those_of_fits_to_moved_coefficients(
+    propeller: PropellerFit, drive: DriveFit, static: StaticCharacteristic, vehicle: Vehicle
+) -> None:
+    """Moved by half a standard error both ways along each axis of their covariance."""
+    model = thruster_model(propeller, drive, vehicle)
+    table4 = inverse_characteristic(static, None, vehicle).table4
+    values, axes = np.linalg.eigh(model.covariance())
+    speed, code = np.array([0.0, 0.5]), np.array(static.code)
+    shifts: list[list[np.ndarray]] = [[], []]
+    for value, axis in zip(values, axes.T, strict=True):
+        ends = []
+        for half in (-0.5, 0.5):
+            k_t, k_m, of_drive = np.split(half * np.sqrt(max(value, 0.0)) * axis, [3, 6])
+            moved = replace(
+                model,
+                propeller=replace(
+                    model.propeller,
+                    thrust_coefficients=model.propeller.thrust_coefficients + k_t,
+                    torque_coefficients=model.propeller.torque_coefficients + k_m,
+                ),
+                surface=replace(model.surface, coefficients=model.surface.coefficients + of_drive),
+            )
+            grid = solve_grid(moved, propeller, drive, speed_mps=speed, code=code)
+            curves = [curve_from_family(code, row) for row in grid.thrust_n]
+            ends.append([smallest_maximum(c, 0.5) for c in curves if c is not None])
+        for k in range(2):
+            shifts[k].append(ends[1][k] - ends[0][k])
+    for k in range(2):
+        std = np.sqrt(np.sum(np.square(shifts[k]), axis=0))
+        half_width = np.diff(table4[k].ci95, axis=1).ravel() / 2
+        factor = student_95(drive_degrees(drive))
+        np.testing.assert_allclose(half_width, factor * std, rtol=0.3)
 
 
 def test_firmware_grid_is_monotone(static: StaticCharacteristic, vehicle: Vehicle) -> None:
