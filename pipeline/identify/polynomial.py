@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.linear_fit import LinearFit, fit_linear
+from pipeline.identify.linear_fit import LinearFit, fit_linear, robust_sigmas
 from pipeline.records.base import Source
 from pipeline.records.fits import (
     FitQuality,
@@ -139,10 +139,23 @@ def compare_orders(orders: Sequence[OrderScore]) -> str:
 def _score_degrees(
     x: FloatArray, y: FloatArray, chosen: int, degrees: Sequence[int]
 ) -> tuple[OrderScore, ...]:
+    """Score the degrees over the same points, else a degree would gain by what it calls outliers.
+
+    A point is left out where every degree finds it too far off: what a stiffer one misses may be a
+    bend.
+    """
+    # of like size: high powers of 1e6 N would drown the constant
+    scaled = x / max(float(np.max(np.abs(x))), np.finfo(float).tiny)
+    designs = {
+        degree: np.vander(scaled, degree + 1, increasing=True)
+        for degree in sorted({*degrees, chosen})
+        if min(x.size - 2, np.unique(x).size) > degree
+    }
+    sigmas = np.min([np.abs(robust_sigmas(design, y)) for design in designs.values()], axis=0)
     scores = []
-    for degree in sorted({*degrees, chosen}):
+    for degree, design in designs.items():
         try:
-            fit = fit_linear(np.vander(x, degree + 1, increasing=True), y)
+            fit = fit_linear(design, y, sigmas=sigmas)
         except CannotComputeError:
             continue
         if not np.isfinite(fit.aicc):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.polynomial import fit_polynomial
 from pipeline.identify.propeller import fit_propeller
 from pipeline.records.fits import PropellerFit
 from pipeline.records.measurements import OpenWaterRecord
@@ -64,3 +65,18 @@ def test_a_bad_row_is_named_not_dropped(open_water: OpenWaterRecord, vehicle: Ve
 def test_no_points_say_what_to_do(vehicle: Vehicle) -> None:
     with pytest.raises(CannotComputeError, match="open_water/"):
         fit_propeller(OpenWaterRecord(points=(), sheets=(), problems=()), vehicle)
+
+
+def test_degrees_are_compared_over_the_same_points() -> None:
+    """A bend is not a row of outliers, which a straight line would be praised for leaving out."""
+    generator = np.random.default_rng(1)
+    j = np.linspace(0, 0.8, 36)
+    k_t = 0.14 - 0.15 * j - 1.8 * np.maximum(j - 0.6, 0) ** 2 + generator.normal(0, 7e-4, 36)
+    k_t[10] += 0.1  # a reading that no degree makes sense of
+    fit = fit_polynomial(j, k_t, degree=2, quantity="K_T", variable="J", unit="1", degree_reason="")
+    aicc = [score.aicc for score in fit.quality.orders]
+    error = [score.leave_one_out_rmse for score in fit.quality.orders]
+    assert aicc == sorted(aicc, reverse=True)
+    assert error == sorted(error, reverse=True)
+    assert error[0] > 0.01
+    assert error[-1] < 0.003
