@@ -4,11 +4,13 @@ All of them fit du/dt = tau / M + ... and give M = 1 / slope; the samples overla
 them), so no interval counts them as independent.
 
 - Least squares with the covariance of Newey and West (1987) over the lags of the smoother, within
-  each stretch (statsmodels, ``hac-panel``).
+  each stretch (statsmodels, ``hac-panel``). Its weights fall with the lag, and a short stretch has
+  few lags: where stretches are short and enough of them, the covariance is clustered by stretch.
 - The same slope over the reliability of the thrust, 1 - s_tau^2 / var(tau): noise in the regressor
   pulls a slope towards zero (Fuller 1987, section 1.1).
 - Orthogonal distance with the known ratio of the noise variances (Deming 1943), its interval from a
-  bootstrap of blocks longer than the smoother (Kuensch 1989).
+  bootstrap of blocks longer than the smoother (Kuensch 1989), or of whole stretches that are
+  shorter.
 """
 
 from dataclasses import dataclass
@@ -16,26 +18,46 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.linear_fit import jackknife_covariance
+from pipeline.records.intervals import NORMAL_95, student_95
 from pipeline.types import FloatArray, IntArray
 
-_NORMAL_95 = 1.959964
 BOOTSTRAP_DRAWS = 400
+#: Stretches whose median is shorter than so many times the lags are too short for Newey and West.
+LONG_STRETCH = 5
+#: Fewer stretches than this say too little about the scatter between them.
+FEWEST_STRETCHES = 6
 
 
 @dataclass(frozen=True)
 class Slope:
-    """A slope [1/kg] with its standard error."""
+    """A slope [1/kg] with its standard error.
+
+    `factor` is the half-width of its 95 % interval in standard errors.
+    """
 
     value: float
     std: float
+    factor: float = NORMAL_95
+    by_stretch: bool = False
+    """Whether the standard error is that of whole stretches."""
 
 
 @dataclass(frozen=True)
 class Regression:
-    """Coefficients (k,) with standard errors (k,), in the order of the design's columns."""
+    """Coefficients (k,) with standard errors (k,), in the order of the design's columns.
+
+    `factor` and `by_stretch` as in `Slope`.
+    """
 
     coefficients: FloatArray
     std: FloatArray
+    factor: float
+    by_stretch: bool
+
+    def slope(self) -> Slope:
+        """Return the coefficient of the first column."""
+        return Slope(float(self.coefficients[0]), float(self.std[0]), self.factor, self.by_stretch)
 
 
 def least_squares(
@@ -68,13 +90,29 @@ def least_squares(
             f"{len(response)} samples do not determine {design.shape[1]} coefficients: too few, or "
             "the thrust hardly varies"
         )
-    _, label = np.unique(stretch, return_inverse=True)
-    longest = int(np.bincount(label).max())
-    found = OLS(response, scaled).fit(
+    _, label, lengths = np.unique(stretch, return_inverse=True, return_counts=True)
+    model = OLS(response, scaled)
+    if lengths.size >= FEWEST_STRETCHES and np.median(lengths) < LONG_STRETCH * lags:
+        plain = model.fit()
+        covariance = jackknife_covariance(scaled, np.asarray(plain.resid), label)
+        if covariance is not None:
+            std = np.sqrt(np.diag(covariance)) / scale
+            factor = student_95(lengths.size - 1)
+            return Regression(np.asarray(plain.params) / scale, std, factor, by_stretch=True)
+    found = model.fit(
         cov_type="hac-panel",
-        cov_kwds={"groups": label, "maxlags": min(lags, longest - 1), "use_correction": "hac"},
+        cov_kwds={
+            "groups": label,
+            "maxlags": min(lags, int(lengths.max()) - 1),
+            "use_correction": "hac",
+        },
     )
-    return Regression(np.asarray(found.params) / scale, np.asarray(found.bse) / scale)
+    return Regression(
+        np.asarray(found.params) / scale,
+        np.asarray(found.bse) / scale,
+        NORMAL_95,
+        by_stretch=False,
+    )
 
 
 def plain_slope(
@@ -82,8 +120,7 @@ def plain_slope(
 ) -> Slope:
     """Least-squares slope with a common constant, eq. (4) of Potapov and Galyaev."""
     design = np.column_stack([thrust, np.ones_like(thrust)])
-    found = least_squares(design, acceleration, stretch, lags)
-    return Slope(float(found.coefficients[0]), float(found.std[0]))
+    return least_squares(design, acceleration, stretch, lags).slope()
 
 
 def reliability(thrust: FloatArray, thrust_noise: float) -> float:
@@ -136,29 +173,57 @@ def deming_bootstrap(
     thrust, acceleration : ndarray, shape (m,)
         Samples.
     stretch : ndarray of int, shape (m,)
-        Stretch of each sample; no block spans two.
+        Stretch of each sample, ascending; no block spans two.
     block : int
-        Samples in a block.
+        Samples in a block; a shorter stretch is a block as it is.
     noise : tuple of 2 floats
         Of the thrust [N] and of the acceleration [m/s^2].
     draws, seed : int
         Of the bootstrap.
     """
     generator = np.random.default_rng(seed)
-    begins = np.concatenate(
-        [
-            np.flatnonzero(stretch == label)[: max(int(np.sum(stretch == label)) - block + 1, 1)]
-            for label in np.unique(stretch)
-        ]
-    )
-    wanted = max(round(thrust.size / block), 2)
+    blocks, share = stretch_blocks(stretch, block)
+    wanted = max(round(thrust.size / float(share @ [part.stop - part.start for part in blocks])), 2)
+    samples = np.arange(thrust.size)
     slopes = []
     for _ in range(draws):
-        chosen = generator.choice(begins, wanted)
-        index = (chosen[:, None] + np.arange(block)).ravel()
-        index = index[index < thrust.size]
+        chosen = generator.choice(len(blocks), wanted, p=share)
+        index = np.concatenate([samples[blocks[one]] for one in chosen])
         # a draw of blocks at rest alone has no slope
         if np.ptp(thrust[index]) > 0.0 and np.ptp(acceleration[index]) > 0.0:
             slopes.append(deming_slope(thrust[index], acceleration[index], *noise))
-    spread = (np.quantile(slopes, 0.975) - np.quantile(slopes, 0.025)) / (2 * _NORMAL_95)
-    return Slope(deming_slope(thrust, acceleration, *noise), float(spread))
+    spread = (np.quantile(slopes, 0.975) - np.quantile(slopes, 0.025)) / (2 * NORMAL_95)
+    whole = len(blocks) == np.unique(stretch).size >= FEWEST_STRETCHES
+    factor = student_95(len(blocks) - 1) if whole else NORMAL_95
+    value = deming_slope(thrust, acceleration, *noise)
+    return Slope(value, float(spread), factor, by_stretch=whole)
+
+
+def stretch_blocks(stretch: IntArray, block: int) -> tuple[list[slice], FloatArray]:
+    """Every block that may be drawn, and the probability to draw it.
+
+    The probabilities are such that each stretch is drawn in proportion to its samples: a stretch
+    shorter than a block is one block, a longer one has a block at each sample that leaves room.
+
+    Parameters
+    ----------
+    stretch : ndarray of int, shape (m,)
+        Stretch of each sample, ascending.
+    block : int
+        Samples in a block.
+
+    Examples
+    --------
+    >>> blocks, share = stretch_blocks(np.array([0, 0, 0, 1]), 2)
+    >>> [(one.start, one.stop) for one in blocks], share.round(3).tolist()
+    ([(0, 2), (1, 3), (3, 4)], [0.3, 0.3, 0.4])
+    """
+    _, firsts, lengths = np.unique(stretch, return_index=True, return_counts=True)
+    blocks: list[slice] = []
+    weights: list[float] = []
+    for first, length in zip(firsts.tolist(), lengths.tolist(), strict=True):
+        size = min(block, length)
+        starts = range(first, first + length - size + 1)
+        blocks += [slice(start, start + size) for start in starts]
+        weights += [length / (size * len(starts))] * len(starts)
+    return blocks, np.array(weights) / sum(weights)
