@@ -36,9 +36,9 @@ def new(vehicle: str, raw: Path, example: bool) -> None:
     for path in write_new_vehicle(vehicle, raw, example=example):
         click.echo(path)
     if example:
-        elsewhere = "" if raw == Path("raw") else f" --raw {shlex.quote(str(raw))}"
-        told = f"{raw / vehicle / 'README.md'} says what they are."
-        text = f"{told} Next: rig2sea run {vehicle}{elsewhere}"
+        elsewhere = [] if raw == Path("raw") else ["--raw", str(raw)]
+        command = shlex.join(["rig2sea", "run", vehicle, *elsewhere])
+        text = f"{raw / vehicle / 'README.md'} says what they are. Next: {command}"
         click.echo(translate(text))
     else:
         click.echo(translate(f"Now fill them in; {raw / vehicle / 'README.md'} says how."))
