@@ -97,6 +97,7 @@ def _closure(modules: Iterable[str]) -> tuple[set[Path], set[str]]:
     members: set[Path] = set()
     outside: set[str] = set()
     seen: set[str] = set()
+    folders = {PACKAGE}
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
@@ -105,7 +106,8 @@ def _closure(modules: Iterable[str]) -> tuple[set[Path], set[str]]:
         if path is None:
             continue
         members.add(path)
-        if path.parent != PACKAGE:
+        if path.parent not in folders:
+            folders.add(path.parent)
             members.update(_data_files(path.parent))
         waiting.append(name.rpartition(".")[0])
         for imported in _imports(path, _state(path)):
