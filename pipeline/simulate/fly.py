@@ -79,12 +79,26 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
                 out[i] = min(float(size), limit) * (1 if side == 0 else -1)
         return np.round(out)
 
-    rest = tables[kinds, :, 0, -1]
+    def end_n(side: int) -> FloatArray:
+        """Thrust at rest at the end of the codes of one sign, as a size. [N].
+
+        A drive that does not turn that way has the limit of one that does: its share of a demand
+        is left out, for scaled by what it can give nothing would be left of any demand.
+        """
+        ends = np.abs(packed.code_limits[:, 1 - side])
+        found = np.array(
+            [
+                np.interp(end, codes * steps[kind, 1], tables[kind, side, 0])
+                for end, kind in zip(ends, kinds, strict=True)
+            ]
+        )
+        return np.maximum(np.where(ends > 0.0, found, tables[kinds, side, 0, -1]), 1e-9)
+
     return GeneralAllocator(
         position_m=read(vector, "thruster_position")[:count],
         direction=read(vector, "thruster_direction")[:count],
-        largest_n=np.maximum(rest[:, 0], 1e-9),
-        smallest_n=-np.maximum(rest[:, 1], 1e-9),
+        largest_n=end_n(0),
+        smallest_n=-end_n(1),
         code_from_thrust=code_from_thrust,
     )
 

@@ -326,6 +326,13 @@ class Vehicle(Section):
                     f'which is "{self.tables.drive}"; give this one a bollard characteristic'
                 )
                 raise _fault_at(text, *path, "characteristic")
+            code_max = self.drives[drive].code_max
+            if (
+                behaviour.characteristic.kind == "bollard"
+                and behaviour.characteristic.dead_zone_code >= code_max
+            ):
+                text = f"it must be below code_max of the drive, {code_max}"
+                raise _fault_at(text, *path, "characteristic", "dead_zone_code")
         for thruster in self.thrusters:
             if thruster.drive not in self.model.thrusters:
                 text = (

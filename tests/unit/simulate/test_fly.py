@@ -254,6 +254,43 @@ def test_allocator_gives_the_wrench_that_was_asked(
         assert np.all(np.abs(matrix @ thrust - demand) <= 0.75 * most + 1e-9)
 
 
+@each_vehicle
+def test_allocator_knows_where_the_codes_end(
+    packed_vehicles: dict[str, PackedVehicle], name: str
+) -> None:
+    packed = packed_vehicles[name]
+    kinds = read(packed.vector, "thruster_type")[: len(packed.thruster_names)].astype(int)
+    whole = general_allocator(packed)
+    assert whole.largest_n.tolist() == packed.thrust_tables[kinds, 0, 0, -1].tolist()
+    assert whole.smallest_n.tolist() == (-packed.thrust_tables[kinds, 1, 0, -1]).tolist()
+    limits = packed.code_limits * np.array([0.5, 1.0])
+    half = general_allocator(dataclasses.replace(packed, code_limits=limits))
+    assert half.largest_n.tolist() == whole.largest_n.tolist()
+    assert (half.smallest_n > 0.5 * whole.smallest_n).all()
+
+
+def test_direction_of_a_demand_is_kept_where_reverse_codes_end_early(
+    packed_vehicles: dict[str, PackedVehicle],
+) -> None:
+    packed = packed_vehicles["rov8"]
+    limits = packed.code_limits * np.array([0.25, 1.0])
+    allocator = general_allocator(dataclasses.replace(packed, code_limits=limits))
+    demand = np.array([-60.0, 0, 0, 0, 0, 0])
+    codes, wanted, cut = allocator.decide(demand, np.zeros(6))
+    assert cut
+    assert codes.min() == pytest.approx(limits[0, 0], abs=1.0)
+    given = allocator.configuration() @ wanted
+    assert -60.0 < given[0] < -5.0
+    assert np.abs(given[1:]).max() < 1e-6 * abs(given[0])
+    # a drive that does not turn back at all leaves its share out, and gives the rest
+    one_way = general_allocator(
+        dataclasses.replace(packed, code_limits=packed.code_limits * [0.0, 1.0])
+    )
+    codes, _ = one_way.codes(np.array([20.0, 0, 0, 0, 0, 2.0]), np.zeros(6))
+    assert codes.max() > 28
+    assert codes.min() >= 0
+
+
 def test_round_off_is_no_command(packed_vehicles: dict[str, PackedVehicle]) -> None:
     """A heave demand leaves the horizontal thrusters at rest, not at the edge of the dead zone."""
     allocator = general_allocator(packed_vehicles["rov8"])

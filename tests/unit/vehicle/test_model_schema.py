@@ -193,6 +193,11 @@ def test_a_full_added_mass_matrix_and_the_tables_are_read(tmp_path: Path) -> Non
         ),
         (
             "thrust_max_n: 40",
+            "dead_zone_code: 127\n        thrust_max_n: 40",
+            "row 32: model.thrusters.motor.characteristic.dead_zone_code: it must be below",
+        ),
+        (
+            "thrust_max_n: 40",
             "thrust_max: 40",
             'unknown key "thrust_max" in model.thrusters.motor.characteristic. Expected one of kin',
         ),
