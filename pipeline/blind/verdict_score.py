@@ -12,6 +12,7 @@ from pydantic import Field
 
 from pipeline.blind.label import CaseLabel
 from pipeline.records.base import Record
+from pipeline.records.diagnosis import VELOCITIES
 
 #: Effects whose signatures stand at less than 10 degrees cannot be told apart.
 SAME_COSINE = math.cos(math.radians(10.0))
@@ -188,7 +189,7 @@ def _detail_right(label: CaseLabel, answer: Mapping[str, Any]) -> bool | None:
     if true.thruster is not None:
         return bool(detail.get("thruster") == true.thruster)
     if true.axes and detail.get("axes"):
-        return bool(set(true.axes) & set(detail["axes"]))
+        return bool({VELOCITIES[axis] for axis in true.axes} & set(detail["axes"]))
     return None
 
 

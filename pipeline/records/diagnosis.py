@@ -81,8 +81,12 @@ class ParameterEstimate(Record):
     ci95: Interval
 
 
+#: Axis -> the channel of its velocity (SNAME).
+VELOCITIES = {"surge": "u", "sway": "v", "heave": "w", "roll": "p", "pitch": "q", "yaw": "r"}
+
+
 class Detail(Record):
-    """Which thruster, which axes; None and empty where the effect has none."""
+    """Which thruster, which axes by their velocities; None and empty where the effect has none."""
 
     thruster: str | None = None
     axes: tuple[str, ...] = ()

@@ -24,6 +24,7 @@ from pipeline.diagnose.tell.notes import notes_on
 from pipeline.diagnose.tell.sentence import sentence
 from pipeline.diagnose.tell.stages import stages_told
 from pipeline.records.diagnosis import (
+    VELOCITIES,
     ChannelNoiseCheck,
     Detail,
     DiagnosisRecord,
@@ -93,7 +94,9 @@ def record_of(  # noqa: PLR0917 - one caller
             effects=names,
             probability=probability,
             ambiguous_with=ambiguous,
-            detail=Detail(thruster=first.thruster, axes=first.axes),
+            detail=Detail(
+                thruster=first.thruster, axes=tuple(VELOCITIES[axis] for axis in first.axes)
+            ),
             sentence=sentence(names, probability, ambiguous, ranking, led_to.left),
         ),
         ranking=ranking,

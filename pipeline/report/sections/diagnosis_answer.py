@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.language import as_it_is
-from pipeline.records.diagnosis import DiagnosisRecord, RankedEffect
+from pipeline.records.diagnosis import VELOCITIES, DiagnosisRecord, RankedEffect
 from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
@@ -66,7 +66,8 @@ def verdict_facts(record: DiagnosisRecord) -> tuple[str, ...]:
     if detail.thruster:
         lines.append(f"Thruster: {detail.thruster}.")
     if detail.axes:
-        lines.append(f"Axes: {listed(detail.axes)}.")
+        words = {velocity: axis for axis, velocity in VELOCITIES.items()}
+        lines.append(f"Axes: {listed([words[one] for one in detail.axes])}.")
     shrink = record.shrink
     named = verdict.effects not in {("none",), ("unknown",)}
     if shrink.gap_closed is not None and named:

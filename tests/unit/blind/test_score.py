@@ -71,6 +71,14 @@ def test_a_right_answer() -> None:
     ]
 
 
+def test_an_axis_is_told_by_its_velocity() -> None:
+    heave = TrueEffect(effect="quadratic_damping", parameters={"heave": 1.5}, axes=("heave",))
+    said = verdict("quadratic_damping")
+    for axes, right in ((["w"], True), (["u", "w"], True), (["u"], False), ([], None)):
+        said["verdict"]["detail"] = {"thruster": None, "axes": axes}
+        assert score_case("c", label(effects=(heave,)), said).detail_right is right
+
+
 def test_a_wrong_answer_is_confidently_wrong_unless_the_truth_is_told_too() -> None:
     wrong = score_case("c", label(), verdict("added_mass"))
     assert not wrong.first_right

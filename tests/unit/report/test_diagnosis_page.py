@@ -7,8 +7,9 @@ import diagnosis_records
 import numpy as np
 import pytest
 
+from pipeline.effects.effect import AXES
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
-from pipeline.records.diagnosis import Detail, DiagnosisRecord, Series, Verdict
+from pipeline.records.diagnosis import VELOCITIES, Detail, DiagnosisRecord, Series, Verdict
 from pipeline.report import assets
 from pipeline.report.diagnosis_page import (
     diagnosis_line,
@@ -19,6 +20,7 @@ from pipeline.report.diagnosis_page import (
 from pipeline.report.diagnosis_words import beside
 from pipeline.report.figures.diagnosis_runs import curves, held_out
 from pipeline.report.figures.gap_map import gap_lead, map_rows
+from pipeline.report.sections.diagnosis_answer import verdict_facts
 from pipeline.report.sections.diagnosis_gap import MOST_DRAWN
 
 EVIL = '<script>alert("x")</script>'
@@ -39,6 +41,17 @@ def with_verdict(record: DiagnosisRecord, *effects: str) -> DiagnosisRecord:
         effects=effects, probability=0.93, ambiguous_with=(), detail=Detail(), sentence="So."
     )
     return record.model_copy(update={"verdict": verdict})
+
+
+def test_where_the_effect_sits_is_said_in_words(record: DiagnosisRecord) -> None:
+    told = with_verdict(record, "added_mass")
+    detail = Detail(thruster="upper", axes=tuple(VELOCITIES[axis] for axis in AXES))
+    verdict = told.verdict.model_copy(update={"detail": detail})
+    facts = verdict_facts(told.model_copy(update={"verdict": verdict}))
+    assert facts[:2] == (
+        "Thruster: upper.",
+        "Axes: surge, sway, heave, roll, pitch and yaw.",
+    )
 
 
 def test_the_verdict_comes_first_and_the_notes_before_the_rest(
