@@ -115,7 +115,7 @@ class DriveFit(Record):
     code_range: Interval
     clusters: int
     clustered: bool = True
-    """False where the sweeps are not more than the terms: points then count as independent."""
+    """False where sweeps cannot carry the terms: points then count as independent."""
     torque_scale_by_file: dict[str, float] = Field(default_factory=dict)
     """Torque of each drive (file) over that of the family: the spread between exemplars."""
     torque_scale_std: float = 0.0
