@@ -273,18 +273,21 @@ def test_mooring_alone_shows_what_there_is_and_why_the_rest_is_missing(
     assert page.count('<span class="absent">not computed</span>') >= 6
 
 
-def test_intervals_that_could_not_count_whole_sweeps_are_warned_of(results: VehicleResults) -> None:
+@pytest.mark.usefixtures("undrawn")
+def test_intervals_that_could_not_count_whole_sweeps_are_warned_of(
+    results: VehicleResults, page: str
+) -> None:
     assert results.drive is not None
-    sound = text_of(vehicle_page(results))
-    assert "The covariance is clustered by sweep" in sound
+    assert "The covariance is clustered by sweep" in text_of(page)
     few = results.drive.model_copy(update={"clustered": False, "clusters": 3})
-    page = text_of(vehicle_page(dataclasses.replace(results, drive=few)))
-    assert "The covariance is clustered by sweep" not in page
-    assert "The 3 sweeps are too few for the" in page
-    assert "could not be clustered by sweep" in page
+    unsound = text_of(vehicle_page(dataclasses.replace(results, drive=few)))
+    assert "The covariance is clustered by sweep" not in unsound
+    assert "The 3 sweeps are too few for the" in unsound
+    assert "could not be clustered by sweep" in unsound
 
 
-def test_range_of_codes_is_the_drives(results: VehicleResults) -> None:
+@pytest.mark.usefixtures("undrawn")
+def test_range_of_codes_is_the_drives(results: VehicleResults, page: str) -> None:
     inverse = results.inverse
     assert inverse is not None
     assert inverse.firmware is not None
@@ -292,7 +295,7 @@ def test_range_of_codes_is_the_drives(results: VehicleResults) -> None:
     weak_results = dataclasses.replace(
         results, inverse=inverse.model_copy(update={"firmware": weak})
     )
-    assert "The tables cover codes -127 to 127" in text_of(vehicle_page(results))
+    assert "The tables cover codes -127 to 127" in text_of(page)
     assert "The tables cover codes -100 to 127" in text_of(vehicle_page(weak_results))
 
 
