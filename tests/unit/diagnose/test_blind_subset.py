@@ -18,7 +18,7 @@ def test_verdict_on_a_case_of_the_separate_truth(
 ) -> None:
     subject = load_subject("rov8", Path("raw"), Path())
     case = generate(
-        subject, CaseSpec(kind, what, severity=6.0, healthy=0, duration_s=24.0, seed=seed)
+        subject, CaseSpec(kind, what, severity=6.0, healthy=0, duration_s=16.0, seed=seed)
     )
     verdict = diagnose_in_memory(case, packed_of(case.subject), ())["verdict"]
     assert tuple(verdict["effects"]) == case.label.truth
