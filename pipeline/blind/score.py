@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
+from pipeline.blind.goals import Miss, against_goals, at_least, at_most, between, missed
 from pipeline.blind.rates import Figure, Rate, figure, rate
 from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore
 from pipeline.records.base import Record
@@ -29,16 +30,20 @@ class Confusion(Record):
 class CampaignScore(Record):
     """The result of a blind check.
 
-    `compared` is the confusion of this diagnosis on the cases that the plain methods answered, too.
+    `goals` has a row for each goal, `rates` the strata and severity bands, `missed` the cases that
+    count against it. `compared` is the confusion of this diagnosis on the cases that the plain
+    methods answered, too.
     """
 
     cases: int
     refused: int
+    goals: tuple[Rate, ...]
     rates: tuple[Rate, ...]
     figures: tuple[Figure, ...]
     confusion: Confusion
     compared: Confusion
     baselines: dict[str, Confusion]
+    missed: tuple[Miss, ...]
 
 
 def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
@@ -74,7 +79,7 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
     ]
     covered = [width.inside for one in scores for width in one.intervals]
     rates.append(
-        rate("95 % intervals cover the truth", "all", covered, "93-97 %", _between(0.93, 0.97))
+        rate("95 % intervals cover the truth", "all", covered, "93-97 %", between(0.93, 0.97))
     )
     figures = (
         figure(
@@ -117,6 +122,7 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
     return CampaignScore(
         cases=len(scores),
         refused=sum(bool(one.refused) for one in scores),
+        goals=against_goals(scores),
         rates=tuple(rates),
         figures=figures,
         confusion=confusion(scores, lambda one: _one_word(one.verdict)),
@@ -130,23 +136,12 @@ def score_campaign(scores: Sequence[CaseScore]) -> CampaignScore:
             )
             for name in names
         },
+        missed=missed(scores),
     )
 
 
 def _first(part: Sequence[CaseScore]) -> Iterable[bool | None]:
     return (one.first_right for one in part)
-
-
-def _between(low: float, high: float) -> Callable[[float], bool]:
-    return lambda share: low <= share <= high
-
-
-def _at_least(limit: float) -> Callable[[float], bool]:
-    return lambda share: share >= limit
-
-
-def _at_most(limit: float) -> Callable[[float], bool]:
-    return lambda share: share <= limit
 
 
 def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Rate]:
@@ -157,7 +152,7 @@ def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Ra
     least = 0.95 if strict else 0.80
     goal = ">= 95 %" if strict else ">= 80 %, otherwise it abstains"
     return [
-        rate("right effect first", f"{where}, separable", _first(apart), goal, _at_least(least)),
+        rate("right effect first", f"{where}, separable", _first(apart), goal, at_least(least)),
         rate(
             "right, or abstains",
             f"{where}, separable",
@@ -168,7 +163,7 @@ def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Ra
             f"{where}, not separable",
             (one.group_right for one in alike),
             ">= 95 %",
-            _at_least(0.95),
+            at_least(0.95),
         ),
         rate("right effect first", f"{where}, all", _first(inside)),
         rate(
@@ -176,7 +171,7 @@ def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Ra
             where,
             (one.in_set for one in inside),
             ">= 99 %",
-            _at_least(0.99),
+            at_least(0.99),
         ),
         rate("confidently wrong", where, (one.confidently_wrong for one in inside)),
         rate("right thruster or axis", where, (one.detail_right for one in inside)),
@@ -185,11 +180,9 @@ def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Ra
             where,
             (one.channel_right for one in inside),
             ">= 98 %",
-            _at_least(0.98),
+            at_least(0.98),
         ),
-        rate(
-            "right regime", where, (one.regime_right for one in inside), ">= 90 %", _at_least(0.9)
-        ),
+        rate("right regime", where, (one.regime_right for one in inside), ">= 90 %", at_least(0.9)),
     ]
 
 
@@ -218,30 +211,30 @@ def _of_healthy(part: Sequence[CaseScore], word: str, told: bool) -> list[Rate]:
             word,
             (one.false_alarm for one in part),
             alarm,
-            _at_most(0.0 if told else 0.02),
+            at_most(0.0 if told else 0.02),
         ),
         rate("right effect first", f"gap >= 3, {word}", _first(clear)),
-        rate("exact pair", word, (one.pair_exact for one in pairs), ">= 80 %", _at_least(0.80)),
+        rate("exact pair", word, (one.pair_exact for one in pairs), ">= 80 %", at_least(0.80)),
         rate(
             "at least one of the pair",
             word,
             (one.pair_any for one in pairs),
             ">= 97 %",
-            _at_least(0.97),
+            at_least(0.97),
         ),
         rate(
             "unknown caught",
             f"outside the library, {word}",
             (one.unknown_right for one in outside),
             ">= 90 %",
-            _at_least(0.90),
+            at_least(0.90),
         ),
         rate(
             "known cases called unknown",
             word,
             (one.called_unknown for one in known),
             "<= 3 %",
-            _at_most(0.03),
+            at_most(0.03),
         ),
         rate("unknown caught", f"effect left out, {word}", (o.unknown_right for o in left_out)),
         rate(

@@ -15,6 +15,13 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.option("--cases", type=click.IntRange(1, 100_000), default=60, show_default=True)
+@click.option(
+    "--only",
+    type=click.IntRange(0, 99_999),
+    multiple=True,
+    metavar="NUMBER",
+    help="This case alone, whatever --cases says.  May be given several times.",
+)
 @click.option("--seed", type=click.IntRange(0, 10_000), default=0, show_default=True)
 @click.option(
     "--to",
@@ -63,6 +70,7 @@ if TYPE_CHECKING:
 @OUT
 def blind(  # noqa: PLR0917 - click passes every option by its name
     cases: int,
+    only: tuple[int, ...],
     seed: int,
     to: Path | None,
     vehicles: tuple[str, ...],
@@ -86,6 +94,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
       rig2sea blind --cases 20 --to blind-20
       rig2sea blind --cases 848 --seed 1 --to blind-848 --page docs/blind_check.md
       rig2sea blind --cases 848 --seed 1 --to blind-848 --resume
+      rig2sea blind --only 368 --seed 1 --to one-case --keep-logs
     """
     from pipeline.stages.blind_campaign import BlindRequest, run_campaign
     from pipeline.stages.blind_case import BlindPlace
@@ -105,6 +114,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
         ),
         resume=resume,
         processes=processes,
+        only=only,
     )
 
     def said(done: int, wanted: int, line: str) -> None:
@@ -125,13 +135,13 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
 
 def _text(result: "BlindResult") -> str:
     lines = [f"{result.done} of {result.wanted} cases done, {result.not_made} could not be flown"]
-    for one in result.score.rates:
+    for one in result.score.goals:
         if one.share is None or one.low is None or one.high is None:
             continue
         met = {None: "", True: ", met", False: ", NOT met"}[one.met]
         goal = f"  (goal {one.goal}{met})" if one.goal else ""
         lines.append(
-            f"  {one.question}; {one.stratum}: {one.yes} of {one.cases} = {one.share:.1%} "
+            f"  {one.stratum}: {one.question}: {one.yes} of {one.cases} = {one.share:.1%} "
             f"[{one.low:.1%}, {one.high:.1%}]{goal}"
         )
     lines += [

@@ -5,7 +5,7 @@ sealed labels and the verdicts lie beside them.
 """
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -27,12 +27,21 @@ _MODULES = ("pipeline.stages.blind_case",)
 
 @dataclass(frozen=True)
 class BlindRequest:
-    """What is asked for; `place.to` is the folder of the campaign."""
+    """What is asked for; `place.to` is the folder of the campaign.
+
+    `only` names some cases by number, which need not be among the first `cases`.
+    """
 
     cases: int
     place: BlindPlace
     resume: bool = False
     processes: int = 2
+    only: tuple[int, ...] = ()
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Numbers of the cases that are asked for."""
+        return sorted(set(self.only)) or range(self.cases)
 
 
 @dataclass(frozen=True)
@@ -78,8 +87,10 @@ def run_campaign(
     subjects_of(place)  # a vehicle that cannot be read is found before any case is made
     lines_file = place.to / "cases.jsonl"
     _claim(request, lines_file)
-    done = {line["number"]: line for line in read_lines(lines_file)}
-    wanted = [number for number in range(request.cases) if number not in done]
+    numbers = frozenset(request.numbers)
+    before = read_lines(lines_file)
+    done = {line["number"]: line for line in before if line["number"] in numbers}
+    wanted = [number for number in request.numbers if number not in done]
     stopped = False
     with appending(lines_file) as append, stopped_by_sigterm():
         try:
@@ -87,24 +98,25 @@ def run_campaign(
             for line in as_they_come(run, wanted, request.processes):
                 append(line)
                 done[line["number"]] = line
-                said(len(done), request.cases, _line_text(line))
+                said(len(done), len(numbers), _line_text(line))
         except KeyboardInterrupt:
             stopped = True
     result = summary(list(done.values()), request)
     if stopped:
-        said(len(done), request.cases, "stopped; --resume goes on from here")
+        said(len(done), len(numbers), "stopped; --resume goes on from here")
     return result
 
 
 def summary(lines: list[dict[str, Any]], request: BlindRequest) -> BlindResult:
     """Score the lines of a campaign."""
-    asked = [line for line in lines if line["number"] < request.cases]
+    numbers = frozenset(request.numbers)
+    asked = [line for line in lines if line["number"] in numbers]
     scored = [line["score"] for line in asked if "score" in line]
     scores = [CaseScore.model_validate_json(json.dumps(score)) for score in scored]
     return BlindResult(
         score_campaign(scores),
         len(asked),
-        request.cases,
+        len(numbers),
         sum("not_made" in line for line in asked),
         request.place.to,
     )

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from pipeline.blind.goals import Miss
 from pipeline.blind.rates import Figure, Rate
 from pipeline.blind.score import BANDS, PAIR_BANDS, CampaignScore
 from pipeline.provenance import write_atomically
@@ -66,9 +67,9 @@ def write_page(result: BlindResult, request: BlindRequest, page: Path) -> None:
 def _text(result: BlindResult, request: BlindRequest) -> str:
     place, score = request.place, result.score
     vehicles = " ".join(f"--vehicle {name}" for name in place.vehicles)
+    asked = " ".join(f"--only {number}" for number in request.only) or f"--cases {request.cases}"
     command = (
-        f"rig2sea blind --cases {request.cases} --seed {place.seed} --run-s {place.run_s:g} "
-        f"{vehicles} --to DIR"
+        f"rig2sea blind {asked} --seed {place.seed} --run-s {place.run_s:g} {vehicles} --to DIR"
     )
     done = (
         f"{result.done} cases."
@@ -93,6 +94,9 @@ def _text(result: BlindResult, request: BlindRequest) -> str:
         "Labels were sealed before each diagnosis and opened when its verdict was on disk. Bounds",
         "are those of Clopper and Pearson at 95 %. Gap means gap over healthy floor.",
         "",
+        "## Against the goals",
+        "",
+        *_goals(score.goals),
         *_tables(score.rates),
         "![Rates with their bounds; orange: the goal is missed](images/blind-rates.svg)",
         "",
@@ -107,9 +111,20 @@ def _text(result: BlindResult, request: BlindRequest) -> str:
         "![Truth against answer](images/blind-confusion.svg)",
         "",
         *_baselines(score),
+        *_missed(score.missed),
         _DISTRUST,
     ]
     return "\n".join(lines)
+
+
+def _goals(goals: Sequence[Rate]) -> list[str]:
+    """Tabulate the rates that the goals are stated for."""
+    rows = [
+        f"| {one.stratum} | {one.question} | {_cell(one)} | {one.goal} |"
+        for one in goals
+        if one.cases
+    ]
+    return ["| cases | question | rate | goal |", "|---|---|---|---|", *rows, ""]
 
 
 def _tables(rates: Sequence[Rate]) -> list[str]:
@@ -196,3 +211,26 @@ def _baselines(score: CampaignScore) -> list[str]:
         *rows,
         "",
     ]
+
+
+def _missed(missed: Sequence[Miss]) -> list[str]:
+    """List every case that a goal counts against the diagnosis."""
+    if not missed:
+        return []
+    lines = [
+        "## What was missed, case by case",
+        "",
+        "One of these again: the command above with `--only NUMBER` in place of `--cases`.",
+        "",
+        "| case | vehicle | truth | gap | healthy runs | not logged | answer | beside it | fault |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
+    for miss in missed:
+        one = miss.score
+        lines.append(
+            f"| {int(one.case.rpartition('_')[2])} | {one.vehicle} | {' + '.join(one.truth)} "
+            f"| {one.gap_ratio:.1f} | {'yes' if one.healthy else 'no'} "
+            f"| {', '.join(one.missing)} | {' + '.join(one.verdict)} {one.probability:.2f} "
+            f"| {', '.join(one.ambiguous_with)} | {miss.fault} |"
+        )
+    return [*lines, ""]

@@ -93,6 +93,21 @@ def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace, by: signa
         assert json.loads(verdict.read_text())["verdict"]["effects"] == ["none"]
 
 
+def test_one_case_is_made_again_by_its_number(place: BlindPlace, tmp_path: Path) -> None:
+    whole = run_campaign(BlindRequest(2, place, processes=1))
+    alone = replace(place, to=tmp_path / "alone")
+    request = BlindRequest(2, alone, processes=1, only=(1,))
+    one = run_campaign(request)
+    assert (whole.done, one.done, one.wanted) == (2, 1, 1)
+    (again,) = read_lines(alone.to / "cases.jsonl")
+    before = read_lines(place.to / "cases.jsonl")[1]
+    for line in (before, again):
+        del line["score"]["elapsed_s"]
+    assert again == before
+    write_page(one, request, tmp_path / "page.md")
+    assert "    rig2sea blind --only 1 --seed 0 " in (tmp_path / "page.md").read_text()
+
+
 def quick_case(number: int, place: BlindPlace) -> dict[str, Any]:
     """Leave a trace, as a case leaves its verdict; other processes take it from this module."""
     time.sleep(0.1)
@@ -187,6 +202,29 @@ def test_every_rate_stands_on_the_page_once_beside_those_it_compares_with(
         "| first, gap >= 3 | 8 of 10 = 80.0 % (10 to 90 %), met |  | >= 70 % |",
         "| first; gap >= 3, no dvl | 9 of 10 = 90.0 % (10 to 90 %), met | >= 70 % |",
     ]
+
+
+def test_every_goal_and_every_miss_stands_on_the_page(place: BlindPlace, tmp_path: Path) -> None:
+    """An answer of none to everything misses all effects and raises no alarm."""
+    request = BlindRequest(9, place, processes=1)
+    result = run_campaign(request)
+    write_page(result, request, tmp_path / "blind_check.md")
+    lines = (tmp_path / "blind_check.md").read_text().splitlines()
+    score = result.score
+    rows = [line for line in lines if line.startswith("| single, gap 1-3 | in the answer set | ")]
+    ill = [one for one in score.missed if one.score.kind == "single"]
+    assert ill
+    (wanted,) = (
+        one
+        for one in score.goals
+        if (one.stratum, one.question) == ("single, gap 1-3", "in the answer set")
+    )
+    assert [f"{wanted.yes} of {wanted.cases} = " in row for row in rows] == [True]
+    first = ill[0].score
+    name = f"| {int(first.case[-5:])} | rov8 | {first.truth[0]} | {first.gap_ratio:.1f} | "
+    assert any(line.startswith(name) and line.endswith(f"| {ill[0].fault} |") for line in lines)
+    text = (tmp_path / "blind_check.md").read_text()
+    assert "What was missed, case by case" in text
 
 
 def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:
