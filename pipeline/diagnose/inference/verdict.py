@@ -23,6 +23,8 @@ _NORMAL_95 = 1.959964
 _MODEL_SHARE = 0.015
 #: The same of what has a place: its mass is told by inertia, which is that of all the vehicle.
 _PLACED_SHARE = 0.09
+#: A healthy vehicle has at least this share of what its file states.
+_LEAST_FACTOR = 0.1
 
 
 def departures_of(found: Search, one: Candidate, finding: Finding | None) -> FloatArray:
@@ -96,7 +98,9 @@ def parameters_of(
 ) -> tuple[dict[str, ParameterEstimate], str | None, tuple[str, ...]]:
     """Values with intervals of an answer's parameters, its thruster and its axes.
 
-    `factor` is that on the spread of the linear model; see `Calibration`.
+    They are those since the vehicle was well: a drag of 1.3 times the file's on the healthy runs
+    and 1.95 times now is a factor of 1.5. `factor` is that on the spread of the linear model; see
+    `Calibration`.
     """
     # how what has no name is best imitated is neither its size nor its place
     if one.finding is None or one.name == UNKNOWN:
@@ -113,11 +117,15 @@ def parameters_of(
         coordinate = every[index]
         neutral = coordinate.parameter.neutral
         # what the healthy runs showed of a stated parameter is not the effect's
-        departure = float(alone[index])
-        departure -= float(found.prior.mean[index]) if coordinate.ordinary else 0.0
+        well = float(found.prior.mean[index]) if coordinate.ordinary else 0.0
+        unit = coordinate.unit_size
+        if neutral:
+            # an effect is a factor on what the vehicle is, not on what its file states
+            unit /= max(1.0 + coordinate.unit_size * well / neutral, _LEAST_FACTOR)
+        departure = float(alone[index]) - well
         least, most = coordinate.parameter.possible
         # the mirror image of what can be is next to what can be
-        value = min(max(neutral + coordinate.unit_size * departure, least), most)
+        value = min(max(neutral + unit * departure, least), most)
         # the vehicle's own ordinary departure cannot be told from the effect's; a factor's grows
         # with the factor
         own = float(np.sqrt(found.prior.covariance[index, index])) if coordinate.ordinary else 0.0
@@ -127,7 +135,7 @@ def parameters_of(
             model_share = _PLACED_SHARE
         read_off = float(np.hypot(_std_alone(coordinate, index, left), model_share * departure))
         spread = float(np.hypot(factor * read_off, own))
-        half = _NORMAL_95 * coordinate.unit_size * spread
+        half = _NORMAL_95 * unit * spread
         name = coordinate.parameter.name
         if coordinate.parameter.name in AXES:
             axes.append(name)
