@@ -45,17 +45,23 @@ def test_intervals_grow_with_the_root_of_the_parameters(
     assert more == pytest.approx(1.96 * 0.015 * np.sqrt(len(axes)) * (value - 1.0), rel=1e-3)
 
 
-def test_a_factor_is_one_on_what_the_vehicle_was_when_it_was_well(found: Search) -> None:
+def test_a_factor_is_one_on_what_the_vehicle_was_when_it_was_well(
+    found: Search, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """A drag of 1.3 on the healthy runs and of 1.8 now has grown by 1.8 / 1.3, not by 0.5."""
+    monkeypatch.setattr(verdict, "_MODEL_SHARE", 0.0)
     every = found.setting.coordinates
     index = index_of(every, "quadratic_damping:surge")
     blank, wide = np.zeros(1), np.array([25.0])
     finding = Finding((("quadratic_damping", None),), (index,), 0.0, blank, np.eye(1), wide)
     one = Candidate("quadratic_damping", 1.0, 0.0, finding, found.judged[0])
-    mean = found.prior.mean.copy()
+    mean, covariance = found.prior.mean.copy(), found.prior.covariance.copy()
     mean[index] = 0.3 / every[index].unit_size
-    known = replace(found, prior=Prior(mean, found.prior.covariance))
-    fresh, since = (parameters_of(one_found, one, 1.0)[0]["surge"] for one_found in (found, known))
+    covariance[index], covariance[:, index] = 0.0, 0.0
+    searches = [
+        replace(found, prior=Prior(middle, covariance)) for middle in (found.prior.mean, mean)
+    ]
+    fresh, since = (parameters_of(search, one, 1.0)[0]["surge"] for search in searches)
     assert fresh.value > 1.5
     assert since.value == pytest.approx(fresh.value / 1.3, rel=0.01)
     halves = [0.5 * (row.ci95[1] - row.ci95[0]) for row in (fresh, since)]
