@@ -77,6 +77,8 @@ class TopicFound:
     probe: Mapping[str, Any] | None = None
     why_not: str = ""
     """Why its messages cannot be decoded."""
+    of_rig2sea: bool = False
+    """Whether rig2sea wrote it, whose commands are codes."""
 
     @property
     def frame(self) -> str:
@@ -321,7 +323,8 @@ def _usual_unit(
     """Return the unit that the message's type prescribes; None where the values must tell."""
     joints = topic.message_type.endswith("JointState")
     if quantity == "thruster_command":
-        return ("code", "message") if joints else (None, "values")
+        # a position of JointState has no unit for thrusters: the numbers must tell
+        return ("code", "message") if topic.of_rig2sea else (None, "values")
     if quantity == "shaft_speed":
         return ("rad/s", "message") if joints else ("rpm", "assumed")
     usual = next(iter(UNITS[quantity]))

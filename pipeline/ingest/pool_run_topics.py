@@ -22,6 +22,8 @@ from pipeline.vehicle.schema import Vehicle
 _MAX_PROBE_BYTES = 1_000_000
 #: So many blocks of messages that cannot be decoded, and a channel is given up.
 _MOST_TRIES = 30
+#: Records by which rig2sea's own logs are known: all of it, and what it simulated beside others'.
+_RECORDS = ("rig2sea.log", "rig2sea.run")
 
 
 def topics_of(log: McapFile, prefix: str) -> tuple[dict[int, Codec], list[TopicFound]]:
@@ -37,6 +39,7 @@ def topics_of(log: McapFile, prefix: str) -> tuple[dict[int, Codec], list[TopicF
         except DefinitionError as error:
             why_not[number] = f"{error}"
     probes = _probes(log, codecs, why_not)
+    of_rig2sea = any(name in directory.metadata for name in _RECORDS[: 2 if prefix else 1])
     found: dict[str, TopicFound] = {}
     for number, channel in sorted(directory.channels.items()):
         if prefix and not channel.topic.startswith(prefix):
@@ -58,6 +61,7 @@ def topics_of(log: McapFile, prefix: str) -> tuple[dict[int, Codec], list[TopicF
             messages,
             probes.get(number),
             why_not.get(number, ""),
+            of_rig2sea,
         )
     return codecs, list(found.values())
 
