@@ -16,6 +16,7 @@ from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.rows import listed
 from pipeline.ingest.sheet import Row, Sheet
+from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistics_problems
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
 from pipeline.ingest.workbook import read_sheets
 from pipeline.vehicle.schema import BenchColumns, Column
@@ -205,6 +206,7 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
     readings: list[Reading] = []
     odd: dict[str, list[tuple[int, str]]] = defaultdict(list)
     empty: dict[str, list[int]] = defaultdict(list)
+    statistics: list[int] = []
     seen: set[str] = set()
     rows = list(block.rows())
     if not rows:
@@ -217,16 +219,21 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
             continue  # a heading, a note or a blank row
         seen |= set(values)
         complete = wanted.is_complete(set(values))
+        marks = (COMMENTED,) if commented else ()
+        if not commented and is_statistics(block, cells):
+            marks = (STATISTICS,)
+            statistics.append(row)
         if complete:
-            readings.append(Reading(row, values, (COMMENTED,) if commented else ()))
-        if commented:
+            readings.append(Reading(row, values, marks))
+        if marks:
             continue
         for quantity, fault in faults.items():
             odd[quantity].append((row, fault))
         if not complete:
             for quantity in _absent(block, wanted, values.keys() | faults.keys()):
                 empty[quantity].append(row)
-    return tuple(readings), _faults(block, wanted, odd, empty, seen)
+    problems = _faults(block, wanted, odd, empty, seen)
+    return tuple(readings), [*problems, *statistics_problems(block, statistics)]
 
 
 def row_numbers(
@@ -269,13 +276,15 @@ def _faults(
             quantity in group and not seen.intersection(group) for group in wanted.required
         )
         left_out = "the table was left out" if needed else "the column was left out"
+        why = f" ({odd[quantity][0][1]})" if odd.get(quantity) else ""
         # a column that may be left away may be left blank, too
         optional: Literal["note", "warning"] = "note" if block.is_blank(quantity) else "warning"
         problems.append(
             Problem(
                 "error" if needed else optional,
                 block.place(block.header_row, quantity),
-                f'{_name(quantity)} "{shorten(column.header)}" holds no number at all; {left_out}.',
+                f'{_name(quantity)} "{shorten(column.header)}" holds no number at all{why}; '
+                f"{left_out}.",
                 "decimal numbers.",
                 "Export the file again; formulas need their stored results.",
             )

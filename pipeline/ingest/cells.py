@@ -4,7 +4,7 @@ import math
 import re
 
 from pipeline.ingest.sheet import Cell
-from pipeline.ingest.unit_text import is_same_unit
+from pipeline.ingest.unit_text import is_percent, is_same_unit
 
 _BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+")
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
@@ -73,6 +73,10 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
         return None
     found = _NUMBER.match(text)
     if found is None or not _unit_follows(text[found.end() :], unit_text):
+        if found is not None and text[found.end() :].strip() == "%":
+            raise NotANumberError(
+                f'"{shorten(cell)}" is in per cent, which the name of its column does not say'
+            )
         raise NotANumberError(f'"{shorten(cell)}" is not a number')
     body = found["body"].replace(" ", "")
     last = max(body.rfind("."), body.rfind(","))
@@ -86,7 +90,9 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
 
 def _unit_follows(rest: str, unit_text: str | None) -> bool:
     rest = rest.strip()
-    return not rest or (unit_text is not None and is_same_unit(rest, unit_text))
+    if not rest or unit_text is None:
+        return not rest
+    return is_same_unit(rest, unit_text) or (is_percent(rest) and is_percent(unit_text))
 
 
 def _finite(value: float, text: str) -> float | None:

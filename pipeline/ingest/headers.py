@@ -191,6 +191,7 @@ def _side_by_side(
         return [], problems
     if not complete:
         complete = [_best(list(matches))]
+    problems += _passed_over(sheet, wanted, row, matches, complete)
     if len(complete) < len(groups):
         repeated = [
             match
@@ -212,6 +213,41 @@ def _side_by_side(
                 )
             )
     return complete, problems
+
+
+def _passed_over(
+    sheet: Sheet,
+    wanted: Wanted,
+    row: int,
+    matches: Sequence[Match],
+    groups: Sequence[Mapping[str, Match]],
+) -> list[Problem]:
+    """Name the columns that would have fitted a quantity as well as the one that is read."""
+    read = {match.index for group in groups for match in group.values()}
+    notes: list[Problem] = []
+    for first in groups[0].values():
+        name = _without(first.header.name, wanted.split_words)
+        equal = [
+            match
+            for match in matches
+            if (match.quantity, match.score) == (first.quantity, first.score)
+            and match.index not in read
+            and _without(match.header.name, wanted.split_words) != name
+        ]
+        if equal:
+            others = ", ".join(f'{column_letter(m.index)} "{shorten(m.text)}"' for m in equal[:6])
+            notes.append(
+                Problem(
+                    "note",
+                    sheet.place(row, column_letter(first.index)),
+                    f'{first.quantity.replace("_", " ")} is read from "{shorten(first.text)}" and '
+                    f"not from: {others}.",
+                    "one column a quantity.",
+                    "State the header of the right one in vehicle.yaml under columns: "
+                    f"{wanted.kind}.",
+                )
+            )
+    return notes
 
 
 def _without(name: str, split_words: tuple[str, ...]) -> str:

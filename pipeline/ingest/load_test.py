@@ -169,7 +169,7 @@ def _read_sheet(
         return LoadTestSheet(sheet.file, sheet.name, (), (), _instead(sheet), tuple(problems))
     readings: list[SheetReading] = []
     summaries: list[str] = []
-    codes = codes_of_blocks(search.blocks, path, problems)
+    codes = codes_of_blocks(search.blocks, path, vehicle.drive.code_max, problems)
     for block, code in zip(search.blocks, codes, strict=True):
         found, wrong = read_table(block, code, vehicle, mapping)
         problems += wrong

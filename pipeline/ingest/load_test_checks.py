@@ -10,6 +10,7 @@ from pipeline.ingest.bench_file import COMMENTED
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.load_test_rows import OPTIONAL, Reading, with_mark
 from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.statistics_rows import STATISTICS
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.types import FloatArray
 
@@ -34,7 +35,7 @@ def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading
     tuple of (list of Reading, list of Problem)
         Readings, those with opposed signs marked, and a warning with the likely cause.
     """
-    live = [index for index, reading in enumerate(readings) if COMMENTED not in reading.marks]
+    live = [i for i, one in enumerate(readings) if not {COMMENTED, STATISTICS} & set(one.marks)]
     if not live:
         return list(readings), []
     torque = np.array([readings[index].torque_nm for index in live])

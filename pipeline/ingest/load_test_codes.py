@@ -7,6 +7,7 @@ from pathlib import Path
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_number, parse_number
+from pipeline.ingest.code_units import percent_note
 from pipeline.ingest.load_test_words import CodeText, code_in_text, is_code_label
 
 
@@ -19,7 +20,7 @@ class TableCode:
 
 
 def codes_of_blocks(
-    blocks: Sequence[Block], path: Path, problems: list[Problem]
+    blocks: Sequence[Block], path: Path, code_max: int, problems: list[Problem]
 ) -> list[TableCode]:
     """Find the code of each table of a sheet.
 
@@ -29,6 +30,8 @@ def codes_of_blocks(
         All tables of the sheet.
     path : Path
         The file; its name may state the code.
+    code_max : int
+        Code at full command, for codes in per cent.
     problems : list of Problem
         What is contradictory is added here.
 
@@ -37,7 +40,7 @@ def codes_of_blocks(
     list of TableCode
         One for each table.
     """
-    found = [_code_of(block, path, problems) for block in blocks]
+    found = [_code_of(block, path, code_max, problems) for block in blocks]
     for position, block in enumerate(blocks):
         # "Code 90" stands over the first of two tables side by side and holds for both.
         beside = {
@@ -54,19 +57,21 @@ def codes_of_blocks(
     return found
 
 
-def _code_of(block: Block, path: Path, problems: list[Problem]) -> TableCode:
+def _code_of(block: Block, path: Path, code_max: int, problems: list[Problem]) -> TableCode:
     if "code" in block.columns:
         return TableCode(None, "code column")
     name = block.sheet.name
     in_name = None if name is None else code_in_text(name, alone=True)
-    in_heading = _code_in_headings(block)
-    if in_heading is not None:
-        if in_name is not None and abs(in_name.value) != abs(in_heading):
+    heading = _code_in_headings(block)
+    if heading is not None:
+        in_heading = _in_codes(heading, block, code_max, problems)
+        if in_name is not None and abs(in_name.in_codes(code_max)) != abs(in_heading):
             problems.append(
                 Problem(
                     "warning",
                     block.place(block.header_row),
-                    f"the heading says code {in_heading:g}, the sheet's name {in_name.value:g}; "
+                    f"the heading says code {in_heading:g}, the sheet's name "
+                    f"{in_name.in_codes(code_max):g}; "
                     "the heading was used.",
                     "one code.",
                     "Correct the heading or the name.",
@@ -75,19 +80,26 @@ def _code_of(block: Block, path: Path, problems: list[Problem]) -> TableCode:
         return TableCode(in_heading, "heading")
     for code, origin in ((in_name, "sheet name"), (code_in_text(path.stem), "file name")):
         if code is not None:
-            return TableCode(_with_sign(code, block, problems), origin)
+            return TableCode(_with_sign(code, block, code_max, problems), origin)
     return TableCode(None, "not stated")
 
 
-def _with_sign(code: CodeText, block: Block, problems: list[Problem]) -> float:
+def _in_codes(code: CodeText, block: Block, code_max: int, problems: list[Problem]) -> float:
+    if code.percent:
+        problems.append(percent_note(block.place(block.header_row), code_max))
+    return code.in_codes(code_max)
+
+
+def _with_sign(code: CodeText, block: Block, code_max: int, problems: list[Problem]) -> float:
     """Take a hyphen before the number for a minus where the speed is negative throughout."""
+    whole = _in_codes(code, block, code_max, problems)
     if not code.doubtful_sign:
-        return code.value
+        return whole
     speeds = [cells[index] for _, cells in block.rows() if (index := _speed(block)) < len(cells)]
     numbers = [parse_number(cell) or 0.0 for cell in speeds if is_number(cell)]
     sign = block.columns["shaft_speed"].sign
     negative = bool(numbers) and max(number * sign for number in numbers) <= 0.0
-    value = -code.value if negative else code.value
+    value = -whole if negative else whole
     problems.append(
         Problem(
             "note",
@@ -105,7 +117,7 @@ def _speed(block: Block) -> int:
     return block.columns["shaft_speed"].index
 
 
-def _code_in_headings(block: Block) -> float | None:
+def _code_in_headings(block: Block) -> CodeText | None:
     """Return the code that the nearest heading above the table states."""
     cells = block.above
     for position in range(len(cells) - 1, -1, -1):
@@ -114,12 +126,13 @@ def _code_in_headings(block: Block) -> float | None:
             continue
         code = code_in_text(cell.value)
         if code is not None:
-            return code.value
+            return code
         if is_code_label(cell.value):
             for other in cells[position + 1 :]:
                 if other.row > cell.row + 1:
                     break
                 beside = other.row == cell.row or other.column == cell.column
-                if beside and is_number(other.value):
-                    return parse_number(other.value)
+                number = parse_number(other.value) if beside and is_number(other.value) else None
+                if number is not None:
+                    return CodeText(number)
     return None

@@ -9,6 +9,7 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_file import COMMENTED, row_numbers
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, column_letter, is_number, parse_number
+from pipeline.ingest.code_units import percent_note, percent_scale
 from pipeline.ingest.load_test_words import (
     Branch,
     branch_in_text,
@@ -18,6 +19,7 @@ from pipeline.ingest.load_test_words import (
 )
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.sheet import Row
+from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistics_problems
 
 OPTIONAL = ("current", "voltage", "input_power", "output_power")
 _MOST_MESSAGES = 5
@@ -44,7 +46,10 @@ class _State:
 
     code: float | None
     branch: Branch | None
+    code_max: int
     warm_up: bool = False
+    percent_from: int | None = None
+    """First row of a heading with a code in per cent."""
 
 
 @dataclass
@@ -55,6 +60,7 @@ class _Log:
     incomplete: dict[str, list[int]] = field(default_factory=dict)
     odd_branches: list[int] = field(default_factory=list)
     codeless: list[int] = field(default_factory=list)
+    statistics: list[int] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -69,7 +75,7 @@ def read_rows(
     block: Block,
     code: float | None,
     branch: Branch | None,
-    code_max: float,
+    code_max: int,
     warm_up_s: float | None,
 ) -> RowsRead:
     """Read the rows of a table.
@@ -82,7 +88,7 @@ def read_rows(
         Control code of the whole table, where it has no code column.
     branch : str or None
         Branch of the whole table, where a heading or the sheet's name states it.
-    code_max : float
+    code_max : int
         Code at full command, for codes in per cent.
     warm_up_s : float or None
         Rows before this time are warm-up. [s]
@@ -92,15 +98,20 @@ def read_rows(
     RowsRead
         Readings in the order of the rows, and problems.
     """
-    state, log = _State(code, branch), _Log()
+    state, log = _State(code, branch, code_max), _Log()
     readings: list[Reading] = []
     for row, cells in block.rows():
         reading = _read_row(block, row, cells, state, log)
         if reading is not None:
             readings.append(reading)
-    if "code" in block.columns and "%" in block.columns["code"].unit:
-        readings = [_scaled(reading, code_max) for reading in readings]
     problems = [*_number_problems(block, log), *_row_problems(block, log)]
+    problems += statistics_problems(block, log.statistics)
+    codes = [one.code for one in readings if one.code is not None and not one.marks]
+    scale = percent_scale(block, codes, code_max, problems)
+    if scale != 1.0:
+        readings = [_scaled(reading, scale) for reading in readings]
+    if state.percent_from is not None:
+        problems.append(percent_note(block.place(state.percent_from), code_max))
     if warm_up_s is not None:
         readings = _mark_early(readings, warm_up_s)
     return RowsRead(tuple(readings), tuple(problems))
@@ -108,17 +119,21 @@ def read_rows(
 
 def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> Reading | None:
     commented = is_commented(cells)
-    if not commented and _is_section(block, cells, state):
+    if not commented and _is_section(block, row, cells, state):
         return None
     given = without_comment_mark(cells) if commented else cells
     values, wrong = row_numbers(block, given, ("shaft_speed", "torque", "code", *OPTIONAL))
-    if not commented:
+    sums_up = not commented and is_statistics(block, cells)
+    if not commented and not sums_up:
         _note_faults(block, row, values, wrong, log)
     if "shaft_speed" not in values or "torque" not in values:
         return None
     if "code" in block.columns and "code" not in values:
         return None
     marks: tuple[str, ...] = (COMMENTED,) if commented else ()
+    if sums_up:
+        marks = (STATISTICS,)
+        log.statistics.append(row)
     status = block.text(cells, "status")
     if state.warm_up or (status is not None and is_warm_up(status)):
         marks += ("warm-up",)
@@ -149,7 +164,7 @@ def _note_faults(
         log.codeless.append(row)
 
 
-def _is_section(block: Block, cells: Row, state: _State) -> bool:
+def _is_section(block: Block, row: int, cells: Row, state: _State) -> bool:
     """Take in a heading between the rows ("Code: 100", "Unloading"); True where it was one."""
     speed = block.columns["shaft_speed"].index
     if speed < len(cells) and is_number(cells[speed]):
@@ -161,7 +176,9 @@ def _is_section(block: Block, cells: Row, state: _State) -> bool:
             continue
         code = code_in_text(cell)
         if code is not None:
-            state.code, state.branch, state.warm_up = code.value, None, False
+            if code.percent and state.percent_from is None:
+                state.percent_from = row
+            state.code, state.branch, state.warm_up = code.in_codes(state.code_max), None, False
             return True
         following = inside[index + 1] if index + 1 < len(inside) else None
         if is_code_label(cell) and is_number(following):
@@ -211,8 +228,8 @@ def _time(block: Block, cells: Row) -> float | None:
     return day * 86400.0 + int(clock[2]) * 3600.0 + int(clock[3]) * 60.0 + seconds
 
 
-def _scaled(reading: Reading, code_max: float) -> Reading:
-    code = None if reading.code is None else reading.code * code_max / 100.0
+def _scaled(reading: Reading, scale: float) -> Reading:
+    code = None if reading.code is None else reading.code * scale
     return replace(reading, code=code)
 
 

@@ -6,6 +6,7 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_file import COMMENTED
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_number, shorten
+from pipeline.ingest.code_units import fractional_codes
 from pipeline.ingest.load_test_checks import (
     check_magnitudes,
     check_powers,
@@ -17,6 +18,7 @@ from pipeline.ingest.load_test_rows import Reading, read_rows, with_mark
 from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
 from pipeline.ingest.load_test_words import ANY_POWER, Branch, branch_in_text
 from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.unit_text import is_percent
 from pipeline.ingest.vocabulary import name_score, split_header, unit_fits
 from pipeline.vehicle.schema import LoadTestColumns, Vehicle
 
@@ -43,7 +45,7 @@ def read_table(
         Readings in the order of the rows, marked where they are not to be fitted.
     """
     drive = vehicle.drive
-    rows = read_rows(block, code.value, _branch_of(block), float(drive.code_max), mapping.warm_up_s)
+    rows = read_rows(block, code.value, _branch_of(block), drive.code_max, mapping.warm_up_s)
     problems = list(rows.problems)
     readings = list(rows.readings)
     if not readings:
@@ -68,7 +70,7 @@ def read_table(
     problems += wrong
     readings, wrong = _check_codes(block, readings, drive.code_min, drive.code_max)
     problems += wrong
-    problems += _check_whole_codes(block, readings)
+    problems += _fractional_codes(block, readings)
     problems += check_powers(block, readings)
     problems += check_magnitudes(
         block, readings, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
@@ -144,25 +146,11 @@ def _at(code: float | None) -> str:
     return "" if code is None else f", code {code:g}"
 
 
-def _check_whole_codes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
-    """Tell of a code column with fractions: it is often a current or a share."""
-    if "code" not in block.columns or "%" in block.columns["code"].unit:
+def _fractional_codes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
+    if "code" not in block.columns or is_percent(block.columns["code"].unit):
         return []
-    odd = [one for one in readings if one.code is not None and not one.code.is_integer()]
-    if not odd:
-        return []
-    codes = sorted({one.code for one in odd if one.code is not None})
-    return [
-        Problem(
-            "warning",
-            block.place(odd[0].row, "code"),
-            f"code {', '.join(f'{code:g}' for code in codes[:6])}: a control code is a whole "
-            f"number. The {len(odd)} points are fitted at the codes as they stand.",
-            "whole numbers, as the drive is sent them, or a share with % in the column's name.",
-            "Correct the codes, write % into the name, or state the right column in vehicle.yaml "
-            "under columns: load_test: code.",
-        )
-    ]
+    codes = [(one.row, one.code) for one in readings if one.code is not None and not one.marks]
+    return fractional_codes(codes, lambda row: block.place(row, "code"), "load_test")
 
 
 def _check_codes(

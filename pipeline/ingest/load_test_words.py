@@ -4,13 +4,16 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
+from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, SECOND_RANK
 from pipeline.ingest.unit_text import fold_lookalikes
 from pipeline.ingest.vocabulary import Vocabulary, Words, plain
 
 Branch = Literal["loading", "unloading"]
 
-_SET_POINT = ("set point", "setpoint", "target", "demand", "limit", "задан*", "уставк*", "предел*")
-_ABSORBER = ("absorber", "brake", "generator", "тормоз*", "d axis", "q axis", "phase", "фаз*")
+_OTHER = (
+    *SECOND_RANK,
+    *("absorber", "brake", "generator", "тормоз*", "d axis", "q axis", "phase", "фаз*"),
+)
 
 VOCABULARY: Vocabulary = {
     "code": Words(
@@ -37,8 +40,9 @@ VOCABULARY: Vocabulary = {
             "об мин",
         ),
         ("n", "n_rpm", "ω", "w"),
-        never=(*_SET_POINT, "temp", "temperature", "датчик* температур*"),
-        less=_ABSORBER,
+        prefer=FIRST_RANK,
+        never=(*NOT_MEASURED, "temp", "temperature", "датчик* температур*"),
+        less=_OTHER,
         unit_words={"rpm": "rpm", "оборот*": "об/мин", "об мин": "об/мин"},
     ),
     "torque": Words(
@@ -53,8 +57,9 @@ VOCABULARY: Vocabulary = {
             "крут момент",
         ),
         ("M", "М", "Mz", "T", "Q", "Мкр"),
+        prefer=FIRST_RANK,
         never=(
-            *_SET_POINT,
+            *NOT_MEASURED,
             "constant",
             "постоянн*",
             "момент времени",
@@ -62,7 +67,7 @@ VOCABULARY: Vocabulary = {
             "инерци*",
             "ripple",
         ),
-        less=_ABSORBER,
+        less=_OTHER,
         with_unit=("load", "нагрузк*", "brake"),
     ),
     "current": Words(
@@ -70,8 +75,8 @@ VOCABULARY: Vocabulary = {
         ("current", "input current", "supply current", "ток", "сила тока", "ток потребления"),
         ("I", "I_in", "Iin"),
         prefer=("input", "supply", "dc", "battery", "bus", "потребл*", "питани*", "входн*"),
-        never=_SET_POINT,
-        less=_ABSORBER,
+        never=NOT_MEASURED,
+        less=_OTHER,
         default_unit="A",
     ),
     "voltage": Words(
@@ -79,8 +84,8 @@ VOCABULARY: Vocabulary = {
         ("voltage", "input voltage", "supply voltage", "напряжение", "напряжение питания"),
         ("U", "V", "U_in", "Uin"),
         prefer=("input", "supply", "dc", "battery", "bus", "питани*", "входн*"),
-        never=_SET_POINT,
-        less=_ABSORBER,
+        never=NOT_MEASURED,
+        less=_OTHER,
         default_unit="V",
     ),
     "input_power": Words(
@@ -99,7 +104,7 @@ VOCABULARY: Vocabulary = {
             "мощност* потребляем*",
         ),
         ("P1", "Pin", "P_in", "Pel", "Р1", "P вх", "Pвх"),
-        less=_ABSORBER,
+        less=_OTHER,
         default_unit="W",
     ),
     "output_power": Words(
@@ -117,7 +122,7 @@ VOCABULARY: Vocabulary = {
             "мощност* механическ*",
         ),
         ("P2", "Pout", "P_out", "Pmech", "Р2", "P вых", "Pвых"),
-        less=_ABSORBER,
+        less=_OTHER,
         default_unit="W",
     ),
     "time": Words(
@@ -154,8 +159,8 @@ ANY_POWER = Words(
     "power",
     ("power", "мощност*"),
     ("P", "Р"),
-    never=(*_SET_POINT, "factor", "коэффициент*", "power supply", "блок питания"),
-    less=_ABSORBER,
+    never=(*NOT_MEASURED, "factor", "коэффициент*", "power supply", "блок питания"),
+    less=_OTHER,
 )
 REQUIRED = (("shaft_speed",), ("torque",))
 BRANCH_WORDS = (
@@ -214,6 +219,14 @@ class CodeText:
     value: float
     percent: bool = False
     doubtful_sign: bool = False
+
+    def in_codes(self, code_max: float) -> float:
+        """Return the code; per cent are of the code at full command.
+
+        >>> CodeText(50.0, percent=True).in_codes(127), CodeText(50.0).in_codes(127)
+        (63.5, 50.0)
+        """
+        return self.value * code_max / 100.0 if self.percent else self.value
 
 
 def code_in_text(text: str, *, alone: bool = False) -> CodeText | None:

@@ -15,11 +15,13 @@ from pipeline.ingest.bench_file import (
     without_copies,
 )
 from pipeline.ingest.blocks import Block, heading_text
+from pipeline.ingest.code_units import fractional_codes, percent_scale
+from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, SECOND_RANK
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis, voltage_groups
 from pipeline.ingest.rows import counted
-from pipeline.ingest.unit_text import is_same_unit
+from pipeline.ingest.unit_text import is_percent
 from pipeline.ingest.usable import with_cause
 from pipeline.ingest.vocabulary import Vocabulary, Words, plain
 from pipeline.records.measurements import MooringPoint, MooringRecord, SheetRead
@@ -44,7 +46,13 @@ VOCABULARY: Vocabulary = {
         "force",
         ("thrust", "bollard pull", "force", "pull", "load cell", "упор*", "тяга", "сила", "усилие"),
         symbols=("T", "F", "Т", "P"),
-        never=("efficiency", "coefficient", "specific", "коэффициент*", "эффективность", "current"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
+        never=(
+            *NOT_MEASURED,
+            *("efficiency", "coefficient", "specific", "current"),
+            *("коэффициент*", "эффективность"),
+        ),
         with_unit=("load", "reading", "показания", "нагрузка"),
     ),
     "shaft_speed": Words(
@@ -62,16 +70,20 @@ VOCABULARY: Vocabulary = {
             "частота",
         ),
         symbols=("n", "ω", "omega"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
+        never=NOT_MEASURED,
         with_unit=("speed", "скорость"),
         default_unit="rpm",
         unit_words={"rpm": "rpm"},
     ),
     "voltage": Words(
         "voltage", ("voltage", "supply", "напряжение", "питание"), symbols=("U", "V"),
-        default_unit="V",
+        prefer=FIRST_RANK, less=SECOND_RANK, never=NOT_MEASURED, default_unit="V",
     ),
     "current": Words(
-        "current", ("current", "ток", "сила тока"), symbols=("I", "Current"), default_unit="A"
+        "current", ("current", "ток", "сила тока"), symbols=("I", "Current"),
+        prefer=FIRST_RANK, less=SECOND_RANK, never=NOT_MEASURED, default_unit="A",
     ),
 }  # fmt: skip
 _UP = ("up", "rising", "increasing", "ascending", "вверх", "рост", "возрастание", "увеличение")
@@ -163,11 +175,13 @@ def _table(
     texts = (own, block.sheet.name or "", heading_text(block.above))
     place = block.place()
     code = block.columns.get("code")
-    if code is not None and code.unit and is_same_unit(code.unit, "%"):
-        scale = vehicle.drive.code_max / 100.0
-        readings = _scaled(readings, scale)
-        what = f"code is in per cent: 100 % is taken for code {vehicle.drive.code_max}."
-        problems.append(Problem("note", place, what))
+    if code is not None:
+        live = [one for one in readings if "code" in one.values and not one.marks]
+        numbers = [(one.row, one.values["code"]) for one in live]
+        codes = [number for _, number in numbers]
+        readings = _scaled(readings, percent_scale(block, codes, vehicle.drive.code_max, problems))
+        if not is_percent(code.unit):
+            problems += fractional_codes(numbers, lambda row: block.place(row, "code"), "mooring")
     neutral = vehicle.columns.mooring.pwm_range.neutral_us
     only_positive = all(
         reading.values.get("code", reading.values.get("pwm", neutral) - neutral) >= 0.0

@@ -1,8 +1,12 @@
 """What the columns of an open-water test are called, in English and Russian."""
 
+from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, SECOND_RANK
 from pipeline.ingest.vocabulary import Vocabulary, Words
 
-_PRINTED = ("polynomial", "fit", "fitted", "regression", "расчет", "полином")
+_PRINTED = (
+    *NOT_MEASURED,
+    *("polynomial", "fit", "fitted", "regression", "расчет", "полином"),
+)
 VOCABULARY: Vocabulary = {
     "advance_ratio": Words(
         None,
@@ -21,6 +25,8 @@ VOCABULARY: Vocabulary = {
         None,
         ("thrust coefficient", "kt", "k t", "ct", "c t", "коэффициент упора", "кт", "к т"),
         symbols=("K1", "K_1", "К1", "К_1"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
         never=(*_PRINTED, "loading", "нагрузки"),
     ),
     "torque_coefficient": Words(
@@ -32,6 +38,8 @@ VOCABULARY: Vocabulary = {
             *("коэффициент момента", "км", "к м", "кq"),
         ),
         symbols=("K2", "K_2", "К2", "К_2"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
         never=_PRINTED,
     ),
     "torque_coefficient_x10": Words(
@@ -43,31 +51,39 @@ VOCABULARY: Vocabulary = {
             *("10x kq", "10 x kq", "10 torque coefficient", "10 коэффициент момента"),
         ),
         symbols=("10K2", "10 K2", "10K_2", "10К2"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
         never=_PRINTED,
     ),
     "power_coefficient": Words(
         None,
         ("power coefficient", "cp", "c p", "коэффициент мощности"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
         never=_PRINTED,
     ),
     "efficiency": Words(
         "ratio",
         ("open water efficiency", "efficiency", "кпд", "eta", "eta o", "eta 0"),
         symbols=("η", "ηo", "η_o", "η0", "η_0", "ηр", "ηp"),
-        never=("motor", "drive", "relative", "двигателя"),
+        never=(*NOT_MEASURED, "motor", "drive", "relative", "двигателя"),
         default_unit="1",
     ),
     "thrust": Words(
         "force",
         ("thrust", "force", "упор", "тяга"),
         symbols=("T", "Т"),
-        never=("coefficient", "коэффициент*", "efficiency"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
+        never=(*NOT_MEASURED, "coefficient", "коэффициент*", "efficiency"),
     ),
     "torque": Words(
         "torque",
         ("torque", "moment", "момент", "крутящий момент"),
         symbols=("Q", "M", "М"),
-        never=("coefficient", "коэффициент*"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
+        never=(*NOT_MEASURED, "coefficient", "коэффициент*"),
     ),
     "shaft_speed": Words(
         "shaft_speed",
@@ -85,6 +101,9 @@ VOCABULARY: Vocabulary = {
             "частота",
         ),
         symbols=("n",),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
+        never=NOT_MEASURED,
         unit_words={"rpm": "rpm", "rps": "rps"},
     ),
     "speed": Words(
@@ -102,6 +121,11 @@ VOCABULARY: Vocabulary = {
             "скорость",
         ),
         symbols=("V", "Va", "V_a", "VA", "V_A", "v"),
-        never=("rotation*", "shaft", "propeller", "вращения", "sound", "motor"),
+        prefer=FIRST_RANK,
+        less=SECOND_RANK,
+        never=(
+            *NOT_MEASURED,
+            *("rotation*", "shaft", "propeller", "вращения", "sound", "motor"),
+        ),
     ),
 }

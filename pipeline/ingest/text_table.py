@@ -6,8 +6,9 @@ from collections import Counter
 from collections.abc import Iterable
 from io import StringIO
 
-from pipeline.errors import InputError, Place
-from pipeline.ingest.cells import is_number, is_text
+from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.beyond_names import check_width
+from pipeline.ingest.cells import is_number, shorten
 from pipeline.ingest.sheet import Limits, Row, Sheet
 
 _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"))
@@ -88,13 +89,15 @@ def read_text_table(data: bytes, place: Place, limits: Limits) -> Sheet:
             expected="an .xlsx workbook or a CSV file.",
             remedy="Open it in a spreadsheet program and save it as .xlsx.",
         )
-    rows = _split(text, place, limits)
-    return Sheet(place.file, None, tuple(rows), 1)
+    delimiter = _delimiter(text.splitlines()[:_LOOKED_AT])
+    rows = _split(text, delimiter, place, limits)
+    problems: tuple[Problem, ...] = ()
+    if delimiter is not None:
+        problems = check_width(rows, place, by_comma=delimiter == ",")
+    return Sheet(place.file, None, tuple(rows), 1, problems)
 
 
-def _split(text: str, place: Place, limits: Limits) -> list[Row]:
-    sample = text.splitlines()[:_LOOKED_AT]
-    delimiter = _delimiter(sample)
+def _split(text: str, delimiter: str | None, place: Place, limits: Limits) -> list[Row]:
     table: Iterable[list[str]]
     if delimiter is None:
         table = (_split_at_blanks(line) for line in text.splitlines())
@@ -105,6 +108,8 @@ def _split(text: str, place: Place, limits: Limits) -> list[Row]:
     cells = 0
     try:
         for fields in table:
+            if delimiter is not None and any("\n" in field for field in fields):
+                _refuse_swallowed_rows(fields, delimiter, Place(place.file, None, len(rows) + 1))
             row = tuple(field.strip() or None for field in fields)
             rows.append(row)
             cells += len(row)
@@ -123,9 +128,22 @@ def _split(text: str, place: Place, limits: Limits) -> list[Row]:
             expected="one row a line, cells parted by semicolon, comma or tab.",
             remedy="Export it again as CSV or xlsx.",
         ) from error
-    if delimiter == ",":
-        _refuse_decimal_commas(rows, place)
     return rows
+
+
+def _refuse_swallowed_rows(fields: list[str], delimiter: str, place: Place) -> None:
+    """Refuse a cell that holds whole rows of numbers: its quotation mark was never closed."""
+    for field in fields:
+        for line in field.splitlines()[1:]:
+            cells = line.split(delimiter)
+            if len(cells) > 1 and sum(is_number(cell) for cell in cells) > len(cells) // 2:
+                raise InputError.at(
+                    place,
+                    f'a quotation mark is not closed: the row "{shorten(line)}" stands within a '
+                    "cell.",
+                    expected="a quotation mark at the end of each cell that begins with one.",
+                    remedy="Close or delete the quotation mark in this row.",
+                )
 
 
 def _delimiter(lines: list[str]) -> str | None:
@@ -155,20 +173,3 @@ def _split_at_blanks(line: str) -> list[str]:
     # Names may hold single blanks ("Control code"), so names are parted by two.
     names = re.split(r"\s{2,}", line.strip())
     return names if len(names) > 1 else numbers
-
-
-def _refuse_decimal_commas(rows: list[Row], place: Place) -> None:
-    """Refuse "rpm,torque" followed by "1324,5,0,378": the cells cannot be told apart."""
-    header = next((row for row in rows if sum(is_text(cell) for cell in row) >= 2), None)
-    if header is None:
-        return
-    number = rows.index(header)
-    widths = Counter(len(row) for row in rows[number + 1 :] if any(is_number(c) for c in row))
-    if widths and widths.most_common(1)[0][0] == 2 * len(header):
-        raise InputError.at(
-            Place(place.file, None, number + 2),
-            f"{2 * len(header)} cells under {len(header)} column names: the comma seems to be both "
-            "the decimal sign and the separator.",
-            expected="cells parted by semicolon or tab where numbers have decimal commas.",
-            remedy="Export it again with another separator, or as xlsx.",
-        )

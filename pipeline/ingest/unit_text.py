@@ -312,3 +312,15 @@ def factor(unit_text: str, quantity: str) -> float:
     raise UnitTextError(
         f'"{unit_text.strip()}" is not a known unit of {name}{hint}; known: {known}'
     )
+
+
+def is_percent(unit: str) -> bool:
+    """Tell whether a unit text is per cent, however it is written.
+
+    >>> is_percent("%"), is_percent("проц"), is_percent("-"), is_percent("N m")
+    (True, True, False, False)
+    """
+    try:
+        return _find(unit, "ratio") == "percent"
+    except UnitTextError:
+        return False

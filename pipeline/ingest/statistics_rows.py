@@ -1,0 +1,54 @@
+"""Rows that sum up a table, such as its mean and spread: no readings."""
+
+from collections.abc import Sequence
+
+from pipeline.errors import Problem
+from pipeline.ingest.blocks import Block
+from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.sheet import Row
+from pipeline.ingest.vocabulary import plain
+
+STATISTICS = "statistics row"
+_WORDS = frozenset(
+    plain(word)
+    for word in (
+        *("mean", "average", "avg", "mean-value", "average-value", "median", "mode"),
+        *("std", "stdev", "std-dev", "standard-deviation", "sd", "sigma", "σ", "variance"),
+        *("rms", "min", "max", "minimum", "maximum", "range", "sum", "total", "count"),
+        *("среднее", "среднее значение", "сред", "среднее арифметическое", "ср", "медиана"),
+        *("ско", "стандартное отклонение", "дисперсия", "погрешность", "размах"),
+        *("мин", "макс", "минимум", "максимум", "итого", "сумма", "всего"),
+    )
+)
+
+
+def is_statistics(block: Block, cells: Row) -> bool:
+    """Tell whether the first filled cell of a row within the table is a word such as "mean"."""
+    low, high = block.span
+    first = next((cell for cell in cells[low : high + 1] if cell is not None), None)
+    return isinstance(first, str) and plain(first) in _WORDS
+
+
+def statistics_problems(block: Block, rows: Sequence[int]) -> list[Problem]:
+    """Say which rows were left out because they only sum up the others.
+
+    Parameters
+    ----------
+    block : Block
+        The table.
+    rows : sequence of int
+        Numbers of these rows.
+
+    Returns
+    -------
+    list of Problem
+        A warning, or nothing.
+    """
+    if not rows:
+        return []
+    what = (
+        f"{counted(len(rows), 'row')} of means, spreads or sums ({listed(rows)}); kept but not "
+        "fitted."
+    )
+    remedy = 'Delete them, or mark them with "#" in column A.'
+    return [Problem("warning", block.place(rows[0]), what, "readings alone.", remedy)]
