@@ -9,7 +9,8 @@ reasons for their gap between computed and measured added mass. The effect adds 
     -C(nu) nu,    C from the rigid body and the full added-mass matrix
 
 0 none, 1 all of it. A candidate only where the vehicle file says that the nominal model lacks the
-terms.
+terms. A moment slope of the file that holds the Munk moment keeps it once: what comes in with
+C(nu) nu leaves the slope.
 
 It shows in every turn under way, in sway and yaw first, and as a loss of speed in the turn; on a
 straight course it vanishes. The terms do no work. Easily taken for `lift` and `crossflow_coupling`
@@ -18,7 +19,7 @@ straight course it vanishes. The terms do no work. Easily taken for `lift` and `
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add
+from pipeline.effects.change import add, scale
 from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.types import FloatArray
 
@@ -27,6 +28,7 @@ def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
 ) -> None:
     add(vector, "coriolis_fraction", values["fraction"])
+    scale(vector, "munk_slope", 1.0 - values["fraction"])
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -53,7 +55,7 @@ EFFECT = Effect(
         ),
     ),
     channels=("u", "v", "w", "p", "q", "r"),
-    vector_slots=("coriolis_fraction",),
+    vector_slots=("coriolis_fraction", "munk_slope"),
     apply=_apply,
     missing=_missing,
 )

@@ -4,18 +4,23 @@ A hull that is held at an angle of attack or drift carries a force across the fl
 like a short wing. Kostenko 2017, eq. (4), has R_y = K_y alpha and M_z = -K_z alpha per radian at 3
 m/s; both go with speed squared, and for small angles alpha = w / u, so in SNAME axes (z down)
 
-    Z = -k_w u w        M = k_q u w        Y = -k_v u v        N = k_r u v
+    Z = -k_w |u| w      M = k_q |u| w      Y = -k_v |u| v      N = k_r |u| v
 
 The effect adds to these four slopes (heave, pitch, sway, yaw) of the nominal model. A positive
-heave or sway slope opposes the drift. The moment slopes are net of the Munk moment, which the
-added masses already make; the pitch slope is negative where a nose that is too high is pushed
-down, and tail fins do that. K_y = 1375 N/rad at 3 m/s is a slope of 1375 / 9 = 153 N s^2/m^2.
+heave or sway slope opposes the drift, ahead and astern: a force with u in place of |u| would push
+astern with the drift and give a passive hull energy. The moment slopes are net of the Munk moment,
+which the added masses already make and which turns over with u. What is left is the moment of
+forces: fins keep their place, so theirs has the sign of their arm and |u| (Prestero 2001 has
+M = -x_fin Z ahead), and tail fins that steady a hull ahead upset it astern. A bare hull's lift
+arises at its lee end (Hoerner and Borst 1985, chapter 19), which is the other one astern; one slope
+cannot hold both, and the fins' rule is taken for all of it. The pitch slope is negative where a
+nose that is too high is pushed down, and tail fins do that. K_y = 1375 N/rad at 3 m/s is a slope
+of 1375 / 9 = 153 N s^2/m^2.
 
-It shows with forward speed and an angle of attack or drift together: trim at speed, depth keeping
-with a residual buoyancy, drift in a turn. At rest and on a straight level course it vanishes.
-Easily taken for `added_mass` in heave and sway (the Munk moment has the same u w), for
-`linear_damping` in heave and sway on runs of one speed, and for `cg_shift` in pitch (which is
-there at rest as well).
+It shows with speed and an angle of attack or drift together: trim at speed, depth keeping with a
+residual buoyancy, drift in a turn. At rest and on a straight level course it vanishes. Easily taken
+for `added_mass` in heave and sway (the Munk moment has the same u w ahead), for `linear_damping` in
+heave and sway on runs of one speed, and for `cg_shift` in pitch (which is there at rest as well).
 """
 
 from collections.abc import Mapping
@@ -42,35 +47,38 @@ def _apply(
 EFFECT = Effect(
     id="lift",
     title="force and moment across an oblique flow differ",
-    source="Kostenko 2017, eq. (4) and Table 1; Hoerner and Borst 1985, Fluid-Dynamic Lift",
+    source=(
+        "Kostenko 2017, eq. (4) and Table 1; Hoerner and Borst 1985, Fluid-Dynamic Lift; Prestero "
+        "2001, MIT thesis (fins and body lift of an AUV)"
+    ),
     parameters=(
         Parameter(
             "heave_slope",
             unit="N s^2/m^2",
             neutral=0.0,
             plausible=(-150.0, 150.0),
-            meaning="added to k in Z = -k u w",
+            meaning="added to k in Z = -k abs(u) w",
         ),
         Parameter(
             "pitch_slope",
             unit="N s^2/m",
             neutral=0.0,
             plausible=(-80.0, 80.0),
-            meaning="added to k in M = k u w",
+            meaning="added to k in M = k abs(u) w",
         ),
         Parameter(
             "sway_slope",
             unit="N s^2/m^2",
             neutral=0.0,
             plausible=(-150.0, 150.0),
-            meaning="added to k in Y = -k u v",
+            meaning="added to k in Y = -k abs(u) v",
         ),
         Parameter(
             "yaw_slope",
             unit="N s^2/m",
             neutral=0.0,
             plausible=(-80.0, 80.0),
-            meaning="added to k in N = k u v",
+            meaning="added to k in N = k abs(u) v",
         ),
     ),
     channels=("v", "w", "q", "r", "theta"),

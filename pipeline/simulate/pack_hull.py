@@ -56,20 +56,19 @@ def write_lift(vector: FloatArray, model: Model) -> None:
     """Write lift slopes per speed squared, in place; the Munk moment is counted once.
 
     C(nu) nu holds the Munk moments (A_33 - A_11) u w in pitch and (A_11 - A_22) u v in yaw. A
-    measured or computed moment against the angle of attack holds them too, so they are taken off.
+    measured or computed moment against the angle of attack holds them too, so they are taken off:
+    what is left is the moment of a force and goes with |u|. Where the model leaves C(nu) nu out,
+    they stand in a slot of their own.
     """
     lift = model.lift if model.lift is not None else Lift(speed_mps=1.0, includes_munk=False)
     per_speed = 1.0 / lift.speed_mps**2
     a = added_mass_matrix(model)
-    munk = 1.0 if lift.includes_munk and model.terms.coriolis else 0.0
+    munk = np.array([a[2, 2] - a[0, 0], a[0, 0] - a[1, 1]]) if lift.includes_munk else np.zeros(2)
     write(vector, "heave_lift_slope", lift.heave_n_per_rad * per_speed)
     write(vector, "sway_lift_slope", lift.sway_n_per_rad * per_speed)
-    write(
-        vector,
-        "pitch_lift_slope",
-        -lift.pitch_nm_per_rad * per_speed - munk * (a[2, 2] - a[0, 0]),
-    )
-    write(vector, "yaw_lift_slope", lift.yaw_nm_per_rad * per_speed - munk * (a[0, 0] - a[1, 1]))
+    write(vector, "pitch_lift_slope", -lift.pitch_nm_per_rad * per_speed - munk[0])
+    write(vector, "yaw_lift_slope", lift.yaw_nm_per_rad * per_speed - munk[1])
+    write(vector, "munk_slope", np.zeros(2) if model.terms.coriolis else munk)
 
 
 def write_surroundings(vector: FloatArray, model: Model) -> None:

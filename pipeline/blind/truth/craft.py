@@ -33,7 +33,8 @@ class Craft:
 
     `inertia` (3, 3) is about the centre of mass; `added`, `linear` (6, 6), `quadratic` (6,);
     `gain`, `reverse`, `inflow`, `dead`, `lag_s` (n,) of the thrusters, the lag on top of the
-    stated one; `azimuth`, `elevation` (n,) [rad]; `lift` (4,): heave, pitch, sway, yaw.
+    stated one; `azimuth`, `elevation` (n,) [rad]; `lift` (4,): heave, pitch, sway, yaw; `munk`
+    (2,): pitch and yaw, of the Munk moment in the file's slopes that no Coriolis term makes.
     """
 
     names: tuple[str, ...]
@@ -49,6 +50,7 @@ class Craft:
     quadratic: FloatArray
     strips: FloatArray
     lift: FloatArray
+    munk: FloatArray
     coriolis: float
     crossflow: float
     current: FloatArray
@@ -117,7 +119,7 @@ def craft_of(vehicle: Vehicle, static: StaticCharacteristic | None = None) -> Cr
         linear=np.diag(model.damping.linear),
         quadratic=np.array(model.damping.quadratic),
         strips=_strips(model),
-        lift=_lift(model),
+        **_lift(model),
         coriolis=1.0 if model.terms.coriolis else 0.0,
         crossflow=1.0 if model.crossflow is not None and model.crossflow.in_nominal else 0.0,
         current=np.zeros(3),
@@ -186,22 +188,23 @@ def _tensor(entries: Vector6) -> FloatArray:
     return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
 
 
-def _lift(model: Model) -> FloatArray:
-    """Slopes over the speed squared, without the Munk moment that the added mass makes."""
+def _lift(model: Model) -> dict[str, Any]:
+    """Slopes over the speed squared without the Munk moment, and that if nothing else makes it."""
     lift = model.lift
     if lift is None:
-        return np.zeros(4)
+        return {"lift": np.zeros(4), "munk": np.zeros(2)}
     square = lift.speed_mps**2
-    a = added_of(model)
-    munk = 1.0 if lift.includes_munk and model.terms.coriolis else 0.0
-    return np.array(
+    surge, sway, heave = np.diag(added_of(model))[:3]
+    munk = np.array([heave - surge, surge - sway]) * lift.includes_munk
+    slopes = np.array(
         [
             lift.heave_n_per_rad / square,
-            -lift.pitch_nm_per_rad / square - munk * (a[2, 2] - a[0, 0]),
+            -lift.pitch_nm_per_rad / square - munk[0],
             lift.sway_n_per_rad / square,
-            lift.yaw_nm_per_rad / square - munk * (a[0, 0] - a[1, 1]),
+            lift.yaw_nm_per_rad / square - munk[1],
         ]
     )
+    return {"lift": slopes, "munk": munk * (not model.terms.coriolis)}
 
 
 def _strips(model: Model) -> FloatArray:
@@ -292,6 +295,7 @@ def truth_of(craft: Craft) -> Truth:
         craft.quadratic,
         craft.strips,
         craft.lift,
+        craft.munk,
         scalars,
         craft.centre_g,
         craft.centre_b,

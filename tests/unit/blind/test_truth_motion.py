@@ -5,10 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.blind.truth.craft import Craft, rigid_of
+from pipeline.blind.subject import Subject
+from pipeline.blind.truth.craft import Craft, craft_of, rigid_of
+from pipeline.blind.truth.faults import with_fault
 from pipeline.blind.truth.flight import Flight, fly_craft, still
 from pipeline.blind.truth.kernel_flight import CONTROL_S
 from pipeline.blind.truth.pilot import belief_of, configuration, pilot_axes
+from pipeline.vehicle.model_schema import Lift
 
 
 def coast(
@@ -143,3 +146,35 @@ def test_a_run_depends_on_nothing_but_its_inputs(rov8_craft: Craft) -> None:
     first, second = (coast(rov8_craft, 2.0, tumbling()) for _ in range(2))
     np.testing.assert_array_equal(first.samples, second.samples)
     assert dataclasses.is_dataclass(first)
+
+
+@pytest.mark.parametrize("surge", [0.8, -0.8])
+def test_lift_takes_energy_out_ahead_and_astern(rov8_craft: Craft, surge: float) -> None:
+    """Without drag and weight the drift of a hull that cannot turn can only lose energy."""
+    craft = ideal(rov8_craft).changed(lift=np.array([40.0, -10.0, 30.0, 8.0]))
+    craft = craft.changed(inertia=1e6 * np.eye(3))
+    start = still(np.array([0.0, 0.0, 1.5]), 0.4)
+    start[12:15] = (surge, 0.1, 0.05)
+    flight = coast(craft, 5.0, start)
+    energy = 0.5 * (momenta(craft, flight) * flight.ground).sum(axis=1)
+    assert np.diff(energy).max() < 1e-6
+    assert np.abs(flight.ground[-1, 1:3]).max() < 0.08
+
+
+def test_a_munk_moment_in_the_slopes_is_counted_once(carrier: Subject) -> None:
+    """Coriolis terms on is off with the fault at one."""
+    model = carrier.vehicle.model
+    assert model is not None
+    lift = Lift(speed_mps=1.0, pitch_nm_per_rad=50.0, yaw_nm_per_rad=30.0, heave_n_per_rad=9.0)
+
+    def craft(coriolis: bool) -> Craft:
+        terms = model.terms.model_copy(update={"coriolis": coriolis})
+        changed = model.model_copy(update={"lift": lift, "terms": terms})
+        return craft_of(carrier.vehicle.model_copy(update={"model": changed}))
+
+    whole = craft(True)
+    back = with_fault(craft(False), "coriolis_omitted", {"fraction": 1.0})
+    np.testing.assert_array_equal(back.lift, whole.lift)
+    np.testing.assert_array_equal(back.munk, whole.munk)
+    assert back.coriolis == whole.coriolis == 1.0
+    assert not np.array_equal(craft(False).munk, whole.munk)
