@@ -25,7 +25,7 @@ MEMBERS = (
     *("wall_point", "wall_normal", "tether_point", "tether_drag_area", "tether_pull"),
     *("tether_anchor", "thruster_count", "thruster_position", "thruster_direction"),
     *("thruster_type", "thrust_gain", "reverse_gain", "inflow_fraction", "dead_zone"),
-    *("code_max", "lag", "rotor_inertia", "supply_drop", "load_drop"),
+    *("code_max", "code_min", "lag", "rotor_inertia", "supply_drop", "load_drop"),
     *("misalignment_azimuth", "misalignment_elevation"),
 )
 _Doubles = ctypes.POINTER(ctypes.c_double)

@@ -131,9 +131,10 @@ class TextbookVehicle:
     def effective_codes(self, command: Array) -> Array:
         """Codes (n,) after dead zone and supply voltage."""
         largest, lost = self.each("code_max"), self.each("dead_zone")
-        load = np.mean((command / largest) ** 2) if self.count else 0.0
+        code = at_most(at_least(command, self.each("code_min")), largest)
+        code = at_least(code, -largest)
+        load = np.mean((code / largest) ** 2) if self.count else 0.0
         supply = 1.0 - self.slot("supply_drop") - self.slot("load_drop") * load
-        code = at_most(at_least(command, -largest), largest)
         size = at_least(absolute(code) - lost, 0.0) * largest / (largest - lost)
         return supply * np.where(lost == 0.0, code, np.sign(code.real) * size)
 
@@ -159,14 +160,14 @@ class TextbookVehicle:
 
     def shaft_rate(self, shaft: Array, codes: Array, inflow: Array) -> Array:
         """Rates of the shaft speeds (n,): (M_drive - M_propeller) / (2 pi J)."""
-        screw, steps = self.packed.screws[self.types], self.packed.steps[self.types]
+        screw = self.packed.screws[self.types]
         back = codes.real < 0.0
         n, along = np.where(back, -shaft, shaft), np.where(back, -inflow, inflow)
         advance = at_least(along, 0.0) / screw[:, 0]
         drive = bilinear(
             self.packed.torque_tables,
             (self.types,),
-            absolute(codes) / steps[:, 1],
+            absolute(codes) / screw[:, 8],
             n / screw[:, 7],
         )
         forward = screw[:, 5] * n * advance + screw[:, 6] * advance**2
@@ -207,8 +208,8 @@ class TextbookVehicle:
     def lift(self, nu_r: Array) -> Array:
         """Force (6,) against the angle of attack, and a Munk moment of its own."""
         u, v, w = nu_r[:3]
-        return np.array(
         speed, munk = absolute(u), self.slot("munk_slope") * u
+        return np.array(
             [
                 0.0,
                 -self.slot("sway_lift_slope") * speed * v,

@@ -30,13 +30,15 @@ typedef struct {
     double thruster_position[MOST_THRUSTERS][3], thruster_direction[MOST_THRUSTERS][3];
     double thruster_type[MOST_THRUSTERS], thrust_gain[MOST_THRUSTERS];
     double reverse_gain[MOST_THRUSTERS], inflow_fraction[MOST_THRUSTERS];
-    double dead_zone[MOST_THRUSTERS], code_max[MOST_THRUSTERS], lag[MOST_THRUSTERS];
+    double dead_zone[MOST_THRUSTERS], code_max[MOST_THRUSTERS], code_min[MOST_THRUSTERS];
+    double lag[MOST_THRUSTERS];
     double rotor_inertia[MOST_THRUSTERS], supply_drop, load_drop;
     double misalignment_azimuth[MOST_THRUSTERS], misalignment_elevation[MOST_THRUSTERS];
 } Vehicle;
 
 /* Regular grids: thrust [type][sign][speed][code] in N, torque [type][code][shaft speed] in N m,
- * screws [type] = D, K_T0..2, K_M0..2, shaft speed step; steps [type] = speed step, code step. */
+ * screws [type] = D, K_T0..2, K_M0..2, shaft speed step and code step of the torque; steps [type] =
+ * speed step, code step of the thrust. */
 typedef struct {
     const double *thrust, *torque, *screws, *steps, *strips;
     long speeds, codes, torque_codes, torque_speeds, strip_count;
@@ -174,12 +176,15 @@ static double look_up(const double *table, long rows, long columns, double row, 
 static void effective_codes(const Vehicle *v, int count, const double *command, double *codes)
 {
     double load = 0.0;
-    for (int i = 0; i < count; i++)
-        load += square(command[i] / v->code_max[i]);
+    for (int i = 0; i < count; i++) {
+        const double most = v->code_max[i];
+        codes[i] = clamp(command[i], fmax(v->code_min[i], -most), most);
+        load += square(codes[i] / most);
+    }
     const double supply = 1.0 - v->supply_drop - (count ? v->load_drop * load / count : 0.0);
     for (int i = 0; i < count; i++) {
         const double most = v->code_max[i], lost = v->dead_zone[i];
-        const double code = clamp(command[i], -most, most);
+        const double code = codes[i];
         const double left = fabs(code) - lost;
         const double size = left > 0.0 ? left * most / (most - lost) : 0.0;
         codes[i] = supply * (lost != 0.0 ? copysign(size, code) : code);
@@ -194,7 +199,7 @@ static double thrust_of(const Vehicle *v, const Tables *t, int i, double actuato
     const double along = sign * speed > 0.0 ? sign * speed : 0.0;
     double value;
     if (v->rotor_inertia[i] > 0.0) {
-        const double *screw = t->screws + 8 * kind, advance = along / screw[0];
+        const double *screw = t->screws + 9 * kind, advance = along / screw[0];
         value = screw[1] * size * size + screw[2] * size * advance + screw[3] * advance * advance;
         value *= v->density * square(square(screw[0]));
     } else {
@@ -213,13 +218,13 @@ static double shaft_rate(const Vehicle *v, const Tables *t, int i, double shaft,
                          double speed)
 {
     const long kind = (long)v->thruster_type[i];
-    const double *screw = t->screws + 8 * kind;
+    const double *screw = t->screws + 9 * kind;
     const double sign = code >= 0.0 ? 1.0 : -1.0, n = sign * shaft;
     const double advance = (sign * speed > 0.0 ? sign * speed : 0.0) / screw[0];
     double drive = 0.0, load = screw[4] * n * fabs(n);
     if (code != 0.0)
         drive = look_up(t->torque + kind * t->torque_codes * t->torque_speeds, t->torque_codes,
-                        t->torque_speeds, fabs(code) / t->steps[2 * kind + 1], n / screw[7]);
+                        t->torque_speeds, fabs(code) / screw[8], n / screw[7]);
     if (n > 0.0)
         load += screw[5] * n * advance + screw[6] * advance * advance;
     load *= v->density * square(square(screw[0])) * screw[0];

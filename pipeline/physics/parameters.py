@@ -79,6 +79,7 @@ SLOTS: tuple[Slot, ...] = (
     Slot("opposed_share", (), "1", 0.0, "rise of thrust against the motion over its fall along it"),
     Slot("dead_zone", _EACH, "code", 0.0, "codes lost on top of the characteristic's dead zone"),
     Slot("code_max", _EACH, "code", 127.0, "largest code"),
+    Slot("code_min", _EACH, "code", -32767.0, "most negative code; -code_max where that is nearer"),
     Slot("drive_dead", _EACH, "code", 0.0, "dead zone of the characteristic itself"),
     Slot("lag", _EACH, "s", 0.0, "time constant of the first-order lag of code or shaft speed"),
     Slot(

@@ -82,17 +82,18 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
     def end_n(side: int) -> FloatArray:
         """Thrust at rest at the end of the codes of one sign, as a size. [N].
 
-        A drive that does not turn that way has the limit of one that does: its share of a demand
+        A drive that gives no thrust that way has the limit of one that does: its share of a demand
         is left out, for scaled by what it can give nothing would be left of any demand.
         """
-        ends = np.abs(packed.code_limits[:, 1 - side])
-        found = np.array(
-            [
-                np.interp(end, codes * steps[kind, 1], tables[kind, side, 0])
-                for end, kind in zip(ends, kinds, strict=True)
-            ]
-        )
-        return np.maximum(np.where(ends > 0.0, found, tables[kinds, side, 0, -1]), 1e-9)
+
+        def at(ends: FloatArray) -> FloatArray:
+            sizes = zip(np.abs(ends), kinds, strict=True)
+            return np.array(
+                [np.interp(end, codes * steps[k, 1], tables[k, side, 0]) for end, k in sizes]
+            )
+
+        found = at(packed.code_limits[:, 1 - side])
+        return np.maximum(np.where(found > 0.0, found, at(packed.code_limits[:, 1])), 1e-9)
 
     return GeneralAllocator(
         position_m=read(vector, "thruster_position")[:count],

@@ -55,7 +55,7 @@ class Fixed(NamedTuple):
     """What stays the same over a run, beside the parameter vector.
 
     `directions` (12, 3); `matrix`, `inverse` (6, 6): the mass matrix and its inverse away from
-    walls; `strips` (k, 3); `thrust_tables` (types, 2, speeds, codes); `screws` (types, 8);
+    walls; `strips` (k, 3); `thrust_tables` (types, 2, speeds, codes); `screws` (types, 9);
     `torque_tables` (types, codes, shaft speeds); `steps` (types, 2).
     """
 
@@ -209,7 +209,6 @@ def rates(
                 work.inflow[i],
                 fixed.screws,
                 fixed.torque_tables,
-                fixed.steps,
             )
 
 

@@ -21,6 +21,7 @@ DEAD_ZONE = offset("dead_zone")
 DRIVE_DEAD = offset("drive_dead")
 LAG_DEAD_SHARE = offset("lag_dead_share")
 CODE_MAX = offset("code_max")
+CODE_MIN = offset("code_min")
 ROTOR_INERTIA = offset("rotor_inertia")
 SUPPLY_DROP = offset("supply_drop")
 LOAD_DROP = offset("load_drop")
@@ -28,8 +29,9 @@ AZIMUTH = offset("misalignment_azimuth")
 ELEVATION = offset("misalignment_elevation")
 DENSITY = offset("density")
 
-#: Columns of `screws` (one row a thruster type): diameter, K_T0..2, K_M0..2, shaft speed step.
-SCREW_COLUMNS = 8
+#: Columns of `screws` (one row a thruster type): diameter, K_T0..2, K_M0..2, and the steps of the
+#: torque table in shaft speed and code.
+SCREW_COLUMNS = 9
 
 
 @inlined
@@ -64,19 +66,22 @@ def thruster_directions(p: Array, directions: Array) -> None:
 def effective_codes(p: Array, command: Array, codes: Array) -> None:
     """Fill codes (12,) with what reaches the drives: dead zone and supply voltage taken off.
 
-    What a controller ignores of a code it ignores at any voltage: of the characteristic's dead zone
-    the share that comes before the drive is not scaled.
+    A command beyond the range of the drive is held at its end. What a controller ignores of a code
+    it ignores at any voltage: of the characteristic's dead zone the share that comes before the
+    drive is not scaled.
     """
     count = int(p[THRUSTER_COUNT])
     load = 0.0
     for i in range(count):
-        load += (command[i] / p[CODE_MAX + i]) ** 2
+        largest = p[CODE_MAX + i]
+        held = min(max(command[i], p[CODE_MIN + i], -largest), largest)
+        load += (held / largest) ** 2
+        codes[i] = held
     supply = 1.0 - p[SUPPLY_DROP]
     if count > 0:
         supply -= p[LOAD_DROP] * load / count
     for i in range(count):
-        code, lost, largest = command[i], p[DEAD_ZONE + i], p[CODE_MAX + i]
-        code = min(max(code, -largest), largest)
+        code, lost, largest = codes[i], p[DEAD_ZONE + i], p[CODE_MAX + i]
         if lost != 0.0:
             size = max(abs(code) - lost, 0.0) * largest / (largest - lost)
             code = np.copysign(size, code)
@@ -162,7 +167,6 @@ def shaft_rate(
     speed: float,
     screws: Array,
     torque_tables: Array,
-    steps: Array,
 ) -> float:
     """Rate of the shaft speed: 2 pi J n' = M_drive(n, N) - M_propeller(n, V) [rev/s^2]."""
     kind = int(p[THRUSTER_TYPE + i])
@@ -172,7 +176,7 @@ def shaft_rate(
     sense = 1.0 if code >= 0.0 else -1.0
     n = sense * shaft
     along = max(sense * speed, 0.0) / diameter
-    drive = tabulated(torque_tables[kind], steps[kind, 1], screw[7], abs(code), max(n, 0.0))
+    drive = tabulated(torque_tables[kind], screw[8], screw[7], abs(code), max(n, 0.0))
     load = screw[4] * n * abs(n) + screw[5] * max(n, 0.0) * along
     if n > 0.0:
         load += screw[6] * along * along

@@ -27,7 +27,7 @@ class PackedVehicle:
     """Everything that the kernel needs of a vehicle.
 
     `vector` is the nominal parameter vector; `strips` (k, 3); `thrust_tables` (types, 2, speeds,
-    codes) [N]; `screws` (types, 8); `torque_tables` (types, codes, shaft speeds) [N m]; `steps`
+    codes) [N]; `screws` (types, 9); `torque_tables` (types, codes, shaft speeds) [N m]; `steps`
     (types, 2): speed [m/s] and code of the tables' grids.
     """
 
@@ -73,7 +73,10 @@ class PackedVehicle:
         return {}
 
     def shaft_speed(self, kind: int, code: FloatArray, along_mps: FloatArray) -> FloatArray:
-        """Steady shaft speed (k,) of a type at positive codes (k,) and speeds (k,) [rpm]."""
+        """Steady shaft speed (k,) of a type at positive codes (k,) and speeds (k,) [rpm].
+
+        Beyond the last code along the slope there, as the thrust: a supply above that of the bench.
+        """
         from scipy.interpolate import RegularGridInterpolator
 
         if self.shaft_tables is None:
@@ -81,8 +84,10 @@ class PackedVehicle:
         table = self.shaft_tables[kind]
         speed = np.arange(table.shape[0]) * self.steps[kind, 0]
         codes = np.arange(table.shape[1]) * self.steps[kind, 1]
-        look_up = RegularGridInterpolator((speed, codes), table)
-        points = (np.clip(along_mps, 0, speed[-1]), np.clip(code, 0, codes[-1]))
+        look_up = RegularGridInterpolator(
+            (speed, codes), table, bounds_error=False, fill_value=None
+        )
+        points = (np.clip(along_mps, 0, speed[-1]), np.maximum(code, 0))
         return np.asarray(look_up(np.stack(points, axis=-1)))
 
 

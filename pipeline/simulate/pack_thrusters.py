@@ -33,9 +33,10 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
             "rotor_inertia",
             "inflow_fraction",
             "code_max",
+            "code_min",
         )
     }
-    rows["code_max"][:] = 1.0
+    rows["code_max"][:], rows["code_min"][:] = 1.0, -1.0
     position, direction = np.zeros((MOST_THRUSTERS, 3)), np.zeros((MOST_THRUSTERS, 3))
     for i, thruster in enumerate(vehicle.thrusters):
         kind = (thruster.drive, thruster.propeller)
@@ -49,6 +50,7 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
         rows["rotor_inertia"][i] = _inertia(drive)
         rows["inflow_fraction"][i] = 1.0 if model_of(vehicle).terms.thrust_falls_with_speed else 0.0
         rows["code_max"][i] = vehicle.drives[thruster.drive].code_max
+        rows["code_min"][i] = vehicle.drives[thruster.drive].code_min
         position[i] = thruster.position_m
         direction[i] = np.array(thruster.direction) / np.linalg.norm(thruster.direction)
     write(vector, "thruster_count", float(len(vehicle.thrusters)))
@@ -101,7 +103,11 @@ def _regular_rows(static: StaticCharacteristic) -> list[int]:
 
 
 def bollard_table(characteristic: FromBollard, code_max: int) -> tuple[FloatArray, float, float]:
-    """Thrust T_max q (q - V / V_0) of both signs on a regular grid, (2, speeds, codes) [N]."""
+    """Thrust T_max q (q - V / V_0) of both signs on a regular grid, (2, speeds, codes) [N].
+
+    Both sides end at `code_max`: `thrust_min_n` is the thrust at -code_max, which a drive whose
+    codes end before does not reach.
+    """
     code = np.linspace(0.0, code_max, BOLLARD_CODES)
     speed = np.linspace(0.0, characteristic.zero_thrust_speed_mps, BOLLARD_SPEEDS)
     dead = characteristic.dead_zone_code
@@ -118,7 +124,7 @@ def balance_tables(
     """Propeller and drive of each kind for the balance in time; zeros where it is not used."""
     screws = np.zeros((len(kinds), SCREW_COLUMNS))
     torques = np.zeros((len(kinds), TORQUE_CODES, TORQUE_SPEEDS))
-    screws[:, 0], screws[:, 7] = 1.0, 1.0
+    screws[:, 0], screws[:, 7], screws[:, 8] = 1.0, 1.0, 1.0
     for k, (drive, _) in enumerate(kinds):
         model = model_of(vehicle).thrusters.get(drive)
         if model is None or _inertia(model) == 0.0:
@@ -139,6 +145,7 @@ def balance_tables(
             *_three(bench.propeller.thrust_coefficients),
             *_three(bench.propeller.torque_coefficients),
             shaft[1],
+            code_step,
         ]
     return screws, torques
 
@@ -162,16 +169,18 @@ def _three(coefficients: FloatArray) -> tuple[float, float, float]:
 
 
 def stacked(tables: list[FloatArray]) -> FloatArray:
-    """Stack tables of unequal size: the last row and column are repeated along their slope."""
+    """Stack tables of unequal size, those that end earlier continued along their last slope."""
     rows = max(table.shape[1] for table in tables)
     columns = max(table.shape[2] for table in tables)
-    padded = []
-    for table in tables:
-        extra_rows, extra_columns = rows - table.shape[1], columns - table.shape[2]
-        wide = np.pad(table, ((0, 0), (0, 0), (0, extra_columns)), mode="edge")
-        if extra_rows:
-            slope = wide[:, -1] - wide[:, -2] if wide.shape[1] > 1 else np.zeros_like(wide[:, -1])
-            steps = np.arange(1, extra_rows + 1)[None, :, None]
-            wide = np.concatenate([wide, wide[:, -1:] + slope[:, None] * steps], axis=1)
-        padded.append(wide)
-    return np.stack(padded)
+    return np.stack([_continued(_continued(table, 2, columns), 1, rows) for table in tables])
+
+
+def _continued(table: FloatArray, axis: int, length: int) -> FloatArray:
+    """Continue a table (2, speeds, codes) along its last slope to a length of an axis."""
+    last = np.moveaxis(table, axis, 0)
+    extra = length - len(last)
+    if not extra:
+        return table
+    slope = last[-1] - last[-2] if len(last) > 1 else np.zeros_like(last[-1])
+    beyond = last[-1] + slope * np.arange(1, extra + 1)[:, None, None]
+    return np.moveaxis(np.concatenate([last, beyond]), 0, axis)

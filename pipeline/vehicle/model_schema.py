@@ -167,7 +167,8 @@ class FromBollard(ModelSection):
 
     At rest T = T_max s^e. q is the shaft speed over its largest, n / n_max = sqrt(T / T_max) at
     rest, and K_T is linear in J: so V_0 is the speed at which the thrust at full code vanishes.
-    With the exponent e = 2 the shaft speed is proportional to the code.
+    With the exponent e = 2 the shaft speed is proportional to the code. N_max is `code_max` of the
+    drive for both signs: `thrust_min_n` is the thrust at -code_max, and codes end at `code_min`.
     """
 
     kind: Literal["bollard"]

@@ -258,6 +258,20 @@ class Published(Section):
     table4: PublishedTable4 | None = None
 
 
+def _check_dead_zone(dead: float, drive: Drive, path: tuple[str, ...]) -> None:
+    """Raise unless codes of each sign that the drive has reach beyond the dead zone."""
+    text = ""
+    if dead >= drive.code_max:
+        text = f"it must be below code_max of the drive, {drive.code_max}"
+    elif 0 < -drive.code_min <= dead:
+        text = (
+            f"code_min of the drive, {drive.code_min}, lies inside it, so that no code turns the "
+            "drive backwards; a drive that does not turn backwards has code_min: 0"
+        )
+    if text:
+        raise _fault_at(text, *path, "characteristic", "dead_zone_code")
+
+
 class Vehicle(Section):
     """The whole vehicle file."""
 
@@ -326,13 +340,14 @@ class Vehicle(Section):
                     f'which is "{self.tables.drive}"; give this one a bollard characteristic'
                 )
                 raise _fault_at(text, *path, "characteristic")
-            code_max = self.drives[drive].code_max
-            if (
-                behaviour.characteristic.kind == "bollard"
-                and behaviour.characteristic.dead_zone_code >= code_max
-            ):
-                text = f"it must be below code_max of the drive, {code_max}"
-                raise _fault_at(text, *path, "characteristic", "dead_zone_code")
+            if behaviour.balance_in_time and behaviour.characteristic.kind != "tables":
+                text = (
+                    "the balance takes propeller and drive from the bench, so it needs "
+                    '"kind: tables"; with a bollard characteristic give lag_s'
+                )
+                raise _fault_at(text, *path, "balance_in_time")
+            if behaviour.characteristic.kind == "bollard":
+                _check_dead_zone(behaviour.characteristic.dead_zone_code, self.drives[drive], path)
         for thruster in self.thrusters:
             if thruster.drive not in self.model.thrusters:
                 text = (

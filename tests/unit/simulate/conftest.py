@@ -66,7 +66,7 @@ def make_packed() -> Callable[..., PackedVehicle]:
             vector=vector,
             strips=strips,
             thrust_tables=np.stack([table, table])[None],
-            screws=np.array([[1.0, 0, 0, 0, 0, 0, 0, 1.0]]),
+            screws=np.array([[1.0, 0, 0, 0, 0, 0, 0, 1.0, 1.0]]),
             torque_tables=np.zeros((1, 2, 2)),
             steps=np.array([[0.1, 1.0]]),
             context=EffectContext(

@@ -157,7 +157,7 @@ def test_the_rate_of_a_shaft_by_hand(make_packed: Callable[..., PackedVehicle]) 
     packed = replace(
         make_packed(),
         torque_tables=np.array([[[0.0, 0.0, 0.0], [10.0, 8.0, 6.0]]]),
-        screws=np.array([[0.2, 0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 5.0]]),
+        screws=np.array([[0.2, 0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 5.0, 1.0]]),
     )
     for density in (1000.0, 2000.0, 1000.0):
         load = 2.0 * density * 0.2**5 * 0.05 * 10.0

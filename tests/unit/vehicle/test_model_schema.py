@@ -197,6 +197,11 @@ def test_a_full_added_mass_matrix_and_the_tables_are_read(tmp_path: Path) -> Non
             "row 32: model.thrusters.motor.characteristic.dead_zone_code: it must be below",
         ),
         (
+            "        zero_thrust_speed_mps: 4",
+            "        zero_thrust_speed_mps: 4\n      balance_in_time: true",
+            "row 35: model.thrusters.motor.balance_in_time: the balance takes propeller and drive",
+        ),
+        (
             "thrust_max_n: 40",
             "thrust_max: 40",
             'unknown key "thrust_max" in model.thrusters.motor.characteristic. Expected one of kin',
@@ -268,6 +273,18 @@ def test_only_the_drive_of_the_tables_has_tables(tmp_path: Path) -> None:
         InputError, match=r'row 30: .*"kind: tables" is for the drive of the tables'
     ):
         read(tmp_path, text.replace(kind, "        kind: tables\n"))
+
+
+@pytest.mark.parametrize("lowest", [-127, -21, 0])
+def test_reverse_codes_reach_beyond_the_dead_zone(tmp_path: Path, lowest: int) -> None:
+    """Codes that all lie inside it turn nothing; a drive without reverse codes says so with 0."""
+    good = replaced(
+        ("kind: bollard", "kind: bollard\n        dead_zone_code: 20"),
+        ("  motor: {code_min: -127", f"  motor: {{code_min: {lowest}"),
+    )
+    assert read(tmp_path, good).drives["motor"].code_min == lowest
+    with pytest.raises(InputError, match="dead_zone_code: code_min of the drive, -20, lies inside"):
+        read(tmp_path, good.replace(f"code_min: {lowest}", "code_min: -20", 1))
 
 
 def test_payload_names_differ(tmp_path: Path) -> None:
