@@ -4,11 +4,13 @@ from collections.abc import Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from itertools import islice
+from typing import Literal
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.header_rows import Match, Wanted
+from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.sheet import Row, Sheet
 from pipeline.ingest.unit_text import (
     EXAMPLES,
@@ -79,6 +81,11 @@ def read_columns(
         stated = wanted.mapping.get(quantity)
         if stated is not None:
             column = replace(column, sign=stated.sign)
+        times = _unclear_factor(column, words, stated)
+        if times is not None:
+            place = sheet.place(rows.names)
+            problems.append(_factor_problem(column, place, wanted, times, group.keys()))
+            continue
         try:
             columns[quantity] = _with_unit(
                 column, words, match, _find_unit(sheet, words, match, rows, stated)
@@ -89,6 +96,41 @@ def read_columns(
                 unit_problem(column, sheet.place(rows.names), wanted, str(error), others)
             )
     return columns, problems
+
+
+def _unclear_factor(column: BlockColumn, words: Words, stated: Column | None) -> str | None:
+    """Return the factor in a name, unless it is known what it means."""
+    told = stated is not None and (
+        stated.unit is not None or column.quantity == "torque_coefficient"
+    )
+    if told or column.quantity == "torque_coefficient_x10" or words.unit_kind == "ratio":
+        return None
+    return factor_in_name(column.header, column.quantity)
+
+
+def _factor_problem(
+    column: BlockColumn, place: Place, wanted: Wanted, times: str, there: AbstractSet[str]
+) -> Problem:
+    severity, left_out = _loss(column, wanted, there - {column.quantity})
+    return Problem(
+        severity,
+        replace(place, column=column.letter),
+        f'{column.quantity.replace("_", " ")} "{shorten(column.header)}": "{times}" in the name '
+        f"may multiply the numbers or divide them. So {left_out}.",
+        "numbers in the unit that the name states.",
+        "Write the numbers without a factor, or state header and unit in vehicle.yaml under "
+        f"columns: {wanted.kind}: {column.quantity}.",
+    )
+
+
+def _loss(
+    column: BlockColumn, wanted: Wanted, others: AbstractSet[str]
+) -> tuple[Literal["error", "warning"], str]:
+    """Tell whether a table goes with its column: none of the `others` can stand for it."""
+    needed = any(column.quantity in group and others.isdisjoint(group) for group in wanted.required)
+    if needed:
+        return "error", "the table was left out"
+    return "warning", "the column was left out"
 
 
 def _group_text(sheet: Sheet, rows: HeadRows, index: int) -> str:
@@ -181,11 +223,10 @@ def unit_problem(
     `others` are the quantities that have columns: a column is needed where none of them can stand
     for it.
     """
-    needed = any(column.quantity in group and others.isdisjoint(group) for group in wanted.required)
+    severity, left_out = _loss(column, wanted, others)
     name = column.quantity.replace("_", " ")
-    left_out = "the table was left out" if needed else "the column was left out"
     return Problem(
-        "error" if needed else "warning",
+        severity,
         replace(place, column=column.letter),
         f'{name} "{shorten(column.header)}": {why}. So {left_out}.',
         f"the unit in the header{_example(wanted.vocabulary[column.quantity])}, or in the row "

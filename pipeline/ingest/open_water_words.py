@@ -23,7 +23,10 @@ VOCABULARY: Vocabulary = {
     ),
     "thrust_coefficient": Words(
         None,
-        ("thrust coefficient", "kt", "k t", "ct", "c t", "коэффициент упора", "кт", "к т"),
+        (
+            *("thrust coefficient", "kt", "k t", "ct", "c t", "коэффициент упора", "кт", "к т"),
+            *("10kt", "10k t", "10ct", "10c t", "10кт", "10к т"),  # found so that they are refused
+        ),
         symbols=("K1", "K_1", "К1", "К_1"),
         prefer=FIRST_RANK,
         less=SECOND_RANK,
