@@ -106,13 +106,15 @@ def read_pool_run(
     for plan in plans:
         name = channel_name(plan)
         taken = data[plan.topic]
-        begin, end = where[key_of(plan)]
+        begin = where[key_of(plan)][0]
+        end = begin + len(plan.numbers)
+        invalid = None if plan.valid is None else taken.values[:, end] == 0.0
         names = None if taken.name_list is None else Names(taken.names, taken.name_list)
         with np.errstate(over="ignore", invalid="ignore"):  # damaged bytes are any number
             converted = convert(plan, taken.values[:, begin:end], vehicle, water, names)
         if converted.values.shape[0] and converted.columns:
             topic = by_name[plan.topic]
-            found = Found(plan, converted, taken, timings[plan.topic], topic)
+            found = Found(plan, converted, taken, timings[plan.topic], topic, invalid)
             channel = channel_of(found, vehicle)
             channels[name] = channel
             problems += told_of(name, channel, place, run_start_ns, told)

@@ -7,6 +7,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.mcap_types import path_text
 from pipeline.ingest.pool_run_clocks import Timing, choose_time, share_clocks
 from pipeline.ingest.pool_run_convert import Converted, Water
 from pipeline.ingest.pool_run_extract import TopicData
@@ -18,6 +19,7 @@ from pipeline.ingest.pool_run_health import (
     value_marks,
 )
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
+from pipeline.ingest.pool_run_validity import impossible
 from pipeline.records.pool_run import ChannelRead
 from pipeline.records.run_arrays import WITHOUT_TIME, RunChannel
 from pipeline.types import BoolArray, FloatArray
@@ -101,6 +103,8 @@ class Found:
     taken: TopicData
     timing: Timing
     topic: TopicFound
+    invalid: BoolArray | None = None
+    """Readings (k,) that their messages call invalid."""
 
 
 def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
@@ -124,6 +128,11 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
     marks |= _value_marks(plan, converted, rhythm, vehicle)
     delay, said = _delay(plan, timing, vehicle)
     notes = [*plan.notes, *converted.notes, *([said] if said else [])]
+    _mark(marks, "spike", impossible(converted.quantity, converted.values))
+    if found.invalid is not None and plan.valid is not None:
+        _mark(marks, "not_a_number", found.invalid)
+        flag = path_text(plan.valid)
+        notes.append(f"readings that {flag} calls invalid count as not a number")
     if plan.quantity == "velocity":
         notes += _out_of_the_mount(converted.values, found.topic, vehicle)
     told = plan.unit is not None
@@ -155,6 +164,11 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
         rhythm.period_s,
         rhythm.is_regular,
     )
+
+
+def _mark(marks: dict[str, BoolArray], name: str, rows: BoolArray) -> None:
+    if rows.any():
+        marks[name] = marks.get(name, np.zeros_like(rows)) | rows
 
 
 #: Frames in which a velocity is in body axes already.

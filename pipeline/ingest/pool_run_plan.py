@@ -8,6 +8,7 @@ from pipeline.ingest.mcap_types import Path, parse_path, path_text
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_extract import Request
 from pipeline.ingest.pool_run_stamps import Stamp
+from pipeline.ingest.pool_run_validity import validity_of
 from pipeline.vehicle.pool_schema import (
     CLOCK_UNITS_NS,
     COMPONENTS,
@@ -117,11 +118,14 @@ class Plan:
     highest: float | None
     mapped_by: str
     notes: tuple[str, ...] = ()
+    valid: Path | None = None
+    """Where a message says whether its numbers are valid."""
 
     @property
     def request(self) -> Request:
         """What it needs of the topic."""
-        return Request(self.numbers, self.stamp, self.names)
+        flag = () if self.valid is None else (self.valid,)
+        return Request((*self.numbers, *flag), self.stamp, self.names)
 
 
 def plan_channel(
@@ -189,6 +193,7 @@ def plan_channel(
         stated.highest,
         mapped_by,
         tuple(notes),
+        validity_of(stated.quantity, probe, numbers),
     )
 
 

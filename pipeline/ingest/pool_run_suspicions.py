@@ -5,25 +5,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
+from pipeline.ingest.pool_run_depths import doubtful_depths
 from pipeline.ingest.pool_run_gravity import gravity_against_attitude
 from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
+from pipeline.ingest.pool_run_validity import LARGEST, impossible
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
-#: Quantity -> largest believable size; beyond, the unit is doubted. Units of the records.
-_LARGEST = {
-    "angular_velocity": 40.0,
-    "specific_force": 200.0,
-    "velocity": 20.0,
-    "velocity_earth": 20.0,
-    "depth": 12_000.0,
-    "position": 1e7,
-    "voltage": 2_000.0,
-    "current": 2_000.0,
-    "shaft_speed": 100_000.0,
-}
 #: Ratio between what was read and what would be plausible -> what it looks like.
 _FACTORS = (
     (1000.0, "thousandths (milli)"),
@@ -51,12 +41,13 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     Returns
     -------
     list of Problem
-        Warnings about units off by a factor, two opinions of where down is, shaft speeds that
-        contradict commands, thrusters that seem to be swapped or reversed. None of them changes
-        anything.
+        Warnings about units off by a factor, impossible readings, two opinions of where down is,
+        shaft speeds that contradict commands, thrusters that seem to be swapped or reversed. None
+        of them changes anything.
     """
     place = Place(run.file)
-    found = [*_sizes(run, place), *_voltage(run, vehicle, place)]
+    found = [*_sizes(run, place), *_impossible(run, place), *_voltage(run, vehicle, place)]
+    found += doubtful_depths(run, vehicle, place)
     try:  # what follows lays the readings on a common time base
         found += gravity_against_attitude(run, place)
         found += _attitude_against_rate(run, place)
@@ -109,7 +100,7 @@ def _sizes(run: PoolRun, place: Place) -> list[Problem]:
                     )
                 )
                 continue
-        most = _LARGEST.get(channel.quantity)
+        most = LARGEST.get(channel.quantity)
         high = _large(channel)
         if most is not None and high > most:
             unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
@@ -121,6 +112,23 @@ def _sizes(run: PoolRun, place: Place) -> list[Problem]:
                     _CHECK_UNIT,
                 )
             )
+    return found
+
+
+def _impossible(run: PoolRun, place: Place) -> list[Problem]:
+    """Say which channels have readings that stand for none, and that these are left out."""
+    found = []
+    for name, channel in run.channels.items():
+        wrong = impossible(channel.quantity, channel.values)
+        if wrong.any():
+            size = float(np.nanmax(np.abs(channel.values[wrong])))
+            unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
+            what = (
+                f"{name} ({channel.topic}) is up to {size:.4g} {unit} in {wrong.sum()} of "
+                f"{wrong.size} readings, more than is possible; they are left out."
+            )
+            remedy = "Some sensors write such a number where they measure nothing."
+            found.append(_warn(place, what, remedy))
     return found
 
 

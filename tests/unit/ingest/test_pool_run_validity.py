@@ -1,0 +1,117 @@
+"""Readings that stand for none, depths that cannot be."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pool_logs import json_topic, ros_topic, rov, ticks, vector, write_log
+
+from pipeline.ingest.pool_run import read_pool_run
+from pipeline.records.run_arrays import PoolRun
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
+
+COUNT = 1000
+
+
+def dvl(tmp_path: Path, values: FloatArray, valid: FloatArray | None = None) -> PoolRun:
+    contents: list[dict[str, Any]] = [{"velocity": vector(row)} for row in values]
+    if valid is not None:
+        for content, flag in zip(contents, valid, strict=True):
+            content["velocity_valid"] = bool(flag)
+    path = write_log(tmp_path / "run.mcap", [json_topic("/dvl/data", ticks(COUNT, 10.0), contents)])
+    return read_pool_run(path, rov(), tmp_path)
+
+
+def velocities() -> FloatArray:
+    noise = 0.003 * np.random.default_rng(3).standard_normal((COUNT, 3))
+    noise[:, 0] += 0.5 * np.sin(0.03 * np.arange(COUNT))
+    return noise
+
+
+def said(run: PoolRun) -> str:
+    return "\n".join(problem.what for problem in run.problems if problem.severity == "warning")
+
+
+@pytest.mark.parametrize("length", [2, 3])
+def test_no_lock_readings_are_left_out(tmp_path: Path, length: int) -> None:
+    values = velocities()
+    lost = np.arange(COUNT) % 200 >= 200 - length
+    values[lost] = -32.768
+    run = dvl(tmp_path, values)
+    usable = run.channels["velocity"].usable()
+    assert not usable[lost].any()
+    assert usable[~lost].mean() > 0.99
+    assert f"is up to 32.77 mps in {lost.sum()} of 1000 readings, more than is possible" in said(
+        run
+    )
+    assert "unit is probably off" not in said(run)
+
+
+def test_a_velocity_in_millimetres_is_a_unit_and_no_reading_is_marked(tmp_path: Path) -> None:
+    run = dvl(tmp_path, 1000.0 * velocities())
+    assert "unit is probably off" in said(run)
+    assert run.channels["velocity"].usable().mean() > 0.99
+
+
+def test_what_the_message_calls_invalid_is_left_out(tmp_path: Path) -> None:
+    invalid = np.arange(COUNT) % 100 == 7
+    run = dvl(tmp_path, velocities(), ~invalid)
+    channel = run.channels["velocity"]
+    assert not channel.usable()[invalid].any()
+    assert channel.usable()[~invalid].all()
+    assert "readings that velocity_valid calls invalid count as not a number" in channel.read.notes
+
+
+def test_the_flag_of_a_binary_message_is_read(tmp_path: Path) -> None:
+    text = "float64[3] velocity\nbool velocity_valid\n"
+    contents = [
+        {"velocity": row.tolist(), "velocity_valid": k % 10 != 0}
+        for k, row in enumerate(velocities())
+    ]
+    topic = ros_topic("/dvl", "rig/msg/Dvl", ticks(COUNT, 10.0), contents, text)
+    path = write_log(tmp_path / "run.mcap", [topic])
+    for fast in (True, False):
+        channel = read_pool_run(path, rov(), tmp_path, fast=fast).channels["velocity"]
+        assert channel.marks["not_a_number"].sum() == COUNT / 10
+        assert channel.values.shape == (COUNT, 3)
+
+
+def pressures(tmp_path: Path, values: FloatArray, vehicle: Vehicle | None = None) -> PoolRun:
+    contents = [{"fluid_pressure": float(value), "variance": 0.0} for value in values]
+    text = "float64 fluid_pressure\nfloat64 variance\n"
+    topic = ros_topic(
+        "/pressure", "sensor_msgs/msg/FluidPressure", ticks(COUNT, 10.0), contents, text
+    )
+    path = write_log(tmp_path / "run.mcap", [topic])
+    return read_pool_run(path, vehicle or rov(), tmp_path)
+
+
+DEPTH = 2.0 + 0.5 * np.sin(0.02 * np.arange(COUNT))
+
+
+@pytest.mark.parametrize(("unit_pa", "says"), [(100.0, "hPa"), (1000.0, "kPa"), (1.0, "")])
+def test_pressures_in_another_unit_are_suspected(tmp_path: Path, unit_pa: float, says: str) -> None:
+    run = pressures(tmp_path, (101325.0 + 9810.0 * DEPTH) / unit_pa)
+    assert (f"looks like {says}" in said(run)) == bool(says)
+    assert "looks like" in said(run) or not says
+
+
+def test_a_gauge_near_the_surface_is_not_suspected(tmp_path: Path) -> None:
+    assert "looks like" not in said(pressures(tmp_path, 9810.0 * 0.12 * np.abs(DEPTH - 2.0) * 2))
+
+
+def test_a_stated_unit_is_not_suspected(tmp_path: Path) -> None:
+    channel = {"quantity": "pressure", "topic": "/pressure", "unit": "mbar"}
+    run = pressures(tmp_path, (101325.0 + 9810.0 * DEPTH) / 100.0, rov(channels=[channel]))
+    assert "looks like" not in said(run)
+    assert np.median(run.channels["depth"].values) == pytest.approx(2.0, abs=0.2)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_depths_above_the_water_are_told(tmp_path: Path, sign: float) -> None:
+    contents = [{"depth": float(value)} for value in sign * DEPTH]
+    path = write_log(tmp_path / "run.mcap", [json_topic("/depth", ticks(COUNT, 10.0), contents)])
+    text = said(read_pool_run(path, rov(), tmp_path))
+    assert ("above the water" in text) == (sign < 0)
