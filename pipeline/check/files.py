@@ -7,6 +7,7 @@ from functools import cached_property
 from pathlib import Path
 
 from pipeline.check.findings import FileFinding, Findings, Quantity, VehicleFinding
+from pipeline.check.passed_over import passed_over, raw_files
 from pipeline.check.pool_runs import is_log, is_notes, read_notes_alone, read_run, strays
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.load_test import read_load_tests
@@ -138,9 +139,9 @@ class _Reader:
         self._vehicle(path / VEHICLE_FILE)
         folder = VehicleFolder(path.name, str(path))
         for kind in _KINDS:
-            shown = f"{folder.folder}/{kind}"
-            self._findings.problems += folder.misnamed_problems(kind, shown)
-            for file in folder.raw_files(kind):
+            files, misnamed = raw_files(folder, kind)
+            self._findings.problems += [*misnamed, *passed_over(path / kind)]
+            for file in files:
                 self._file(Path(file))
         self._findings.problems += strays(path / POOL)
         self._findings.problems += (
@@ -152,6 +153,8 @@ class _Reader:
         """Set everything in a folder aside; tell whether there was something to look into."""
         if path.name == POOL:
             self._findings.problems += strays(path)
+        if path.name in _KINDS:
+            self._findings.problems += passed_over(path)
         found = False
         for inner in sorted(path.iterdir()):
             known = inner.name in _KINDS or (inner / VEHICLE_FILE).exists()
@@ -191,7 +194,8 @@ class _Reader:
 
     def _is_whole(self, folder: Path) -> bool:
         """Tell whether every raw file of a folder was asked for."""
-        return all(path.absolute() in self._files for path in folder.iterdir() if is_raw(path.name))
+        files = [path for path in folder.iterdir() if is_raw(path.name) and path.is_file()]
+        return all(path.absolute() in self._files for path in files)
 
     def _vehicle(self, path: Path) -> Vehicle | None:
         if path in self._vehicles:
