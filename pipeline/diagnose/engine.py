@@ -45,8 +45,8 @@ def diagnose(case: Case, threads: int = 2, seed: int = 0) -> DiagnosisRecord:
     threads : int
         Simulations side by side.
     seed : int
-        Of the vehicles drawn for the healthy floor, and of the bootstrap; the verdict does not
-        depend on it.
+        Of the vehicles drawn for the healthy floor, and of the bootstrap. It is always the same one
+        for whoever asks by the command, as a gap near a threshold may fall to either side of it.
 
     Raises
     ------
@@ -109,12 +109,11 @@ def _diagnosed(
     shafts = shafts_seen(case)
     answered = by_shaft_speeds(found, answered, shafts)
     seen = gap_seen(case, found, answered, runs, channels, seed)
-    if keep is not None:
-        keep(case_evidence(found, answered, seen, limits, healthy_known=healthy_known))
     supply_known = shafts is not None or any(one.quantity == "voltage" for one in channels)
-    concluded = conclude(
-        found, answered, seen, limits, healthy_known=healthy_known, supply_known=supply_known
-    )
+    known = {"healthy_known": healthy_known, "supply_known": supply_known}
+    if keep is not None:
+        keep(case_evidence(found, answered, seen, limits, **known))
+    concluded = conclude(found, answered, seen, limits, **known)
     record = record_of(case, runs, found, seen, concluded, shafts, limits)
     record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
     specs = specs_of(found, concluded.led_to.added) if concluded.names_effects else ()
@@ -123,17 +122,21 @@ def _diagnosed(
 
 def _in_order(case: Case) -> Case:
     """Put the runs in an order of their own: that in which they are given must not matter."""
-    return replace(case, runs=_sorted(case.runs), holdout=_sorted(case.holdout))
+    return replace(
+        case,
+        runs=_sorted(case.runs),
+        holdout=_sorted(case.holdout),
+        healthy=_sorted(case.healthy),
+    )
 
 
 def _sorted(runs: Sequence[RunTable]) -> tuple[RunTable, ...]:
-    """Put runs in an order of their own: by their commands, not by name or place."""
-    return tuple(
-        sorted(
-            runs,
-            key=lambda run: (
-                run.time_s.size,
-                float(np.nansum(np.abs(run.values.get("command", np.zeros(1))))),
-            ),
-        )
-    )
+    """Put runs in an order of their own: by what was commanded and read, not by name or place."""
+    return tuple(sorted(runs, key=_size_of))
+
+
+def _size_of(run: RunTable) -> tuple[float, ...]:
+    """Length of a run and sums of its commands and readings: two runs differ in one of them."""
+    first = float(np.nansum(np.abs(run.values.get("command", np.zeros(1)))))
+    others = (float(np.nansum(np.abs(run.values[name]))) for name in sorted(run.values))
+    return float(run.time_s.size), first, *others

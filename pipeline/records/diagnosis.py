@@ -1,5 +1,7 @@
 """Schema of ``diagnosis.json``: where simulation and vehicle differ, because of what, how sure."""
 
+from pydantic import Field
+
 from pipeline.records.base import Record
 
 Interval = tuple[float, float]
@@ -110,6 +112,8 @@ class RankedEffect(Record):
     parameters: dict[str, ParameterEstimate]
     gap_closed: float | None
     thruster: str | None = None
+    thrusters: dict[str, str] = Field(default_factory=dict)
+    """Of each effect that is one thruster's: which; `thruster` is that of the first."""
     axes: tuple[str, ...] = ()
     log_evidence: float
     """Natural logarithm, against the stated vehicle with its ordinary uncertainty."""

@@ -49,7 +49,7 @@ REGRESSORS = {
 _WORDS = {"current": "water current"}
 #: Where a verdict's sentence has identifiers: not every word that is spelt like one is one.
 _ANSWERS = re.compile(r"\b[a-z_]+(?= \(| alone has )")
-_LOOK_ALIKES = re.compile(r"(?<= cannot tell it from ).*")
+_LISTED = re.compile(r"(?<= cannot tell it from ).*|(?<= readings speak for ).*?(?=, but )")
 _NAMES = re.compile(r"[a-z_]+")
 _NO_EFFECT = {
     "none": "no effect: as good as a healthy vehicle",
@@ -100,7 +100,7 @@ def in_words(effect: str) -> str:
 
 
 def identifiers(names: Iterable[str]) -> str:
-    """List effects by their identifiers, which are the same in every language.
+    """List effects by their identifiers, or runs by their names: the same in every language.
 
     >>> identifiers(["current", "tether"])
     'current and tether'
@@ -116,7 +116,7 @@ def verdict_sentence(verdict: Verdict) -> str:
         return as_it_is(name) if name in effects() or name in _NO_EFFECT else name
 
     said = _ANSWERS.sub(marked, verdict.sentence)
-    return _LOOK_ALIKES.sub(lambda found: _NAMES.sub(marked, found[0]), said)
+    return _LISTED.sub(lambda found: _NAMES.sub(marked, found[0]), said)
 
 
 def regime_name(regressor: str, unit: str, ends: tuple[float, float]) -> str:

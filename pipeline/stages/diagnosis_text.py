@@ -9,9 +9,8 @@ def diagnosis_text(record: DiagnosisRecord) -> str:
     """Verdict, where the gap is, ranking, how far it shrinks, what to fly next, notes."""
     lines = [verdict_sentence(record.verdict), ""]
     gaps = sorted(record.gap.channels.items(), key=lambda item: -item[1].ratio)
-    lines.append(
-        "gap over the healthy floor: " + ", ".join(f"{name} {one.ratio:.2f}" for name, one in gaps)
-    )
+    ratios = ", ".join(f"{name} {one.ratio:.2f}" for name, one in gaps)
+    lines.append(f"gap over the healthy floor: {ratios}")
     lines.extend(
         f"  {row.share:.0%} of it where {row.regressor} is {row.range[0]:.3g} to "
         f"{_with_unit(f'{row.range[1]:.3g}', row.unit)} ({row.share_of_time:.0%} of the time)"
@@ -23,7 +22,8 @@ def diagnosis_text(record: DiagnosisRecord) -> str:
             _with_unit(f"{name} {one.value:.4g} [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}]", one.unit)
             for name, one in answer.parameters.items()
         )
-        where = f" at {answer.thruster}" if answer.thruster else ""
+        at = dict.fromkeys(answer.thrusters.values())
+        where = f" at {' and '.join(at)}" if at else ""
         effect = as_it_is(answer.effect)
         lines.append(f"  {answer.probability:6.1%}  {effect}{where}  {values}".rstrip())
     shrink = record.shrink

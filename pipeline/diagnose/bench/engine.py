@@ -113,6 +113,7 @@ def _ranked(
     thruster: str | None,
     seed: int,
 ) -> RankedEffect:
+    weak = thruster is not None and "thruster_degraded" in one.fit.effects
     return RankedEffect(
         effect=one.name,
         probability=one.probability,
@@ -120,7 +121,8 @@ def _ranked(
         gap_closed=shrink(judged, one.fit.values, "", seed=seed).gap_closed
         if one.fit.values
         else None,
-        thruster=thruster if "thruster_degraded" in one.fit.effects else None,
+        thruster=thruster if weak else None,
+        thrusters={"thruster_degraded": thruster} if weak else {},
         log_evidence=float(one.log_evidence),
     )
 

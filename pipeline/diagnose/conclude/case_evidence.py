@@ -1,6 +1,7 @@
 """What a diagnosis weighed, as numbers: with it thresholds are set without diagnosing again."""
 
-from dataclasses import asdict
+from dataclasses import asdict, replace
+from typing import Self
 
 from pipeline.diagnose.conclude.consequences import consequence
 from pipeline.diagnose.conclude.gap_left import gaps_left
@@ -34,7 +35,10 @@ class KeptLevel(Record):
 
 
 class KeptConsequence(Record):
-    """What an answer leaves, as in `decision.Left`."""
+    """What an answer leaves, as in `Left`, but for what is known of the answer elsewhere.
+
+    The log evidence of the held-out windows stands in `CaseEvidence`, for every answer.
+    """
 
     force: float
     before: float
@@ -45,6 +49,15 @@ class KeptConsequence(Record):
     gap_there: float | None = None
     alone_after: float = 0.0
     was_unknown: bool = False
+    supply_known: bool = True
+    gap_since: float | None = None
+
+    @classmethod
+    def of(cls, left: Left) -> Self:
+        """Keep what an answer leaves."""
+        told = asdict(left)
+        del told["held_out"]
+        return cls(**told)
 
     def left(self) -> Left:
         """As it is decided by."""
@@ -58,6 +71,7 @@ class CaseEvidence(Record):
     effect_count: int
     interval_factor: float
     worst_ratio: float
+    worst_since: float
     levels: tuple[KeptLevel, ...]
     consequences: dict[str, KeptConsequence]
     held_out: dict[str, float]
@@ -67,7 +81,13 @@ class CaseEvidence(Record):
 
 
 def case_evidence(
-    found: Search, answered: Answers, seen: GapSeen, limits: Calibration, *, healthy_known: bool
+    found: Search,
+    answered: Answers,
+    seen: GapSeen,
+    limits: Calibration,
+    *,
+    healthy_known: bool,
+    supply_known: bool,
 ) -> CaseEvidence:
     """Collect the evidence of a search, and the consequences of its first answers."""
     named = [one for one in answered.ranking if one.name != UNKNOWN]
@@ -75,12 +95,14 @@ def case_evidence(
     kept = {}
     for one in wanted:
         led_to = consequence(found, seen.ahead, one, one.judged.level.size, seen.every)
-        kept[one.name] = KeptConsequence(**asdict(led_to.decides(equals(found, one))))
+        left = replace(led_to.decides(equals(found, one)), supply_known=supply_known)
+        kept[one.name] = KeptConsequence.of(left)
     return CaseEvidence(
         healthy=healthy_known,
         effect_count=effect_count(found),
         interval_factor=limits.interval_factor,
         worst_ratio=seen.worst_ratio,
+        worst_since=seen.worst_since,
         levels=tuple(
             KeptLevel(
                 size=one.size,

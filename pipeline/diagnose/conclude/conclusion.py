@@ -32,12 +32,15 @@ class Conclusion:
         floor had their say.
     led_to : Consequence
         What that one leads to.
+    beside : Consequence or None
+        Where `none` is said with an effect beside it: what that would lead to.
     """
 
     said: Decided
     answered: Answers
     top: Candidate
     led_to: Consequence
+    beside: Consequence | None = None
 
     @property
     def names_effects(self) -> bool:
@@ -45,10 +48,9 @@ class Conclusion:
         return not {NONE, UNKNOWN} & set(self.said.names)
 
     @property
-    def acting(self) -> bool:
-        """Whether effects are named, or stand beside `none`: where they act is where to look."""
-        beside = set(self.top.name.split("+")) & set(self.said.ambiguous)
-        return self.names_effects or (self.said.names == (NONE,) and bool(beside))
+    def acting(self) -> Consequence | None:
+        """What effects that are named, or stand beside `none`, lead to: there is where to look."""
+        return self.led_to if self.names_effects else self.beside
 
 
 def conclude(
@@ -113,6 +115,25 @@ def conclude(
         was_unknown=top.name == after_all,
         supply_known=supply_known,
     )
-    said = decide(shares, left, worst_ratio, limits, healthy_known=healthy_known)
+    said = decide(
+        shares,
+        left,
+        worst_ratio,
+        limits,
+        healthy_known=healthy_known,
+        worst_since=seen.worst_since,
+    )
     ordered = answered.reweighed(shares).reweighed(said.ranking)
-    return Conclusion(said, ordered, top, led_to)
+    effects = _beside_none(said)
+    beside = led_to_by(effects)[0] if effects else None
+    return Conclusion(said, ordered, top, led_to, beside)
+
+
+def _beside_none(said: Decided) -> tuple[Share, ...]:
+    """Answers in their order from the first one with effects that `none` cannot be told from."""
+    if said.names != (NONE,):
+        return ()
+    for number, one in enumerate(said.ranking):
+        if one.name not in {NONE, UNKNOWN} and set(one.name.split("+")) <= set(said.ambiguous):
+            return said.ranking[number:]
+    return ()

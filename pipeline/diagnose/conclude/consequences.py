@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.conclude.leftover import forces_left, leftover
-from pipeline.diagnose.gap.channel_gaps import figures
+from pipeline.diagnose.gap.channel_gaps import figures, worst_gap
 from pipeline.diagnose.gap.forecast import (
     AHEAD_S,
     Forecast,
@@ -26,7 +26,7 @@ from pipeline.diagnose.judging.nil import stated_alone
 from pipeline.diagnose.judging.search import Search, force_prior
 from pipeline.diagnose.linear.elimination import solve
 from pipeline.diagnose.linear.evidence import Prior
-from pipeline.diagnose.linear.linear_model import Setting, vector_of
+from pipeline.diagnose.linear.linear_model import Setting, realisable, vector_of
 from pipeline.diagnose.linear.scales import Level
 from pipeline.diagnose.rules.shares import Left
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
@@ -59,6 +59,13 @@ class Ahead:
         Parameters of the vehicle file, with these.
     healthy : Prior
         Departures of healthy vehicles.
+    spread : mapping
+        What healthy vehicles differ from `before` by: mean square (k,) by channel.
+    well, well_spread
+        `before` and `spread` of the vehicle that the healthy runs showed, where there are any: what
+        it differed from its file by when it was well is in neither.
+    within_s : float
+        How far ahead of a held-out window nothing took part in choice and fit. [s]
     held : ndarray of bool, shape (windows,)
         Those that took no part in choice and fit; `held_told` says in words which.
     """
@@ -74,6 +81,9 @@ class Ahead:
     before: Forecast
     stated: Forecast
     spread: dict[str, FloatArray]
+    well: Forecast
+    well_spread: dict[str, FloatArray]
+    within_s: float
     held: BoolArray
     held_told: str
     seed: int
@@ -98,8 +108,9 @@ class Consequence:
         Outside force that stays.
     left_by_window : ndarray, shape (windows,)
         Its mean square in each window, summed over the axes, in units of the ordinary force.
-    gap_there : float or None
-        Gap of the worst channel among those in which the effects act.
+    gap_there, gap_since : float or None
+        Gap of the worst channel among those in which the effects act, by the vehicle file, and
+        since the healthy runs.
     """
 
     added: FloatArray
@@ -109,6 +120,7 @@ class Consequence:
     left: Leftover
     left_by_window: FloatArray
     gap_there: float | None
+    gap_since: float | None
 
     def decides(self, alike: tuple[str, ...]) -> Left:
         """As it is decided by, with the effects that are `alike`."""
@@ -124,6 +136,7 @@ class Consequence:
             alone,
             self.gap_there,
             self.closed.after,
+            gap_since=self.gap_since,
         )
 
 
@@ -135,6 +148,7 @@ def look_ahead(  # noqa: PLR0917 - one caller
     held_told: str,
     seed: int,
     *,
+    within_s: float,
     healthy_known: bool,
     stated: FloatArray,
 ) -> Ahead:
@@ -167,6 +181,11 @@ def look_ahead(  # noqa: PLR0917 - one caller
         healthy = with_scatter(healthy, setting.coordinates, scatter)
     healthy = replace(healthy, mean=np.where(unstated != 0.0, unstated, healthy.mean))
     spread = healthy_spread(near, floors, healthy, channels, before, seed)
+    well, well_spread = before, spread
+    if healthy_known:
+        was = vector_of(setting, realisable(setting.coordinates, healthy.mean))
+        well = forecast(near, was, channels)
+        well_spread = healthy_spread(near, floors, healthy, channels, well, seed)
     return Ahead(
         tuple(runs),
         tuple(channels),
@@ -179,6 +198,9 @@ def look_ahead(  # noqa: PLR0917 - one caller
         before,
         as_stated,
         spread,
+        well,
+        well_spread,
+        within_s,
         ~found.chosen,
         held_told,
         seed,
@@ -209,33 +231,32 @@ def consequence(
     fitted = forecast(ahead.near, vector, ahead.channels)
     forces = forces_left(found, found.grams, best, force_scale)
     told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
+    there = _acting_in(before, after, ahead.spread)
     return Consequence(
         added,
         after,
-        shrink(ahead.stated, after, *told, spread_after),
-        shrink(before, fitted, *told),
+        shrink(ahead.stated, after, *told, spread_after, ahead.within_s),
+        shrink(before, fitted, *told, within_s=ahead.within_s),
         leftover(found, forces, ahead.runs, every),
         (forces**2).mean(axis=1).sum(axis=1),
-        _gap_where_it_acts(before, after, ahead.spread),
+        worst_gap(before, ahead.spread, there) if there else None,
+        worst_gap(ahead.well, ahead.well_spread, there) if there else None,
     )
 
 
 def nothing_added(ahead: Ahead) -> Shrink:
     """Held-out gap where no effect is named: what no vehicle file states is all that is added."""
     told = (ahead.spread, ahead.held, ahead.held_told, ahead.seed)
-    return shrink(ahead.stated, ahead.before, *told)
+    return shrink(ahead.stated, ahead.before, *told, within_s=ahead.within_s)
 
 
-def _gap_where_it_acts(
+def _acting_in(
     before: Forecast, after: Forecast, spread: Mapping[str, FloatArray]
-) -> float | None:
-    """Gap over the healthy floor of the worst channel among those that effects change most."""
-    gaps, moved = {}, {}
+) -> tuple[str, ...]:
+    """Channels that effects change most, in healthy floors; none where they change nothing."""
+    moved = {}
     for name, errors in before.errors.items():
         one = figures(errors, spread[name], before.sensor[name])
-        gaps[name] = one.ratio
         moved[name] = rms(after.errors[name] - errors) / max(one.healthy_floor, 1e-12)
     most = max(moved.values(), default=0.0)
-    if most == 0.0:
-        return None
-    return max(gaps[name] for name, value in moved.items() if value >= _ACTS * most)
+    return tuple(name for name, value in moved.items() if value >= _ACTS * most > 0.0)

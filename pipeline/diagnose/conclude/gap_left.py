@@ -61,11 +61,11 @@ def ratios_left(found: Search, ahead: Ahead, one: Candidate | None) -> dict[str,
         vector = vector_of(found.setting, effect_alone(found, best, one.finding) + ahead.unstated)
         after = forecast(ahead.near, vector, ahead.channels)
     ratios = {}
-    for name, errors in after.errors.items():
-        own = found.chosen[after.window[name]] & np.isfinite(errors)
+    for name in after.errors:
+        own = found.chosen[after.window[name]]
         if own.any():
             floor = ahead.before.healthy_floor(name, ahead.spread, own)
-            ratios[name] = rms(errors[own]) / max(floor, 1e-12)
+            ratios[name] = rms(after.counted(name, own, floor)) / max(floor, 1e-12)
     return ratios
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.conclude.consequences import Ahead, look_ahead
 from pipeline.diagnose.gap.channel_gaps import channel_gaps, worst_gap
-from pipeline.diagnose.gap.forecast import forecast, healthy_spread, whole_runs
+from pipeline.diagnose.gap.forecast import AHEAD_S, forecast, healthy_spread, whole_runs
 from pipeline.diagnose.gap.regimes import Regressor, regressors
 from pipeline.diagnose.inference.answer import Answers
 from pipeline.diagnose.inference.infer import HELD_OUT
@@ -30,12 +30,16 @@ class GapSeen:
         Gap of every channel, against the vehicle file.
     worst_ratio : float
         Error of the worst channel over its healthy floor, beside known errors: what is decided by.
+    worst_since : float
+        The same since the healthy runs, where there are any: by it nothing that the vehicle had
+        when it was well is a gap, nor hides one.
     """
 
     ahead: Ahead
     every: Sequence[Regressor]
     channels: Mapping[str, ChannelGap]
     worst_ratio: float
+    worst_since: float
 
 
 def gap_seen(  # noqa: PLR0917 - one caller
@@ -66,6 +70,7 @@ def gap_seen(  # noqa: PLR0917 - one caller
         if case.holdout
         else f"every {HELD_OUT}th window of the runs"
     )
+    shortest = min(window.duration_s for window in found.setting.bench.stack.windows)
     ahead = look_ahead(
         found,
         answered,
@@ -73,6 +78,7 @@ def gap_seen(  # noqa: PLR0917 - one caller
         channels,
         told,
         seed,
+        within_s=AHEAD_S if case.holdout else min(AHEAD_S, shortest),
         healthy_known=bool(case.healthy),
         stated=case.stated.vector,
     )
@@ -84,4 +90,5 @@ def gap_seen(  # noqa: PLR0917 - one caller
         regressors(found.setting, runs),
         channel_gaps(ahead.stated, ahead.spread, whole, whole_spread),
         worst_gap(ahead.before, ahead.spread),
+        worst_gap(ahead.well, ahead.well_spread),
     )

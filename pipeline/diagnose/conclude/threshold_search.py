@@ -88,7 +88,14 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
     left = _left(one, shares)
     if left is not None:
         left = replace(left, held_out=one.held_out.get(shares[0].name, 0.0))
-    return decide(shares, left, one.worst_ratio, limits, healthy_known=one.healthy)
+    return decide(
+        shares,
+        left,
+        one.worst_ratio,
+        limits,
+        healthy_known=one.healthy,
+        worst_since=one.worst_since,
+    )
 
 
 def _left(one: CaseEvidence, shares: Sequence[Share]) -> Left | None:

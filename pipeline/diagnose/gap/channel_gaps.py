@@ -1,10 +1,10 @@
 """Part one of the answer: how large the gap is by channel and horizon, against its two floors."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
-from pipeline.diagnose.gap.forecast import CHANNELS, Forecast, rms
+from pipeline.diagnose.gap.forecast import CHANNELS, Forecast, counted, rms
 from pipeline.records.diagnosis import ChannelGap, GapFigures
 from pipeline.types import FloatArray
 
@@ -17,8 +17,8 @@ GAP_RATIO = 1.5
 
 def figures(errors: FloatArray, spread: FloatArray, sensor: float) -> GapFigures:
     """Error and floors of some readings (k,): `spread` is the healthy mean square of the motion."""
-    error = rms(errors)
     healthy = float(np.sqrt(np.mean(spread) + sensor**2)) if spread.size else sensor
+    error = rms(counted(errors, healthy))
     return GapFigures(
         rmse=error, sensor_floor=sensor, healthy_floor=healthy, ratio=error / max(healthy, 1e-12)
     )
@@ -46,12 +46,15 @@ def channel_gaps(
     return found
 
 
-def worst_gap(near: Forecast, spread: Mapping[str, FloatArray]) -> float:
-    """Error of the worst channel over its healthy floor."""
+def worst_gap(
+    near: Forecast, spread: Mapping[str, FloatArray], among: Collection[str] | None = None
+) -> float:
+    """Error of the worst channel over its healthy floor, of all or `among` some."""
     return max(
         (
             figures(errors, spread[name], near.sensor[name]).ratio
             for name, errors in near.errors.items()
+            if among is None or name in among
         ),
         default=0.0,
     )
@@ -64,3 +67,13 @@ def gap_channels(found: Mapping[str, ChannelGap]) -> tuple[str, ...]:
     # what is far smaller than the worst goes along with it
     carrying = [name for name in carrying if found[name].ratio >= 0.25 * largest]
     return tuple(sorted(carrying, key=lambda name: -found[name].ratio))
+
+
+def shown_channels(found: Mapping[str, ChannelGap]) -> tuple[str, ...]:
+    """Channels to be looked at, the largest ratio first: all with an error above a healthy one's.
+
+    >>> shown_channels({})
+    ()
+    """
+    first = sorted(found, key=lambda name: -found[name].ratio)
+    return tuple(name for number, name in enumerate(first) if not number or found[name].ratio > 1.0)

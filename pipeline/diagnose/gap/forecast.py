@@ -34,6 +34,8 @@ CHANNELS: dict[str, tuple[tuple[str, str], ...]] = {
 AHEAD_S = 10.0
 #: Vehicles drawn from what is ordinary, for the healthy floor.
 DRAWS = 8
+#: Healthy floors that a simulation which ran away is off by.
+RUN_AWAY = 30.0
 _SPACING_S = 0.2
 
 
@@ -55,6 +57,10 @@ class Forecast:
         `spread` is the mean square of what healthy vehicles differ from this model by, by channel.
         """
         return float(np.sqrt(np.mean(spread[name][rows]) + self.sensor[name] ** 2))
+
+    def counted(self, name: str, rows: BoolArray, floor: float) -> FloatArray:
+        """Errors of a channel in some readings (k,); see `counted`."""
+        return counted(self.errors[name][rows], floor)
 
 
 @dataclass(frozen=True)
@@ -177,6 +183,7 @@ def healthy_spread(  # noqa: PLR0917 - one caller
     root = vectors * np.sqrt(np.maximum(values, 0.0))
     packed, every = setting.bench.stack.packed, setting.coordinates
     total = {name: np.zeros(one.size) for name, one in model.errors.items()}
+    times = {name: np.zeros(one.size) for name, one in model.errors.items()}
     made = 0
     unit = np.tile(setting.force_unit, ahead.bench.pieces)
     middle = prior.mean if departures is None else prior.mean + departures
@@ -191,18 +198,30 @@ def healthy_spread(  # noqa: PLR0917 - one caller
             continue
         found, made = forecast(ahead, vector, channels, forces, curves), made + 1
         for name, errors in found.errors.items():
-            total[name] += np.nan_to_num((errors - model.errors[name]) ** 2)
+            squares = (errors - model.errors[name]) ** 2
+            total[name] += np.nan_to_num(squares)
+            # what ran away is no difference of nothing
+            times[name] += np.isfinite(squares)
     if not made:
         raise CannotComputeError(
             "the vehicle file and the healthy runs, if there are any, lead to no vehicle that can "
             "be: none that was drawn has mass and buoyancy left. Check that they belong together: "
             "masses, volumes and the uncertainties in vehicle.yaml."
         )
-    return {name: squares / made for name, squares in total.items()}
+    return {name: squares / np.maximum(times[name], 1.0) for name, squares in total.items()}
+
+
+def counted(errors: FloatArray, floor: float) -> FloatArray:
+    """Errors (k,) of which those of a simulation that ran away count as `RUN_AWAY` floors.
+
+    >>> counted(np.array([0.2, np.nan]), 0.1)
+    array([0.2, 3. ])
+    """
+    return np.where(np.isfinite(errors), errors, RUN_AWAY * floor)
 
 
 def rms(values: FloatArray) -> float:
-    """Root mean square, a run-away counted as what is finite."""
+    """Root mean square of what is finite."""
     good = values[np.isfinite(values)]
     return float(np.sqrt(np.mean(good**2))) if good.size else 0.0
 

@@ -73,10 +73,10 @@ def _ratios(
 ) -> dict[str, float]:
     """Ratio of every channel that has enough readings in the windows `inside`."""
     ratios = {}
-    for name, errors in near.errors.items():
-        rows = inside[near.window[name]] & (near.ahead_s[name] <= within_s) & np.isfinite(errors)
+    for name in near.errors:
+        rows = inside[near.window[name]] & (near.ahead_s[name] <= within_s)
         if rows.sum() < _FEWEST:
             continue
         floor = near.healthy_floor(name, spread, rows)
-        ratios[name] = rms(errors[rows]) / max(floor, 1e-12)
+        ratios[name] = rms(near.counted(name, rows, floor)) / max(floor, 1e-12)
     return ratios

@@ -18,10 +18,14 @@ def series_of(  # noqa: PLR0917 - one caller
     before: Forecast,
     after: Forecast,
     held_out: BoolArray,
-    first: Sequence[str],
+    within_s: float,
+    channels: Sequence[str],
 ) -> tuple[Series, ...]:
-    """Pieces of held-out windows in the channels that carry the gap (or the first ones)."""
-    names = [*first, *(name for name in before.errors if name not in first)][:_MOST_CHANNELS]
+    """Pieces of held-out windows, as far ahead as they took no part, in the first of some channels.
+
+    Attitude is told as the rotation from what was measured, which is 0 therefore.
+    """
+    names = channels[:_MOST_CHANNELS]
     units = {name: unit for parts in CHANNELS.values() for name, unit in parts}
     measured = {}
     for rows in ahead.bench.stack.rows:
@@ -34,8 +38,7 @@ def series_of(  # noqa: PLR0917 - one caller
     for number in np.flatnonzero(held_out)[:_MOST_WINDOWS]:
         window = ahead.bench.stack.windows[number]
         for name in names:
-            own = before.window[name] == number
-            # attitude errors are body rotations: the measured one is the zero they refer to
+            own = (before.window[name] == number) & (before.ahead_s[name] <= within_s)
             value = measured.get(name, np.zeros(own.size))[own]
             one, two = value - before.errors[name][own], value - after.errors[name][own]
             good = np.isfinite(one) & np.isfinite(two)

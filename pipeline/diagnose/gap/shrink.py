@@ -4,12 +4,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipeline.diagnose.gap.forecast import Forecast, rms
+from pipeline.diagnose.gap.forecast import AHEAD_S, Forecast, rms
 from pipeline.records.diagnosis import Shrink, ShrinkFigures
-from pipeline.types import BoolArray, FloatArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 
-#: Resamplings of the held-out windows (a block each).
-_RESAMPLINGS = 400
+#: Resamplings of the held-out windows, in blocks of so many: what is predicted of one reaches into
+#: the next.
+_RESAMPLINGS, _BLOCK = 400, 2
 
 
 def shrink(  # noqa: PLR0917 - one caller
@@ -20,11 +21,13 @@ def shrink(  # noqa: PLR0917 - one caller
     told: str,
     seed: int = 0,
     spread_after: Mapping[str, FloatArray] | None = None,
+    within_s: float = AHEAD_S,
 ) -> Shrink:
     """Held-out gap before and after, by channel and over all.
 
     Over all, a channel's errors count in units of its healthy floor, so the floor is 1; the
-    interval is of a bootstrap over windows.
+    interval is of a bootstrap over windows. Readings further ahead than `within_s` do not count:
+    where a window is held out between others, what is predicted beyond its end took part.
 
     `spread` is the mean square of what healthy vehicles differ by from the model before, and
     `spread_after` from that with the answer. Where the latter is larger the errors after count over
@@ -37,8 +40,8 @@ def shrink(  # noqa: PLR0917 - one caller
     counts = np.zeros((len(names), windows))
     channels = {}
     for row, name in enumerate(names):
-        own = held_out[before.window[name]]
-        own &= np.isfinite(before.errors[name]) & np.isfinite(after.errors[name])
+        own = held_out[before.window[name]] & (before.ahead_s[name] <= within_s)
+        own &= np.isfinite(before.errors[name]) | np.isfinite(after.errors[name])
         if not own.any():
             # nothing of it can be predicted
             continue
@@ -47,11 +50,10 @@ def shrink(  # noqa: PLR0917 - one caller
         later = max(floor, later)
         owner = before.window[name][own]
         counts[row] = np.bincount(owner, minlength=windows)
-        for key, one, unit in (("before", before, floor), ("after", after, later)):
-            sums[key][row] = np.bincount(
-                owner, (one.errors[name][own] / unit) ** 2, minlength=windows
-            )
-        first, second = rms(before.errors[name][own]), rms(after.errors[name][own])
+        errors = before.counted(name, own, floor), after.counted(name, own, later)
+        for key, one, unit in zip(sums, errors, (floor, later), strict=True):
+            sums[key][row] = np.bincount(owner, (one / unit) ** 2, minlength=windows)
+        first, second = rms(errors[0]), rms(errors[1])
         channels[name] = ShrinkFigures(
             before=first,
             after=second,
@@ -62,8 +64,10 @@ def shrink(  # noqa: PLR0917 - one caller
         )
 
     def overall(key: str, weights: FloatArray) -> float:
-        total = (sums[key] @ weights) / np.maximum(counts @ weights, 1.0)
-        return float(np.sqrt(np.mean(total)))
+        size = counts @ weights
+        known = size > 0.0
+        total = (sums[key] @ weights)[known] / size[known]
+        return float(np.sqrt(np.mean(total))) if total.size else 0.0
 
     ones = held_out.astype(float)
     first, second = overall("before", ones), overall("after", ones)
@@ -71,7 +75,7 @@ def shrink(  # noqa: PLR0917 - one caller
     generator = np.random.default_rng(seed)
     closed = []
     for _ in range(_RESAMPLINGS):
-        drawn = np.bincount(generator.choice(places, places.size), minlength=windows).astype(float)
+        drawn = np.bincount(_blocks(generator, places), minlength=windows).astype(float)
         value = _closed(overall("before", drawn), overall("after", drawn))
         if value is not None:
             closed.append(value)
@@ -86,6 +90,14 @@ def shrink(  # noqa: PLR0917 - one caller
         channels=channels,
         held_out=told,
     )
+
+
+def _blocks(generator: np.random.Generator, places: IntArray) -> IntArray:
+    """Draw as many windows as there are, neighbours together (moving blocks, Kunsch 1989)."""
+    length = min(_BLOCK, places.size)
+    firsts = generator.integers(0, places.size - length + 1, -(-places.size // length))
+    drawn: IntArray = places[(firsts[:, None] + np.arange(length)).ravel()]
+    return drawn[: places.size]
 
 
 def _closed(before: float, after: float) -> float | None:

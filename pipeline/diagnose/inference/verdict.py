@@ -53,14 +53,15 @@ def ranking_of(
     """Every answer with its parameters; those that were never probable have probability 0."""
     rows = []
     for one in answered.ranking:
-        parameters, thruster, axes = parameters_of(found, one, limits.interval_factor)
+        parameters, thrusters, axes = parameters_of(found, one, limits.interval_factor)
         rows.append(
             RankedEffect(
                 effect=one.name,
                 probability=one.probability,
                 parameters=parameters,
                 gap_closed=closed.gap_closed if one.name == top.name else None,
-                thruster=thruster,
+                thruster=next(iter(thrusters.values()), None),
+                thrusters=thrusters,
                 axes=axes,
                 log_evidence=one.log_evidence,
                 held_out_log_evidence=answered.held_out.get(one.name),
@@ -95,8 +96,8 @@ def idle_effects(found: Search, one: Candidate, factor: float) -> tuple[str, ...
 
 def parameters_of(
     found: Search, one: Candidate, factor: float
-) -> tuple[dict[str, ParameterEstimate], str | None, tuple[str, ...]]:
-    """Values with intervals of an answer's parameters, its thruster and its axes.
+) -> tuple[dict[str, ParameterEstimate], dict[str, str], tuple[str, ...]]:
+    """Values with intervals of an answer's parameters, thrusters by effect, and its axes.
 
     They are those since the vehicle was well: a drag of 1.3 times the file's on the healthy runs
     and 1.95 times now is a factor of 1.5. `factor` is that on the spread of the linear model; see
@@ -104,7 +105,7 @@ def parameters_of(
     """
     # how what has no name is best imitated is neither its size nor its place
     if one.finding is None or one.name == UNKNOWN:
-        return {}, None, ()
+        return {}, {}, ()
     which = np.array(one.finding.which, int)
     left = posterior(one.judged.found, prior_of(found.prior, one.finding))
     every = found.setting.coordinates
@@ -144,8 +145,8 @@ def parameters_of(
             unit=coordinate.parameter.unit,
             ci95=(max(value - half, least), min(value + half, most)),
         )
-    targets = [target for _, target in one.finding.groups if target is not None]
-    return parameters, targets[0] if targets else None, tuple(dict.fromkeys(axes))
+    thrusters = {effect: target for effect, target in one.finding.groups if target is not None}
+    return parameters, thrusters, tuple(dict.fromkeys(axes))
 
 
 def _std_alone(one: Coordinate, index: int, left: Prior) -> float:

@@ -41,19 +41,24 @@ class Decided:
         Answers, most probable first.
     names, ambiguous : tuple of str
         The first answer, and what these runs cannot tell from it.
+    too_small : str
+        Of `none`: the answer that the readings speak for, but which makes no gap; or nothing.
     """
 
     ranking: tuple[Share, ...]
     names: tuple[str, ...]
     ambiguous: tuple[str, ...]
+    too_small: str = ""
 
 
 def without_gap(
-    ranking: Sequence[Share], worst_ratio: float, limits: Calibration
+    ranking: Sequence[Share], worst_ratio: float, worst_since: float, limits: Calibration
 ) -> tuple[Share, ...]:
     """Put `none` first where the vehicle file predicts every channel as well as a healthy vehicle.
 
-    With enough readings the flaws of any model are significant. What is no gap needs no cause. A
+    With enough readings the flaws of any model are significant. What is no gap needs no cause. With
+    healthy runs a gap is what came since: what the vehicle has always differed from its file by
+    would otherwise be part of the error and of the floor, and hide as much again. A
     force that no healthy vehicle has is told from a gap on that is larger than a healthy one's,
     with `none` beside it where it is hardly larger. An error of measurement is told all the same:
     the sensors contradict each other, whatever moves the vehicle, and the prediction starts from
@@ -65,16 +70,20 @@ def without_gap(
         Answers, most probable first.
     worst_ratio : float
         Error of the worst channel over its healthy floor.
+    worst_since : float
+        The same since the healthy runs; as `worst_ratio` where there are none.
     limits : Calibration
         Thresholds.
     """
     top = ranking[0].name
-    least = min(limits.least_gap, HEALTHY_GAP) if top == UNKNOWN else limits.least_gap
-    if top == UNKNOWN and least <= worst_ratio < _HARDLY:
-        return _with_beside(ranking, NONE)
-    if worst_ratio >= least or top == NONE or set(top.split("+")) <= MEASUREMENT:
+    if top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
-    return none_first(ranking)
+    if top != UNKNOWN:
+        return tuple(ranking) if worst_since >= limits.least_gap else none_first(ranking)
+    least = min(limits.least_gap, HEALTHY_GAP)
+    if least <= worst_ratio < _HARDLY:
+        return _with_beside(ranking, NONE)
+    return tuple(ranking) if worst_ratio >= least else none_first(ranking)
 
 
 def with_gap(
@@ -89,8 +98,8 @@ def with_gap(
 
     What is stated as uncertain could explain the readings, at values that hardly any healthy
     vehicle has. A gap this large is one all the same: where the readings speak for another answer
-    at all, the others share the place. Where they speak for none of them, and the gap is larger
-    still, it is `unknown`.
+    at all, the others share the place. Where they speak for none of them `unknown` stands beside
+    it, and where the gap is larger still it is `unknown`.
 
     Parameters
     ----------
@@ -110,7 +119,7 @@ def with_gap(
     if second / top.probability <= limits.single / max(effect_count, 1) / limits.none:
         # not even as probable as before the readings were seen
         if worst_ratio <= _FAR_BEYOND * most:
-            return tuple(ranking)
+            return _with_beside(ranking, UNKNOWN)
         return Share(UNKNOWN, 1.0 - none), Share(NONE, none)
     grown = (1.0 - none) / sum(one.probability for one in others)
     shares = [
@@ -217,12 +226,13 @@ def decide(
     limits: Calibration,
     *,
     healthy_known: bool,
+    worst_since: float | None = None,
 ) -> Decided:
     """Decide what is said, once `that_help` has put the answers in order.
 
     Parameters
     ----------
-    ranking, worst_ratio, limits
+    ranking, worst_ratio, worst_since, limits
         As of `without_gap`.
     left : Left or None
         What the first answer leaves, where that is known.
@@ -230,14 +240,18 @@ def decide(
         The floor was learned from healthy runs.
     """
     shares = tuple(ranking)
+    since = worst_ratio if worst_since is None else worst_since
     if left is not None:
         shares = with_unknown(shares, left, limits, healthy_known=healthy_known)
     if left is not None and left.gap_there is not None and shares[0].name != UNKNOWN:
         # a gap in channels in which the answer does nothing is not its
         worst_ratio = min(worst_ratio, left.gap_there)
+        since = min(since, left.gap_there if left.gap_since is None else left.gap_since)
     held_out = 0.0 if left is None else left.held_out
     shares = with_sure_effect(shares, held_out, worst_ratio, limits, healthy_known=healthy_known)
     if left is not None and not left.supply_known:
         shares = with_measured_supply(shares, worst_ratio, limits, healthy_known=healthy_known)
-    shares = without_gap(shares, worst_ratio, limits)
-    return Decided(shares, *verdict_of(shares, () if left is None else left.alike, limits))
+    first, shares = shares[0].name, without_gap(shares, worst_ratio, since, limits)
+    too_small = first if shares[0].name == NONE and first not in {NONE, UNKNOWN} else ""
+    told = verdict_of(shares, () if left is None else left.alike, limits)
+    return Decided(shares, *told, too_small)

@@ -14,8 +14,9 @@ from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 #: many are asked.
 _NO_HELP, _ASKED = 0.1, 4
 #: Probability over that of a pair below which one of its effects alone is out by the readings, and
-#: the share of the pair's gap that it may leave then to take its place all the same.
-_NOT_OUT, _CLEARLY = 1e-12, 0.9
+#: the share of the pair's gap that it may leave then to take its place all the same; otherwise it
+#: must leave less by what chance does not make.
+_NOT_OUT, _CLEARLY, _LESS = 1e-12, 0.9, 0.95
 #: Probability of all other answers together from which on they share what such an answer loses.
 _OTHERS = 0.05
 
@@ -76,7 +77,7 @@ def _enough_alone(
         if one.name not in top.name.split("+"):
             continue
         by_itself = left_of([one, *(other for other in ranking if other is not one)])
-        share = 1.0 if one.probability >= _NOT_OUT * top.probability else _CLEARLY
+        share = _LESS if one.probability >= _NOT_OUT * top.probability else _CLEARLY
         if by_itself is not None and by_itself.alone < min(share * left.alone, 1.0):
             return one.name
     return None

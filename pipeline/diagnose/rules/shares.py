@@ -31,6 +31,8 @@ class Left:
     gap_there : float or None
         Gap over the healthy floor of the worst channel among those in which the effects act; None
         where there are none.
+    gap_since : float or None
+        The same since the healthy runs, where there are any.
     alone_after : float
         Held-out gap with the effects of the answer alone over the healthy floor.
     held_out : float
@@ -52,3 +54,4 @@ class Left:
     held_out: float = 0.0
     was_unknown: bool = False
     supply_known: bool = True
+    gap_since: float | None = None

@@ -9,7 +9,7 @@ from pipeline.diagnose.conclude.consequences import nothing_added
 from pipeline.diagnose.conclude.gap_seen import GapSeen
 from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen
 from pipeline.diagnose.conclude.where import where_told
-from pipeline.diagnose.gap.channel_gaps import gap_channels
+from pipeline.diagnose.gap.channel_gaps import shown_channels
 from pipeline.diagnose.gap.forecast import AHEAD_S
 from pipeline.diagnose.gap.regime_gaps import regime_gaps
 from pipeline.diagnose.gap.series import series_of
@@ -72,8 +72,8 @@ def record_of(  # noqa: PLR0917 - one caller
         # what was looked at and is not named goes into no model
         after, closed = ahead.before, nothing_added(ahead)
     acts_with = ahead.before if case.errors else None
-    if concluded.acting:
-        acts_with = led_to.after
+    if concluded.acting is not None:
+        acts_with = concluded.acting.after
     return DiagnosisRecord(
         vehicle=case.name,
         runs=tuple(run.name for run in case.runs),
@@ -97,7 +97,15 @@ def record_of(  # noqa: PLR0917 - one caller
             detail=Detail(
                 thruster=first.thruster, axes=tuple(VELOCITIES[axis] for axis in first.axes)
             ),
-            sentence=sentence(names, probability, ambiguous, ranking, led_to.left),
+            sentence=sentence(
+                names,
+                probability,
+                ambiguous,
+                ranking,
+                led_to.left,
+                concluded.said.too_small,
+                limits.least_gap,
+            ),
         ),
         ranking=ranking,
         shrink=closed,
@@ -106,7 +114,13 @@ def record_of(  # noqa: PLR0917 - one caller
         leftover=led_to.left,
         evidence=_evidence(case, runs, found, answered, shafts, limits),
         series=series_of(
-            ahead.near, runs, ahead.stated, after, ahead.held, gap_channels(seen.channels)
+            ahead.near,
+            runs,
+            ahead.stated,
+            after,
+            ahead.held,
+            ahead.within_s,
+            shown_channels(seen.channels),
         ),
         notes=notes_on(case, found, concluded.top),
         elapsed_s=0.0,

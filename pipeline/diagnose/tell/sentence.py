@@ -9,17 +9,29 @@ from pipeline.records.diagnosis import Leftover, RankedEffect
 _UNLIKELY = 0.05
 
 
-def sentence(
+def sentence(  # noqa: PLR0917 - one caller
     names: Sequence[str],
     probability: float,
     ambiguous: Sequence[str],
     ranking: Sequence[RankedEffect],
     left: Leftover,
+    too_small: str = "",
+    least_gap: float = 1.0,
 ) -> str:
-    """Say the verdict, its probability, and what it may be as well."""
+    """Say the verdict, its probability, and what it may be as well.
+
+    `too_small` is what the readings speak for where `none` is said because no channel is as far off
+    as `least_gap` healthy floors.
+    """
     first = ranking[0] if ranking else None
     sure = f"(probability {probability:.2f})"
-    if tuple(names) == ("none",):
+    if tuple(names) == ("none",) and too_small:
+        said = (
+            f"No gap to speak of: the readings speak for {too_small.replace('+', ' with ')}, but "
+            f"no channel in which it acts is off by {least_gap:g} times what a healthy vehicle is"
+        )
+        ambiguous = [name for name in ambiguous if name not in too_small.split("+")]
+    elif tuple(names) == ("none",):
         said = (
             f"No effect: the vehicle file predicts these runs as well as a healthy vehicle {sure}"
         )
@@ -29,8 +41,11 @@ def sentence(
             f"{_left_to_say(left)}"
         )
     else:
+        places = {} if first is None else first.thrusters
         titles = " and ".join(
-            f"{name} ({effects()[name].title})" for name in names if name in effects()
+            f"{name} ({effects()[name].title})" + (f" at {places[name]}" if name in places else "")
+            for name in names
+            if name in effects()
         )
         values = ""
         if first is not None and first.parameters:
@@ -39,8 +54,8 @@ def sentence(
                 f" [{one.ci95[0]:.3g}, {one.ci95[1]:.3g}]"
                 for key, one in first.parameters.items()
             )
-        where = f" at {first.thruster}" if first is not None and first.thruster else ""
-        said = f"{titles}{where} {sure}{values}"
+            values += " (95 % intervals)"
+        said = f"{titles} {sure}{values}"
         if "unknown" in names:
             said += (
                 "; besides, there is a gap that no effect of the library explains: "

@@ -166,7 +166,7 @@ def _ranking_table(caption: str, ranking: list[RankedEffect], record: DiagnosisR
 
 
 def _what(one: RankedEffect) -> str:
-    place = [one.thruster] if one.thruster else []
+    place = list(dict.fromkeys(one.thrusters.values()))
     place += [listed(one.axes)] if one.axes else []
     what = what_it_is(one.effect)
     return f"{what} ({'; '.join(place)})" if place else what

@@ -144,15 +144,15 @@ def test_answer_that_closes_no_gap_is_none() -> None:
 
 
 def test_no_gap_needs_no_cause() -> None:
-    found = without_gap(SHARES, 1.2, LIMITS)
+    found = without_gap(SHARES, 1.2, 1.2, LIMITS)
     assert found[0].name == "none"
     assert sum(one.probability for one in found) == pytest.approx(1.0)
-    assert without_gap(SHARES, 1.4, LIMITS) == SHARES
+    assert without_gap(SHARES, 1.4, 1.4, LIMITS) == SHARES
     unexplained = (Share("unknown", 0.9), Share("none", 0.1))
-    assert without_gap(unexplained, 1.2, LIMITS) == unexplained
-    assert without_gap(unexplained, 0.9, LIMITS)[0].name == "none"
+    assert without_gap(unexplained, 1.2, 1.2, LIMITS) == unexplained
+    assert without_gap(unexplained, 0.9, 0.9, LIMITS)[0].name == "none"
     contradiction = (Share("dvl_scale", 0.9), Share("none", 0.1))
-    assert without_gap(contradiction, 1.0, LIMITS) == contradiction
+    assert without_gap(contradiction, 1.0, 1.0, LIMITS) == contradiction
 
 
 def test_answer_that_held_out_windows_speak_against_does_not_lead() -> None:
@@ -342,14 +342,14 @@ def test_of_two_that_leave_less_alone_the_more_probable_takes_the_place() -> Non
 
 def test_unknown_at_what_is_hardly_a_gap_has_none_beside_it() -> None:
     sure = (Share("unknown", 0.999), Share("lift", 0.001))
-    found = without_gap(sure, 1.02, LIMITS)
+    found = without_gap(sure, 1.02, 1.02, LIMITS)
     assert [one.name for one in found] == ["unknown", "none", "lift"]
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert verdict_of(found, (), LIMITS) == (("unknown",), ("none",))
-    assert without_gap(sure, 1.2, LIMITS) == sure
+    assert without_gap(sure, 1.2, 1.2, LIMITS) == sure
     # what is less sure than that stays so, and goes behind what is surer
     doubtful = (Share("unknown", 0.4), Share("lift", 0.35), Share("none", 0.25))
-    assert without_gap(doubtful, 1.02, LIMITS) == doubtful
+    assert without_gap(doubtful, 1.02, 1.02, LIMITS) == doubtful
 
 
 @pytest.mark.parametrize(
@@ -403,6 +403,47 @@ def test_a_gap_where_an_answer_does_nothing_is_not_its(there: float | None, firs
     assert decide(ranking, left, 1.6, LIMITS, healthy_known=True).names == (first,)
 
 
+@pytest.mark.parametrize(
+    ("since", "first", "too_small"), [(1.4, "lift", ""), (1.2, "none", "lift")]
+)
+def test_a_gap_is_what_came_since_the_healthy_runs(
+    since: float, first: str, too_small: str
+) -> None:
+    """What the vehicle always differed from its file by neither makes a gap nor hides one."""
+    ranking = (Share("lift", 0.99), Share("none", 0.01))
+    left = Left(1.0, 1.2, 0.9, 0.5, alone=0.9, gap_there=1.1, gap_since=since)
+    said = decide(ranking, left, 1.1, LIMITS, healthy_known=True, worst_since=2.0)
+    assert (said.names, said.too_small) == ((first,), too_small)
+    # where the worst channel is one in which the answer acts
+    said = decide(
+        ranking, replace(left, gap_since=9.0), 1.1, LIMITS, healthy_known=True, worst_since=since
+    )
+    assert said.names == (first,)
+
+
+def test_a_force_is_told_from_the_gap_against_the_file() -> None:
+    ranking = (Share("unknown", 0.99), Share("none", 0.01))
+    assert without_gap(ranking, 0.9, 5.0, LIMITS)[0].name == "none"
+    assert without_gap(ranking, 1.2, 0.5, LIMITS)[0].name == "unknown"
+
+
+def test_beside_none_at_a_gap_that_hardly_a_healthy_vehicle_has_stands_unknown() -> None:
+    sure = (Share("none", 0.999), Share("lift", 0.001))
+    found = with_gap(sure, 1.5 * LIMITS.most_none_gap, 20, LIMITS, healthy_known=False)
+    assert verdict_of(found, (), LIMITS) == (("none",), ("unknown",))
+    assert sum(one.probability for one in found) == pytest.approx(1.0)
+
+
+def test_what_is_kept_of_a_case_is_what_was_decided_by() -> None:
+    left = Left(
+        force=2.0, before=3.0, after=1.0, gap_closed=0.9, alike=("lift",), alone=0.4,
+        gap_there=2.0, alone_after=1.2, was_unknown=True, supply_known=False, gap_since=2.5,
+    )  # fmt: skip
+    kept = KeptConsequence.of(replace(left, held_out=4.0))
+    again = KeptConsequence.model_validate_json(kept.model_dump_json())
+    assert again.left() == left
+
+
 def test_an_error_of_measurement_is_told_whatever_it_leaves() -> None:
     ranking = (Share("dvl_scale", 0.99), Share("none", 0.01))
     assert helped(ranking, {"dvl_scale": 1.04})[0] == "dvl_scale"
@@ -433,6 +474,7 @@ def case(truth: str, gain: float, ratio: float = 5.0) -> Known:
         effect_count=2,
         interval_factor=1.0,
         worst_ratio=ratio,
+        worst_since=ratio,
         levels=levels,
         consequences={"none": left, "lift": left, "tether": left},
         held_out={},
