@@ -76,6 +76,11 @@ class CaseScore(Record):
     gap_closed: float | None = None
     elapsed_s: float
     refused: str = ""
+    gap_seen: float | None = None
+    """Of the worst channel, over the healthy floor, as the diagnosis has it."""
+    log_evidence: float | None = None
+    """Of the first answer, and of the held-out windows for it."""
+    held_out_log_evidence: float | None = None
     baselines: dict[str, str] = Field(default_factory=dict)
 
 
@@ -149,7 +154,10 @@ def score_case(
         values["gap_closed"] = shrink.get("gap_closed")
     if right and label.kind in ("single", "pair"):
         values["intervals"] = _intervals(label, verdict)
-    wrong = not in_set and not abstained and not small
+    # an effect too many is as wrong as one too few; some answers to other trouble are as right
+    too_many = not overlap and not frozenset(effects) <= frozenset(truth)
+    wrong = (not in_set or too_many) and not abstained and not small
+    first = next(iter(verdict.get("ranking", ())), {})
     return CaseScore(
         case=case,
         vehicle=label.vehicle,
@@ -168,9 +176,17 @@ def score_case(
         confidently_wrong=wrong,
         elapsed_s=float(verdict.get("elapsed_s", 0.0)) if elapsed_s is None else elapsed_s,
         refused=refused,
+        gap_seen=max((one["ratio"] for one in _channels(verdict).values()), default=None),
+        log_evidence=first.get("log_evidence"),
+        held_out_log_evidence=first.get("held_out_log_evidence"),
         baselines=dict(baselines or {}),
         **values,
     )
+
+
+def _channels(verdict: Mapping[str, Any]) -> Mapping[str, Any]:
+    channels: Mapping[str, Any] = verdict.get("gap", {}).get("channels", {})
+    return channels
 
 
 def _alike(effect: str, verdict: Mapping[str, Any]) -> frozenset[str]:
@@ -210,7 +226,7 @@ def _channel_right(label: CaseLabel, verdict: Mapping[str, Any]) -> bool | None:
 
 
 def _regime_right(label: CaseLabel, verdict: Mapping[str, Any]) -> bool | None:
-    """Whether the first regime that is named is one with which the true gap goes."""
+    """Whether one of the first two regimes that are named is one with which the true gap goes."""
     strength = {name: abs(value) for name, value in label.regimes.items()}
     most = max(strength.values(), default=0.0)
     if most < 0.3 or label.gap_ratio < 1.5:

@@ -90,6 +90,14 @@ def test_a_wrong_answer_is_confidently_wrong_unless_the_truth_is_told_too() -> N
     assert not hedged.confidently_wrong
 
 
+def test_an_effect_too_many_is_wrong_unless_something_stands_beside_it() -> None:
+    sure = score_case("c", label(), verdict("current", "thrust_deduction"))
+    assert sure.in_set
+    assert sure.confidently_wrong
+    hedged = verdict("current", "thrust_deduction", others=("unknown",))
+    assert not score_case("c", label(), hedged).confidently_wrong
+
+
 def test_confusable_effects_are_one_answer() -> None:
     alike = [["added_mass", "thrust_deduction", -0.99]]
     told = verdict("added_mass", others=("thrust_deduction",), confusable=alike)
