@@ -5,12 +5,12 @@ them), so no interval counts them as independent.
 
 - Least squares with the covariance of Newey and West (1987) over the lags of the smoother, within
   each stretch (statsmodels, ``hac-panel``). Its weights fall with the lag, and a short stretch has
-  few lags: where stretches are short and enough of them, the covariance is clustered by stretch.
+  few lags: where stretches are short, the covariance is that of leaving out one at a time.
 - The same slope over the reliability of the thrust, 1 - s_tau^2 / var(tau): noise in the regressor
   pulls a slope towards zero (Fuller 1987, section 1.1).
 - Orthogonal distance with the known ratio of the noise variances (Deming 1943), its interval from a
-  bootstrap of blocks longer than the smoother (Kuensch 1989), or of whole stretches that are
-  shorter.
+  bootstrap of blocks longer than the smoother (Kuensch 1989), or where stretches are short from
+  leaving out one at a time as well.
 """
 
 from dataclasses import dataclass
@@ -23,10 +23,11 @@ from pipeline.records.intervals import NORMAL_95, student_95
 from pipeline.types import FloatArray, IntArray
 
 BOOTSTRAP_DRAWS = 400
-#: Stretches whose median is shorter than so many times the lags are too short for Newey and West.
-LONG_STRETCH = 5
-#: Fewer stretches than this say too little about the scatter between them.
-FEWEST_STRETCHES = 6
+#: Stretches whose median is shorter than so many times the lags are too short for Newey and West:
+#: at ten times its 95 % hold the truth 86 times of 100, beyond twenty times about 90.
+LONG_STRETCH = 20
+#: With so many stretches the scatter between them is known; Student's t says how badly.
+FEWEST_STRETCHES = 2
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ def least_squares(
         )
     _, label, lengths = np.unique(stretch, return_inverse=True, return_counts=True)
     model = OLS(response, scaled)
-    if lengths.size >= FEWEST_STRETCHES and np.median(lengths) < LONG_STRETCH * lags:
+    if _short(lengths, lags):
         plain = model.fit()
         covariance = jackknife_covariance(scaled, np.asarray(plain.resid), label)
         if covariance is not None:
@@ -113,6 +114,11 @@ def least_squares(
         NORMAL_95,
         by_stretch=False,
     )
+
+
+def _short(lengths: IntArray, lags: int) -> bool:
+    """Whether stretches of these lengths are to be left out one at a time."""
+    return lengths.size >= FEWEST_STRETCHES and bool(np.median(lengths) < LONG_STRETCH * lags)
 
 
 def plain_slope(
@@ -156,6 +162,30 @@ def deming_slope(
     return float((difference + root) / (2 * covariance[0, 1]))
 
 
+def deming_estimate(
+    thrust: FloatArray,
+    acceleration: FloatArray,
+    stretch: IntArray,
+    lags: int,
+    noise: tuple[float, float],
+) -> Slope:
+    """Deming slope with its standard error: jackknife over short stretches, bootstrap of long ones.
+
+    Parameters as `deming_bootstrap` and `least_squares` take them.
+    """
+    labels, lengths = np.unique(stretch, return_counts=True)
+    others = [stretch != label for label in labels]
+    # what is left must have a slope of its own
+    if _short(lengths, lags) and all(
+        np.ptp(thrust[one]) > 0.0 and np.ptp(acceleration[one]) > 0.0 for one in others
+    ):
+        value = deming_slope(thrust, acceleration, *noise)
+        left = np.array([deming_slope(thrust[one], acceleration[one], *noise) for one in others])
+        variance = (labels.size - 1) / labels.size * float(np.sum((left - value) ** 2))
+        return Slope(value, variance**0.5, student_95(labels.size - 1), by_stretch=True)
+    return deming_bootstrap(thrust, acceleration, stretch, 2 * lags, noise)
+
+
 def deming_bootstrap(
     thrust: FloatArray,
     acceleration: FloatArray,
@@ -193,10 +223,7 @@ def deming_bootstrap(
         if np.ptp(thrust[index]) > 0.0 and np.ptp(acceleration[index]) > 0.0:
             slopes.append(deming_slope(thrust[index], acceleration[index], *noise))
     spread = (np.quantile(slopes, 0.975) - np.quantile(slopes, 0.025)) / (2 * NORMAL_95)
-    whole = len(blocks) == np.unique(stretch).size >= FEWEST_STRETCHES
-    factor = student_95(len(blocks) - 1) if whole else NORMAL_95
-    value = deming_slope(thrust, acceleration, *noise)
-    return Slope(value, float(spread), factor, by_stretch=whole)
+    return Slope(deming_slope(thrust, acceleration, *noise), float(spread))
 
 
 def stretch_blocks(stretch: IntArray, block: int) -> tuple[list[slice], FloatArray]:

@@ -17,7 +17,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.segments import Straightness
 from pipeline.identify.slope_regression import (
     Slope,
-    deming_bootstrap,
+    deming_estimate,
     least_squares,
     plain_slope,
     reliability,
@@ -166,7 +166,7 @@ def _plain(  # noqa: PLR0917 - one caller
     slope = plain_slope(thrust, acceleration, stretch, lags)
     share = reliability(thrust, noise[0])
     freed = replace(slope, value=slope.value / share, std=slope.std / share)
-    both = deming_bootstrap(thrust, acceleration, stretch, 2 * lags, noise)
+    both = deming_estimate(thrust, acceleration, stretch, lags, noise)
     return (
         estimate(
             "least squares",
@@ -175,7 +175,12 @@ def _plain(  # noqa: PLR0917 - one caller
             "clustered by stretch" if slope.by_stretch else "Newey-West within stretches",
         ),
         estimate("least squares over reliability", freed, mass, f"reliability {share:.4f}"),
-        estimate("orthogonal distance", both, mass, "block bootstrap"),
+        estimate(
+            "orthogonal distance",
+            both,
+            mass,
+            "jackknife over stretches" if both.by_stretch else "block bootstrap",
+        ),
     ), share
 
 

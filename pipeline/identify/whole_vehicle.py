@@ -19,10 +19,11 @@ from pipeline.identify.parameter_intervals import (
     identified_parameters,
     thrust_found,
 )
+from pipeline.identify.unused_channels import notes_on_unused
 from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_vehicle
 from pipeline.identify.vehicle_parameters import PriorWidths, vector_with
 from pipeline.identify.window_prediction import prediction_quality
-from pipeline.identify.windows import SMALLEST_SHARE, cut, readings_of
+from pipeline.identify.windows import cut
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     ChannelNoiseFound,
@@ -197,13 +198,8 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
             "No velocity and no position was measured: speed shows only in acceleration, attitude "
             "and depth, and each window begins at the speed that the model had at its end before."
         )
-    unused = _unused(runs, fit)
-    if unused:
-        notes.append(
-            f"Measured, but not used: {', '.join(unused)}. A window goes without a channel that "
-            f"has less than {100 * SMALLEST_SHARE:.0f} % of the readings that its rate promises: "
-            "state the sensor's true rate_hz under sensors: in vehicle.yaml."
-        )
+    used = {rows.channel.quantity for rows in fit.solution.problem.stack.rows}
+    notes += notes_on_unused(runs, fit.channels, used)
     assumed = [c.quantity for c in fit.channels if not c.stated]
     if assumed:
         notes.append(
@@ -232,24 +228,6 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
     if short:
         notes.append(f"Shorter than one window and used in part: {', '.join(short)}.")
     return tuple(notes)
-
-
-def _unused(runs: Sequence[RunTable], fit: Fit) -> list[str]:
-    """Name the channels that no window of the fit has, with the rates that were and are stated."""
-    used = {rows.channel.quantity for rows in fit.solution.problem.stack.rows}
-    seconds = sum(float(run.time_s[-1]) for run in runs if run.time_s.size)
-    found = []
-    for channel in fit.channels:
-        if channel.quantity in used:
-            continue
-        count = sum(
-            readings_of(run, channel.quantity, channel.rate_hz, np.inf).size for run in runs
-        )
-        found.append(
-            f"{channel.quantity} ({count / max(seconds, 1e-9):.2g} Hz in these runs, "
-            f"{channel.rate_hz:g} Hz expected)"
-        )
-    return found
 
 
 def _thrust_notes(
