@@ -20,11 +20,16 @@ from pipeline.export.grid_check import check_characteristic
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray
 from pipeline.validate.flight import Decide
 from pipeline.validate.inverses import AlongAxis, FixedPoint, Remembered
 from pipeline.validate.plan import SURGE_PORTIONS
-from pipeline.validate.steady_tables import configuration, inflow_speed, settled_thrust
+from pipeline.validate.steady_tables import (
+    configuration,
+    inflow_speed,
+    settled_thrust,
+    thrust_limits,
+)
 from pipeline.vehicle.schema import Allocator, Portions
 
 
@@ -49,11 +54,16 @@ class Crew:
 
 @dataclass(frozen=True)
 class GeneralDecide:
-    """The general allocator with its inverse at rest, or with inverse and limits at the inflow."""
+    """The general allocator with its inverse at rest, or with inverse and limits at the inflow.
+
+    `gives` (2, n): whether a thruster gives thrust ahead and in reverse at all. Where it does not,
+    its limit is that of `base`, which leaves its share of a demand out.
+    """
 
     packed: PackedVehicle
     base: GeneralAllocator
     compensated: bool
+    gives: BoolArray
 
     def decide(
         self, demand: FloatArray, nu_relative: FloatArray
@@ -63,23 +73,24 @@ class GeneralDecide:
             return self.base.decide(demand, np.zeros(6))
         inflow = inflow_speed(self.packed, np.stack([nu_relative, nu_relative]))
         ends = settled_thrust(self.packed, self.packed.code_limits.T.copy(), inflow)
+        ahead, astern = self.gives
         limited = replace(
             self.base,
-            largest_n=np.maximum(ends[1], 1e-9),
-            smallest_n=np.minimum(ends[0], -1e-9),
+            largest_n=np.where(ahead, np.maximum(ends[1], 1e-9), self.base.largest_n),
+            smallest_n=np.where(astern, np.minimum(ends[0], -1e-9), self.base.smallest_n),
         )
         return limited.decide(demand, nu_relative)
 
 
 def general_crew(packed: PackedVehicle) -> Crew:
     """Return the general allocator at rest and compensated; any arrangement of thrusters."""
-    base = general_allocator(packed)
+    base, gives = general_allocator(packed), thrust_limits(packed, 0.0) > 0.0
     matrix = configuration(packed)
     shared = np.linalg.pinv(matrix, rcond=1e-6)
     out_of_reach = np.abs(matrix @ shared - np.eye(6)).max(axis=0) > 1e-6
     return Crew(
-        mooring=GeneralDecide(packed, base, compensated=False),
-        compensated=GeneralDecide(packed, base, compensated=True),
+        mooring=GeneralDecide(packed, base, compensated=False, gives=gives),
+        compensated=GeneralDecide(packed, base, compensated=True, gives=gives),
         mooring_name="inverse of the characteristic at rest, at every speed",
         compensated_name="inverse of the characteristic at the inflow speed of each thruster",
         thrust_of_wrench=np.where(out_of_reach[None, :], 0.0, shared),

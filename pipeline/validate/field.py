@@ -84,12 +84,7 @@ class Field:
             )
         if model.pool is not None:
             texts.append("The walls of the pool are left out of these flights.")
-        if not thrust_limits(calm, 0.0)[1].any():
-            texts.append(
-                "No thruster gives reverse thrust: moments that need one to push back are out of "
-                "reach, and demands of them count as cut. The autopilot stops its integrals while "
-                "a demand is cut, so speed errors are partly its doing."
-            )
+        texts += _without_reverse(calm, by_paper=geometry is not None)
         speeds = speeds_to_fly(vehicle, calm, crew, bollard=bollard)
         full = {v: plan.axis_range(calm, crew.thrust_of_wrench, v) for v in speeds}
         top = full[speeds[-1]]
@@ -189,6 +184,33 @@ class Field:
                 )
             )
         return out
+
+
+def _without_reverse(packed: PackedVehicle, *, by_paper: bool) -> list[str]:
+    """Say what becomes of demands of reverse thrust where a thruster gives none."""
+    without = thrust_limits(packed, 0.0)[1] <= 0.0
+    if not without.any():
+        return []
+    who = "No thruster gives reverse thrust"
+    if not without.all():
+        names = zip(packed.thruster_names, without.tolist(), strict=True)
+        listed = ", ".join(name for name, lacks in names if lacks)
+        who = f"These thrusters give no reverse thrust: {listed}"
+    if by_paper:
+        return [
+            (
+                f"{who}. Moments that need one to push back are out of reach, and demands of them "
+                "count as cut. The autopilot stops its integrals while a demand is cut, so speed "
+                "errors are partly its doing."
+            )
+        ]
+    return [
+        (
+            f"{who}. What a demand asks of them in reverse is left out by both allocators alike: "
+            "the others give their own share, and what is missing shows in the error of the "
+            "force, not among the demands cut."
+        )
+    ]
 
 
 def speeds_to_fly(

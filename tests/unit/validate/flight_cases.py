@@ -27,3 +27,13 @@ def bollard_vehicle(repository: Path, zero_thrust_speed_mps: float) -> Vehicle:
     drive = text["model"]["thrusters"]["t200_esc"]
     drive["characteristic"]["zero_thrust_speed_mps"] = zero_thrust_speed_mps
     return Vehicle.model_validate(text)
+
+
+def one_way_horizontals(repository: Path) -> Vehicle:
+    """rov8 whose four horizontal thrusters turn one way and whose verticals turn both."""
+    text = bundled(repository, "rov8").model_dump()
+    text["drives"]["one_way"] = text["drives"]["t200_esc"] | {"code_min": 0}
+    text["model"]["thrusters"]["one_way"] = text["model"]["thrusters"]["t200_esc"]
+    for thruster in text["thrusters"][:4]:
+        thruster["drive"] = "one_way"
+    return Vehicle.model_validate(text)
