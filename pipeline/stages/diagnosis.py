@@ -1,6 +1,5 @@
 """Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
 
-from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -76,6 +75,8 @@ def diagnose_to_files(
         for texts in (request.runs, request.holdout, request.healthy)
     )
     _refuse_twice(request, one)
+    # before anything is written: it may go to a folder that was named as one of runs
+    question = _question(request, one)
     tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
     found = diagnose_fully(
         Case(one.name, one.vehicle, one.packed, runs, holdout, healthy), request.threads
@@ -90,7 +91,7 @@ def diagnose_to_files(
     corrected = _write_corrected(folder, one, text)
     overlays, without = _write_overlays(request, folder, one, found, tell)
     files = [result, *([] if corrected is None else [corrected]), *overlays]
-    page = write_page(found.record, _question(request, one), request.out, request.to, files)
+    page = write_page(found.record, question, request.out, request.to, files)
     return DiagnosisFiles(found.record, result, corrected, page, overlays, without)
 
 
@@ -140,13 +141,17 @@ def _write_overlays(
     """Simulate the held-out runs (all runs where none is) with the effects of the verdict.
 
     A free run of minutes may leave the finite numbers where the windows of the answer did not, and
-    a log may be too long for one: such runs are named, each with the reason.
+    a log may be too long for one: such runs are named, each with the reason. No log of the
+    question is taken away or written over, wherever it lies.
     """
     logs = find_logs(request.holdout or request.runs, one)
-    paths = [folder / name for name in _overlay_names(logs)]
+    given = find_logs((*request.runs, *request.holdout, *request.healthy), one)
+    here = [path.name for path in given if path.parent == folder.resolve()]
+    paths = [folder / name for name in _overlay_names(logs, here)]
     # what an earlier diagnosis left would pass for this one's
     for old in paths if request.to is not None else folder.glob(f"*{OVERLAY_END}"):
-        old.unlink(missing_ok=True)
+        if old.resolve() not in given:
+            old.unlink(missing_ok=True)
     if not found.specs:
         return (), ()
     written, without = [], []
@@ -167,18 +172,24 @@ def _write_overlays(
     return tuple(written), tuple(without)
 
 
-def _overlay_names(logs: Sequence[Path]) -> list[str]:
+def _overlay_names(logs: Sequence[Path], taken: Sequence[str] = ()) -> list[str]:
     """Name the logs with the effect after their runs; runs of one name are counted.
 
-    >>> _overlay_names([Path("mon/a.mcap"), Path("tue/a.mcap"), Path("b.mcap")])
-    ['a_with_effect.mcap', 'a-2_with_effect.mcap', 'b_with_effect.mcap']
+    `taken` are names of files that stay. Names that differ in capitals alone count as one: to some
+    disks they are.
+
+    >>> _overlay_names([Path("mon/a.mcap"), Path("tue/A.mcap"), Path("a-2.mcap")])
+    ['a_with_effect.mcap', 'A-2_with_effect.mcap', 'a-2-2_with_effect.mcap']
     """
-    seen: Counter[str] = Counter()
+    used = {name.lower() for name in taken}
     names = []
     for log in logs:
-        seen[log.stem] += 1
-        count = f"-{seen[log.stem]}" if seen[log.stem] > 1 else ""
-        names.append(f"{log.stem}{count}{OVERLAY_END}")
+        name, number = f"{log.stem}{OVERLAY_END}", 1
+        while name.lower() in used:
+            number += 1
+            name = f"{log.stem}-{number}{OVERLAY_END}"
+        used.add(name.lower())
+        names.append(name)
     return names
 
 

@@ -81,27 +81,40 @@ def write_page(
 def _kept(files: Sequence[Path], folder: Path) -> list[Path]:
     """Keep the files in the page's folder, in place of those of an earlier answer.
 
-    A second name for the same file where the disk can give one: logs are large. Whoever writes the
-    first name again makes a new file, so what is kept stays as it is.
+    Logs are large: they get a second name for the same file where the disk can give one. Whoever
+    writes the first name again makes a new file, so what is kept stays as it is. A text may be
+    edited in its place, and is copied.
     """
     for old in folder.glob("*"):
         if (old.suffix in _LABELS and old.name != RECEIPT) or old.name.endswith(OVERLAY_END):
-            old.unlink()
+            try:
+                old.unlink()
+            except OSError as error:
+                raise unwritable(old, error) from error
     kept = []
     for file in files:
         own = folder / file.name
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            try:
-                os.link(file, own)
-            except OSError:
-                shutil.copyfile(file, own)
+            _second(file, own)
         except FileNotFoundError:
             continue
         except OSError as error:
             raise unwritable(own, error) from error
         kept.append(own)
     return kept
+
+
+def _second(file: Path, own: Path) -> None:
+    """Give a log a second name, or where that cannot be, and any other file, a copy."""
+    if file.name.endswith(OVERLAY_END):
+        try:
+            os.link(file, own)
+        except OSError:
+            pass
+        else:
+            return
+    shutil.copyfile(file, own)
 
 
 def _links(files: Sequence[Path], page: Path) -> tuple[tuple[str, str], ...]:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.errors import InputError
 from pipeline.provenance import write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report import assets
@@ -89,6 +90,28 @@ def test_each_page_keeps_the_files_of_its_own_answer(
     assert answer("mon", files[:1], "again") == monday
     left = sorted(path.name for path in monday.iterdir())
     assert left == ["diagnosis.json", "index.html", RECEIPT]
+
+
+def test_what_is_kept_stays_when_the_file_is_edited_in_its_place(
+    record: DiagnosisRecord, tmp_path: Path
+) -> None:
+    files = [tmp_path / name for name in ("diagnosis.json", "vehicle_corrected.yaml")]
+    files.append(tmp_path / "dive_with_effect.mcap")
+    for file in files:
+        file.write_text("as found")
+    kept = write_page(record, ASKED, tmp_path, None, files).parent
+    for file in files[:2]:
+        with file.open("r+") as stream:
+            stream.write("EDITED")
+    assert [(kept / file.name).read_text() for file in files[:2]] == ["as found"] * 2
+    assert files[2].samefile(kept / files[2].name), "a log is not copied"
+
+
+def test_what_cannot_be_taken_away_is_named(record: DiagnosisRecord, tmp_path: Path) -> None:
+    page = write_page(record, ASKED, tmp_path, None)
+    (page.parent / "dive_with_effect.mcap").mkdir()
+    with pytest.raises(InputError, match=r"dive_with_effect\.mcap"):
+        write_page(record, ASKED, tmp_path, None)
 
 
 def test_names_are_safe_and_tell_questions_apart() -> None:
