@@ -33,7 +33,7 @@ def bench_of(load_test: LoadTestRecord) -> Bench:
     CannotComputeError
         If none is left.
     """
-    points = tuple(p for p in load_test.points if not p.marks and p.code)
+    points = load_test.points_to_fit()
     if not points:
         without_code = sum(1 for p in load_test.points if p.code is None)
         idle = readings_at_code_0(load_test)

@@ -6,10 +6,8 @@ from pipeline.identify.drive_bench import Bench, readings_at_code_0
 from pipeline.identify.linear_fit import LinearFit
 from pipeline.physics.drive import TorqueSurface, drive_torque, drive_torque_slope
 from pipeline.records.fits import Check
+from pipeline.records.intervals import SWEEPS_PER_TERM
 from pipeline.records.measurements import LoadTestRecord
-
-#: With fewer sweeps for each term the intervals hold the truth less often than they say.
-SWEEPS_PER_TERM = 2
 
 
 def physical_checks(bench: Bench, surface: TorqueSurface) -> tuple[Check, ...]:

@@ -21,6 +21,7 @@ from pipeline.records.fits import (
     SpeedInverse,
     StaticCharacteristic,
 )
+from pipeline.records.intervals import static_factor
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 
@@ -164,6 +165,7 @@ def _why_no_family(static: StaticCharacteristic, dead_n: float) -> str:
 def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -> tuple[Check, ...]:
     """Compare both signs; no check where no code was measured within the family."""
     code, thrust_n = np.array(static.code), np.array(static.thrust_n[0])
+    factor = static_factor(static)
     passed, texts = True, []
     for sign, name in ((1, "positive"), (-1, "negative")):
         codes, gap = gap_at_rest(points, sign, code, thrust_n)
@@ -171,7 +173,7 @@ def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -
             continue
         std = np.interp(np.abs(codes), code, np.array(static.thrust_std_n[0]))
         worst = int(np.argmax(np.abs(gap)))
-        passed &= bool(np.all(np.abs(gap) <= np.maximum(GAP_WITHIN_RIG_N, 2 * std)))
+        passed &= bool(np.all(np.abs(gap) <= np.maximum(GAP_WITHIN_RIG_N, factor * std)))
         texts.append(
             f"{name} codes {gap.min():+.2f} to {gap.max():+.2f} N, largest at code "
             f"{codes[worst]:g} ({gap[worst]:+.2f} N, standard error of the calculation "

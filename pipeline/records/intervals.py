@@ -6,6 +6,8 @@ from pipeline.records.fits import DriveFit, PolynomialFit, StaticCharacteristic
 
 #: 0.975 quantile of the standard normal distribution.
 NORMAL_95 = 1.959963984540054
+#: Sweeps for each term of the drive's surface below which its intervals are still too narrow.
+SWEEPS_PER_TERM = 2
 
 
 def student_95(degrees_of_freedom: int) -> float:
@@ -43,6 +45,11 @@ def interval_factor(fit: PolynomialFit) -> float:
     return NORMAL_95
 
 
-def static_factor(static: StaticCharacteristic) -> float:
-    """Half-width of the 95 % interval of the family's thrust in standard errors."""
-    return interval_factor(static.table2[0].fit) if static.table2 else NORMAL_95
+def static_factor(static: StaticCharacteristic, drive: DriveFit | None = None) -> float:
+    """Half-width of the 95 % interval of the family's thrust in standard errors.
+
+    Where Table 2 has no row, that of the drive, whose scatter it is; normal where that is unknown.
+    """
+    if static.table2:
+        return interval_factor(static.table2[0].fit)
+    return NORMAL_95 if drive is None else drive_factor(drive)

@@ -55,6 +55,10 @@ class LoadTestRecord(Record):
     sheets: tuple[SheetRead, ...]
     problems: tuple[Problem, ...]
 
+    def points_to_fit(self) -> tuple[LoadTestPoint, ...]:
+        """Points with a code and without marks; at code 0 nobody knows which side they are of."""
+        return tuple(p for p in self.points if not p.marks and p.code)
+
 
 class MooringPoint(Record):
     """Thrust at rest for one code; thrust and code carry the sign, the tare is already removed.

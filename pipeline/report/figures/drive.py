@@ -61,7 +61,7 @@ def fitted_points(
     if record is None:
         return [], []
     named = {o.source for o in fit.quality.outliers if o.source is not None}
-    usable = [p for p in record.points if not p.marks and p.code is not None]
+    usable = record.points_to_fit()
     fitted = [p for p in usable if p.source not in named]
     return fitted, [p for p in usable if p.source in named]
 

@@ -41,7 +41,7 @@ def family_figure(
             speeds, plotting.ordered_colours(len(speeds)), strict=True
         ):
             thrust, status = np.asarray(static.thrust_n[row]), np.asarray(static.status[row])
-            half = static_factor(static) * np.asarray(static.thrust_std_n[row])
+            half = static_factor(static, results.drive) * np.asarray(static.thrust_std_n[row])
             working = np.isin(status, ["live", "extrapolated"])
             axes.fill_between(
                 grid, thrust - half, thrust + half, where=working, color=colour, alpha=0.25, lw=0

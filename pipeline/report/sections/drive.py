@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.records.fits import DriveFit
-from pipeline.records.intervals import drive_factor
+from pipeline.records.intervals import SWEEPS_PER_TERM, drive_factor
 from pipeline.report.blocks import (
     Block,
     Details,
@@ -63,6 +63,14 @@ def drive_section(results: VehicleResults) -> Section:
 
 def _intervals(fit: DriveFit) -> Paragraph:
     """Say what the intervals count as independent."""
+    if fit.clustered and fit.clusters < SWEEPS_PER_TERM * len(fit.coefficients):
+        return Paragraph(
+            f"The covariance is clustered by sweep, but the {fit.clusters} sweeps are fewer than "
+            f"two for each of the {len(fit.coefficients)} terms of the surface: the 95 % intervals "
+            "that rest on it hold the truth less often than that. Measure more codes, both "
+            "branches, or a second drive.",
+            tone="warning",
+        )
     if fit.clustered:
         return Paragraph(
             f"The covariance is clustered by sweep ({fit.clusters} sweeps): the errors of one "

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.fits import DriveFit, StaticCharacteristic
 from pipeline.records.intervals import NORMAL_95, static_factor
 from pipeline.records.measurements import MooringPoint
 from pipeline.report import plotting
@@ -48,7 +48,7 @@ def gap_section(results: VehicleResults) -> Section:
         stage = "mooring" if record is None else "static"
         return not_computed(ANCHOR, TITLE, missing_reasons(results)[stage])
     points = mooring_points_of_tables(results)
-    gaps = code_gaps(points, static)
+    gaps = code_gaps(points, static, results.drive)
     if not gaps:
         return not_computed(
             ANCHOR, TITLE, "no code of the mooring test has a calculated working point at rest."
@@ -59,7 +59,12 @@ def gap_section(results: VehicleResults) -> Section:
         ANCHOR,
         TITLE,
         (
-            Gallery((_curves(points, static, gaps), _difference(gaps, worst))),
+            Gallery(
+                (
+                    _curves(points, static, gaps, static_factor(static, results.drive)),
+                    _difference(gaps, worst),
+                )
+            ),
             Paragraph(
                 f"The two routes to the thrust at rest differ by up to {_by_sign(gaps)}. "
                 f"At {outside} of {len(gaps)} codes the difference is larger than the 95 % "
@@ -87,7 +92,9 @@ def _by_sign(gaps: Sequence[CodeGap]) -> str:
     return " and ".join(parts)
 
 
-def code_gaps(points: Sequence[MooringPoint], static: StaticCharacteristic) -> tuple[CodeGap, ...]:
+def code_gaps(
+    points: Sequence[MooringPoint], static: StaticCharacteristic, drive: DriveFit | None = None
+) -> tuple[CodeGap, ...]:
     """Mean of the mooring points at each signed code, less the calculation at rest."""
     row = speed_index(static.speed_mps, 0.0)
     if row is None:
@@ -101,7 +108,7 @@ def code_gaps(points: Sequence[MooringPoint], static: StaticCharacteristic) -> t
             continue
         thrust = [float(np.sign(value)) * p.thrust_n for p in used if p.code == value]
         half = np.hypot(
-            static_factor(static) * float(static_std(static, row, value)),
+            static_factor(static, drive) * float(static_std(static, row, value)),
             NORMAL_95 * scatter / np.sqrt(len(thrust)),
         )
         gaps.append(CodeGap(value, len(thrust), float(np.mean(thrust)), calculated, float(half)))
@@ -148,6 +155,7 @@ def _curves(
     points: Sequence[MooringPoint],
     static: StaticCharacteristic,
     gaps: tuple[CodeGap, ...],
+    factor: float,
 ) -> Figure:
     top = max(gaps, key=lambda gap: gap.code)
     bottom = min(gaps, key=lambda gap: gap.code)
@@ -166,7 +174,7 @@ def _curves(
         row = speed_index(static.speed_mps, 0.0) or 0
         grid = np.linspace(-static.code[-1], static.code[-1], 401)
         thrust = static_thrust(static, row, grid)
-        half = static_factor(static) * static_std(static, row, grid)
+        half = factor * static_std(static, row, grid)
         axes.fill_between(grid, thrust - half, thrust + half, color=plotting.BLUE, alpha=0.25, lw=0)
         axes.plot(grid, thrust, color=plotting.BLUE, label="calculated at rest")
         for sweep, marker in (("up", "^"), ("down", "v")):

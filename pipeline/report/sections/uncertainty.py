@@ -49,7 +49,7 @@ def _figure(results: VehicleResults, static: StaticCharacteristic) -> Figure:
     halves = {
         v: np.where(
             np.isin(np.asarray(static.status[row]), ["live", "extrapolated"]),
-            static_factor(static) * np.asarray(static.thrust_std_n[row]),
+            static_factor(static, results.drive) * np.asarray(static.thrust_std_n[row]),
             np.nan,
         )
         for v, row in speeds
@@ -91,7 +91,7 @@ def _table(results: VehicleResults, static: StaticCharacteristic) -> Table:
         cells = []
         for _, row in speeds:
             if static.status[row][column] in {"live", "extrapolated"}:
-                half = static_factor(static) * static.thrust_std_n[row][column]
+                half = static_factor(static, results.drive) * static.thrust_std_n[row][column]
                 cells.append(f"{fixed(static.thrust_n[row][column], 2)} ± {fixed(half, 2)}")
             else:
                 cells.append("dead" if static.status[row][column] == "dead" else "–")

@@ -18,7 +18,7 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
-from pipeline.records.intervals import drive_degrees, student_95
+from pipeline.records.intervals import drive_degrees, static_factor, student_95
 from pipeline.records.measurements import MooringRecord
 from pipeline.vehicle.schema import Vehicle
 
@@ -137,6 +137,32 @@ def test_gap_between_mooring_and_calculation_is_found(
     same = inverse_characteristic(static, mooring_from(lambda c: weaker(c) + 1.0, 0.0), vehicle)
     (none,) = [check for check in same.checks if check.name == name]
     assert none.passed
+
+
+def test_gap_is_judged_by_the_interval_that_is_shown(
+    static: StaticCharacteristic, mooring_from: Maker, vehicle: Vehicle
+) -> None:
+    """A code may be off by the 95 % half-width, which is more than two standard errors of 3 N."""
+    rest, std = np.array(static.thrust_n[0]), np.array(static.thrust_std_n[0])
+    at_100 = float(np.interp(100, static.code, std))
+    wide = static.model_copy(
+        update={
+            "thrust_std_n": tuple(tuple(3.0 / at_100 * np.array(r)) for r in static.thrust_std_n)
+        }
+    )
+    factor = static_factor(static)
+    assert factor > 2.01
+    for share, agrees in ((0.9995, True), (1.01, False)):
+        off = share * factor * 3.0
+        sound = mooring_from(lambda c: float(np.interp(c, static.code, rest)), 0.0)
+        points = tuple(
+            p.model_copy(update={"thrust_n": p.thrust_n - off}) if p.code == 100 else p
+            for p in sound.points
+        )
+        record = sound.model_copy(update={"points": points})
+        checks = inverse_characteristic(wide, record, vehicle).checks
+        (gap,) = [check for check in checks if check.name.startswith("mooring test agrees")]
+        assert gap.passed is agrees
 
 
 @pytest.mark.parametrize("sign", [1, -1])
