@@ -53,8 +53,10 @@ class _Cli(TranslatedGroup):
             click.echo(translate(f"error: {error}"), err=True)
             raise click.exceptions.Exit(1) from None
         except KeyboardInterrupt:
-            goes_on = " The next run goes on from here." if ctx.invoked_subcommand == "run" else ""
-            click.echo(translate(f"Stopped.{goes_on}"), err=True)
+            said = "Stopped."
+            if ctx.invoked_subcommand == "run":
+                said = "Stopped. The next run goes on from here."
+            click.echo(translate(said), err=True)
             raise click.exceptions.Exit(1) from None
         except BrokenPipeError:
             raise  # click knows what to do when the reader of a pipe has gone

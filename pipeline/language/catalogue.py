@@ -11,6 +11,7 @@ from gettext import c2py
 
 from pipeline.language import phrases
 from pipeline.language.as_it_is import MARKED
+from pipeline.language.beginning import as_begun, turned, variants
 from pipeline.language.numerals import UNITS, has_words, in_russian, is_measured
 from pipeline.language.phrases import BRACKETED, SEMICOLON
 from pipeline.language.po import Entry
@@ -22,6 +23,8 @@ _DEEPEST = 6
 _MOST_ITEMS = 16
 #: A template of so many is no chance match: it goes before everything else.
 _MANY_LETTERS = 20
+#: One of so many is none even where a value of it holds the end of a sentence ("vehicle.yaml. ").
+_VERY_MANY_LETTERS = 40
 _MOST_REMEMBERED = 50_000
 #: So many pieces of a line are looked for: a hostile text costs no more than a long one.
 _MOST_PIECES = 400
@@ -132,17 +135,17 @@ class Catalogue:
         if not has_words(text):
             entry = self._plain.get(text)
             return entry.forms[0] if entry is not None else in_russian(text)
-        for variant, ending in _variants(text):
+        for variant, ending in variants(text):
             entry = self._plain.get(variant)
             if entry is not None:
-                return in_russian(_as_begun(text, entry.message, entry.forms[0])) + ending
+                return in_russian(as_begun(text, entry.message, entry.forms[0])) + ending
         if is_measured(text):
             return in_russian(text)
-        for variant in (f"{text}.", f"{_turned(text)}."):
+        for variant in (f"{text}.", f"{turned(text)}."):
             entry = self._plain.get(variant)
             if entry is not None:
                 said = in_russian(entry.forms[0].removesuffix("."))
-                return _as_begun(text, entry.message, said)
+                return as_begun(text, entry.message, said)
         return UNITS.get(text) if text not in _AMBIGUOUS else None
 
     def _composed(self, text: str, depth: int, *, sure: bool) -> str | None:
@@ -157,6 +160,8 @@ class Catalogue:
             lambda: phrases.marked(text, known),
             lambda: phrases.bracketed(text, known),
             lambda: self._fitting(text, depth, sure=sure, least=_MANY_LETTERS),
+            lambda: self._announced(text, depth, sure=sure),
+            lambda: self._fitting(text, depth, sure=sure, sentences=True, least=_VERY_MANY_LETTERS),
             lambda: phrases.items(text, known),
             lambda: phrases.named_numbers(text, known),
             lambda: self._fitting(text, depth, sure=sure),
@@ -193,7 +198,19 @@ class Catalogue:
                     continue
                 said = self._filled(template, entry, values, depth, sure=sure)
                 if said is not None:
-                    return _as_begun(variant, entry.message, said) + ending
+                    return as_begun(variant, entry.message, said) + ending
+        return None
+
+    def _announced(self, text: str, depth: int, *, sure: bool) -> str | None:
+        """Translate ``error: `` and the like before one message, of several sentences or not."""
+        before, colon, after = text.partition(": ")
+        if not colon:
+            return None
+        for template, entry in self._by_word.get(f"{before}:".split(" ", 1)[0].lower(), ()):
+            if template.literals[1:] == ("",) and template.match(f"{before}: ") == {0: ""}:
+                said = self._known(after, depth + 1, sure=sure)
+                if said is not None:
+                    return as_begun(text, entry.message, fill(entry.forms[0], {0: said}))
         return None
 
     def _candidates(self, text: str) -> Iterator[tuple[Template, Entry]]:
@@ -292,27 +309,7 @@ class Catalogue:
         return f"{self._line(before, depth)}{gap}{whole}{stop}"
 
 
-def _variants(text: str) -> Iterator[tuple[str, str]]:
-    """Yield a text as it could stand in the catalogue, and what to add to the translation."""
-    for one in (text, _turned(text)):
-        yield one, ""
-        if one.endswith("."):
-            yield one[:-1], "."
-
-
 def _is_torn(value: str) -> bool:
     """Whether a value reaches over the end of a sentence or out of brackets: a match by chance."""
     left = _PAIR.sub("", _PAIR.sub("", value))
     return "(" in left or ")" in left or _SENTENCES.search(value) is not None
-
-
-def _turned(text: str) -> str:
-    """Begin with a small letter instead of a capital, or the other way."""
-    return text[:1].swapcase() + text[1:]
-
-
-def _as_begun(text: str, message: str, said: str) -> str:
-    """Let a translation begin with a capital, or not, as the text does."""
-    if text[:1] == message[:1] or text[:1].lower() != message[:1].lower():
-        return said
-    return said[:1].upper() + said[1:] if text[:1].isupper() else said[:1].lower() + said[1:]
