@@ -3,6 +3,7 @@
 All of it goes to standard error, so what a machine reads on standard output stays as it is.
 """
 
+import shutil
 import sys
 import threading
 import time
@@ -36,8 +37,10 @@ class _Line:
             if not self.text:
                 return
             seconds = time.monotonic() - self.since_s
-            clock = f" {seconds:.0f} s" if seconds >= _TICK_S else ""
-            self.stream.write(f"{_CLEAR_LINE}{self.text[:90]} ...{clock}")
+            end = f" ... {seconds:.0f} s" if seconds >= _TICK_S else " ..."
+            # a line that wraps cannot be cleared, and each second would add another
+            room = max(shutil.get_terminal_size().columns - 1 - len(end), 0)
+            self.stream.write(f"{_CLEAR_LINE}{self.text[:room]}{end}")
             self.stream.flush()
 
     def clear(self) -> None:

@@ -1,5 +1,6 @@
 """One line a stage; on a terminal also a bar that stays at the bottom."""
 
+import shutil
 import sys
 from dataclasses import dataclass, field
 from typing import TextIO
@@ -58,10 +59,9 @@ class Progress:
             return
         filled = min(_BAR_CELLS, _BAR_CELLS * self.done // self.total)
         now = ", ".join(translate(TITLES.get(stage, stage)) for _, stage, _ in self.running)
-        self.stream.write(
-            f"{_CLEAR_LINE}[{'#' * filled}{'.' * (_BAR_CELLS - filled)}] "
-            f"{self.done}/{self.total} {now}"[:100]
-        )
+        bar = f"[{'#' * filled}{'.' * (_BAR_CELLS - filled)}] {self.done}/{self.total} {now}"
+        # a line that wraps could not be cleared
+        self.stream.write(f"{_CLEAR_LINE}{bar[: shutil.get_terminal_size().columns - 1]}")
         self.stream.flush()
 
     def close(self) -> None:

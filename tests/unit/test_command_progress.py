@@ -43,3 +43,20 @@ def test_a_terminal_gets_one_line_that_goes_away(monkeypatch: pytest.MonkeyPatch
     assert "\n" not in said
     assert said.startswith("\r\x1b[2Kreading a.mcap ...")
     assert said.endswith("\r\x1b[2K")
+
+
+@pytest.mark.parametrize("columns", [80, 40, 3])
+def test_a_line_never_wraps(monkeypatch: pytest.MonkeyPatch, columns: int) -> None:
+    """Clock included: a line that wraps stays, and the next second adds another."""
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    monkeypatch.setattr(command_progress, "_TICK_S", 0.01)
+    monkeypatch.setenv("COLUMNS", str(columns))
+    with telling() as tell:
+        tell(f"simulating {'zig_zag_' * 20}.mcap with the effect")
+        while " s" not in stream.getvalue().rpartition("\r")[2]:
+            time.sleep(0.01)
+    lines = stream.getvalue().split("\r\x1b[2K")
+    assert max(map(len, lines)) <= max(columns - 1, len(" ... 0 s"))
+    if columns > 10:
+        assert max(map(len, lines)) == columns - 1
