@@ -8,7 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.records.identification import IdentifiedParameter, VehicleIdentification
+from pipeline.records.identification import (
+    ChannelQuality,
+    IdentifiedParameter,
+    VehicleIdentification,
+)
 from pipeline.records.trial import DayTables, PageReceipt, TrialDay
 from pipeline.report.blocks import Details, Figure, Paragraph
 from pipeline.report.day_results import DayResults, table_changes
@@ -137,6 +141,21 @@ def test_page_without_a_trend_says_how_many_days_have_parameters(results: Vehicl
     assert f"{needed}one so far." in day_page(one_before, CRUMBS)
     none = replace(one_before, earlier={"2026-05-03": without_fit("2026-05-03")})
     assert f"{needed}none so far." in day_page(none, CRUMBS)
+
+
+def test_what_the_corrected_file_predicts_has_a_column_of_its_own(results: VehicleResults) -> None:
+    one = ChannelQuality(
+        channel="velocity", unit="m/s", horizon_s=8.0, readings=90, sensor_noise=0.01,
+        rmse_identified=0.111, rmse_corrected_file=0.222, rmse_vehicle_file=0.333,
+        rmse_last_value=0.444, rmse_black_box=None,
+    )  # fmt: skip
+    judged = fit(10.0).model_copy(update={"quality": (one,)})
+    shown = day(results, 10.0)
+    shown = replace(shown, trial=shown.trial.model_copy(update={"identification": judged}))
+    table = day_page(shown, CRUMBS).partition('id="quality"')[2].partition("</table>")[0]
+    heads = re.findall(r"<th scope=\"col\"[^>]*>([^<]*)", table)
+    cells = re.findall(r"<td[^>]*>([^<]*)", table)
+    assert dict(zip(heads[1:], cells, strict=True))["Corrected file"] == "0.222"
 
 
 def test_fit_that_no_window_judges_is_no_missing_fit(results: VehicleResults) -> None:

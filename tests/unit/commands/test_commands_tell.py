@@ -1,0 +1,66 @@
+"""`diagnose` and `identify` tell what they are doing, on standard error."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from pipeline.cli import cli
+from pipeline.diagnose.engine import Diagnosis
+from pipeline.effects.library import EffectSpec
+from pipeline.errors import CannotComputeError
+from pipeline.stages import diagnosis, identification
+
+
+def no_more(*_: object) -> None:
+    raise CannotComputeError("that is all.")
+
+
+def told(*arguments: str) -> list[str]:
+    result = CliRunner().invoke(cli, arguments, prog_name="rig2sea")
+    assert result.exit_code == 1
+    assert result.stdout == ""
+    *lines, last = result.stderr.splitlines()
+    assert last == "error: that is all."
+    return lines
+
+
+@pytest.fixture
+def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """Two logs that nobody looks into."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("a.mcap", "b.mcap"):
+        (tmp_path / name).touch()
+    return ["a.mcap", "b.mcap"]
+
+
+def test_identify_tells(logs: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    class Read:
+        file = "a.mcap"
+
+    monkeypatch.setattr(identification, "read_run", lambda *_: (Read(), None))
+    monkeypatch.setattr(identification, "_whole", no_more)
+    assert told("identify", "rov8", *logs) == [
+        "reading a.mcap",
+        "reading b.mcap",
+        "fitting the vehicle to the runs (2)",
+    ]
+
+
+def test_diagnose_tells(logs: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "report"))
+    import diagnosis_records
+
+    found = Diagnosis(diagnosis_records.diagnosis(channels=("w",), windows=1), ())
+    spec = EffectSpec("residual_buoyancy", {"force_n": 5.0})
+    monkeypatch.setattr(diagnosis, "read_run", lambda *_: (None, None))
+    monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: replace(found, specs=(spec,)))
+    monkeypatch.setattr(diagnosis, "simulate_to_file", no_more)
+    monkeypatch.setattr(diagnosis, "write_page", no_more)
+    assert told("diagnose", "rov8", *logs[:1], "--holdout", *logs[1:]) == [
+        "reading a.mcap",
+        "reading b.mcap",
+        "weighing what explains the runs (2)",
+        "simulating b.mcap with the effect",
+    ]
