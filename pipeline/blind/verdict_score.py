@@ -157,7 +157,7 @@ def score_case(
     # an effect too many is as wrong as one too few; some answers to other trouble are as right
     too_many = not overlap and not frozenset(effects) <= frozenset(truth)
     wrong = (not in_set or too_many) and not abstained and not small
-    first = next(iter(verdict.get("ranking", ())), {})
+    first: Mapping[str, Any] = next(iter(verdict.get("ranking", ())), {})
     return CaseScore(
         case=case,
         vehicle=label.vehicle,
