@@ -130,6 +130,8 @@ def allocation_map(
         return tuple(_score(setting, grid, v, by, compensated.limits(v)) for v in speeds)
 
     channel_force = 4.0 * np.cos(np.radians(allocator.delta_deg)) * allocator.portions.surge
+    channel_arm = 2.0 * np.sin(np.radians(allocator.delta_deg)) * allocator.stern_arm_m
+    turn = channel_arm * allocator.portions.heading
     return AllocationMap(
         form=allocator.form,
         portions=(
@@ -152,6 +154,7 @@ def allocation_map(
         thrust_dead_n=dead,
         surge_reach_n=tuple(channel_force * compensated.limits(v).forward_n for v in speeds),
         yaw_slice_surge_n=half_surge,
+        yaw_reach_nm=tuple(turn * compensated.limits(v).both_n for v in speeds),
     )
 
 

@@ -66,3 +66,5 @@ class AllocationMap(Record):
     """Largest surge force that the portion allows at each speed, with compensation."""
     yaw_slice_surge_n: float = 0.0
     """Surge demand at which the `yaw_*` slices are taken."""
+    yaw_reach_nm: Vector = ()
+    """Largest yaw moment that the portion allows at each speed, with compensation."""

@@ -10,23 +10,48 @@ from pipeline.records.allocation import AllocationMap
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import fixed, general, percent, speed
+from pipeline.types import BoolArray
 
 if TYPE_CHECKING:
     import matplotlib.figure
 
 
+BEYOND_REACH = "0.82"
+"""Grey of the demands that the thrusters cannot meet even with compensation."""
+
+
+def within_reach(allocation: AllocationMap) -> tuple[BoolArray, BoolArray]:
+    """Tell which demands of the slices no limit cuts, surge and yaw, each [speed][demand].
+
+    A demand beyond it is clipped, and an error against the clipped demand says nothing about what
+    was asked. Reverse surge needs thrust against the motion, whose limit is that at rest.
+    """
+    surge, yaw = np.asarray(allocation.surge_demand_n), np.asarray(allocation.yaw_demand_nm)
+    speeds = len(allocation.speed_mps)
+    shares = allocation.portions[:2] if allocation.form == "scaled" else (1.0, 1.0)
+    # a demand exactly at the limit is within reach in spite of rounding
+    most, turn = (
+        np.asarray(reach or (np.inf,) * speeds)[:, None] / max(share, 1e-9) * (1.0 + 1e-9)
+        for reach, share in zip(
+            (allocation.surge_reach_n, allocation.yaw_reach_nm), shares, strict=True
+        )
+    )
+    return surge[None, :] <= most, np.abs(yaw)[None, :] <= turn
+
+
 def error_map_figure(allocation: AllocationMap) -> Figure:
     """Error of surge force and yaw moment over demand and speed, both variants, one scale."""
     speeds = np.asarray(allocation.speed_mps)
-    moored = np.asarray(allocation.surge_error_mooring)
-    worst = np.unravel_index(int(np.argmax(np.abs(moored))), moored.shape)
-    row, column = int(worst[0]), int(worst[1])
-    compensated = np.asarray(allocation.surge_error_compensated)
+    surge_within, yaw_within = within_reach(allocation)
+    moored = np.ma.masked_where(~surge_within, np.asarray(allocation.surge_error_mooring))
+    compensated = np.ma.masked_where(~surge_within, np.asarray(allocation.surge_error_compensated))
+    size = np.abs(moored).filled(0.0)
+    row, column = (int(at) for at in np.unravel_index(int(np.argmax(size)), size.shape))
     lead = (
         f"Asked for {fixed(allocation.surge_demand_n[column], 0)} N of surge at "
-        f"{speed(float(speeds[row]))} m/s, the mooring inverse misses by "
-        f"{fixed(abs(float(moored[row, column])), 1)} N; with compensation the largest miss on the "
-        f"map is {general(float(np.abs(compensated).max()), 2)} N."
+        f"{speed(float(speeds[row]))} m/s, which is within reach, the mooring inverse misses by "
+        f"{fixed(float(size[row, column]), 1)} N; with compensation the largest miss within reach "
+        f"is {general(float(np.abs(compensated).max()), 2)} N."
     )
 
     def paint(figure: matplotlib.figure.Figure) -> None:
@@ -41,8 +66,8 @@ def error_map_figure(allocation: AllocationMap) -> Figure:
             ),
             (
                 allocation.yaw_demand_nm,
-                np.asarray(allocation.yaw_error_mooring),
-                np.asarray(allocation.yaw_error_compensated),
+                np.ma.masked_where(~yaw_within, np.asarray(allocation.yaw_error_mooring)),
+                np.ma.masked_where(~yaw_within, np.asarray(allocation.yaw_error_compensated)),
                 "yaw demand N  [N m]",
                 "error of N  [N m]",
             ),
@@ -60,6 +85,7 @@ def error_map_figure(allocation: AllocationMap) -> Figure:
                     shading="nearest",
                     rasterized=True,
                 )
+                one.set_facecolor(BEYOND_REACH)
                 one.grid(visible=False)
                 one.set_xlabel(xlabel)
                 one.locator_params(axis="x", nbins=4)
@@ -78,7 +104,8 @@ def error_map_figure(allocation: AllocationMap) -> Figure:
         plotting.draw("fig-error-map", alt, paint, height_in=4.4),
         "Achieved less asked, against the demand (before limits) and the speed. Above: surge force "
         "with no moment asked; below: yaw moment at a surge demand of "
-        f"{fixed(allocation.yaw_slice_surge_n, 0)} N. White: no error.",
+        f"{fixed(allocation.yaw_slice_surge_n, 0)} N. White: no error; grey: beyond what the "
+        "thrusters can give at that speed, with compensation or without.",
     )
 
 

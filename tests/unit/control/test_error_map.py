@@ -237,3 +237,10 @@ def test_demands_reach_as_far_as_each_sign_of_thrust_does(
     moment = 2 * SIN * 1.2 * pitch_share * min(40.0, reverse_n)
     np.testing.assert_allclose(grid.pitch_nm[[0, -1]], [-moment, moment])
     assert all(0.0 in axis for axis in (surge, grid.pitch_nm, grid.yaw_nm))
+
+
+def test_the_reach_of_both_slices_shrinks_with_speed(printed: AllocationMap) -> None:
+    assert printed.surge_reach_n[0] == pytest.approx(printed.surge_demand_n[-1])
+    assert printed.yaw_reach_nm[0] == pytest.approx(printed.yaw_demand_nm[-1])
+    assert printed.surge_reach_n[-1] < 0.7 * printed.surge_reach_n[0]
+    assert printed.yaw_reach_nm[-1] == pytest.approx(0.4 * printed.compensated[-1].range_n_nm[2])
