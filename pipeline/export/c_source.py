@@ -1,5 +1,6 @@
 """Render the header and the source of the firmware."""
 
+import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,8 +41,12 @@ class Identity:
         return f"{self.identifier.upper()}_THRUSTER"
 
 
-def render_header(identity: Identity, characteristic: FirmwareCharacteristic) -> str:
-    """Return the text of ``<vehicle>_thruster.h``."""
+def render_header(
+    identity: Identity,
+    characteristic: FirmwareCharacteristic,
+    failed_checks: Sequence[str] = (),
+) -> str:
+    """Return the text of ``<vehicle>_thruster.h``; `failed_checks` of the tables are told in it."""
     positive, negative = characteristic.positive, characteristic.negative
     reverse = thrust_from_code(
         characteristic.code_min,
@@ -60,6 +65,20 @@ def render_header(identity: Identity, characteristic: FirmwareCharacteristic) ->
         thrust_max=max(positive.thrust_max_n),
         speed_min=-negative.speed_mps[-1] + 0.0,
         speed_max=positive.speed_mps[-1],
+        mirrored=_mirrors(characteristic),
+        failed_checks=[
+            line
+            for check in failed_checks
+            for line in textwrap.wrap(c_text.c_comment(check), c_text.WIDTH - 5)
+        ],
+    )
+
+
+def _mirrors(characteristic: FirmwareCharacteristic) -> bool:
+    """Tell whether the negative branch is the positive one once more: nothing of it was tested."""
+    negative = characteristic.negative
+    return negative == characteristic.positive.model_copy(
+        update={"sign": negative.sign, "against_motion": negative.against_motion}
     )
 
 

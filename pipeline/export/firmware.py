@@ -1,6 +1,7 @@
 """Write the firmware source and the table files of one vehicle."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 from pipeline.errors import CannotComputeError, writing_remedy
@@ -35,7 +36,7 @@ def write_firmware(
     folder : Path
         Where to; made if it does not exist.
     tables : dict or None
-        Tables 1-4, carried along in the JSON file.
+        Tables 1-4, carried along in the JSON file; the header tells the checks that they failed.
 
     Returns
     -------
@@ -54,7 +55,7 @@ def write_firmware(
     check_characteristic(characteristic)
     stem = identity.stem
     contents = {
-        f"{stem}.h": render_header(identity, characteristic),
+        f"{stem}.h": render_header(identity, characteristic, _failed_checks(tables)),
         f"{stem}.c": render_source(identity, characteristic),
         f"{stem}_self_test.c": render_self_test(identity, characteristic),
         f"{stem}.json": render_json(identity, characteristic, tables),
@@ -67,6 +68,14 @@ def write_firmware(
             f"{folder}: the firmware of {name} cannot be written: {error.strerror or error}.\n"
             + writing_remedy(error, "Make the folder writable, or name another folder.")
         ) from error
+
+
+def _failed_checks(tables: Mapping[str, object] | None) -> list[str]:
+    """Return what the checks found that the tables did not pass."""
+    quality = (tables or {}).get("quality")
+    parts = [quality, *quality.values()] if isinstance(quality, dict) else []
+    checks = [one for part in parts if isinstance(part, dict) for one in part.get("checks", ())]
+    return [f"{one['name']}: {one['text']}" for one in checks if not one["passed"]]
 
 
 def _write_all(contents: dict[str, str], folder: Path) -> tuple[Path, ...]:

@@ -1,16 +1,21 @@
 """``rig2sea export``: bring the firmware sources up to date and copy them out."""
 
 import shutil
+import sys
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import CannotComputeError, Problem
+from pipeline.plan import choose
 from pipeline.provenance import unwritable
 from pipeline.stages.receipt import FirmwareFiles
 from pipeline.workflow.one_result import one_result
+from pipeline.workflow.outcome import failed_checks_behind
+from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request
+from pipeline.workflow.summary import check_line
 
 
 @dataclass(frozen=True)
@@ -23,6 +28,9 @@ class Exported:
 
 def export_firmware(request: Request, to: Path) -> Exported:
     """Copy one vehicle's firmware files, made anew where they are stale.
+
+    Checks of the tables that failed are told on standard error: the files are good to compile, and
+    whoever flashes them should know.
 
     Parameters
     ----------
@@ -48,7 +56,12 @@ def export_firmware(request: Request, to: Path) -> Exported:
     if receipt.record is None:
         raise CannotComputeError(f"{made.vehicle} has no firmware tables. {receipt.why_not}")
     sources = [request.out / file for file in receipt.record.files]
-    return Exported(_copied(sources, to), made.refused)
+    files = _copied(sources, to)
+    (vehicle,), _ = choose(request.vehicles, request.raw, request.out)
+    say = Progress(sys.stderr).say
+    for check in failed_checks_behind(vehicle, "firmware", request.out):
+        say(check_line(made.vehicle, check))
+    return Exported(files, made.refused)
 
 
 def _copied(sources: Sequence[Path], to: Path) -> tuple[Path, ...]:

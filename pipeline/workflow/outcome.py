@@ -1,6 +1,6 @@
 """What a finished run has to say: every problem and everything left out, read from the results."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,14 @@ from pipeline.provenance import read_raw_envelope
 
 @dataclass(frozen=True)
 class Outcome:
-    """Problems of one vehicle's files, and the results that it has no data for."""
+    """Problems of one vehicle's files, the results that it has no data for, checks that failed."""
 
     vehicle: str
     problems: tuple[Problem, ...]
     left_out: tuple[tuple[str, str], ...]
     """Title of the result and the reason."""
+    failed_checks: tuple[str, ...] = ()
+    """Of which result and which check; what it found, on a line of its own."""
 
     @property
     def failed(self) -> bool:
@@ -29,6 +31,7 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
     """Collect what the vehicle's processed files say; files that are not there say nothing."""
     problems = list(vehicle.misplaced_problems(out))
     left_out: list[tuple[str, str]] = []
+    checks: list[str] = []
     for stage in (*RECORD_STAGES, *RECEIPT_STAGES):
         try:
             body = read_raw_envelope(out / processed_file(vehicle.name, stage), stage)
@@ -39,8 +42,9 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
             left_out.append((TITLES[stage], body["why_not"]))
         else:
             problems += problems_of(body["record"].get("problems", ()))
+            checks += _failed_checks(stage, body["record"])
     shown = by_severity(with_path(problem, vehicle, out) for problem in problems)
-    return Outcome(vehicle.name, shown, tuple(left_out))
+    return Outcome(vehicle.name, shown, tuple(left_out), tuple(checks))
 
 
 def by_severity(problems: Iterable[Problem]) -> tuple[Problem, ...]:
@@ -55,6 +59,36 @@ def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Probl
     A result that a refused file is missing from looks like a whole one.
     """
     found: dict[Problem, None] = {}
+    for _, body in _behind(vehicle, stage, out):
+        of_record = (body["record"] or {}).get("problems", ())
+        for problem in problems_of([*body["problems"], *of_record]):
+            if problem.severity == "error":
+                found[with_path(problem, vehicle, out)] = None
+    return tuple(found)
+
+
+def failed_checks_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[str, ...]:
+    """Return the failed checks of all that a stage's result was made from."""
+    return tuple(
+        line
+        for name, body in _behind(vehicle, stage, out)
+        for line in _failed_checks(name, body["record"])
+    )
+
+
+def _failed_checks(stage: str, record: Mapping[str, Any] | None) -> list[str]:
+    checks = (record or {}).get("checks")
+    return [
+        f"{TITLES[stage]}: {check['name']}\n  {check['text']}"
+        for check in (checks if isinstance(checks, list) else ())
+        if not check["passed"]
+    ]
+
+
+def _behind(
+    vehicle: VehicleFolder, stage: str, out: Path
+) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """Yield stage and envelope of a result and of all that it was made from, once each."""
     seen: set[str] = set()
     waiting = [processed_file(vehicle.name, stage)]
     while waiting:
@@ -67,11 +101,7 @@ def refused_behind(vehicle: VehicleFolder, stage: str, out: Path) -> tuple[Probl
         except InputError:
             continue  # no envelope, or gone: the stage that needed it has said so
         waiting += reversed(body["inputs"])
-        of_record = (body["record"] or {}).get("problems", ())
-        for problem in problems_of([*body["problems"], *of_record]):
-            if problem.severity == "error":
-                found[with_path(problem, vehicle, out)] = None
-    return tuple(found)
+        yield Path(path).stem, body
 
 
 def with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:

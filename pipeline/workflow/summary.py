@@ -1,4 +1,4 @@
-"""What a run says at its end: every error in full, warnings up to a number, what has no data."""
+"""What a run says at its end: errors in full, some warnings, failed checks, what has no data."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,6 +24,7 @@ def summary(result: Result, out: Path) -> Iterator[str]:
     for outcome in result.outcomes:
         yield from _without_data(outcome)
         yield from _warnings(outcome)
+        yield from (check_line(outcome.vehicle, check) for check in outcome.failed_checks)
     for problem in result.refused:
         yield f"error: {problem}"
     for outcome in result.outcomes:
@@ -50,6 +51,15 @@ def failure_line(event: Event) -> str:
     whose = f"{event.vehicle}, " if event.vehicle else ""
     whose += f"{event.item}, " if event.item else ""
     return f"{whose}{TITLES.get(event.stage, event.stage)}: {event.text}"
+
+
+def check_line(vehicle: str, check: str) -> str:
+    """Tell a failed check: the result is there, and something is odd about it.
+
+    >>> check_line("boat", "drive characteristic: torque falls")
+    'check failed: boat, drive characteristic: torque falls'
+    """
+    return f"check failed: {vehicle}, {check}"
 
 
 def _without_data(outcome: Outcome) -> Iterator[str]:

@@ -57,6 +57,9 @@ def need_cross_tools() -> None:
         pytest.skip(f"{', '.join(missing)} not installed: see .ci/install_cross_tools.sh")
 
 
+HOSTILE_CHECK = {"name": "reverse */", "passed": False, "text": "odd *" + " x" * 50 + " */ ??/"}
+
+
 def run(*command: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [str(part) for part in command], capture_output=True, text=True, check=False, timeout=120
@@ -77,7 +80,7 @@ def generate(characteristic: FirmwareCharacteristic, folder: Path) -> Path:
         tables_digest='"hostile" */ int x; ??/',
         tool_version="0.1.0",
         folder=folder,
-        tables=None,
+        tables={"quality": {"checks": [HOSTILE_CHECK]}},
     )
     return paths[1]
 

@@ -70,6 +70,38 @@ def test_a_range_that_ends_at_zero_has_no_minus_there(case: str, tmp_path: Path)
     assert "-0.000" not in header
 
 
+def test_the_header_tells_what_the_tables_did_not_pass(tmp_path: Path) -> None:
+    found = "size of the thrust calculated less measured: " + "negative codes +1.85 N, " * 6
+    quality = {
+        "table1": {"KT": {"points": 50}, "checks": [{"name": "a", "passed": True, "text": "fine"}]},
+        "table2": None,
+        "table3": {"positive": None},
+        "round_trip": [],
+        "checks": [
+            {"name": "mooring test agrees", "passed": False, "text": f"{found}*/ int x;"},
+            {"name": "round trip", "passed": True, "text": "0.2 N"},
+        ],
+    }
+    header = write(tmp_path, tables={"quality": quality})[0].read_text()
+    comment = " ".join(line.strip(" *") for line in header.partition("*/")[0].splitlines())
+    assert "Checks that failed when the tables were made" in comment
+    assert "mooring test agrees: size of the thrust" in comment
+    assert comment.count("negative codes +1.85 N,") == 6
+    assert "/ int x;" in comment
+    assert "round trip" not in comment
+    assert all(len(line) <= 100 for line in header.splitlines() if not line.startswith("#define"))
+    assert "Checks that failed" not in write(tmp_path, tables=None)[0].read_text()
+
+
+def test_the_header_tells_of_codes_that_were_only_mirrored(tmp_path: Path) -> None:
+    told = "Negative codes mirror positive ones"
+    assert told not in write(tmp_path, characteristic=CASES["bench_only"]())[0].read_text()
+    forward = CASES["bench_only"]()
+    mirrored = forward.positive.model_copy(update={"sign": -1, "against_motion": "else"})
+    both = forward.model_copy(update={"negative": mirrored})
+    assert told in write(tmp_path, characteristic=both)[0].read_text()
+
+
 def test_the_interface_is_declared_and_defined(tmp_path: Path) -> None:
     header, source = (path.read_text() for path in write(tmp_path, name="T200-16V")[:2])
     for signature in (

@@ -11,6 +11,7 @@ from pipeline.journal import VARIABLE, Event, Reader, note
 from pipeline.plan import VehicleFolder
 from pipeline.provenance import Envelope, write_envelope
 from pipeline.records.base import Record
+from pipeline.stages.receipt import FirmwareFiles
 from pipeline.workflow import export, one_result, validate
 from pipeline.workflow.outcome import Outcome, outcome_of
 from pipeline.workflow.progress import Progress
@@ -189,3 +190,56 @@ def test_lines_that_machines_wrote_over_each_other_are_passed_over(tmp_path: Pat
     with path.open("a", encoding="utf-8") as file:
         file.write('{"what": "done", "vehicle": "boat", "stage": "static"}\n')
     assert [event.stage for event in Reader(path).new_events()] == ["static"]
+
+
+GAP = {"name": "mooring test agrees", "passed": False, "text": "up to +1.85 N at code -60"}
+CHECKED = {"checks": [GAP, {"name": "round trip", "passed": True, "text": "0.2 N"}]}
+
+
+class Checked(Record):
+    """A record with checks, as the fits have them."""
+
+    checks: list[dict[str, object]]
+
+
+def test_failed_checks_are_told_and_are_no_error(tmp_path: Path) -> None:
+    envelope = Envelope("inverse", "boat", {}, "c0", Checked.model_validate(CHECKED))
+    (tmp_path / "processed/boat").mkdir(parents=True)
+    write_envelope(tmp_path / "processed/boat/inverse.json", envelope)
+    found = outcome_of(VehicleFolder("boat", "raw/boat"), tmp_path)
+    assert not found.failed
+    assert result(found).code == 0
+    (text,) = [one for one in summary(result(found, done=1), tmp_path) if "check failed" in one]
+    assert text.startswith("check failed: boat, inverse characteristic")
+    assert text.endswith(": mooring test agrees\n  up to +1.85 N at code -60")
+    assert "round trip" not in text
+
+
+def test_export_tells_the_failed_checks_behind_the_firmware(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "processed/boat"
+    (folder / "firmware").mkdir(parents=True)
+    (folder / "firmware/boat.h").write_text("/* */")
+    inverse, firmware = "processed/boat/inverse.json", "processed/boat/firmware.json"
+    write_envelope(
+        tmp_path / inverse, Envelope("inverse", "boat", {}, "c0", Checked.model_validate(CHECKED))
+    )
+    receipt = Envelope(
+        "firmware",
+        "boat",
+        {inverse: "0"},
+        "c0",
+        FirmwareFiles(files={"processed/boat/firmware/boat.h": "0"}),
+    )
+    write_envelope(tmp_path / firmware, receipt)
+    made = one_result.OneResult("boat", tmp_path / firmware, receipt, ())
+    boat = VehicleFolder("boat", "raw/boat")
+    monkeypatch.setattr(export, "one_result", lambda *_: made)
+    monkeypatch.setattr(export, "choose", lambda *_: ((boat,), ()))
+    done = export.export_firmware(Request(("boat",), out=tmp_path), tmp_path / "to")
+    assert done.refused == ()
+    assert (tmp_path / "to/boat.h").is_file()
+    told = capsys.readouterr().err
+    assert "check failed: boat, inverse characteristic" in told
+    assert "up to +1.85 N at code -60" in told
