@@ -46,7 +46,7 @@ def build_tables(
         "table1": _table1(propeller),
         "table2": _table2(static.table2) if static else None,
         "table3": _table3(inverse),
-        "table4": _table4(inverse.table4) if inverse and inverse.table4 else None,
+        "table4": _table4(inverse.table4, static) if inverse and inverse.table4 else None,
         "quality": {
             "table1": {
                 "KT": _quality(propeller.thrust.quality),
@@ -126,13 +126,22 @@ def _signs(inverse: InverseCharacteristic | None) -> dict[str, PolynomialFit | N
     }
 
 
-def _table4(rows: tuple[SpeedInverse, ...]) -> Json:
+def _table4(rows: tuple[SpeedInverse, ...], static: StaticCharacteristic | None) -> Json:
     names = ("KN0", "KN1", "KN2", "KN3")
+    # T_max of Table 4 is that of Table 2, and so is what is known of it
+    largest = {row.speed_mps: row.thrust_max_ci95 for row in static.table2} if static else {}
     return {
         "speed_mps": [row.speed_mps for row in rows],
         "T_max_n": [row.thrust_max_n for row in rows],
         **{name: [row.coefficients[i] for row in rows] for i, name in enumerate(names)},
-        "ci95": {name: [list(row.ci95[i]) for row in rows] for i, name in enumerate(names)},
+        "ci95": {
+            **{name: [list(row.ci95[i]) for row in rows] for i, name in enumerate(names)},
+            **(
+                {"T_max_n": [list(largest[row.speed_mps]) for row in rows]}
+                if all(row.speed_mps in largest for row in rows)
+                else {}
+            ),
+        },
     }
 
 

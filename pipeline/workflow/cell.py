@@ -7,6 +7,26 @@ from typing import Any
 
 from pipeline.plan import UsageError
 
+#: Number -> its unit; of coefficients by their place, in ascending order.
+_UNITS: dict[str, str | tuple[str, ...]] = {
+    "KF0": "N",
+    "KF1": "N/code",
+    "KF2": "N/code^2",
+    "T_max_n": "N",
+    "dead_zone_code": "code",
+    "positive": ("code", "code/N", "code/N^2", "code/N^3"),
+    "negative": ("code", "code/N", "code/N^2", "code/N^3"),
+    "KN0": "code",
+    "KN1": "code/N",
+    "KN2": "code/N^2",
+    "KN3": "code/N^3",
+    "code": "code",
+    "code_min": "code",
+    "code_max": "code",
+    "thrust_max_n": "N",
+    "thrust_dead_n": "N",
+    "speed_mps": "m/s",
+}
 #: Table -> stage that computed it.
 STAGE_OF = {
     "table1": "propeller",
@@ -29,7 +49,7 @@ class Cell:
 
     `interval` is its 95 % interval, `printed` what was published for it, `fit` the quality of the
     fit that it is a coefficient of: each None where there is none. `speed_mps` [m/s] is None for
-    what does not depend on speed.
+    what does not depend on speed. `unit` is empty for a plain number.
     """
 
     table: str
@@ -39,6 +59,7 @@ class Cell:
     printed: float | None = None
     speed_mps: float | None = None
     fit: Mapping[str, Any] | None = None
+    unit: str = ""
 
     @property
     def stage(self) -> str:
@@ -85,7 +106,7 @@ def find_cell(tables: Mapping[str, Any], words: Sequence[str]) -> Cell:
     table, name = keys[0], keys[-1]
     path = ".".join(keys) + "".join(f"[{index}]" for index in indices)
     if table == "firmware" or len(keys) != 2 or len(indices) != 1:
-        return Cell(table, path, float(value))
+        return Cell(table, path, float(value), unit=_unit(keys, indices))
     index = indices[0]
     speeds = tables[table].get(_SPEED)
     speed_mps = None if speeds is None else float(speeds[index])
@@ -98,7 +119,20 @@ def find_cell(tables: Mapping[str, Any], words: Sequence[str]) -> Cell:
         printed=_printed(tables, table, name, index, speed_mps),
         speed_mps=speed_mps,
         fit=_fit(tables, table, name, index),
+        unit=_unit(keys, indices),
     )
+
+
+def _unit(keys: Sequence[str], indices: Sequence[int]) -> str:
+    """Return the unit of a number; empty for a ratio.
+
+    >>> _unit(["table3", "positive"], [1]), _unit(["table1", "KT"], [0])
+    ('code/N', '')
+    """
+    found = _UNITS.get(keys[-1], "")
+    if isinstance(found, str):
+        return found
+    return found[indices[-1]] if indices and indices[-1] < len(found) else ""
 
 
 def _by_words(tables: Mapping[str, Any], words: Sequence[str]) -> tuple[list[str], list[int]]:
@@ -138,7 +172,7 @@ def _walk(tables: Mapping[str, Any], keys: Sequence[str], indices: Sequence[int]
 
 def _why_not(tables: Mapping[str, Any]) -> str:
     reasons = tables.get("not_computed") or {}
-    return "".join(f" {reason}" for reason in reasons.values())
+    return "".join(f"\n{reason}" for reason in reasons.values())
 
 
 def _what(value: object) -> str:

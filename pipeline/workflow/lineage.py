@@ -17,7 +17,7 @@ from pipeline.provenance import UNREADABLE, code_digest, file_digest, read_raw_e
 
 @dataclass(frozen=True)
 class Points:
-    """Points that a raw file gave: all of them, and those that are not fitted."""
+    """Points that a raw file gave: all of them, and those that the reader left out."""
 
     sheet: str | None
     points: int

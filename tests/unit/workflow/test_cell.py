@@ -58,7 +58,7 @@ def test_firmware_grid_is_reached_by_its_path() -> None:
         (("table2.KF9[0]",), 'table2 has no "KF9". There is: speed_mps, KF1, ci95.'),
         (("table2.KF1[3]",), "has no [3]: it is a list of 3"),
         (("table2.KF1",), "is not a number but a list of 3"),
-        (("table4", "KN1", "1.0"), "table4 was not computed. There are no load-test files."),
+        (("table4", "KN1", "1.0"), "table4 was not computed.\nThere are no load-test files."),
         (("table3.negative[0]",), "has no [0]: it is nothing"),
         (("table2",), "names no number"),
         (("table1", "KT", "0.5"), "is not a number"),
@@ -71,3 +71,24 @@ def test_what_is_not_there_is_refused_with_what_is(words: tuple[str, ...], said:
     with pytest.raises(UsageError) as caught:
         find_cell(TABLES, words)
     assert said in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("words", "unit"),
+    [
+        (("table1.KT[0]",), ""),
+        (("table2.KF1[0]",), "N/code"),
+        (("table3.positive[0]",), "code"),
+        (("table3.positive[1]",), "code/N"),
+        (("firmware.positive.code[0][1]",), "code"),
+    ],
+)
+def test_a_number_has_its_unit(words: tuple[str, ...], unit: str) -> None:
+    assert find_cell(TABLES, words).unit == unit
+
+
+def test_each_reason_of_a_table_that_is_not_there_stands_on_a_line_of_its_own() -> None:
+    both = {"propeller": "There is no open water", "static": "There is no load test: put one in x/"}
+    with pytest.raises(UsageError) as caught:
+        find_cell({**TABLES, "not_computed": both}, ("table4.KN1[0]",))
+    assert str(caught.value).splitlines()[1:] == list(both.values())

@@ -1,6 +1,7 @@
 """The chain of a number: all files back to the raw ones, and what does not fit is said."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,7 @@ from pipeline.provenance import (
     tables_text,
     write_atomically,
 )
+from pipeline.workflow.cell import Cell
 from pipeline.workflow.lineage import lineage
 from pipeline.workflow.why import as_text, to_json, why
 
@@ -79,8 +81,8 @@ def test_chain_goes_back_to_what_the_table_is_made_of(out: Path) -> None:
 
 def test_text_names_sheets_and_points(out: Path) -> None:
     text = as_text(why("boat", ("table4", "KN1", "0.5"), out / "raw", out))
-    assert text.startswith("table4.KN1[0] at 0.5 m/s = 3.0\n")
-    assert 'sheet "Code 20": 2 points, 1 of them not fitted' in text
+    assert text.startswith("table4.KN1[0] at 0.5 m/s = 3.0 code/N\n")
+    assert 'sheet "Code 20": 2 points, 1 of them left out when read' in text
     assert text.count("raw/boat/vehicle.yaml") == 1
     assert text.endswith("Every file of the chain fits those before it.")
     assert "\n".join(text.split("\n")).isascii()
@@ -112,3 +114,23 @@ def test_other_code_and_edited_files_are_noticed(
     path.write_text(path.read_text().replace('"record": {}', '"record": {"points": []}'))
     with pytest.raises(InputError, match="was changed after it was written"):
         lineage(BOAT, out, "table3", "inverse")
+
+
+def test_tables_that_were_never_made_are_to_be_made_and_not_deleted(tmp_path: Path) -> None:
+    folder = tmp_path / "raw/boat"
+    folder.mkdir(parents=True)
+    (folder / "vehicle.yaml").touch()
+    with pytest.raises(InputError) as caught:
+        why("boat", ("table4.KN1[0]",), tmp_path / "raw", tmp_path)
+    assert "not made yet" in str(caught.value)
+    assert "rig2sea run boat" in str(caught.value)
+    assert "Delete" not in str(caught.value)
+
+
+def test_a_plain_ratio_ends_without_a_unit_and_table_4_says_what_it_is(out: Path) -> None:
+    answer = why("boat", ("table4.KN1[0]",), out / "raw", out)
+    assert "  not fitted to measurements: it inverts the static family T(N, V)" in as_text(answer)
+    fit = {"points": 50, "outliers": [], "residual_std": 0.000557, "unit": "1"}
+    ratio = replace(answer, cell=Cell("table1", "table1.KT[0]", 0.139, fit=fit))
+    assert "residual 0.000557\n" in as_text(ratio)
+    assert as_text(ratio).startswith("table1.KT[0] = 0.139\n")
