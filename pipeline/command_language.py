@@ -141,7 +141,19 @@ class TranslatedGroup(click.Group):
 
 def in_our_words(error: click.UsageError) -> click.UsageError:
     """Return the same error, that shows itself in the reader's language."""
-    return error if isinstance(error, _WrongUsageError) else _WrongUsageError(error)
+    if isinstance(error, _WrongUsageError):
+        return error
+    error.ctx = _of_the_command(error.ctx)
+    return _WrongUsageError(error)
+
+
+def _of_the_command(ctx: click.Context | None) -> click.Context | None:
+    """Return the context of the command that was called, for an error that arose within it."""
+    group, name = (None, None) if ctx is None else (ctx.command, ctx.invoked_subcommand)
+    if ctx is None or name is None or not isinstance(group, click.Group):
+        return ctx
+    command = group.get_command(ctx, name)
+    return ctx if command is None else _Context(command, parent=ctx, info_name=name)
 
 
 def _named(args: Sequence[str]) -> str:

@@ -6,7 +6,7 @@ sealed labels and the verdicts lie beside them.
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -150,7 +150,12 @@ def _claim(request: BlindRequest, lines_file: Path) -> None:
                 expected="the same seed, vehicles and program: its cases would not be alike.",
                 remedy="Begin a new campaign in another folder with --to.",
             )
-    write_atomically(file, json.dumps(header, indent=1))
+    try:
+        write_atomically(file, json.dumps(header, indent=1))
+    except InputError as error:
+        # the folder of a campaign has an option of its own
+        remedy = error.problem.remedy.replace("--out", "--to")
+        raise InputError(replace(error.problem, remedy=remedy)) from None
 
 
 def _read_header(file: Path) -> dict[str, Any]:

@@ -40,13 +40,15 @@ class SimulationRequest:
 
 
 def check_request(request: SimulationRequest) -> None:
-    """Refuse numbers that mean nothing, and a manoeuvre that does not exist.
+    """Refuse numbers that mean nothing, a manoeuvre that does not exist, a file that is no log.
 
     Raises
     ------
     UsageError
         Naming the option.
     """
+    if request.to.suffix.lower() != ".mcap":
+        raise UsageError(f"--to {request.to}: the name of a log is expected, *.mcap.")
     if not (math.isfinite(request.amplitude) and 0.0 < request.amplitude <= 10.0):
         raise UsageError(
             f"--amplitude {request.amplitude:g}: a number above 0, at most 10, is expected; 1 is "

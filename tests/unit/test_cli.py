@@ -99,6 +99,32 @@ def test_unknown_vehicle_names_the_nearest() -> None:
     assert 'Did you mean "boat"?' in result.output
 
 
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("export", "baot", "--to", "firmware"),
+        ("simulate", "rov8", "--manoeuvre", "hoover", "--to", "a.mcap"),
+        ("why", "boat", "table9.KT[0]"),
+    ],
+)
+def test_wrong_usage_names_the_command_that_was_called(
+    arguments: tuple[str, ...], here: Path
+) -> None:
+    from pipeline.provenance import tables_text
+
+    (here / "processed/boat").mkdir(parents=True)
+    (here / "processed/boat/tables.json").write_text(tables_text({}, inputs={}, code=""))
+    result = call(*arguments)
+    assert result.exit_code == 2
+    assert result.output.startswith(f"Usage: rig2sea {arguments[0]} [OPTIONS] ")
+    assert f"Try 'rig2sea {arguments[0]} --help'" in result.output
+
+
+@pytest.mark.usefixtures("here")
+def test_wrong_usage_of_no_command_names_none() -> None:
+    assert call("nonsense").output.startswith("Usage: rig2sea [OPTIONS] COMMAND")
+
+
 @pytest.mark.parametrize("command", [("run",), ("watch", "--once")])
 def test_no_vehicle_at_all_is_one_message(
     command: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -249,3 +249,11 @@ def test_the_campaign_lies_in_the_folder_of_results(
     monkeypatch.setattr(blind_campaign, "run_campaign", stop)
     CliRunner().invoke(cli, ["blind", "--out", str(tmp_path / "results")])
     assert asked[0].place.to == tmp_path / "results/processed/blind"
+
+
+def test_a_folder_that_cannot_be_made_names_the_option_for_it(
+    place: BlindPlace, tmp_path: Path
+) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match=r"another folder with --to"):
+        run_campaign(BlindRequest(1, replace(place, to=tmp_path / "file/x"), processes=1))
