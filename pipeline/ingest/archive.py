@@ -25,6 +25,7 @@ _REFERENCE = re.compile(rb"(?<![\w:])r\s*=\s*[\"']([A-Za-z]{1,3})([0-9]{1,10})[\
 _ANY_REFERENCE = re.compile(rb"(?<![\w:])r\s*=\s*[\"']?\s*([A-Za-z]*)([0-9]*)")
 _FAR = 10**9
 _ROW = re.compile(rb"<(?:\w+:)?row(?=[\s>/])(?:[^<>]*?\sr\s*=\s*[\"']([0-9]{1,7})[\"'])?")
+_HIDDEN = re.compile(rb"\shidden\s*=\s*[\"'](?:1|true)[\"']")
 _FORMULA = re.compile(rb"<(?:\w+:)?f(?=[\s>/])")
 _VALUE = re.compile(rb"<(?:\w+:)?(?:v|is)(?:\s[^<>]*)?>\s*[^<\s]|<(?:\w+:)?t(?:\s[^<>]*)?>[^<]")
 _TEXT_CELL = re.compile(rb"\st\s*=\s*[\"']s[\"']")
@@ -45,6 +46,8 @@ class SheetScan:
     """(row number, column index) of each."""
     errors: list[tuple[int, int, str]] = field(default_factory=list)
     """(row number, column index, text such as #DIV/0!) of cells that hold an error."""
+    hidden_rows: list[int] = field(default_factory=list)
+    """Numbers of rows with cells that the workbook does not show."""
 
 
 @dataclass(frozen=True)
@@ -222,7 +225,11 @@ def scan_sheet(xml: bytes) -> SheetScan:
         row = int(number) if number else row + 1
         scan.rows = max(scan.rows, row)
         end = rows[position + 1][0] if position + 1 < len(rows) else len(xml)
+        before = scan.cells
         _scan_row(xml, (start, end), row, scan)
+        head = _ATTRIBUTES.match(xml, start + 1)
+        if scan.cells > before and head is not None and _HIDDEN.search(head[0]):
+            scan.hidden_rows.append(row)
     return scan
 
 

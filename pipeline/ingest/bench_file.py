@@ -24,6 +24,8 @@ from pipeline.vehicle.schema import BenchColumns, Column
 COMMENTED = "commented out"
 #: In the units of the records (N, N m, rpm, us ...); keeps every later product finite, too.
 _LARGEST = 1e9
+#: What a person sets on a bench; it may hold for several rows.
+_SET = frozenset({"code", "pwm", "voltage", "advance_ratio", "speed", "time"})
 
 
 @dataclass(frozen=True)
@@ -214,7 +216,7 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
     for row, cells in rows:
         commented = is_commented(cells)
         given = without_comment_mark(cells) if commented else cells
-        values, faults = row_numbers(block, given, block.columns)
+        values, faults = row_numbers(block, row, given, block.columns)
         if not values:
             continue  # a heading, a note or a blank row
         seen |= set(values)
@@ -237,18 +239,26 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
 
 
 def row_numbers(
-    block: Block, cells: Row, quantities: Iterable[str]
+    block: Block, row: int, cells: Row, quantities: Iterable[str]
 ) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the numbers of a row by quantity, and what is wrong with the other cells."""
+    """Return the numbers of a row by quantity, and what is wrong with the other cells.
+
+    What is set may stand in cells merged over several rows; what is measured is one reading, of
+    the first of them.
+    """
     values: dict[str, float] = {}
     faults: dict[str, str] = {}
+    # in a towing tank the shaft speed is set, too
+    held = _SET | {"shaft_speed"} if "speed" in block.columns else _SET
     for quantity in quantities:
         try:
             value = block.value(cells, quantity)
         except NotANumberError as error:
             faults[quantity] = str(error)
             continue
-        if value is not None and abs(value) > _LARGEST:
+        if value is not None and quantity not in held and block.is_merged_over(row, quantity):
+            faults[quantity] = "stands in a cell that is merged with the one above"
+        elif value is not None and abs(value) > _LARGEST:
             faults[quantity] = f"{value:.3g} is beyond anything a bench measures"
         elif value is not None:
             values[quantity] = value

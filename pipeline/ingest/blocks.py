@@ -14,6 +14,7 @@ from pipeline.ingest.cells import (
     shorten,
 )
 from pipeline.ingest.sheet import Cell, Row, Sheet
+from pipeline.ingest.thousands import is_unclear
 from pipeline.records.measurements import ColumnRead
 
 UnitFrom = Literal["header", "unit row", "mapping", "assumed"]
@@ -42,6 +43,8 @@ class BlockColumn:
     sign: int
     group: str = ""
     """Texts above the name in this column, e.g. "Loading" over several names."""
+    has_thousands: bool = False
+    """Whether "1,324" is likely 1324 here, and so no number to go by."""
 
     @property
     def letter(self) -> str:
@@ -53,6 +56,11 @@ class BlockColumn:
 
         Raises `NotANumberError`.
         """
+        if self.has_thousands and is_unclear(cell):
+            raise NotANumberError(
+                f'"{cell}" may be {str(cell).replace(",", "")} or {str(cell).replace(",", ".")}: '
+                "the other numbers speak for thousands"
+            )
         number = parse_number(cell, self.unit or None)
         return None if number is None else number * self.factor * self.sign
 
@@ -132,6 +140,13 @@ class Block:
         """Tell whether a quantity's column has no cell that is filled."""
         index = self.columns[quantity].index
         return all(_at(cells, index) is None for _, cells in self.rows())
+
+    def is_merged_over(self, row: int, quantity: str) -> bool:
+        """Tell whether a quantity's cell is covered by one further up that holds a number."""
+        index = self.columns[quantity].index
+        if (row, index) not in self.sheet.filled or row == self.first_row:
+            return False
+        return is_number(self.sheet.cell(row - 1, index))
 
     def place(self, row: int | None = None, quantity: str | None = None) -> Place:
         """Return the place of a row, and of a quantity's column, for a message."""

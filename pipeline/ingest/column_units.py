@@ -12,6 +12,7 @@ from pipeline.ingest.cells import shorten
 from pipeline.ingest.header_rows import Match, Wanted
 from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.sheet import Row, Sheet
+from pipeline.ingest.thousands import columns_with_thousands
 from pipeline.ingest.unit_text import (
     EXAMPLES,
     UnitTextError,
@@ -35,11 +36,12 @@ _ROWS_LOOKED_AT = 200
 
 @dataclass(frozen=True)
 class HeadRows:
-    """Where the head of a table is: first row free for it, row of the names, first row of data."""
+    """Where a table is: first row free for its head, row of the names, first and last of data."""
 
     free_from: int
     names: int
     data: int
+    last: int
 
 
 def read_columns(
@@ -65,6 +67,8 @@ def read_columns(
     """
     columns: dict[str, BlockColumn] = {}
     problems: list[Problem] = []
+    indices = [match.index for match in group.values()]
+    thousands = columns_with_thousands(sheet, indices, rows.data, rows.last)
     for quantity, match in group.items():
         words = wanted.vocabulary[quantity]
         column = BlockColumn(
@@ -77,6 +81,7 @@ def read_columns(
             factor=1.0,
             sign=1,
             group=_group_text(sheet, rows, match.index),
+            has_thousands=match.index in thousands,
         )
         stated = wanted.mapping.get(quantity)
         if stated is not None:

@@ -128,7 +128,7 @@ def _blocks_of_header(
             if number + 1 < len(groups)
             else sheet.width - 1
         )
-        columns, wrong = read_columns(sheet, wanted, HeadRows(free_from, row, first), group)
+        columns, wrong = read_columns(sheet, wanted, HeadRows(free_from, row, first, last), group)
         problems += wrong
         last_of_all = max(last_of_all, last)
         if not wanted.is_complete(set(columns)):

@@ -122,7 +122,7 @@ def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> R
     if not commented and _is_section(block, row, cells, state):
         return None
     given = without_comment_mark(cells) if commented else cells
-    values, wrong = row_numbers(block, given, ("shaft_speed", "torque", "code", *OPTIONAL))
+    values, wrong = row_numbers(block, row, given, ("shaft_speed", "torque", "code", *OPTIONAL))
     sums_up = not commented and is_statistics(block, cells)
     if not commented and not sums_up:
         _note_faults(block, row, values, wrong, log)

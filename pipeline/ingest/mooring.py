@@ -17,6 +17,7 @@ from pipeline.ingest.bench_file import (
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.code_units import fractional_codes, percent_scale
 from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, SECOND_RANK
+from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis, voltage_groups
@@ -133,11 +134,13 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
     sheets: list[SheetRead] = []
     drifts: list[float] = []
     kept, problems = without_copies(paths, raw_root)
+    seen = TablesSeen()
     for path in kept:
         shown_as = source_name(path, raw_root)
         found = read_bench_file(path, shown_as, wanted, columns, _LOOKED_FOR)
         said = list(found.problems)
         tables = [_table(block, readings, vehicle, said) for block, readings in found.tables]
+        tables = [_without_copy(table, seen, said) for table in tables]
         file = points_of_file(tables, vehicle.drive, columns.pwm_range)
         said += file.problems
         drifts += [] if file.tare_drift_n is None else [file.tare_drift_n]
@@ -198,6 +201,11 @@ def _table(
         sense = "up"
     voltage = None if "voltage" in block.columns else _stated_voltage(texts)
     return MooringTable(place, readings, voltage, sense)
+
+
+def _without_copy(table: MooringTable, seen: TablesSeen, problems: list[Problem]) -> MooringTable:
+    told = table.nominal_voltage_v, table.sense
+    return replace(table, readings=seen.marked(table.place, table.readings, problems, *told))
 
 
 def _scaled(readings: tuple[Reading, ...], factor: float) -> tuple[Reading, ...]:

@@ -106,7 +106,7 @@ def points_of_file(tables: Sequence[MooringTable], drive: Drive, pwm: Pwm) -> Mo
         np.concatenate([np.zeros(0), *(positions for positions, _ in zeros)]),
         np.concatenate([np.zeros(0), *(readings for _, readings in zeros)]),
     )
-    if coded and len(everywhere[0]) == 0:
+    if any(one.used.any() for one in coded) and len(everywhere[0]) == 0:
         what = "there is no reading at code 0: the tare of the force sensor is not removed."
         remedy = "Take one before and one after each sweep."
         problems.append(Problem("note", Place(coded[0].place.file), what, "", remedy))

@@ -15,6 +15,7 @@ from pipeline.ingest.bench_file import (
 )
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_text, shorten
+from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.open_water_coefficients import (
     Coefficients,
@@ -76,12 +77,14 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
     points: list[OpenWaterPoint] = []
     sheets: list[SheetRead] = []
     kept, problems = without_copies(paths, raw_root)
+    seen = TablesSeen()
     for path in kept:
         shown_as = source_name(path, raw_root)
         found = read_bench_file(path, shown_as, wanted, columns, _LOOKED_FOR)
         said: list[Problem] = list(found.problems)
         marks: list[tuple[str, ...]] = []
-        for block, readings in found.tables:
+        for block, given in found.tables:
+            readings = seen.marked(block.place(), given, said)
             own = _points(block, readings, vehicle, said)
             points += own
             marks += [point.marks for point in own]

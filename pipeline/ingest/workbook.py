@@ -1,6 +1,6 @@
 """Read a raw file into plain sheets, whatever it is, or say in one message why not."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +15,7 @@ from pipeline.ingest.archive import (
 )
 from pipeline.ingest.cells import column_letter
 from pipeline.ingest.formulas import formula_problems
+from pipeline.ingest.hidden_parts import hidden_problems
 from pipeline.ingest.sheet import Cell, Limits, Row, Sheet
 from pipeline.ingest.text_table import read_text_table
 
@@ -145,14 +146,15 @@ def _guess(data: bytes) -> str:
 
 
 def _read_workbook(data: bytes, place: Place, limits: Limits) -> tuple[Sheet, ...]:
-    from python_calamine import SheetTypeEnum
+    from python_calamine import SheetTypeEnum, SheetVisibleEnum
 
     archive = unpack(data, place, limits)
     _require_workbook(archive, place)
     scans = _scan(archive, place, limits)
     workbook = _open(data, place)
     worksheet = SheetTypeEnum.WorkSheet
-    names = [meta.name for meta in workbook.sheets_metadata if meta.typ == worksheet]
+    shown = {meta.name: meta.visible for meta in workbook.sheets_metadata if meta.typ == worksheet}
+    names = list(shown)
     if len(names) > limits.max_sheets:
         raise InputError.at(
             place,
@@ -162,9 +164,14 @@ def _read_workbook(data: bytes, place: Place, limits: Limits) -> tuple[Sheet, ..
         )
     parts = _parts_of_sheets(archive)
     merged = _Merged(limits.max_cells)
-    return tuple(
-        _read_sheet(workbook, name, place, scans.get(parts.get(name, "")), merged) for name in names
-    )
+    sheets: list[Sheet] = []
+    for name in names:
+        scan = scans.get(parts.get(name, ""))
+        sheet = _read_sheet(workbook, name, place, scan, merged)
+        is_hidden = shown[name] != SheetVisibleEnum.Visible
+        notes = hidden_problems(scan, sheet.place(), is_hidden=is_hidden)
+        sheets.append(replace(sheet, problems=(*sheet.problems, *notes)))
+    return tuple(sheets)
 
 
 def _require_workbook(archive: Archive, place: Place) -> None:
