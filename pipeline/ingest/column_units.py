@@ -95,12 +95,39 @@ def read_columns(
             columns[quantity] = _with_unit(
                 column, words, match, _find_unit(sheet, words, match, rows, stated)
             )
+            problems += _contradictions(sheet, columns[quantity], words, rows)
         except UnitTextError as error:
             others = group.keys() - {quantity}
             problems.append(
                 unit_problem(column, sheet.place(rows.names), wanted, str(error), others)
             )
     return columns, problems
+
+
+def _contradictions(
+    sheet: Sheet, column: BlockColumn, words: Words, rows: HeadRows
+) -> list[Problem]:
+    """Say where the row under a name has another unit than the name, which holds."""
+    kind = words.unit_kind
+    if kind is None or column.unit_from != "header":
+        return []
+    for at in range(rows.names + 1, rows.data):
+        cell = sheet.cell(at, column.index)
+        unit = read_unit_cell(cell) if isinstance(cell, str) else None
+        if unit is None or not unit_fits(unit, words):
+            continue
+        if factor(unit, kind) != column.factor:
+            return [
+                Problem(
+                    "warning",
+                    sheet.place(at, column.letter),
+                    f'{column.quantity.replace("_", " ")} "{shorten(column.header)}" states '
+                    f"{column.unit}, the row under it {unit}; {column.unit} was taken.",
+                    "one unit.",
+                    "Correct the name or the row.",
+                )
+            ]
+    return []
 
 
 def _unclear_factor(column: BlockColumn, words: Words, stated: Column | None) -> str | None:

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.mcap_chunk import Block
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
 from pipeline.ingest.pool_run_codec import Codec, codec_of
@@ -22,6 +23,8 @@ from pipeline.vehicle.schema import Vehicle
 _MAX_PROBE_BYTES = 1_000_000
 #: So many blocks of messages that cannot be decoded, and a channel is given up.
 _MOST_TRIES = 30
+#: So many messages of a JSON topic are looked at to see what is in them.
+_FIRST_MESSAGES = 20
 #: Records by which rig2sea's own logs are known: all of it, and what it simulated beside others'.
 _RECORDS = ("rig2sea.log", "rig2sea.run")
 
@@ -99,6 +102,8 @@ def _probes(
                         continue
                     why_not.pop(number, None)
                     wanted.discard(number)
+                    if log.directory.channels[number].message_encoding == "json":
+                        probes[number] = _with_later(probes[number], codecs[number], block, number)
                     break
                 if tried.get(number, 0) >= _MOST_TRIES:
                     wanted.discard(number)
@@ -107,6 +112,29 @@ def _probes(
         else:
             break
     return probes
+
+
+def _with_later(
+    probe: Mapping[str, object], codec: Codec, block: Block, number: int
+) -> dict[str, object]:
+    """Add what the first message lacks and one of the next has: JSON may leave fields away."""
+    whole = dict(probe)
+    messages = block.messages[number]
+    for begin, size in zip(
+        messages.start[:_FIRST_MESSAGES].tolist(),
+        messages.size[:_FIRST_MESSAGES].tolist(),
+        strict=True,
+    ):
+        if size > _MAX_PROBE_BYTES:
+            continue
+        try:
+            later = codec.decode(block.data[begin : begin + size].tobytes())
+        except BrokenMessageError:
+            continue
+        for name, value in later.items():
+            if whole.get(name) is None:
+                whole[name] = value
+    return whole
 
 
 def plans_of(

@@ -1,4 +1,4 @@
-"""Factors in the names of columns are not passed over."""
+"""Factors in the names of columns, and units that contradict each other, are not passed over."""
 
 from pathlib import Path
 
@@ -71,3 +71,14 @@ def test_a_unit_in_the_vehicle_file_decides(tmp_path: Path) -> None:
 )
 def test_other_numbers_in_names_are_no_factors(name: str) -> None:
     assert factor_in_name(name, "thrust") is None
+
+
+@pytest.mark.parametrize(("unit", "told"), [("кгс", True), ("N", False), ("Н", False)])
+def test_a_unit_row_that_contradicts_the_name_is_told(
+    tmp_path: Path, unit: str, told: bool
+) -> None:
+    text = f"code;Упор, Н\n;{unit}\n0;0\n40;4\n80;14\n"
+    record = read_mooring_tables(file(tmp_path, text), vehicle(), tmp_path)
+    assert [point.thrust_n for point in record.points] == [0.0, 4.0, 14.0]
+    found = [one for one in record.problems if "states Н, the row under it кгс" in one.what]
+    assert [one.severity for one in found] == (["warning"] if told else [])

@@ -1,4 +1,4 @@
-"""Readings that stand for none, depths that cannot be."""
+"""Readings that stand for none or are missing at first, depths that cannot be."""
 
 from pathlib import Path
 from typing import Any
@@ -115,3 +115,17 @@ def test_depths_above_the_water_are_told(tmp_path: Path, sign: float) -> None:
     path = write_log(tmp_path / "run.mcap", [json_topic("/depth", ticks(COUNT, 10.0), contents)])
     text = said(read_pool_run(path, rov(), tmp_path))
     assert ("above the water" in text) == (sign < 0)
+
+
+def test_what_the_first_message_lacks_is_found_in_the_next(tmp_path: Path) -> None:
+    rows = velocities()
+    contents: list[dict[str, Any]] = [
+        {"angular_velocity": vector(row), "linear_acceleration": vector((0.0, row[1], -9.81))}
+        for row in rows
+    ]
+    del contents[0]["linear_acceleration"]
+    contents[1]["linear_acceleration"] = None
+    path = write_log(tmp_path / "run.mcap", [json_topic("/imu", ticks(COUNT, 10.0), contents)])
+    channel = read_pool_run(path, rov(), tmp_path).channels["specific_force"]
+    assert channel.marks["not_a_number"].sum() == 2
+    assert channel.usable().sum() == COUNT - 2
