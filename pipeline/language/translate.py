@@ -28,7 +28,8 @@ def translate(text: str) -> str:
     'row 3'
     """
     language = current()
-    return text if language == ENGLISH or not text else _said(text, language)
+    # a name may have been marked, and kept, when another language was chosen
+    return without_marks(text) if language == ENGLISH or not text else _said(text, language)
 
 
 @lru_cache(maxsize=20_000)

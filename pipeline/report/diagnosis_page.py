@@ -2,9 +2,16 @@
 
 from pathlib import Path
 
+from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.assets import placed
-from pipeline.report.diagnosis_words import in_words, listed, probability_text, verdict_sentence
+from pipeline.report.diagnosis_words import (
+    identifiers,
+    in_words,
+    listed,
+    probability_text,
+    verdict_sentence,
+)
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import plural
 from pipeline.report.sections.diagnosis_answer import (
@@ -46,8 +53,8 @@ def diagnosis_page(
     )
     return render(
         "diagnosis.html.j2",
-        title=f"Diagnosis of {record.vehicle}",
-        under=f"{plural(len(record.runs), 'run')}: {listed(record.runs)}",
+        title=f"Diagnosis of {as_it_is(record.vehicle)}",
+        under=f"{plural(len(record.runs), 'run')}: {identifiers(record.runs)}",
         crumbs=crumbs,
         sentence=verdict_sentence(record.verdict).partition(": "),
         probability=_probability(record),
@@ -103,7 +110,7 @@ def diagnosis_line(record: DiagnosisRecord) -> str:
     if record.verdict.ambiguous_with:
         others = listed([in_words(name) for name in record.verdict.ambiguous_with])
         text += f", not to be told from {others}"
-    return f"{text}; {listed(record.runs)}"
+    return f"{text}; {identifiers(record.runs)}"
 
 
 def _probability(record: DiagnosisRecord) -> str:

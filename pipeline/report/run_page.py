@@ -2,6 +2,8 @@
 
 from pathlib import Path
 
+from pipeline.language import as_it_is
+from pipeline.records.trial import ChannelError
 from pipeline.report.assets import placed
 from pipeline.report.blocks import Section
 from pipeline.report.html import render, write_page
@@ -45,8 +47,8 @@ def run_page(results: RunResults, crumbs: tuple[tuple[str, str], ...], assets: s
     )
     return render(
         "trial.html.j2",
-        title=f"Run {results.run}",
-        under=(f"{results.vehicle.title}: a pool run",),
+        title=f"Run {as_it_is(results.run)}",
+        under=(f"{as_it_is(results.vehicle.title)}: a pool run",),
         data_note=results.vehicle.data_note,
         crumbs=crumbs,
         status=status_text(results.errors, results.warnings),
@@ -89,12 +91,12 @@ def run_line(results: RunResults) -> str:
         return "the log could not be read"
     parts = [f"{fixed(stored.duration_s, 0)} s"]
     if stored.notes is not None and stored.notes.what:
-        parts.insert(0, stored.notes.what[:120])
+        parts.insert(0, as_it_is(stored.notes.what[:120]))
     if trial is not None and trial.manoeuvres:
         names = dict.fromkeys(stretch.name.replace("_", " ") for stretch in trial.manoeuvres)
         parts.append(", ".join(names))
     if trial is not None and trial.channels:
-        ratios = [(one.over_noise, one.channel) for one in trial.channels if one.over_noise]
+        ratios = [(one.over_noise, _channel(one)) for one in trial.channels if one.over_noise]
         if ratios:
             worst, channel = max(ratios)
             parts.append(f"largest error {general(worst, 2)} times the noise ({channel})")
@@ -102,3 +104,8 @@ def run_line(results: RunResults) -> str:
         parts.append("not simulated")
     parts.append(status_text(results.errors, results.warnings))
     return "; ".join(parts)
+
+
+def _channel(one: ChannelError) -> str:
+    """Name a channel where nothing else says which quantity it is of."""
+    return f"shaft speed {one.channel}" if one.quantity == "shaft_speed" else one.channel

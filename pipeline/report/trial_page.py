@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.trial import TrialDay
 from pipeline.report.assets import placed
@@ -42,7 +43,7 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
     return render(
         "trial.html.j2",
         title=f"Trial day {results.day}",
-        under=(f"{results.vehicle.title}: {plural(len(results.runs), 'pool run')}",),
+        under=(f"{as_it_is(results.vehicle.title)}: {plural(len(results.runs), 'pool run')}",),
         data_note=results.vehicle.data_note,
         crumbs=crumbs,
         status=status_text(errors, warnings),
@@ -124,12 +125,12 @@ def _parameters(trial: TrialDay) -> dict[str, IdentifiedParameter]:
 def _warnings(results: DayResults) -> Section:
     texts = day_warnings(results)
     blocks: list[Block] = [Paragraph(text, tone="warning") for text in texts]
-    errors = [run.name for run in results.runs if run.errors]
+    errors = [as_it_is(run.name) for run in results.runs if run.errors]
     if errors:
         blocks.insert(
             0, Paragraph(f"Runs with errors: {', '.join(errors)}. See their pages.", tone="error")
         )
-    warned = [f"{run.name} ({run.warnings})" for run in results.runs if run.warnings]
+    warned = [f"{as_it_is(run.name)} ({run.warnings})" for run in results.runs if run.warnings]
     if warned:
         blocks.append(Paragraph(f"Warnings on the pages of single runs: {', '.join(warned)}."))
     if not blocks:
@@ -139,7 +140,7 @@ def _warnings(results: DayResults) -> Section:
 
 def _runs(results: DayResults) -> Section:
     items = tuple(
-        (f"{run.name}: {run.line}", results.links[run.name])
+        (f"{as_it_is(run.name)}: {run.line}", results.links[run.name])
         for run in results.runs
         if run.name in results.links
     )
@@ -159,6 +160,7 @@ def _identified(results: DayResults) -> Section:
                     (one.run, fixed(one.from_s, 0), fixed(one.to_s, 0), general(one.excitation, 2))
                     for one in trial.used
                 ),
+                verbatim_columns=frozenset({0}),
                 note="The stretches whose commands change most are taken, up to a total that "
                 "keeps the report quick. Change: root mean square over the thrusters, share of "
                 "the range. rig2sea identify takes whole runs.",
@@ -288,7 +290,8 @@ def _quality(results: DayResults) -> Section:
                 note=(
                     "A model earns its place where it beats both baselines on the right. The "
                     "corrected file has the parameters found, but not the thrust that was fitted "
-                    "beside them."
+                    "beside them. Sensor noise: of one reading, without the sensor's offset, which "
+                    "was estimated and taken off; pages of runs show both together."
                 ),
             ),
         ),

@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from pipeline.language import as_it_is
 from pipeline.plan import RECORD_STAGES
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.allocation import AllocationMap
@@ -100,7 +101,10 @@ def _trials(job: Job, page: Path) -> tuple[TrialDayLink, ...]:
             one.title,
             one.line,
             address_from(page, next(iter(one.files))),
-            tuple((f"{run.name}: {run.line}", address_from(page, run.page)) for run in one.runs),
+            tuple(
+                (f"{as_it_is(run.name)}: {run.line}", address_from(page, run.page))
+                for run in one.runs
+            ),
             one.parameters,
             one.settled,
         )

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.language import as_it_is
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
 from pipeline.records.diagnosis import DiagnosisRecord, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.diagnosis_words import channel_name, listed, of_bench
+from pipeline.report.diagnosis_words import channel_name, identifiers, of_bench
 from pipeline.report.figures.run_channels import FEW_READINGS, shown_unit
 from pipeline.report.numbers import general
 from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
@@ -46,7 +47,7 @@ class HeldOut:
 def curves(record: DiagnosisRecord) -> tuple[HeldOut, ...]:
     """Return what there is to draw: over time of pool runs, over the code of a mooring table."""
     if isinstance(record, BenchDiagnosisRecord):
-        return tuple(_of_table(one, listed(record.runs)) for one in record.by_code)
+        return tuple(_of_table(one, identifiers(record.runs)) for one in record.by_code)
     return held_out(record.series)
 
 
@@ -143,8 +144,8 @@ def before_after_figure(
     turned = " Shown is the rotation away from the measured attitude." if relative else ""
     over = "over the control code" if bench else "over time"
     alt = (
-        f"{channel_name(one.channel)} in {one.run} {over}: measured, predicted before and after "
-        "the answer is added; below, what either leaves."
+        f"{channel_name(one.channel)} in {as_it_is(one.run)} {over}: measured, predicted before "
+        "and after the answer is added; below, what either leaves."
     )
     added = "" if same else " Blue: with the answer added."
     grey = "; grey: twice the healthy floor" if band is not None else ""
@@ -152,8 +153,8 @@ def before_after_figure(
         f"fig-held-out-{number}",
         _lead(record, one),
         alt,
-        f"{_capital(channel_name(one.channel))} in {one.run}. Dark: measured. Orange: the "
-        f"vehicle file's model.{added} Below: measured less model{grey}.{turned}",
+        f"{_capital(channel_name(one.channel))} in {as_it_is(one.run)}. Dark: measured. Orange: "
+        f"the vehicle file's model.{added} Below: measured less model{grey}.{turned}",
         panels,
         x_label="control code  [–]" if bench else "time in the run  [s]",
         resolution=detail,
@@ -191,8 +192,8 @@ def _error_range(one: HeldOut, band: float | None) -> tuple[float, float] | None
 def _lead(record: DiagnosisRecord, one: HeldOut) -> str:
     before, after = one.errors
     text = (
-        f"{channel_name(one.channel)} in {one.run}: error {general(before, 2)} {one.unit} before, "
-        f"{general(after, 2)} {one.unit} after"
+        f"{channel_name(one.channel)} in {as_it_is(one.run)}: error {general(before, 2)} "
+        f"{one.unit} before, {general(after, 2)} {one.unit} after"
     )
     gap = record.gap.channels.get(one.channel)
     if gap is not None:

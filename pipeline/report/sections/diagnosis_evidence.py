@@ -2,7 +2,7 @@
 
 from pipeline.records.diagnosis import ChannelNoiseCheck, DiagnosisRecord
 from pipeline.report.blocks import Block, Bullets, Links, Paragraph, Section, Table
-from pipeline.report.diagnosis_words import REGRESSORS, listed, of_bench
+from pipeline.report.diagnosis_words import REGRESSORS, identifiers, listed, of_bench
 from pipeline.report.numbers import fixed, general, plural
 
 #: Whitened residuals of a right noise model lie in here.
@@ -53,12 +53,12 @@ def _facts(record: DiagnosisRecord) -> list[str]:
     else:
         facts.append(
             f"Evidence of {plural(evidence.windows, 'window')} of {general(evidence.window_s, 3)} "
-            f"s each, with {evidence.readings} readings in all; the model was linearised "
-            f"{plural(evidence.linearisations, 'time')}."
+            f"s each, with {evidence.readings} readings in all; linearisations of the model: "
+            f"{evidence.linearisations}."
         )
         facts.append(
-            f"What a healthy vehicle leaves was learned from {listed(evidence.healthy_runs)}, and "
-            "then frozen."
+            f"What a healthy vehicle leaves was learned from {identifiers(evidence.healthy_runs)}, "
+            "and then frozen."
             if evidence.healthy_runs
             else "What a healthy vehicle leaves is drawn from the uncertainties and sensor figures "
             "of the vehicle file; no healthy run was given."
@@ -86,7 +86,7 @@ def white(check: ChannelNoiseCheck) -> bool:
 def _noise(noise: dict[str, ChannelNoiseCheck]) -> list[Block]:
     if not noise:
         return [Paragraph("The noise of the readings was not checked.", tone="warning")]
-    coloured = [name for name, check in noise.items() if not white(check)]
+    coloured = [name.replace("_", " ") for name, check in noise.items() if not white(check)]
     said = (
         "The readings scatter about the best model as the noise model says, so they count in full."
         if not coloured
@@ -146,9 +146,12 @@ def _leftover(record: DiagnosisRecord) -> list[Block]:
 
 def files_section(record: DiagnosisRecord, files: tuple[tuple[str, str], ...]) -> Section:
     """Name the runs and link the files of the diagnosis."""
-    rows = [("Runs", listed(record.runs) or "–"), ("Held out", listed(record.holdout) or "–")]
+    rows = [
+        ("Runs", identifiers(record.runs) or "–"),
+        ("Held out", identifiers(record.holdout) or "–"),
+    ]
     if record.evidence.healthy_runs:
-        rows.append(("Healthy runs", listed(record.evidence.healthy_runs)))
+        rows.append(("Healthy runs", identifiers(record.evidence.healthy_runs)))
     blocks: list[Block] = [
         Table("What was diagnosed", ("What", "Names"), tuple(rows), text_columns=frozenset({1}))
     ]

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, RegimeShare, ShrinkFigures
 from pipeline.report.blocks import Block, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
@@ -59,6 +60,7 @@ def gap_section(record: DiagnosisRecord) -> Section:
                     (one.run, fixed(one.from_s, 1), fixed(one.to_s, 1), percent(one.share))
                     for one in where.times
                 ),
+                verbatim_columns=frozenset({0}),
                 note="A gap that sets in at some time is another fault than one that is always "
                 "there.",
             )
@@ -155,7 +157,7 @@ def shrink_section(record: DiagnosisRecord) -> Section:
             Details(f"{plural(len(figures) - first, 'more figure')}", tuple(figures[first:]))
         )
     if every[MOST_DRAWN:]:
-        names = sorted({f"{one.channel} in {one.run}" for one in every[MOST_DRAWN:]})
+        names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})
         blocks.append(Paragraph(f"Not drawn: {', '.join(names)}.", tone="note"))
     if shrink.held_out:
         blocks.append(Paragraph(f"Held out: {shrink.held_out.rstrip('.')}."))

@@ -106,7 +106,7 @@ def _error_table(channels: tuple[ChannelError, ...]) -> Table:
             "Unit",
             "Readings",
             "Windows, rms",
-            "Sensor noise",
+            "Noise with offset",
             "Ratio",
             "Last value held, rms",
             "Free run, rms",
@@ -117,9 +117,12 @@ def _error_table(channels: tuple[ChannelError, ...]) -> Table:
         text_columns=frozenset({1}),
         row_classes=tuple(classes),
         links={(row, 3): f"#{figure_name(one.quantity)}" for row, one in enumerate(channels)},
-        note="Ratio: windows over sensor noise; 1 is as good as the sensor can show. Last value "
-        "held: the error of predicting that nothing changes. Marked: more than "
-        f"{FAR:g} times the noise, or clearly worse than holding the last value.",
+        note="Noise with offset: what the vehicle file states for one reading, noise and offset of "
+        "the sensor together, because nothing is taken off the readings here; trial days, where "
+        "offsets are estimated, show the noise without them. Ratio: windows over that; 1 is as "
+        "good as the sensor can show. Last value held: the error of predicting that nothing "
+        f"changes. Marked: more than {FAR:g} times the noise, or clearly worse than holding the "
+        "last value.",
     )
 
 

@@ -3,6 +3,7 @@
 from datetime import UTC, datetime
 from pathlib import PurePath
 
+from pipeline.language import as_it_is
 from pipeline.records.pool_run import ChannelSummary
 from pipeline.records.run_arrays import MARKS
 from pipeline.records.run_notes import RunNotes
@@ -79,12 +80,13 @@ def run_facts_section(results: RunResults) -> Section:
 
 
 def _notes(notes: RunNotes) -> list[tuple[str, str]]:
-    """Turn the notes into rows; what was left open is left out."""
+    """Turn the notes into rows, as they were written; what was left open is left out."""
     found: list[tuple[str, str]] = []
     for name, value in notes.model_dump(mode="json", exclude={"file"}).items():
         text = _plain(value)
         if text:
-            found.append((f"Notes: {name.replace('_', ' ')}", text))
+            own = text if isinstance(value, bool) else as_it_is(text)
+            found.append((f"Notes: {name.replace('_', ' ')}", own))
     return found
 
 
