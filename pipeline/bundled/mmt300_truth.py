@@ -7,7 +7,8 @@ No rig file of the paper is public. Three things are rebuilt here, free of noise
   through Table 1 to the shaft speed and torque at which the drive must sit for every code and
   speed, and one smooth surface is laid through these working points;
 - the mooring characteristic, by inverting the printed cubics N(T) of Table 3. It is *not* taken
-  from Table 2: the two differ by up to 1 N at rest, and that gap is the paper's own.
+  from Table 2: the two differ at rest, by up to 1 N at positive codes and 1.85 N at negative ones,
+  and that gap is the paper's own.
 """
 
 import numpy as np

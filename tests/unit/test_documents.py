@@ -6,6 +6,7 @@ import tomllib
 from pathlib import Path
 from typing import get_args
 
+import pytest
 from pydantic import BaseModel
 
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
@@ -57,3 +58,19 @@ def test_every_dependency_has_its_line() -> None:
     rows = re.findall(r"(?m)^\| ([\w., -]+) \| .+ \|$", text)
     justified = {name for row in rows for name in row.split(", ")} - {"package"}
     assert justified == names
+
+
+@pytest.mark.parametrize(
+    "file",
+    sorted(
+        path.relative_to(ROOT)
+        for pattern in ("*.md", "docs/**/*.md", "raw/**/*.md", "pipeline/bundled/**/*.md")
+        for path in ROOT.glob(pattern)
+    ),
+    ids=str,
+)
+def test_rows_of_tables_follow_a_head(file: Path) -> None:
+    """A blank line within a table turns the rows below it into raw text."""
+    blocks = re.findall(r"(?:^\|.*\n)+", (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)
+    for block in blocks:
+        assert re.search(r"\A\|.*\n\|[ :|-]+\|\n", block), block

@@ -88,7 +88,7 @@ def comparison_codes(static: StaticCharacteristic) -> list[float]:
 def _layout(static: StaticCharacteristic, published: PublishedTable2 | None) -> Table:
     rows: list[tuple[str, ...]] = []
     classes = []
-    for index, name in enumerate(("K_F0, N", "K_F1, N", "K_F2, N")):
+    for index, name in enumerate(("K_F0, N", "K_F1, N per code", "K_F2, N per code²")):
         texts = [
             with_interval(row.fit.coefficients[index], row.fit.ci95[index])[0]
             for row in static.table2
@@ -230,7 +230,7 @@ def _full_code(static: StaticCharacteristic, published: Published | None) -> Tab
                 cells += [as_printed(thrust), signed(row.thrust_max_n - thrust, 2)]
         rows.append(tuple(cells))
     return Table(
-        f"Largest thrust (code {code(largest)})",
+        f"Thrust at the largest code, {code(largest)}",
         header,
         tuple(rows),
         note=_how_far_apart(table2, table4, largest),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,13 +12,14 @@ from pipeline.records.intervals import static_factor
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.curves import shown_speeds
-from pipeline.report.numbers import code, fixed, speed
+from pipeline.report.numbers import code, fixed, general, speed
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.static import comparison_codes
 
 if TYPE_CHECKING:
     import matplotlib.figure
 
+_MOST_DECIMALS = 6
 ANCHOR, TITLE = "uncertainty", "Uncertainty of the thrust"
 
 
@@ -57,8 +59,9 @@ def _figure(results: VehicleResults, static: StaticCharacteristic) -> Figure:
     top = {v: float(half[-1]) for v, half in halves.items()}
     finite = {v: half for v, half in top.items() if np.isfinite(half)}
     lead = (
-        f"At code {code(static.code[-1])} the thrust is known to ±{fixed(min(finite.values()), 2)} "
-        f"to ±{fixed(max(finite.values()), 2)} N (95 %), depending on the speed."
+        f"At code {code(static.code[-1])} the thrust is known to "
+        f"±{general(min(finite.values()), 2)} to ±{general(max(finite.values()), 2)} N (95 %), "
+        "depending on the speed."
         if finite
         else f"Code {code(static.code[-1])} has no working point at the tabulated speeds."
     )
@@ -82,6 +85,17 @@ def _figure(results: VehicleResults, static: StaticCharacteristic) -> Figure:
     )
 
 
+def _plus_minus(thrust_n: float, half_n: float) -> str:
+    """Write a thrust with the half-width of its interval, to two figures of the latter.
+
+    >>> _plus_minus(0.1183, 0.00412), _plus_minus(25.54, 0.197)
+    ('0.1183 ± 0.0041', '25.54 ± 0.20')
+    """
+    last = 1 - math.floor(math.log10(half_n)) if half_n > 0 else 2
+    decimals = min(max(last, 0), _MOST_DECIMALS)
+    return f"{fixed(thrust_n, decimals)} ± {fixed(half_n, decimals)}"
+
+
 def _table(results: VehicleResults, static: StaticCharacteristic) -> Table:
     speeds = shown_speeds(static, results.vehicle.tables.speed_mps)
     codes = comparison_codes(static)
@@ -92,7 +106,7 @@ def _table(results: VehicleResults, static: StaticCharacteristic) -> Table:
         for _, row in speeds:
             if static.status[row][column] in {"live", "extrapolated"}:
                 half = static_factor(static, results.drive) * static.thrust_std_n[row][column]
-                cells.append(f"{fixed(static.thrust_n[row][column], 2)} ± {fixed(half, 2)}")
+                cells.append(_plus_minus(static.thrust_n[row][column], float(half)))
             else:
                 cells.append("dead" if static.status[row][column] == "dead" else "–")
         rows.append((code(value), *cells))

@@ -205,3 +205,11 @@ def test_noise_has_mean_0_and_the_stated_deviation() -> None:
         [Noise("x").normal(1.0), Noise("y").normal(1.0)], abs=0.0
     )
     assert Noise("x").normal(1.0) != Noise("y").normal(1.0)
+
+
+def test_the_readme_tells_the_gap_at_rest_of_both_signs(repository: Path) -> None:
+    told = (repository / "raw/mmt300/README.md").read_text(encoding="utf-8")
+    measured = -truth.mooring_thrust(-60.0)
+    assert "code -60 the mooring test gives 12.51 N" in told
+    assert measured == pytest.approx(12.51, abs=0.06)
+    assert "by up to 1.85 N at negative ones" in " ".join(told.split())

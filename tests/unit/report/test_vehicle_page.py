@@ -199,8 +199,21 @@ def test_table1_shows_ours_published_and_difference(page: str) -> None:
     assert "KT differs by at most 0.072 % of KT0" in text_of(page)
 
 
+def test_coefficients_of_table_2_have_units_of_their_own(page: str) -> None:
+    rows = table(page, "Table 2. T = KF0 sign N")
+    for name in ("KF0, N|", "KF1, N per code|", "KF2, N per code²|"):
+        assert name in rows
+
+
+def test_half_widths_have_two_figures(page: str) -> None:
+    cells = re.findall(r"± ([0-9.]+)", table(page, "Thrust with its 95"))
+    assert len(cells) > 20
+    for half in cells:
+        assert len(half.replace(".", "").lstrip("0")) >= 2, half
+
+
 def test_full_code_thrust_stands_beside_both_published_tables(page: str) -> None:
-    largest = table(page, "Largest thrust (code 127)")
+    largest = table(page, "Thrust at the largest code, 127")
     # Table 2 gives -4 + 0.254 * 127 + 8.82e-4 * 127^2 = 42.48 N, Table 4 prints 42 N
     first = re.search(r"\|0\|.*?\|0\.5\|", largest)
     assert first

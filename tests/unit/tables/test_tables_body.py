@@ -13,27 +13,57 @@ from pipeline.records.fits import (
 from pipeline.tables.build import build_tables
 from pipeline.vehicle.schema import Vehicle
 
-BOAT = Vehicle.model_construct(name="boat", published=None)
+BOAT = Vehicle.model_validate(
+    {
+        "name": "boat",
+        "title": "boat",
+        "water": {"density_kgpm3": 1000.0, "gravity_mps2": 9.81},
+        "propellers": {"p": {"diameter_m": 0.1}},
+        "drives": {"d": {"code_min": -127, "code_max": 127}},
+        "tables": {"propeller": "p", "drive": "d"},
+    }
+)
 INTERVALS = {0.0: (42.2, 42.8), 2.0: (25.35, 25.74)}
 
 
 def family(*speeds: float) -> StaticCharacteristic:
-    quality = FitQuality.model_construct(points=9)
-    fit = PolynomialFit.model_construct(
-        coefficients=(1.0, 2.0, 3.0), ci95=((0.0, 1.0),) * 3, quality=quality
+    quality = FitQuality(
+        points=9, r_squared=1.0, residual_std=0.1, unit="N", valid_range=(20.0, 127.0)
+    )
+    fit = PolynomialFit(
+        quantity="T",
+        variable="N",
+        coefficients=(1.0, 2.0, 3.0),
+        covariance=((0.0,) * 3,) * 3,
+        ci95=((0.0, 1.0),) * 3,
+        quality=quality,
     )
     rows = tuple(
-        StaticRow.model_construct(
+        StaticRow(
             speed_mps=v,
             fit=fit,
             dead_zone_code=10.0,
             thrust_max_n=sum(INTERVALS[v]) / 2,
             thrust_max_ci95=INTERVALS[v],
+            mode_code=(),
+            thrust_modes_n=(),
         )
         for v in speeds
     )
-    return StaticCharacteristic.model_construct(
-        table2=rows, checks=(), monte_carlo_ratio=(0.9, 1.1), explanations=()
+    return StaticCharacteristic(
+        speed_mps=speeds,
+        code=(),
+        thrust_n=(),
+        thrust_std_n=(),
+        shaft_speed_rpm=(),
+        torque_nm=(),
+        advance_ratio=(),
+        status=(),
+        table2=rows,
+        monte_carlo_draws=0,
+        monte_carlo_ratio=(0.9, 1.1),
+        checks=(),
+        explanations=(),
     )
 
 
@@ -45,7 +75,7 @@ def inverse() -> InverseCharacteristic:
         )
         for v in INTERVALS
     )
-    return InverseCharacteristic.model_construct(
+    return InverseCharacteristic(
         table3_positive=None,
         table3_negative=None,
         table4=rows,
