@@ -20,7 +20,7 @@ MEMBERS = (
     *("mass", "centre_of_mass", "inertia", "weight", "buoyancy", "centre_of_buoyancy"),
     *("added_mass", "coriolis_fraction", "linear_damping", "quadratic_damping"),
     *("crossflow_fraction", "heave_lift_slope", "sway_lift_slope", "pitch_lift_slope"),
-    *("yaw_lift_slope", "munk_slope"),
+    *("yaw_lift_slope", "turnover_slope"),
     *("density", "current", "wall_strength", "wall_radius", "wall_count"),
     *("wall_point", "wall_normal", "tether_point", "tether_drag_area", "tether_pull"),
     *("tether_anchor", "thruster_count", "thruster_position", "thruster_direction"),

@@ -206,17 +206,18 @@ class TextbookVehicle:
         return np.array([0.0, -side.sum(), -down.sum(), 0.0, x @ down, -(x @ side)])
 
     def lift(self, nu_r: Array) -> Array:
-        """Force (6,) against the angle of attack, and a Munk moment of its own."""
+        """Force (6,) against the angle of attack; part of the moments turns over astern."""
         u, v, w = nu_r[:3]
-        speed, munk = absolute(u), self.slot("munk_slope") * u
+        speed = absolute(u)
+        turned = self.slot("turnover_slope") * (u - speed)
         return np.array(
             [
                 0.0,
                 -self.slot("sway_lift_slope") * speed * v,
                 -self.slot("heave_lift_slope") * speed * w,
                 0.0,
-                (self.slot("pitch_lift_slope") * speed + munk[0]) * w,
-                (self.slot("yaw_lift_slope") * speed + munk[1]) * v,
+                (self.slot("pitch_lift_slope") * speed + turned[0]) * w,
+                (self.slot("yaw_lift_slope") * speed + turned[1]) * v,
             ]
         )
 

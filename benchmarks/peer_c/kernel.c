@@ -21,7 +21,7 @@ typedef struct {
     double mass, centre_of_mass[3], inertia[3][3], weight, buoyancy, centre_of_buoyancy[3];
     double added_mass[6][6], coriolis_fraction;
     double linear_damping[6][6], quadratic_damping[6], crossflow_fraction;
-    double heave_lift_slope, sway_lift_slope, pitch_lift_slope, yaw_lift_slope, munk_slope[2];
+    double heave_lift_slope, sway_lift_slope, pitch_lift_slope, yaw_lift_slope, turnover_slope[2];
     double density, current[3];
     double wall_strength, wall_radius, wall_count;
     double wall_point[MOST_WALLS][3], wall_normal[MOST_WALLS][3];
@@ -274,8 +274,9 @@ static void subtract_damping(const Vehicle *v, const Tables *t, const double u[6
     }
     force[1] -= v->sway_lift_slope * fabs(u[0]) * u[1];
     force[2] -= v->heave_lift_slope * fabs(u[0]) * u[2];
-    force[4] += (v->pitch_lift_slope * fabs(u[0]) + v->munk_slope[0] * u[0]) * u[2];
-    force[5] += (v->yaw_lift_slope * fabs(u[0]) + v->munk_slope[1] * u[0]) * u[1];
+    const double back = u[0] - fabs(u[0]);
+    force[4] += (v->pitch_lift_slope * fabs(u[0]) + v->turnover_slope[0] * back) * u[2];
+    force[5] += (v->yaw_lift_slope * fabs(u[0]) + v->turnover_slope[1] * back) * u[1];
 }
 
 static void add_tether(const Vehicle *v, const double place[3], double r[3][3], const double u[6],

@@ -19,16 +19,21 @@ straight course it vanishes. The terms do no work. Easily taken for `lift` and `
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add, scale
+import numpy as np
+
+from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.types import FloatArray
 
 
 def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
+    vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
 ) -> None:
     add(vector, "coriolis_fraction", values["fraction"])
-    scale(vector, "munk_slope", 1.0 - values["fraction"])
+    leaving = -values["fraction"] * np.array(context.munk_held)
+    add(vector, "pitch_lift_slope", leaving[0])
+    add(vector, "yaw_lift_slope", leaving[1])
+    add(vector, "turnover_slope", leaving)
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -55,7 +60,7 @@ EFFECT = Effect(
         ),
     ),
     channels=("u", "v", "w", "p", "q", "r"),
-    vector_slots=("coriolis_fraction", "munk_slope"),
+    vector_slots=("coriolis_fraction", "pitch_lift_slope", "yaw_lift_slope", "turnover_slope"),
     apply=_apply,
     missing=_missing,
 )

@@ -35,8 +35,9 @@ class EffectContext:
     `strips` tells whether the hull's sections are known (cross-flow), `walls` whether walls or a
     bottom are, `measured` names the quantities that are measured ("dvl", "depth" ...).
     `crossflow_in_nominal` tells whether the nominal model computes the cross-flow of the strips,
-    `lagged` whether a lag acts on every thruster: not where the torque balance of the shaft is
-    solved in time.
+    `munk_held` are the Munk moments of pitch and yaw [kg] that the file's lift slopes hold.
+    `lagged` tells whether a lag acts on every thruster: not where the torque balance of the shaft
+    is solved in time.
     """
 
     thruster_names: tuple[str, ...]
@@ -49,6 +50,7 @@ class EffectContext:
     measured: frozenset[str] = frozenset()
     crossflow_in_nominal: bool = False
     lagged: bool = True
+    munk_held: tuple[float, float] = (0.0, 0.0)
 
 
 #: Changes a parameter vector in place: (vector, parameter values, target, context).
@@ -69,7 +71,8 @@ class Effect:
     is no candidate for a vehicle (None when it is one), e.g. because the nominal model contains
     the term already. `channels` are those it can touch: u v w p q r phi theta psi z x y.
     `vector_slots` lists the slots that `apply` writes. What is `unstated` is no fault: vehicle
-    files say nothing of it, so that it may differ on any vehicle, and it is never an answer.
+    files say nothing of it, so that it may differ on any vehicle, and it is never an answer. An
+    effect `of_thrusters` acts on all of them, and is no candidate for a vehicle that has none.
     """
 
     id: str
@@ -82,6 +85,7 @@ class Effect:
     scope: Literal["vehicle", "thruster"] = "vehicle"
     missing: Callable[[EffectContext], str | None] = field(default=always)
     unstated: bool = False
+    of_thrusters: bool = False
 
     def neutral_values(self) -> dict[str, float]:
         """Values at which the effect vanishes."""

@@ -9,13 +9,11 @@ m/s; both go with speed squared, and for small angles alpha = w / u, so in SNAME
 The effect adds to these four slopes (heave, pitch, sway, yaw) of the nominal model. A positive
 heave or sway slope opposes the drift, ahead and astern: a force with u in place of |u| would push
 astern with the drift and give a passive hull energy. The moment slopes are net of the Munk moment,
-which the added masses already make and which turns over with u. What is left is the moment of
-forces: fins keep their place, so theirs has the sign of their arm and |u| (Prestero 2001 has
-M = -x_fin Z ahead), and tail fins that steady a hull ahead upset it astern. A bare hull's lift
-arises at its lee end (Hoerner and Borst 1985, chapter 19), which is the other one astern; one slope
-cannot hold both, and the fins' rule is taken for all of it. The pitch slope is negative where a
-nose that is too high is pushed down, and tail fins do that. K_y = 1375 N/rad at 3 m/s is a slope
-of 1375 / 9 = 153 N s^2/m^2.
+which the added masses already make and which turns over with u. What is added here is the moment of
+forces at their places, as of fins: it has the sign of its arm and |u| (Prestero 2001 has
+M = -x_fin Z ahead), and tail fins that steady a hull ahead upset it astern. The pitch slope is
+negative where a nose that is too high is pushed down, and tail fins do that. K_y = 1375 N/rad at
+3 m/s is a slope of 1375 / 9 = 153 N s^2/m^2.
 
 It shows with speed and an angle of attack or drift together: trim at speed, depth keeping with a
 residual buoyancy, drift in a turn. At rest and on a straight level course it vanishes. Easily taken

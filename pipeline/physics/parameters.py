@@ -53,9 +53,9 @@ SLOTS: tuple[Slot, ...] = (
     Slot("crossflow_fraction", (), "1", 0.0, "share of the coupling of sway-yaw and heave-pitch"),
     Slot("heave_lift_slope", (), "N s^2/m^2", 0.0, "Z = -k |u| w"),
     Slot("sway_lift_slope", (), "N s^2/m^2", 0.0, "Y = -k |u| v"),
-    Slot("pitch_lift_slope", (), "N s^2/m", 0.0, "M = k |u| w, net of the Munk moment"),
-    Slot("yaw_lift_slope", (), "N s^2/m", 0.0, "N = k |u| v, net of the Munk moment"),
-    Slot("munk_slope", (2,), "kg", 0.0, "M = k u w, N = k u v: Munk's, where C(nu) nu is left out"),
+    Slot("pitch_lift_slope", (), "N s^2/m", 0.0, "M = k |u| w, net of the Munk moment of C"),
+    Slot("yaw_lift_slope", (), "N s^2/m", 0.0, "N = k |u| v, net of the Munk moment of C"),
+    Slot("turnover_slope", (2,), "kg", 0.0, "part of both that goes with u: k (u - |u|) on top"),
     # surroundings
     Slot("density", (), "kg/m^3", 1000.0, "of the water"),
     Slot("current", (3,), "m/s", 0.0, "velocity of the water, NED"),

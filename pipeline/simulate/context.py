@@ -2,6 +2,7 @@
 
 from pipeline.effects.effect import EffectContext
 from pipeline.errors import CannotComputeError
+from pipeline.simulate.pack_hull import munk_held
 from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.schema import Vehicle
 
@@ -46,5 +47,6 @@ def effect_context(vehicle: Vehicle) -> EffectContext:
             name for name in SENSORS if sensors is not None and getattr(sensors, name) is not None
         ),
         crossflow_in_nominal=model.crossflow is not None and model.crossflow.in_nominal,
+        munk_held=munk_held(model),
         lagged=not any(model.thrusters[one.drive].balance_in_time for one in vehicle.thrusters),
     )

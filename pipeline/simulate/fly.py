@@ -111,11 +111,10 @@ def autopilot_for(packed: PackedVehicle) -> Autopilot:
     mass_matrix(vector, 1.0, matrix)
     added = read(vector, "added_mass")
     share = float(read(vector, "coriolis_fraction"))
-    munk = read(vector, "munk_slope")
     # M = c u w and N = c u v of Munk and lift ahead; an angle of attack alpha is w / u, and turning
     # the nose to starboard of the course by psi gives v = -u psi
-    pitch = share * (added[2, 2] - added[0, 0]) + float(read(vector, "pitch_lift_slope") + munk[0])
-    yaw = share * (added[1, 1] - added[0, 0]) - float(read(vector, "yaw_lift_slope") + munk[1])
+    pitch = share * (added[2, 2] - added[0, 0]) + float(read(vector, "pitch_lift_slope"))
+    yaw = share * (added[1, 1] - added[0, 0]) - float(read(vector, "yaw_lift_slope"))
     return Autopilot(
         Design(
             surge_mass_kg=float(matrix[0, 0]),

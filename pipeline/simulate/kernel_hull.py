@@ -28,7 +28,7 @@ HEAVE_LIFT = offset("heave_lift_slope")
 SWAY_LIFT = offset("sway_lift_slope")
 PITCH_LIFT = offset("pitch_lift_slope")
 YAW_LIFT = offset("yaw_lift_slope")
-MUNK = offset("munk_slope")
+TURNOVER = offset("turnover_slope")
 DENSITY = offset("density")
 WALL_STRENGTH = offset("wall_strength")
 WALL_RADIUS = offset("wall_radius")
@@ -145,7 +145,7 @@ def add_damping(p: Array, v: Array, near_wall: float, strips: Array, force: Arra
     """Add damping, cross-flow coupling and lift; `strips` rows are (x, C_d H dx, C_d B dx).
 
     Lift opposes the drift ahead and astern, so that it takes energy out both ways; its moment has
-    the sign of its arm. A Munk moment of its own turns over with u, as that of C(v) v does.
+    the sign of its arm, but for the part that turns over with u as the Munk moment does.
     """
     for i in range(6):
         total = p[QUADRATIC_DAMPING + i] * abs(v[i]) * v[i]
@@ -173,9 +173,9 @@ def add_damping(p: Array, v: Array, near_wall: float, strips: Array, force: Arra
     force[1] -= p[SWAY_LIFT] * speed * v[1]
     force[4] += p[PITCH_LIFT] * speed * v[2]
     force[5] += p[YAW_LIFT] * speed * v[1]
-    if p[MUNK] != 0.0 or p[MUNK + 1] != 0.0:
-        force[4] += p[MUNK] * v[0] * v[2]
-        force[5] += p[MUNK + 1] * v[0] * v[1]
+    if v[0] < 0.0:
+        force[4] += 2.0 * p[TURNOVER] * v[0] * v[2]
+        force[5] += 2.0 * p[TURNOVER + 1] * v[0] * v[1]
 
 
 @inlined

@@ -109,13 +109,12 @@ def pack_vehicle(vehicle: Vehicle, bench: BenchModel | None = None) -> PackedVeh
     Raises
     ------
     CannotComputeError
-        Without a model, without bench results where they are named, or where the mass matrix is
-        not positive definite.
+        Without a model, or without bench results where they are named.
     """
     model = model_of(vehicle)
     vector = neutral_vector()
     write_body(vector, model, vehicle.water.gravity_mps2, vehicle.water.density_kgpm3)
-    write_lift(vector, model)
+    write_lift(vector, vehicle, model)
     write_surroundings(vector, model)
     kinds = write_thrusters(vector, vehicle)
     tables = [thrust_table(vehicle, kind, bench) for kind in kinds]

@@ -5,6 +5,7 @@ import numpy as np
 from pipeline.physics.parameters import write
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Lift, Model
+from pipeline.vehicle.schema import Vehicle
 
 
 def write_body(vector: FloatArray, model: Model, gravity: float, density: float) -> None:
@@ -52,23 +53,43 @@ def inertia_tensor(inertia_kgm2: tuple[float, ...]) -> FloatArray:
     return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
 
 
-def write_lift(vector: FloatArray, model: Model) -> None:
+def write_lift(vector: FloatArray, vehicle: Vehicle, model: Model) -> None:
     """Write lift slopes per speed squared, in place; the Munk moment is counted once.
 
     C(nu) nu holds the Munk moments (A_33 - A_11) u w in pitch and (A_11 - A_22) u v in yaw. A
-    measured or computed moment against the angle of attack holds them too, so they are taken off:
-    what is left is the moment of a force and goes with |u|. Where the model leaves C(nu) nu out,
-    they stand in a slot of their own.
+    measured or computed moment against the angle of attack holds them too, so they are taken off.
+    What is left is the moment of the lift force as far as that can make it at an end of the hull,
+    and goes with |u|; the rest of it, and Munk's where C(nu) nu is left out, turns over with u.
     """
     lift = model.lift if model.lift is not None else Lift(speed_mps=1.0, includes_munk=False)
     per_speed = 1.0 / lift.speed_mps**2
+    held = np.array(munk_held(model))
+    munk = held if model.terms.coriolis else np.zeros(2)
+    force = np.array([lift.heave_n_per_rad, lift.sway_n_per_rad]) * per_speed
+    moment = np.array([-lift.pitch_nm_per_rad, lift.yaw_nm_per_rad]) * per_speed
+    largest = np.abs(force) * hull_end_m(vehicle, model)
+    write(vector, "heave_lift_slope", force[0])
+    write(vector, "sway_lift_slope", force[1])
+    write(vector, "pitch_lift_slope", moment[0] - munk[0])
+    write(vector, "yaw_lift_slope", moment[1] - munk[1])
+    fixed = np.clip(moment - held, -largest, largest)
+    write(vector, "turnover_slope", moment - munk - fixed)
+
+
+def munk_held(model: Model) -> tuple[float, float]:
+    """Munk moments of pitch and yaw that the file's lift slopes hold [kg]."""
+    if model.lift is None or not model.lift.includes_munk:
+        return 0.0, 0.0
     a = added_mass_matrix(model)
-    munk = np.array([a[2, 2] - a[0, 0], a[0, 0] - a[1, 1]]) if lift.includes_munk else np.zeros(2)
-    write(vector, "heave_lift_slope", lift.heave_n_per_rad * per_speed)
-    write(vector, "sway_lift_slope", lift.sway_n_per_rad * per_speed)
-    write(vector, "pitch_lift_slope", -lift.pitch_nm_per_rad * per_speed - munk[0])
-    write(vector, "yaw_lift_slope", lift.yaw_nm_per_rad * per_speed - munk[1])
-    write(vector, "munk_slope", np.zeros(2) if model.terms.coriolis else munk)
+    return float(a[2, 2] - a[0, 0]), float(a[0, 0] - a[1, 1])
+
+
+def hull_end_m(vehicle: Vehicle, model: Model) -> float:
+    """Distance of the hull's farther end from the origin, by its sections and thrusters [m]."""
+    places = [one.position_m[0] for one in vehicle.thrusters]
+    if model.crossflow is not None:
+        places += [section.x_m for section in model.crossflow.sections]
+    return max((abs(x) for x in places), default=0.0)
 
 
 def write_surroundings(vector: FloatArray, model: Model) -> None:

@@ -33,8 +33,9 @@ class Craft:
 
     `inertia` (3, 3) is about the centre of mass; `added`, `linear` (6, 6), `quadratic` (6,);
     `gain`, `reverse`, `inflow`, `dead`, `lag_s` (n,) of the thrusters, the lag on top of the
-    stated one; `azimuth`, `elevation` (n,) [rad]; `lift` (4,): heave, pitch, sway, yaw; `munk`
-    (2,): pitch and yaw, of the Munk moment in the file's slopes that no Coriolis term makes.
+    stated one; `azimuth`, `elevation` (n,) [rad]; `lift` (4,): heave, pitch, sway, yaw of
+    forces at their places; `turning` (2,): pitch and yaw of what turns over with the course; `munk`
+    (2,): what the file's slopes hold of Munk's.
     """
 
     names: tuple[str, ...]
@@ -50,6 +51,7 @@ class Craft:
     quadratic: FloatArray
     strips: FloatArray
     lift: FloatArray
+    turning: FloatArray
     munk: FloatArray
     coriolis: float
     crossflow: float
@@ -106,10 +108,13 @@ def craft_of(vehicle: Vehicle, static: StaticCharacteristic | None = None) -> Cr
             kinds.append((one.drive, one.propeller))
     count = len(vehicle.thrusters)
     push = np.array([one.direction for one in vehicle.thrusters], float).reshape(-1, 3)
+    place = np.array([one.position_m for one in vehicle.thrusters], float).reshape(-1, 3)
     body = _body(model, vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
     walls = model.pool.walls if model.pool is not None else ()
     tether = model.tether
     tow = (*tether.attachment_m, *tether.anchor_ned_m) if tether is not None else (0.0,) * 6
+    stations = [] if model.crossflow is None else [one.x_m for one in model.crossflow.sections]
+    one_end = max((abs(x) for x in (*place[:, 0], *stations)), default=0.0)
     return Craft(
         names=tuple(one.name for one in vehicle.thrusters),
         density=vehicle.water.density_kgpm3,
@@ -119,7 +124,7 @@ def craft_of(vehicle: Vehicle, static: StaticCharacteristic | None = None) -> Cr
         linear=np.diag(model.damping.linear),
         quadratic=np.array(model.damping.quadratic),
         strips=_strips(model),
-        **_lift(model),
+        **_lift(model, one_end),
         coriolis=1.0 if model.terms.coriolis else 0.0,
         crossflow=1.0 if model.crossflow is not None and model.crossflow.in_nominal else 0.0,
         current=np.zeros(3),
@@ -133,7 +138,7 @@ def craft_of(vehicle: Vehicle, static: StaticCharacteristic | None = None) -> Cr
         load_drop=0.0,
         laws=tuple(drive_law(vehicle, *kind, static) for kind in kinds),
         kind=tuple(kinds.index((one.drive, one.propeller)) for one in vehicle.thrusters),
-        place=np.array([one.position_m for one in vehicle.thrusters], float).reshape(-1, 3),
+        place=place,
         push=push / np.linalg.norm(push, axis=1, keepdims=True),
         gain=np.ones(count),
         reverse=np.ones(count),
@@ -188,23 +193,26 @@ def _tensor(entries: Vector6) -> FloatArray:
     return np.array([[xx, -xy, -xz], [-xy, yy, -yz], [-xz, -yz, zz]])
 
 
-def _lift(model: Model) -> dict[str, Any]:
-    """Slopes over the speed squared without the Munk moment, and that if nothing else makes it."""
+def _lift(model: Model, end_m: float) -> dict[str, Any]:
+    """Slopes over the speed squared: what a force makes at most at an end, and the rest."""
     lift = model.lift
     if lift is None:
-        return {"lift": np.zeros(4), "munk": np.zeros(2)}
+        return {"lift": np.zeros(4), "turning": np.zeros(2), "munk": np.zeros(2)}
     square = lift.speed_mps**2
     surge, sway, heave = np.diag(added_of(model))[:3]
     munk = np.array([heave - surge, surge - sway]) * lift.includes_munk
-    slopes = np.array(
-        [
-            lift.heave_n_per_rad / square,
-            -lift.pitch_nm_per_rad / square - munk[0],
-            lift.sway_n_per_rad / square,
-            lift.yaw_nm_per_rad / square - munk[1],
-        ]
-    )
-    return {"lift": slopes, "munk": munk * (not model.terms.coriolis)}
+    up, aside = lift.heave_n_per_rad / square, lift.sway_n_per_rad / square
+    whole = np.array([-lift.pitch_nm_per_rad, lift.yaw_nm_per_rad]) / square
+    at_place = [
+        float(np.sign(m)) * min(abs(float(m)), abs(f) * end_m)
+        for m, f in zip(whole - munk, (up, aside), strict=True)
+    ]
+    makes = munk if model.terms.coriolis else np.zeros(2)
+    return {
+        "lift": np.array([up, at_place[0], aside, at_place[1]]),
+        "turning": whole - makes - np.array(at_place),
+        "munk": munk,
+    }
 
 
 def _strips(model: Model) -> FloatArray:
@@ -295,7 +303,7 @@ def truth_of(craft: Craft) -> Truth:
         craft.quadratic,
         craft.strips,
         craft.lift,
-        craft.munk,
+        craft.turning,
         scalars,
         craft.centre_g,
         craft.centre_b,

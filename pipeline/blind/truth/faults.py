@@ -70,7 +70,9 @@ def _cg_shift(craft: Craft, values: Values, _one: int) -> Craft:
 def _coriolis(craft: Craft, values: Values, _one: int) -> Craft:
     share = values["fraction"]
     # what the momenta make now is no part of the measured slopes any more
-    return craft.changed(coriolis=craft.coriolis + share, munk=craft.munk * (1.0 - share))
+    return craft.changed(
+        coriolis=craft.coriolis + share, turning=craft.turning - share * craft.munk
+    )
 
 
 def _crossflow(craft: Craft, values: Values, _one: int) -> Craft:

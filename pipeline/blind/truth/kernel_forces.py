@@ -60,8 +60,8 @@ class Truth(NamedTuple):
     """A vehicle and its surroundings as they are.
 
     `rigid`, `added`, `linear` (6, 6); `quadratic` (6,); `strips` (k, 3): station, C_d H dx,
-    C_d B dx; `lift` (4,): heave, pitch, sway, yaw slopes; `munk` (2,): slopes of moments that turn
-    over with the course; `scalars`; `centre_g`, `centre_b`,
+    C_d B dx; `lift` (4,): heave, pitch, sway, yaw slopes; `turning` (2,): slopes of pitch and yaw
+    moments that turn over with the course; `scalars`; `centre_g`, `centre_b`,
     `current` (3,); `walls` (k, 6): point, normal; `place`, `push` (n, 3); `screws` (n, 10); `laws`
     (kinds, 9); `steady` (kinds, speeds, codes): shaft speed; `motor` (kinds, codes): slope of the
     motor's torque against the shaft speed; `tow` (6,): attachment and anchor; `trouble` (16,).
@@ -73,7 +73,7 @@ class Truth(NamedTuple):
     quadratic: Array
     strips: Array
     lift: Array
-    munk: Array
+    turning: Array
     scalars: Array
     centre_g: Array
     centre_b: Array
@@ -125,9 +125,9 @@ def add_hull(t: Truth, v: Array, near: float, force: Array) -> None:
     # a force against the drift at a fixed arm, whichever end is first
     ahead = abs(v[0])
     force[2] -= ahead * v[2] * t.lift[0]
-    force[4] += ahead * v[2] * t.lift[1] + v[0] * v[2] * t.munk[0]
+    force[4] += ahead * v[2] * t.lift[1] + v[0] * v[2] * t.turning[0]
     force[1] -= ahead * v[1] * t.lift[2]
-    force[5] += ahead * v[1] * t.lift[3] + v[0] * v[1] * t.munk[1]
+    force[5] += ahead * v[1] * t.lift[3] + v[0] * v[1] * t.turning[1]
 
 
 @inlined

@@ -50,8 +50,8 @@ def belief_of(craft: Craft) -> Belief:
     arm_z = weight_n * craft.centre_g[2] - craft.buoyancy_n * craft.centre_b[2]
     a = craft.added
     # Munk's moments net of lift, of an angle of attack and of drift
-    pitch = craft.coriolis * (a[2, 2] - a[0, 0]) + craft.lift[1] + craft.munk[0]
-    yaw = craft.coriolis * (a[1, 1] - a[0, 0]) - craft.lift[3] - craft.munk[1]
+    pitch = craft.coriolis * (a[2, 2] - a[0, 0]) + craft.lift[1] + craft.turning[0]
+    yaw = craft.coriolis * (a[1, 1] - a[0, 0]) - craft.lift[3] - craft.turning[1]
     return Belief(
         inertia=total,
         drag=np.array([craft.linear[0, 0], craft.quadratic[0]]),

@@ -19,6 +19,7 @@ CONTEXT = EffectContext(
     tether_in_nominal=False,
     gravity_mps2=GRAVITY_MPS2,
     measured=frozenset({"dvl", "imu", "depth"}),
+    munk_held=(18.0, -7.0),
 )
 
 
@@ -38,7 +39,7 @@ def sample_vector() -> FloatArray:
         full = size * (np.eye(6) + 0.1 * half @ half.T)
         write(vector, name, (full + full.T) / 2.0)
     write(vector, "quadratic_damping", np.array([30.0, 200.0, 210.0, 5.0, 90.0, 95.0]))
-    write(vector, "munk_slope", np.array([18.0, -0.0]))
+    write(vector, "turnover_slope", np.array([18.0, -0.0]))
     write(vector, "thruster_count", len(NAMES))
     for name in ("thrust_gain", "reverse_gain"):
         read(vector, name)[: len(NAMES)] = rng.uniform(0.8, 1.1, len(NAMES))
