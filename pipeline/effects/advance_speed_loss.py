@@ -63,5 +63,6 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("inflow_fraction",),
     apply=_apply,
+    of_thrusters=True,
     missing=_missing,
 )

@@ -63,4 +63,5 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r", "phi", "theta", "psi", "z"),
     vector_slots=("dead_zone",),
     apply=_apply,
+    of_thrusters=True,
 )

@@ -71,6 +71,7 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("opposed_share", "inflow_fraction"),
     apply=_apply,
+    of_thrusters=True,
     missing=_missing,
     unstated=True,
 )

@@ -62,6 +62,7 @@ EFFECT = Effect(
     channels=THRUSTER_LAG.channels,
     vector_slots=("lag_dead_share", "lag_power"),
     apply=_apply,
+    of_thrusters=True,
     missing=THRUSTER_LAG.missing,
     unstated=True,
 )

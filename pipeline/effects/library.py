@@ -101,7 +101,8 @@ def why_not(context: EffectContext) -> dict[str, str]:
 
 
 def _missing(effect: Effect, context: EffectContext) -> str | None:
-    if effect.scope == "thruster" and not context.thruster_names:
+    of_thrusters = effect.of_thrusters or effect.scope == "thruster"
+    if of_thrusters and not context.thruster_names:
         return "the vehicle has no thrusters"
     return effect.missing(context)
 

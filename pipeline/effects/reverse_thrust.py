@@ -46,4 +46,5 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("reverse_gain",),
     apply=_apply,
+    of_thrusters=True,
 )

@@ -61,5 +61,6 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("rotor_inertia",),
     apply=_apply,
+    of_thrusters=True,
     missing=_missing,
 )

@@ -9,8 +9,10 @@ the cable at its point of attachment. With v_t the velocity of that point relati
 
 C_d A is the drag area of what is towed, the same in every direction, and T a constant pull towards
 the upper end of the cable. Both turn the vehicle through the lever arm of the point. Drag area and
-pull come on top of what the nominal model holds of a tether. Shape, weight and slack of the cable
-are not in it: a cable that goes taut at some distance, or snags, is another matter (`unknown`).
+pull come on top of what the nominal model holds of a tether. Point and anchor are those of the
+vehicle file's tether; a vehicle without one is pulled at its body origin, towards where the
+manoeuvres start at the surface (0, 0, 0 in NED). Shape, weight and slack of the cable are not in
+it: a cable that goes taut at some distance, or snags, is another matter (`unknown`).
 
 It shows as a drag that always opposes the motion of the attachment, in sway and heave as well as
 ahead, as a pull whose direction in the body turns with heading and place, and as a moment when the

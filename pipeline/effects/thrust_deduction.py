@@ -52,4 +52,5 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("thrust_gain",),
     apply=_apply,
+    of_thrusters=True,
 )

@@ -25,19 +25,23 @@ from collections.abc import Mapping
 from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.errors import CannotComputeError
+from pipeline.physics.parameters import read
 from pipeline.types import FloatArray
 
 
 def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
 ) -> None:
-    if values["drop"] + values["load_drop"] >= 1.0:
-        raise CannotComputeError(
-            f"voltage_sag: drop {values['drop']:g} and load_drop {values['load_drop']:g} together "
-            "leave no voltage at full load. Their sum must stay below 1."
-        )
     add(vector, "supply_drop", values["drop"])
     add(vector, "load_drop", values["load_drop"])
+    if values["drop"] == values["load_drop"] == 0.0:
+        return
+    drop, load_drop = float(read(vector, "supply_drop")), float(read(vector, "load_drop"))
+    if drop + load_drop >= 1.0:
+        raise CannotComputeError(
+            f"voltage_sag: drop {drop:g} and load_drop {load_drop:g} together "
+            "leave no voltage at full load. Their sum must stay below 1."
+        )
 
 
 EFFECT = Effect(
@@ -68,4 +72,5 @@ EFFECT = Effect(
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("supply_drop", "load_drop"),
     apply=_apply,
+    of_thrusters=True,
 )

@@ -12,7 +12,8 @@ import numpy as np
 from pipeline.control.autopilot import Reference
 from pipeline.physics.parameters import read
 from pipeline.simulate import signals
-from pipeline.simulate.fly import Plan, autopilot_for, general_allocator
+from pipeline.simulate.fly import Plan
+from pipeline.simulate.manoeuvre_reach import ANY_AXIS, gentle_reach, reach_alone
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state
 from pipeline.types import FloatArray
@@ -23,10 +24,6 @@ POOL_DEPTH_M = 1.5
 #: Length of a run to and fro in a pool, and largest radius of a turn there. [m]
 POOL_LEG_M = 3.0
 POOL_RADIUS_M = 1.0
-#: Largest roll or pitch that an excitation may hold against the righting moment and the hold. [rad]
-LARGEST_TILT_RAD = 0.15
-#: The same for heading. [rad]
-LARGEST_TURN_RAD = 1.0
 #: Excitations in a pool are this much smaller: there is no room to drift.
 POOL_EXCITATION = 0.4
 
@@ -36,55 +33,19 @@ class Manoeuvre:
     """A named manoeuvre: what it is for, and the plan it makes for a vehicle.
 
     `plan(packed, amplitude, duration)`: amplitude 1 is the usual size; `duration_s` the usual
-    length.
+    length. `axes` are those that it cannot do without.
     """
 
     name: str
     purpose: str
     duration_s: float
     plan: Callable[[PackedVehicle, float, float], Plan]
-
-
-def _reach(packed: PackedVehicle) -> FloatArray:
-    """Largest force and moment along each axis alone at rest, (6,); 0 where there is none."""
-    allocator = general_allocator(packed)
-    matrix = allocator.configuration()
-    size = np.minimum(allocator.largest_n, -allocator.smallest_n)
-    reach = np.zeros(6)
-    inverse = np.linalg.pinv(matrix, rcond=1e-6)
-    for axis in range(6):
-        unit = inverse[:, axis]
-        if np.abs(matrix @ unit - np.eye(6)[axis]).max() < 1e-6:
-            reach[axis] = float(np.min(size / np.maximum(np.abs(unit), 1e-12)))
-    return reach
-
-
-def _gentle_reach(packed: PackedVehicle) -> FloatArray:
-    """`_reach` with roll, pitch and yaw held to angles that a trial would allow, (6,).
-
-    What resists is the righting moment and the autopilot that holds level and heading.
-    """
-    vector = packed.vector
-    righting = float(
-        read(vector, "weight") * read(vector, "centre_of_mass")[2]
-        - read(vector, "buoyancy") * read(vector, "centre_of_buoyancy")[2]
-    )
-    reach = _reach(packed)
-    design = autopilot_for(packed).design
-    hold = [
-        design.roll_inertia_kgm2 * design.roll_bandwidth**2,
-        design.pitch_inertia_kgm2 * design.pitch_bandwidth**2,
-    ]
-    tilt = (max(righting, 0.0) + np.array(hold)) * LARGEST_TILT_RAD / 0.35
-    reach[3:5] = np.minimum(reach[3:5], tilt)
-    turn = design.yaw_inertia_kgm2 * design.heading_bandwidth**2 * LARGEST_TURN_RAD / 0.35
-    reach[5] = min(reach[5], turn)
-    return reach
+    axes: tuple[str, ...] = ()
 
 
 def _speed(packed: PackedVehicle, amplitude: float) -> float:
     """Cruising speed [m/s]: what 0.4 of the surge force sustains by the nominal drag."""
-    force = 0.4 * _reach(packed)[0]
+    force = 0.4 * reach_alone(packed)[0]
     linear = float(read(packed.vector, "linear_damping")[0, 0])
     quadratic = float(read(packed.vector, "quadratic_damping")[0])
     if quadratic <= 0.0:
@@ -116,7 +77,7 @@ def _leg_sign(packed: PackedVehicle, speed_mps: float) -> Callable[[float], floa
 
 def _level_roll(packed: PackedVehicle) -> float | None:
     """Roll to hold: 0 where the thrusters can make a roll moment, else left to the righting one."""
-    return 0.0 if _reach(packed)[3] > 0.0 else None
+    return 0.0 if reach_alone(packed)[3] > 0.0 else None
 
 
 def _under_autopilot(
@@ -170,7 +131,7 @@ def _surge_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
 
 def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     """Open loop: force rises along a line, then is cut off (coast-down); in a pool to and fro."""
-    force = 0.5 * amplitude * _reach(packed)[0]
+    force = 0.5 * amplitude * reach_alone(packed)[0]
     period = min(duration_s, 15.0) if packed.context.walls else duration_s
 
     def wrench(t: float) -> FloatArray:
@@ -267,7 +228,7 @@ def _excitation(
 
     def plan(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
         room = POOL_EXCITATION if packed.context.walls else 1.0
-        reach = 0.35 * room * amplitude * _gentle_reach(packed)
+        reach = 0.35 * room * amplitude * gentle_reach(packed)
         time_s = np.arange(0.0, duration_s + 1.0, 0.1)
         table = np.stack([reach[axis] * signal(time_s, axis) for axis in range(6)], axis=1)
         if packed.context.walls:
@@ -300,15 +261,19 @@ def _free_decay(packed: PackedVehicle, amplitude: float, duration_s: float) -> P
 MANOEUVRES: dict[str, Manoeuvre] = {
     m.name: m
     for m in (
-        Manoeuvre("hover", "hold depth and heading at rest", 60.0, _hover),
-        Manoeuvre("straight", "run ahead at one speed", 60.0, _straight),
-        Manoeuvre("surge_steps", "steps of surge speed", 120.0, _surge_steps),
-        Manoeuvre("surge_ramp", "rising surge force, then coasting", 90.0, _surge_ramp),
-        Manoeuvre("zig_zag", "heading steps to both sides under way", 120.0, _zig_zag),
-        Manoeuvre("circle", "turn at a constant rate under way", 90.0, _circle),
-        Manoeuvre("spiral", "turns of growing rate, both ways", 160.0, _spiral),
-        Manoeuvre("heave_steps", "steps of depth at rest", 120.0, _heave_steps),
-        Manoeuvre("pitch_steps", "steps of pitch under way", 90.0, _pitch_steps),
+        Manoeuvre("hover", "hold depth and heading at rest", 60.0, _hover, ("heave",)),
+        Manoeuvre("straight", "run ahead at one speed", 60.0, _straight, ("surge",)),
+        Manoeuvre("surge_steps", "steps of surge speed", 120.0, _surge_steps, ("surge",)),
+        Manoeuvre("surge_ramp", "rising surge force, then coasting", 90.0, _surge_ramp, ("surge",)),
+        Manoeuvre(
+            "zig_zag", "heading steps to both sides under way", 120.0, _zig_zag, ("surge", "yaw")
+        ),
+        Manoeuvre("circle", "turn at a constant rate under way", 90.0, _circle, ("surge", "yaw")),
+        Manoeuvre("spiral", "turns of growing rate, both ways", 160.0, _spiral, ("surge", "yaw")),
+        Manoeuvre("heave_steps", "steps of depth at rest", 120.0, _heave_steps, ("heave",)),
+        Manoeuvre(
+            "pitch_steps", "steps of pitch under way", 90.0, _pitch_steps, ("surge", "pitch")
+        ),
         Manoeuvre(
             "multisine",
             "sines along every axis, open loop",
@@ -316,18 +281,21 @@ MANOEUVRES: dict[str, Manoeuvre] = {
             _excitation(
                 lambda t, axis: signals.multisine(t, 0.02 + 0.004 * axis, 0.4 + 0.01 * axis, 14)
             ),
+            ANY_AXIS,
         ),
         Manoeuvre(
             "chirp",
             "rising frequency along every axis, open loop",
             120.0,
             _excitation(lambda t, axis: signals.chirp(t, 0.01 + 0.002 * axis, 0.5)),
+            ANY_AXIS,
         ),
         Manoeuvre(
             "prbs",
             "pseudo-random steps along every axis, open loop",
             120.0,
             _excitation(lambda t, axis: signals.prbs(t, 1.5, 61 * axis)),
+            ANY_AXIS,
         ),
         Manoeuvre("free_decay", "released and left alone", 60.0, _free_decay),
     )

@@ -8,7 +8,7 @@ from typing import Any
 
 from pipeline import __version__
 from pipeline.effects.discovery import module_names
-from pipeline.effects.library import apply_effects, parse_effect
+from pipeline.effects.library import parse_effect
 from pipeline.effects.specification import EffectSpec
 from pipeline.export.attachment_topics import topic_of_latch, topics_of_tether
 from pipeline.export.log_topics import Topic
@@ -18,6 +18,7 @@ from pipeline.ingest.recorded_log import RecordedFile
 from pipeline.ingest.run_commands import read_run_commands
 from pipeline.provenance import code_digest, file_digest
 from pipeline.simulate.context import model_of
+from pipeline.simulate.effects_on import effects_on
 from pipeline.simulate.events import PayloadEvent, PayloadSchedule
 from pipeline.simulate.fly import CONTROL_PERIOD_S, fly, usual_step_s
 from pipeline.simulate.latch_loads import LatchLoad, latch_loads
@@ -147,7 +148,8 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
         )
         sensors = Sensors()
     log = measure(trajectory, one.packed, sensors, vector=case.true, seed=request.seed)
-    summary = summarise(trajectory, log, one.packed, case.true)
+    manoeuvre = MANOEUVRES.get(str(request.manoeuvre))
+    summary = summarise(trajectory, log, one.packed, case.true, manoeuvre)
     loads = latch_loads(trajectory, one.packed, case.model, schedule.outcomes, vector=case.true)
     _write(case, flight, log, loads)
     return SimulationResult(
@@ -170,16 +172,15 @@ def _case(request: SimulationRequest) -> _Case:
     one = load_simulated(request.vehicle, request.raw, request.out)
     packed, model = one.packed, model_of(one.vehicle)
     specs = tuple(parse_effect(text, packed.thruster_names) for text in request.effects)
-    true = apply_effects(packed.vector, specs, packed.context)
+    switched = effects_on(packed, specs)
+    true = switched(packed.vector)
     return _Case(
         request=request,
         one=one,
         model=model,
         specs=specs,
         true=true,
-        schedule=PayloadSchedule(
-            packed, model, events, lambda vector: apply_effects(vector, specs, packed.context)
-        ),
+        schedule=PayloadSchedule(packed, model, events, switched),
         tethered=nominal_mover(model, orders),
         step_s=usual_step_s(packed, true) if request.step_s is None else request.step_s,
     )

@@ -1,8 +1,9 @@
-"""Does the vehicle file agree with itself? Thrusters against the allocator's geometry."""
+"""Does the vehicle file agree with itself? Thrusters against the allocator, and sizes."""
 
 import math
 
 from pipeline.vehicle.schema import Allocator, Thruster, Vector3, Vehicle
+from pipeline.vehicle.size_notes import size_notes
 
 #: Largest angle between a thruster and the direction that (5) gives it, before it is mentioned.
 _ANGLE_DEG = 1.0
@@ -40,6 +41,7 @@ def vehicle_notes(vehicle: Vehicle) -> tuple[str, ...]:
         for one in vehicle.thrusters
         if (one.propeller, one.drive) != (tables.propeller, tables.drive)
     ]
+    notes += size_notes(vehicle)
     allocator = vehicle.allocator
     if allocator is None:
         return tuple(notes)

@@ -119,7 +119,19 @@ def test_all_are_candidates_where_everything_is_lacking_known_and_measured() -> 
         ),
         (
             replace(CONTEXT, thruster_names=()),
-            dict.fromkeys(["thruster_degraded", "thruster_misalignment"], "no thrusters"),
+            dict.fromkeys(
+                [
+                    "advance_speed_loss",
+                    "dead_zone",
+                    "reverse_thrust",
+                    "thrust_deduction",
+                    "thruster_degraded",
+                    "thruster_lag",
+                    "thruster_misalignment",
+                    "voltage_sag",
+                ],
+                "no thrusters",
+            ),
         ),
     ],
 )

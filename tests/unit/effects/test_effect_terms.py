@@ -111,6 +111,13 @@ def test_sag_must_leave_voltage() -> None:
         applied("voltage_sag:drop=0.5,load_drop=0.5")
 
 
+def test_sag_on_top_of_sag_must_leave_voltage() -> None:
+    """The limit holds for what is missing altogether, a sag of the vector before included."""
+    half = applied("voltage_sag:drop=0.6")
+    with pytest.raises(CannotComputeError, match=r"drop 1.2 and load_drop 0 together leave no"):
+        apply_effects(half, [parse_effect("voltage_sag:drop=0.6")], CONTEXT)
+
+
 def test_thrust_deduction_is_for_both_signs_and_all_thrusters() -> None:
     got = ratio("thrust_deduction:t=0.2", "thrust_gain")
     assert got == pytest.approx(np.array([0.8] * 5 + 7 * [1.0]))
