@@ -53,6 +53,8 @@ class BlindResult:
     wanted: int
     not_made: int
     to: Path
+    code: str
+    """Digest of the program that made the cases; see `code_digest`."""
 
     def to_json(self) -> dict[str, Any]:
         """Return what ``rig2sea blind --json`` prints."""
@@ -62,6 +64,7 @@ class BlindResult:
             "wanted": self.wanted,
             "not_made": self.not_made,
             "to": str(self.to),
+            "code": self.code,
             "score": self.score.model_dump(mode="json"),
         }
 
@@ -119,6 +122,7 @@ def summary(lines: list[dict[str, Any]], request: BlindRequest) -> BlindResult:
         len(numbers),
         sum("not_made" in line for line in asked),
         request.place.to,
+        str(_read_header(request.place.to / "campaign.json").get("code", "")),
     )
 
 
