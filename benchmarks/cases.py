@@ -99,7 +99,6 @@ SWITCHES: tuple[tuple[str, ...], ...] = (
     ("sway_lift_slope",),
     ("pitch_lift_slope",),
     ("yaw_lift_slope",),
-    ("turnover_slope",),
     ("coriolis_fraction",),
     ("tether_drag_area",),
     ("tether_pull",),
