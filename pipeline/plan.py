@@ -133,9 +133,17 @@ class VehicleFolder:
         where = Path(self.folder, kind) if base is None else base / self.folder / kind
         try:
             with os.scandir(where) as entries:
-                return sorted(e.name for e in entries if e.is_file() and is_raw(e.name))
+                return sorted(e.name for e in entries if _is_file(e) and is_raw(e.name))
         except (FileNotFoundError, NotADirectoryError):
             return []
+
+
+def _is_file(entry: os.DirEntry[str]) -> bool:
+    """Tell a file, also behind a link; a link that leads round in a circle is none."""
+    try:
+        return entry.is_file()
+    except OSError:
+        return False
 
 
 def _is_usable(name: str) -> bool:

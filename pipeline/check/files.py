@@ -7,13 +7,13 @@ from functools import cached_property
 from pathlib import Path
 
 from pipeline.check.findings import FileFinding, Findings, Quantity, VehicleFinding
-from pipeline.check.passed_over import passed_over, raw_files
 from pipeline.check.pool_runs import is_log, is_notes, read_notes_alone, read_run, strays
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.log_names import is_log_name, not_a_log
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
+from pipeline.passed_over import passed_over
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, is_raw
 from pipeline.records.measurements import (
     LoadTestRecord,
@@ -139,9 +139,9 @@ class _Reader:
         self._vehicle(path / VEHICLE_FILE)
         folder = VehicleFolder(path.name, str(path))
         for kind in _KINDS:
-            files, misnamed = raw_files(folder, kind)
-            self._findings.problems += [*misnamed, *passed_over(path / kind)]
-            for file in files:
+            self._findings.problems += folder.misnamed_problems(kind, f"{folder.folder}/{kind}")
+            self._findings.problems += passed_over(path / kind)
+            for file in folder.raw_files(kind):
                 self._file(Path(file))
         self._findings.problems += strays(path / POOL)
         self._findings.problems += (

@@ -6,7 +6,16 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.plan import RECEIPT_STAGES, RECORD_STAGES, TITLES, VehicleFolder, processed_file
+from pipeline.passed_over import passed_over
+from pipeline.plan import (
+    POOL,
+    RAW_KINDS,
+    RECEIPT_STAGES,
+    RECORD_STAGES,
+    TITLES,
+    VehicleFolder,
+    processed_file,
+)
 from pipeline.provenance import read_raw_envelope
 
 
@@ -30,6 +39,8 @@ class Outcome:
 def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
     """Collect what the vehicle's processed files say; files that are not there say nothing."""
     problems = list(vehicle.misplaced_problems(out))
+    for kind in (*RAW_KINDS, POOL):
+        problems += passed_over(out / vehicle.folder / kind, f"{vehicle.name}/{kind}")
     left_out: list[tuple[str, str]] = []
     checks: list[str] = []
     for stage in (*RECORD_STAGES, *RECEIPT_STAGES):

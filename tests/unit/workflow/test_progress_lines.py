@@ -176,6 +176,24 @@ def test_outcome_shows_paths_that_can_be_opened(tmp_path: Path) -> None:
     assert outcome.left_out == (("mooring test", "no"),)
 
 
+def test_a_run_tells_of_links_and_folders_that_nothing_reads(tmp_path: Path) -> None:
+    """A link that leads round stopped the whole run with a fault of the program."""
+    folder = tmp_path / "raw/boat"
+    (folder / "pool/2024").mkdir(parents=True)
+    (folder / "pool/2024/base.mcap").touch()
+    (folder / "mooring").mkdir()
+    (folder / "mooring/loop.csv").symlink_to("loop.csv")
+    (folder / "mooring/a.csv").touch()
+    vehicle = VehicleFolder("boat", "raw/boat")
+    assert vehicle.raw_files("mooring", tmp_path) == ("raw/boat/mooring/a.csv",)
+    outcome = outcome_of(vehicle, tmp_path)
+    assert outcome.failed
+    assert [(one.severity, one.place.file) for one in outcome.problems] == [
+        ("error", str(folder / "mooring/loop.csv")),
+        ("warning", str(folder / "pool/2024")),
+    ]
+
+
 def test_job_that_is_tried_again_counts_once() -> None:
     progress = Progress(io.StringIO(), total=1)
     failed = Event("failed", "boat", "static", "the node was lost.")
