@@ -103,10 +103,14 @@ def approach(
         # none of them explains the runs; a current that no DVL shows is weak at nominal
         others = _best_others(follow, loud, [*trials, *laden])
         best = follow.best_of(max((best, *others), key=value_of), others, _STEPS)
-    begin = best.departures if best.finding is None else neutral
+    begins = [neutral]
+    if best.finding is None and best.departures.any():
+        # what is stated may be far out, or may have been driven there by what is strong
+        begins.append(best.departures)
     bent = [
         partial(follow.probed, begin, group, [index], _TWO_SIDED if two_sided else _PROBED)
         for group, index, two_sided in _bent(every, groups, model, strong)
+        for begin in begins
     ]
     seen = [one for one in setting.bench.workers.each(bent) if one is not None]
     if best.best.level.ordinary:

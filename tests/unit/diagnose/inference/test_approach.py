@@ -109,6 +109,25 @@ def test_dead_zone_beyond_what_is_plausible_is_reached() -> None:
     assert found["dead_zone:codes"] == pytest.approx(84.0 / 30.0, rel=0.03)
 
 
+def test_a_long_lag_is_reached_though_what_is_stated_imitates_it_afar() -> None:
+    """It was looked for only where stated masses and drags, far out, had taken its place."""
+    found = reached(
+        "thruster_lag:lag_s=1.0",
+        effects=(
+            "thruster_lag",
+            "added_mass",
+            "linear_damping",
+            "quadratic_damping",
+            "lift",
+            "cg_shift",
+            "thruster_degraded",
+            "thrust_deduction",
+            "dead_zone",
+        ),
+    )
+    assert found["thruster_lag:lag_s"] == pytest.approx(2.0, abs=0.2)
+
+
 def test_what_leads_the_model_astray_is_found_beside_a_strong_fault() -> None:
     """The model is led along the DVL's velocity, taken as if the DVL were where it is stated."""
     case = small_case(
