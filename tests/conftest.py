@@ -8,7 +8,7 @@ from hypothesis import settings
 
 # The same examples every time, and no deadline: a loaded machine is no fault of the code. To look
 # for new counterexamples: HYPOTHESIS_PROFILE=default python -m pytest tests/unit
-settings.register_profile("repeatable", derandomize=True, deadline=None)
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 # Messages are compared as they are written, whatever the language of whoever runs the tests.

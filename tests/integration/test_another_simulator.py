@@ -54,13 +54,18 @@ def test_a_buoyancy_is_found_and_its_size(tmp_path: Path) -> None:
     assert not tells_of_the_lag(found)
 
 
-def test_a_low_supply_is_named_though_it_is_hard_to_tell_from_less_thrust(tmp_path: Path) -> None:
-    """Beyond a dead zone before the drive both scale thrust, and no voltage is logged."""
+def test_a_low_supply_is_all_but_the_same_as_less_thrust(tmp_path: Path) -> None:
+    """Beyond a dead zone before the drive both scale thrust, and no voltage is logged.
+
+    Which of the two is named, and whether the other stands beside it, is a matter of chance.
+    """
     found = diagnosed(tmp_path, Scout(dead_zone_first=True, supply=0.8))
     verdict = found["verdict"]
     said = {*verdict["effects"], *verdict["ambiguous_with"]}
-    assert "voltage_sag" in said
     assert said <= {"voltage_sag", "thrust_deduction"}
+    first, second = found["ranking"][:2]
+    assert {first["effect"], second["effect"]} == {"voltage_sag", "thrust_deduction"}
+    assert abs(first["log_evidence"] - second["log_evidence"]) < 3.0
     sag = next(one for one in found["ranking"] if one["effect"] == "voltage_sag")
     low, high = sag["parameters"]["drop"]["ci95"]
     assert low < 0.2 < high
