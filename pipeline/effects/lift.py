@@ -4,15 +4,15 @@ A hull that is held at an angle of attack or drift carries a force across the fl
 like a short wing. Kostenko 2017, eq. (4), has R_y = K_y alpha and M_z = -K_z alpha per radian at 3
 m/s; both go with speed squared, and for small angles alpha = w / u, so in SNAME axes (z down)
 
-    Z = -k_w |u| w      M = k_q |u| w      Y = -k_v |u| v      N = k_r |u| v
+    Z = -k_w |u| w      M = k_q u w      Y = -k_v |u| v      N = k_r u v
 
 The effect adds to these four slopes (heave, pitch, sway, yaw) of the nominal model. A positive
 heave or sway slope opposes the drift, ahead and astern: a force with u in place of |u| would push
 astern with the drift and give a passive hull energy. The moment slopes are net of the Munk moment,
-which the added masses already make and which turns over with u. What is added here is the moment of
-forces at their places, as of fins: it has the sign of its arm and |u| (Prestero 2001 has
-M = -x_fin Z ahead), and tail fins that steady a hull ahead upset it astern. The pitch slope is
-negative where a nose that is too high is pushed down, and tail fins do that. K_y = 1375 N/rad at
+which the added masses already make, and turn over with u as that does: what a hull's moment differs
+by is mostly what its lee end takes off Munk's (Hoerner and Borst 1985, ch. 19). On measured runs of
+a small ROV to and fro a moment with |u| explained less. The pitch slope is negative where a nose
+that is too high is pushed down. K_y = 1375 N/rad at
 3 m/s is a slope of 1375 / 9 = 153 N s^2/m^2.
 
 It shows with speed and an angle of attack or drift together: trim at speed, depth keeping with a
@@ -22,6 +22,8 @@ heave and sway on runs of one speed, and for `cg_shift` in pitch (which is there
 """
 
 from collections.abc import Mapping
+
+import numpy as np
 
 from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
@@ -40,14 +42,15 @@ def _apply(
 ) -> None:
     for name, slot in _SLOTS.items():
         add(vector, slot, values[name])
+    # the slots hold what goes with |u|; this makes u of it
+    add(vector, "turnover_slope", np.array([values["pitch_slope"], values["yaw_slope"]]))
 
 
 EFFECT = Effect(
     id="lift",
     title="force and moment across an oblique flow differ",
     source=(
-        "Kostenko 2017, eq. (4) and Table 1; Hoerner and Borst 1985, Fluid-Dynamic Lift; Prestero "
-        "2001, MIT thesis (fins and body lift of an AUV)"
+        "Kostenko 2017, eq. (4) and Table 1; Hoerner and Borst 1985, Fluid-Dynamic Lift, ch. 19"
     ),
     parameters=(
         Parameter(
@@ -62,7 +65,7 @@ EFFECT = Effect(
             unit="N s^2/m",
             neutral=0.0,
             plausible=(-80.0, 80.0),
-            meaning="added to k in M = k abs(u) w",
+            meaning="added to k in M = k u w",
         ),
         Parameter(
             "sway_slope",
@@ -76,10 +79,10 @@ EFFECT = Effect(
             unit="N s^2/m",
             neutral=0.0,
             plausible=(-80.0, 80.0),
-            meaning="added to k in N = k abs(u) v",
+            meaning="added to k in N = k u v",
         ),
     ),
     channels=("v", "w", "q", "r", "theta"),
-    vector_slots=tuple(_SLOTS.values()),
+    vector_slots=(*_SLOTS.values(), "turnover_slope"),
     apply=_apply,
 )

@@ -89,8 +89,14 @@ def _dead_zone(craft: Craft, values: Values, _one: int) -> Craft:
 
 
 def _lift(craft: Craft, values: Values, _one: int) -> Craft:
-    names = ("heave_slope", "pitch_slope", "sway_slope", "yaw_slope")
-    return craft.changed(lift=craft.lift + np.array([values.get(name, 0.0) for name in names]))
+    heave, pitch, sway, yaw = (
+        values.get(f"{name}_slope", 0.0) for name in ("heave", "pitch", "sway", "yaw")
+    )
+    # the moments are of the lee end, which changes sides with the course
+    return craft.changed(
+        lift=craft.lift + np.array([heave, 0.0, sway, 0.0]),
+        turning=craft.turning + np.array([pitch, yaw]),
+    )
 
 
 def _payload(craft: Craft, values: Values, _one: int) -> Craft:

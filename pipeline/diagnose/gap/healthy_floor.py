@@ -21,7 +21,7 @@ from pipeline.diagnose.gap.forecast import (
 )
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.linear.evidence import Prior
-from pipeline.diagnose.linear.linear_model import Setting, vector_of
+from pipeline.diagnose.linear.linear_model import Setting, realisable, vector_of
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_derivatives import moved_starts
@@ -63,7 +63,9 @@ def borne_out(  # noqa: PLR0917 - one caller
         setting.bench.stack.windows, moved_starts(setting.bench.stack.starts, moved)
     )
     near = outlook(setting, runs, channels, starts, AHEAD_S)
+    # readings of a vehicle that its model hardly fits may want a form of lag that nothing has
     unstated = np.where([one.effect.unstated for one in every], healthy.mean, 0.0)
+    unstated = realisable(every, unstated)
     stated = forecast(near, vector_of(setting, unstated), channels)
     for share in _SHARES:
         part = share * scatter

@@ -56,6 +56,22 @@ def test_munks_moment_turns_over_with_the_course() -> None:
     np.testing.assert_allclose(astern, -ahead)
 
 
+def test_the_moment_that_the_effect_adds_turns_over_too(
+    packed_vehicles: dict[str, PackedVehicle],
+) -> None:
+    """What a hull's moment differs by is what its lee end takes off Munk's."""
+    packed = packed_vehicles["rov8"]
+    added = parse_effect("lift:pitch_slope=40,yaw_slope=-25,heave_slope=30")
+    vector = apply_effects(packed.vector, [added], packed.context)
+    for surge in (1.5, -1.5):
+        velocity, force, plain = np.array([surge, 0.1, 0.2, 0, 0, 0]), np.zeros(6), np.zeros(6)
+        add_damping(vector, velocity, 1.0, NO_STRIPS, force)
+        add_damping(packed.vector, velocity, 1.0, NO_STRIPS, plain)
+        more = force - plain
+        np.testing.assert_allclose(more[4:], [40 * surge * 0.2, -25 * surge * 0.1], atol=1e-12)
+        assert more[2] == pytest.approx(-30 * 1.5 * 0.2)
+
+
 def test_the_force_keeps_what_it_can_make_at_the_end_of_the_hull(
     vehicles: dict[str, Vehicle], packed_vehicles: dict[str, PackedVehicle]
 ) -> None:
