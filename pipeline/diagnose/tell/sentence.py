@@ -31,6 +31,12 @@ def sentence(  # noqa: PLR0917 - one caller
             f"no channel in which it acts is off by {least_gap:g} times what a healthy vehicle is"
         )
         ambiguous = [name for name in ambiguous if name not in too_small.split("+")]
+    elif tuple(names) == ("none",) and "unknown" in ambiguous:
+        # the gap may be one that few healthy vehicles have
+        said = (
+            "No effect: what the vehicle file states as uncertain suffices to explain these runs "
+            f"{sure}"
+        )
     elif tuple(names) == ("none",):
         said = (
             f"No effect: the vehicle file predicts these runs as well as a healthy vehicle {sure}"

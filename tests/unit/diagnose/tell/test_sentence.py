@@ -66,3 +66,13 @@ def test_two_thrusters_are_each_named_with_their_effect() -> None:
     said = sentence(("thruster_degraded", "thruster_misalignment"), 0.99, (), [row], LEFT)
     for name, place in row.thrusters.items():
         assert re.search(rf"{name} \([^)]*\) at {place}\b", said)
+
+
+def test_none_beside_unknown_does_not_say_as_well_as_healthy() -> None:
+    """It stands there where a channel is two to four healthy floors off."""
+    ranking = ranked(none=0.55, unknown=0.43)
+    said = sentence(("none",), 0.55, ("unknown",), ranking, LEFT)
+    assert said.startswith("No effect: what the vehicle file states as uncertain suffices")
+    assert said.endswith("(probability 0.55). These runs cannot tell it from unknown.")
+    alone = sentence(("none",), 0.99, (), ranking, LEFT)
+    assert "as well as a healthy vehicle" in alone
