@@ -5,11 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.log_names import LOG_SUFFIX
-from pipeline.ingest.workbook import WORKBOOK_SUFFIXES
-from pipeline.plan import is_raw, printable
+from pipeline.plan import is_data, is_raw, printable
 
-_DATA = WORKBOOK_SUFFIXES | {".csv", ".tsv", ".xls", LOG_SUFFIX}
 _MOST_LOOKED_AT = 10_000
 
 
@@ -63,5 +60,5 @@ def _data_below(folder: Path) -> Iterator[Path]:
             looked_at += 1
             if looked_at > _MOST_LOOKED_AT:
                 return
-            if is_raw(name) and Path(name).suffix.lower() in _DATA:
+            if is_data(name):
                 yield Path(inner, name)

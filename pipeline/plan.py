@@ -108,13 +108,13 @@ class VehicleFolder:
         kinds = (*RAW_KINDS, POOL)
         said: list[tuple[str, str, str]] = []
         for path in sorted(where.iterdir()) if where.is_dir() else ():
-            if path.is_file() and _is_data(path.name):
+            if path.is_file() and is_data(path.name):
                 is_log = path.suffix.lower() == ".mcap"
                 what = "lies beside the folders of the tests, so it was not read."
                 remedy = "Move it into pool/." if is_log else "Move it into the folder of its test."
                 said.append((path.name, what, remedy))
             elif path.is_dir() and path.name not in kinds and not path.name.startswith("."):
-                data = [one for one in path.iterdir() if one.is_file() and _is_data(one.name)]
+                data = [one for one in path.iterdir() if one.is_file() and is_data(one.name)]
                 near = difflib.get_close_matches(path.name.lower(), kinds, n=1, cutoff=0.5)
                 if data and all(one.suffix.lower() == ".mcap" for one in data):
                     near = [POOL]
@@ -163,7 +163,7 @@ def printable(name: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in name)
 
 
-def _is_data(name: str) -> bool:
+def is_data(name: str) -> bool:
     """Tell measured data from anything else by the file's name."""
     return is_raw(name) and Path(name).suffix.lower() in _DATA
 
