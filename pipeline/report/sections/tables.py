@@ -40,7 +40,8 @@ def _published_cells(coefficient: Coefficient) -> list[str]:
     away = coefficient.half_widths_away
     verdict = "yes" if coefficient.inside else "no"
     if away is not None and not coefficient.inside:
-        verdict += f", {general(away, 2)} half-widths away"
+        # just outside, two figures would read as 1.0: inside
+        verdict += f", {general(away, 3 if away < 1.05 else 2)} half-widths away"
     return [
         as_printed(coefficient.published),
         sign + general(coefficient.difference, 2),
