@@ -69,7 +69,7 @@ def pool_logs(
     """
     folder = base / vehicle.folder / POOL
     found = []
-    names = set(_names(folder))
+    names = set(file_names(folder))
     for name in sorted(names):
         if not is_log_name(name) or name in waiting or not name.isprintable():
             continue
@@ -85,7 +85,7 @@ def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
     """Return a problem for each file in ``pool/`` that is not read as a run."""
     folder = base / vehicle.folder / POOL
     found = []
-    for name in sorted(_names(folder)):
+    for name in sorted(file_names(folder)):
         if not is_raw(name):
             continue
         shown = f"{vehicle.name}/{POOL}/{printable(name)}"
@@ -103,12 +103,18 @@ def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
     return tuple(found)
 
 
-def _names(folder: Path) -> list[str]:
+def file_names(folder: Path) -> list[str]:
+    """Return the names of the files in a folder of raw files, as they come; none without a folder.
+
+    Hidden files and the lock files of spreadsheet programs are left out, and so is a link that
+    leads nowhere, or round in a circle.
+    """
     try:
         with os.scandir(folder) as entries:
-            return [e.name for e in entries if e.is_file() and not e.name.startswith((".", "~$"))]
+            names = [entry.name for entry in entries if not entry.name.startswith((".", "~$"))]
     except (FileNotFoundError, NotADirectoryError):
         return []
+    return [name for name in names if (folder / name).is_file()]
 
 
 def log_size(path: Path) -> int:

@@ -5,7 +5,6 @@ notifications do not. What has been done is known from ``processed/``, so a rest
 and repeats nothing.
 """
 
-import os
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
@@ -19,7 +18,7 @@ from pipeline.provenance import read_envelope
 from pipeline.records.trial import PageReceipt
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.pool_plan import ROOMS
-from pipeline.workflow.pool_runs import run_file, run_name
+from pipeline.workflow.pool_runs import file_names, run_file, run_name
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Request, Result, run
 from pipeline.workflow.summary import failure_line
@@ -115,15 +114,7 @@ class Watcher:
         folder = self.request.out / vehicle.folder
         found = [folder / VEHICLE_FILE]
         for kind in (*RAW_KINDS, POOL):
-            try:
-                with os.scandir(folder / kind) as entries:
-                    found += [
-                        folder / kind / entry.name
-                        for entry in entries
-                        if entry.is_file() and not entry.name.startswith((".", "~$"))
-                    ]
-            except (FileNotFoundError, NotADirectoryError):
-                continue
+            found += [folder / kind / name for name in file_names(folder / kind)]
         return sorted(found)
 
     def _remember(self, paths: Iterable[Path]) -> None:

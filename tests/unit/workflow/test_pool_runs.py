@@ -44,6 +44,17 @@ def test_what_lies_in_the_folder(tmp_path: Path) -> None:
     assert "no MCAP log" in str(problem)
 
 
+def test_link_that_leads_nowhere_or_round_is_no_run(tmp_path: Path) -> None:
+    """One that leads round stopped the whole run with a fault of the program."""
+    pool = tmp_path / "raw/boat/pool"
+    write_log(pool / "b.mcap", FIRST_NS)
+    (pool / "linked.mcap").symlink_to("b.mcap")
+    (pool / "gone.mcap").symlink_to("nothing.mcap")
+    (pool / "round.mcap").symlink_to("round.mcap")
+    assert [log.run for log in pool_logs(BOAT, tmp_path)] == ["b", "linked"]
+    assert pool_problems(BOAT, tmp_path) == ()
+
+
 @pytest.mark.parametrize(
     ("content", "start"),
     [

@@ -159,6 +159,14 @@ def test_bench_file_on_its_way_holds_its_vehicle_alone(scene: Scene) -> None:
     assert [Path(one).name for one in scene.requests[-1].vehicles] == ["other"]
 
 
+def test_link_that_leads_round_stops_nothing(scene: Scene) -> None:
+    (scene.root / "raw/boat/mooring").mkdir()
+    for folder in ("mooring", "pool"):
+        (scene.root / "raw/boat" / folder / "round").symlink_to("round")
+    settle(scene, scene.watcher())
+    assert len(scene.requests) == 1
+
+
 def test_vehicle_may_appear_later(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
     watcher = scene.watcher()
