@@ -61,7 +61,9 @@ class _Cli(TranslatedGroup):
         except BrokenPipeError:
             raise  # click knows what to do when the reader of a pipe has gone
         except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one message
-            click.echo(translate(_own_fault(error)), err=True)
+            from pipeline.command_fault import why_it_ended
+
+            click.echo(translate(why_it_ended(error)), err=True)
             raise click.exceptions.Exit(1) from None
 
 
@@ -69,31 +71,6 @@ def _keep_lines(command: click.Command) -> None:
     r"""Turn the ``\b`` of a raw docstring into the sign by which click leaves lines as they are."""
     if command.help is not None:
         command.help = command.help.replace("\\b\n", "\b\n")
-
-
-def _own_fault(error: Exception) -> str:
-    """Write the traceback to a file and return what to tell the user."""
-    import tempfile
-    import traceback
-
-    trace = "".join(traceback.format_exception(error))
-    try:
-        # a name of its own: the folder is everybody's
-        with tempfile.NamedTemporaryFile(
-            "w", prefix="rig2sea-error-", suffix=".log", delete=False, encoding="utf-8"
-        ) as log:
-            log.write(trace)
-        details = f"The details are in {log.name}."
-        wanted = (
-            "Please report it with that file and the command that you typed; see CONTRIBUTING.md."
-        )
-    except OSError:
-        details = "The details could not be written."
-        wanted = "Please report it with the command that you typed; see CONTRIBUTING.md."
-    first = (str(error).splitlines() or [""])[0]
-    return (
-        f"error: a fault of rig2sea itself ({type(error).__name__}: {first}). {details}\n{wanted}"
-    )
 
 
 def _folders(command: _F) -> _F:

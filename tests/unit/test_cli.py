@@ -1,5 +1,6 @@
 """The command line: help, exit codes, one message and never a traceback."""
 
+import errno
 import json
 import subprocess
 import sys
@@ -20,6 +21,8 @@ propellers: {p: {diameter_m: 0.1}}
 drives: {d: {code_min: -127, code_max: 127}}
 tables: {propeller: p, drive: d}
 """
+
+DISK_FULL = "The disk is full: free some space and run again. What is finished is kept."
 
 
 @pytest.fixture
@@ -201,6 +204,43 @@ def test_fault_of_our_own_is_one_message_and_a_log(
     (log,) = here.glob("rig2sea-error-*.log")
     assert f"The details are in {log}." in result.output
     assert "Traceback" in log.read_text()
+
+
+@pytest.mark.parametrize(
+    ("fault", "said"),
+    [
+        (
+            PermissionError(errno.EACCES, "Permission denied", "raw/boat/pool"),
+            "raw/boat/pool: cannot be used: Permission denied.\nMend that, then run again.",
+        ),
+        (
+            OSError(errno.ENOSPC, "No space left on device"),
+            "rig2sea: cannot go on: No space left on device.\n" + DISK_FULL,
+        ),
+    ],
+)
+def test_place_that_cannot_be_used_is_no_fault_of_our_own(
+    fault: OSError, said: str, here: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A folder of somebody else, a full disk: nobody is to be asked to report that."""
+
+    def look(*_: object, **__: object) -> None:
+        raise fault
+
+    monkeypatch.setattr("pipeline.check.files.check_paths", look)
+    monkeypatch.setattr(tempfile, "tempdir", str(here))
+    result = call("check", "raw/boat")
+    assert result.exit_code == 1
+    assert result.stderr == f"error: {said}\n"
+    assert list(here.glob("rig2sea-error-*")) == []
+
+
+def test_name_that_no_file_can_have_is_one_message() -> None:
+    result = call("run", "x" * 300)
+    assert result.exit_code == 1
+    assert result.stderr.endswith(
+        "/vehicle.yaml: cannot be used: File name too long.\nMend that, then run again.\n"
+    )
 
 
 def test_stage_that_does_not_exist_is_no_traceback_for_the_journal(
