@@ -36,8 +36,11 @@ def only_run(path: Path) -> Iterator[None]:
             ) from None
         except OSError as error:
             raise unwritable(path, error) from error
-        os.ftruncate(descriptor, 0)
-        os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
+        try:
+            os.ftruncate(descriptor, 0)
+            os.pwrite(descriptor, f"{os.getpid()}\n".encode(), 0)
+        except OSError as error:  # a full disk takes the file and not what is to stand in it
+            raise unwritable(path, error) from error
         yield
     finally:
         os.close(descriptor)
