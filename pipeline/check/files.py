@@ -7,14 +7,31 @@ from functools import cached_property
 from pathlib import Path
 
 from pipeline.check.findings import FileFinding, Findings, Quantity, VehicleFinding
-from pipeline.check.pool_runs import is_log, is_notes, read_notes_alone, read_run, strays
+from pipeline.check.pool_runs import (
+    files_of_runs,
+    is_log,
+    is_notes,
+    read_notes_alone,
+    read_run,
+    strays,
+)
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.load_test import read_load_tests
-from pipeline.ingest.log_names import is_log_name, not_a_log
+from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
 from pipeline.passed_over import passed_over
-from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, is_raw
+from pipeline.plan import (
+    POOL,
+    RAW_KINDS,
+    VEHICLE_FILE,
+    UsageError,
+    VehicleFolder,
+    discover,
+    is_raw,
+    printable,
+    vehicle_at,
+)
 from pipeline.records.measurements import (
     LoadTestRecord,
     MooringRecord,
@@ -119,9 +136,13 @@ class _Reader:
             self._vehicle(path)
         elif path.is_file():
             self._file(path)
+        elif not path.is_dir():
+            raise UsageError(f'"{path}" is neither a file nor a folder.')
         elif (path / VEHICLE_FILE).exists():
             seen = path / VEHICLE_FILE in self._vehicles
             self._vehicle_folder(path)
+        elif path.name in _KINDS:
+            seen = self._kind_folder(path) or seen
         else:
             seen = self._folder(path) or seen
         if not seen and before == self._count():
@@ -137,25 +158,37 @@ class _Reader:
     def _vehicle_folder(self, path: Path) -> None:
         """Set everything of a vehicle aside."""
         self._vehicle(path / VEHICLE_FILE)
-        folder = VehicleFolder(path.name, str(path))
+        try:
+            vehicle_at(path, Path())
+        except InputError as error:  # a run refuses it for the folder's name
+            self._findings.problems.append(error.problem)
         for kind in _KINDS:
-            self._findings.problems += folder.misnamed_problems(kind, f"{folder.folder}/{kind}")
-            self._findings.problems += passed_over(path / kind)
-            for file in folder.raw_files(kind):
-                self._file(Path(file))
-        self._findings.problems += strays(path / POOL)
+            self._kind_folder(path / kind)
         self._findings.problems += (
             replace(one, place=replace(one.place, file=str(path / Path(one.place.file).name)))
-            for one in folder.misplaced_problems()
+            for one in VehicleFolder(path.name, str(path)).misplaced_problems()
         )
+
+    def _kind_folder(self, path: Path) -> bool:
+        """Set aside what a run reads of a test's folder; tell whether there was anything in it."""
+        before = len(self._findings.problems)
+        self._findings.problems += passed_over(path)
+        if path.name == POOL:
+            self._findings.problems += strays(path)
+            files = files_of_runs(path)
+        else:
+            folder = VehicleFolder(path.absolute().parent.name, str(path.parent))
+            self._findings.problems += folder.misnamed_problems(path.name, str(path))
+            files = [Path(file) for file in folder.raw_files(path.name)]
+        for file in files:
+            self._file(file)
+        return bool(files) or len(self._findings.problems) > before
 
     def _folder(self, path: Path) -> bool:
         """Set everything in a folder aside; tell whether there was something to look into."""
-        if path.name == POOL:
-            self._findings.problems += strays(path)
-        if path.name in _KINDS:
-            self._findings.problems += passed_over(path)
-        found = False
+        _, problems = discover(path, Path())
+        self._findings.problems += problems
+        found = bool(problems)
         for inner in sorted(path.iterdir()):
             known = inner.name in _KINDS or (inner / VEHICLE_FILE).exists()
             if (inner.is_dir() and known) or (inner.is_file() and is_raw(inner.name)):
@@ -233,9 +266,11 @@ class _Reader:
             return
         # a vehicle file that cannot be used has had its message; the raw file is read all the same
         vehicle = self._vehicle_for(path) or self._stand_in
-        if is_log(path) and not is_log_name(path.name):
+        if is_log(path) and not (is_log_name(path.name) and path.name.isprintable()):
             self._unread.add(path.absolute())
-            self._findings.problems.append(not_a_log(str(path)))
+            shown = printable(str(path))
+            why = unprintable_log if is_log_name(path.name) else not_a_log
+            self._findings.problems.append(why(shown))
             return
         if is_log(path):
             self._runs[path.absolute()] = (path, vehicle)

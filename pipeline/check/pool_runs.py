@@ -7,7 +7,7 @@ from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, log_beside
 from pipeline.ingest.pool_run import read_pool_run, summarize
-from pipeline.plan import POOL, VEHICLE_FILE
+from pipeline.plan import POOL, VEHICLE_FILE, is_raw
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
 from pipeline.vehicle.schema import Vehicle
 
@@ -55,6 +55,19 @@ def read_notes_alone(path: Path) -> NotesFinding:
         return NotesFinding(str(path), read_run_notes(path, str(path)))
     except InputError as error:
         return NotesFinding(str(path), None, (error.problem,))
+
+
+def files_of_runs(folder: Path) -> list[Path]:
+    """Return what a run looks at in a folder of runs: the logs, and what is no log by its name."""
+    if not folder.is_dir():
+        return []
+    return [
+        path
+        for path in sorted(folder.iterdir())
+        if (is_log_name(path.name) or is_raw(path.name))
+        and not path.name.startswith((".", "~$"))
+        and path.is_file()
+    ]
 
 
 def strays(folder: Path) -> list[Problem]:

@@ -42,3 +42,13 @@ def not_a_log(shown: str) -> Problem:
         expected="pool runs as *.mcap, each with an optional <run>.yaml of notes.",
         remedy="Convert it to MCAP, or move it out of pool/.",
     )
+
+
+def unprintable_log(shown: str) -> Problem:
+    """Return the error for a log that a page could not name."""
+    return Problem(
+        "error",
+        Place(shown),
+        "the file's name holds a character that cannot be printed.",
+        remedy="Rename the file. The others were read.",
+    )

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.errors import Place, Problem
-from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, not_a_log
+from pipeline.errors import Problem
+from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, not_a_log, unprintable_log
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 
 UNDATED = "undated"
@@ -92,14 +92,7 @@ def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
         if not is_log_name(name):
             found.append(not_a_log(shown))
         elif not name.isprintable():
-            found.append(
-                Problem(
-                    "error",
-                    Place(shown),
-                    "the file's name holds a character that cannot be printed.",
-                    remedy="Rename the file. The others were read.",
-                )
-            )
+            found.append(unprintable_log(shown))
     return tuple(found)
 
 

@@ -1,12 +1,14 @@
 """A check reads what the workflow reads: the files of one kind of a folder together."""
 
 import json
+import os
 from pathlib import Path
 
 import pytest
 
 from pipeline.check.files import Findings, check_paths
 from pipeline.check.text import as_text, to_json
+from pipeline.plan import UsageError
 
 VEHICLE = """\
 name: boat
@@ -139,3 +141,38 @@ def test_files_among_the_runs_are_judged_as_a_run_judges_them(boat: Path) -> Non
     alone = check(pool / "list.txt")
     assert not alone.failed
     assert len(texts(alone, "warning")) == 1
+
+
+def test_names_are_judged_as_a_run_judges_them(boat: Path) -> None:
+    """A brace in the name of a log was refused, one in a bench file was read."""
+    pool = boat / "pool"
+    pool.mkdir()
+    for name in ("a{1}.mcap", "readme-2.mcap", "b\t.mcap"):
+        (pool / name).write_bytes(b"no log")
+    load_test(boat / "load_test/code_40.csv", 1.0)
+    load_test(boat / "load_test/code_{50}.csv", 0.9)
+    for paths in ((boat,), (pool, boat / "load_test")):
+        findings = check(*paths)
+        assert [Path(run.file).name for run in findings.runs] == ["a{1}.mcap", "readme-2.mcap"]
+        assert [Path(file.file).name for file in findings.files] == ["code_40.csv"]
+        refused = [one.split(": ")[0] for one in texts(findings, "error") if "name holds" in one]
+        assert sorted(refused) == [f"{boat}/load_test/code_{{50}}.csv", f"{pool}/b?.mcap"]
+
+
+def test_pipe_is_wrong_usage(boat: Path) -> None:
+    os.mkfifo(boat / "pipe.csv")
+    with pytest.raises(UsageError, match="is neither a file nor a folder"):
+        check(boat / "pipe.csv")
+
+
+def test_folder_that_a_run_refuses_is_told(boat: Path) -> None:
+    raw = boat.parent
+    (raw / "yacht/pool").mkdir(parents=True)
+    (raw / "my boat").mkdir()
+    (raw / "my boat/vehicle.yaml").write_text(VEHICLE)
+    of_all = texts(check(raw), "error")
+    assert [text.split(".")[0] for text in of_all] == [
+        f'{raw}/my boat: the folder\'s name "my boat" cannot be the name of a vehicle',
+        f"{raw}/yacht: has pool but no vehicle",
+    ]
+    assert texts(check(raw / "my boat"), "error") == of_all[:1]
