@@ -1,10 +1,11 @@
 """``rig2sea new``: write the raw folder of a vehicle: a form to fill in, or the example."""
 
+import shutil
 from pathlib import Path
 
 import pipeline
 from pipeline.bundled.new_vehicle import new_vehicle_files
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place
 from pipeline.plan import NAME_EXPECTED, VEHICLE_FILE, UsageError, is_vehicle_name, printable
 
 #: Vehicles that travel with the program, data and all.
@@ -41,9 +42,11 @@ def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Pa
     folder = raw / name
     files = example_files(name) if example else new_vehicle_files(name)
     written = []
+    made = False
     try:
         raw.mkdir(parents=True, exist_ok=True)
         folder.mkdir()
+        made = True
         for file, content in files.items():
             path = folder / file
             path.parent.mkdir(exist_ok=True)
@@ -58,14 +61,13 @@ def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Pa
             remedy="Choose another name, or move what is there away.",
         ) from None
     except OSError as error:
-        raise InputError(
-            Problem(
-                "error",
-                Place(str(folder)),
-                f"cannot be written: {error.strerror or error}.",
-                "a folder with write permission and free space.",
-                "Mend that or choose another folder with --raw.",
-            )
+        if made:  # a half of it would be in the way of the next try
+            shutil.rmtree(folder, ignore_errors=True)
+        raise InputError.at(
+            Place(str(folder)),
+            f"cannot be written: {error.strerror or error}.",
+            expected="a folder with write permission and free space.",
+            remedy="Mend that or choose another folder with --raw.",
         ) from error
     return written
 

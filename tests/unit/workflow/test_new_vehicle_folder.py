@@ -1,7 +1,9 @@
 """A new vehicle's folder: loads as it is, says that it holds no data, is never written over."""
 
+import errno
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from click.testing import CliRunner
@@ -127,6 +129,23 @@ def test_file_in_the_place_of_the_raw_folder(tmp_path: Path) -> None:
     (tmp_path / "raw").write_text("in the way")
     with pytest.raises(InputError, match="raw: "):
         write_new_vehicle("boat", tmp_path / "raw")
+
+
+def test_half_a_folder_is_not_left(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was in the way of the next try, with a vehicle file that was cut off, perhaps."""
+    whole = Path.open
+
+    def full(path: Path, mode: str = "r", **more: Any) -> Any:  # noqa: ANN401 - as Path has it
+        if mode == "xb" and path.suffix == ".xlsx":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return whole(path, mode, **more)
+
+    monkeypatch.setattr(Path, "open", full)
+    with pytest.raises(InputError, match="boat: cannot be written: No space left on device"):
+        write_new_vehicle("boat", tmp_path)
+    monkeypatch.undo()
+    assert list(tmp_path.iterdir()) == []
+    assert write_new_vehicle("boat", tmp_path)
 
 
 def test_example_comes_with_its_raw_files(tmp_path: Path) -> None:
