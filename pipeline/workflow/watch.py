@@ -139,7 +139,8 @@ class Watcher:
             return False
         if not is_log_name(path.name) or is_closed(path):
             return True
-        return still_s >= UNCLOSED_FACTOR * self.habits.settle_s
+        # a log that was cut off long ago is waited for no longer: with --once it would be for ever
+        return max(still_s, _age_s(path)) >= UNCLOSED_FACTOR * self.habits.settle_s
 
     def _must_wait(self, vehicle: VehicleFolder, unsettled: set[Path]) -> bool:
         """Whether the vehicle cannot be run yet: a bench file comes, or a known log comes anew."""
@@ -158,6 +159,15 @@ class Watcher:
         new = [text for text in texts if text not in self._said]
         self._said.update(new)
         return new
+
+
+def _age_s(path: Path) -> float:
+    """Return since when a file is as it is, by the clocks; no program can set its entry's back."""
+    try:
+        status = path.stat()
+    except OSError:
+        return 0.0
+    return time.time() - max(status.st_mtime, status.st_ctime)
 
 
 def _logs_of(path: Path, files: Iterable[Path]) -> list[str]:

@@ -1,5 +1,6 @@
 """A log is taken when it is whole: not while it is copied, not twice, and a broken one is named."""
 
+import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -102,6 +103,24 @@ def test_log_that_was_not_closed_is_taken_later(scene: Scene) -> None:
     scene.clock_s += UNCLOSED_FACTOR * SETTLE_S
     watcher.look()
     assert len(scene.requests) == 2
+    assert watcher.still_coming == []
+
+
+def test_log_that_was_cut_off_long_ago_holds_nothing_up(
+    scene: Scene, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """With results of an earlier run it held its vehicle back in every ``watch --once``."""
+    write_log(scene.log("a.mcap"), FIRST_NS, closed=False)
+    (scene.root / "processed/boat/pool").mkdir(parents=True)
+    (scene.root / "processed/boat/pool/a.json").write_text("{}")
+    now_s = time.time()
+    settle(scene, scene.watcher())
+    assert scene.requests == [], "it may still come"
+    monkeypatch.setattr(time, "time", lambda: now_s + UNCLOSED_FACTOR * SETTLE_S + 1.0)
+    watcher = scene.watcher()
+    settle(scene, watcher)
+    assert len(scene.requests) == 1
+    assert scene.waiting() == frozenset()
     assert watcher.still_coming == []
 
 
