@@ -25,6 +25,8 @@ class Progress:
     done: int = 0
     failed: list[Event] = field(default_factory=list)
     running: dict[tuple[str, str, str], Event] = field(default_factory=dict)
+    stopped: str = ""
+    """What to tell of an engine that ended by itself, with no stage to blame."""
 
     def take(self, event: Event) -> None:
         """Tell one event."""

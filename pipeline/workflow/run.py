@@ -53,6 +53,7 @@ class Result:
     """How a run ended: `done` counts the stages that ran, `refused` what never became a vehicle.
 
     `pages` are those of pool runs and trial days that were made, from the output folder.
+    `stopped` tells of an engine that ended by itself, with no stage to blame.
     """
 
     vehicles: tuple[str, ...]
@@ -62,6 +63,7 @@ class Result:
     done: int
     complete: bool
     pages: tuple[str, ...] = ()
+    stopped: str = ""
 
     @property
     def code(self) -> int:
@@ -133,6 +135,7 @@ def run(request: Request, progress: Progress) -> Result:
             done=progress.done,
             complete=complete,
             pages=tuple(page for plan in plans.values() for page in new_pages(plan, request.out)),
+            stopped=progress.stopped,
         )
 
 

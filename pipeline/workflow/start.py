@@ -88,7 +88,8 @@ def start(
         )
     progress.running.clear()
     if code != 0 and not progress.failed:
-        progress.say(f"error: the workflow engine stopped: {_last_words(log)}\nIts log: {log}")
+        progress.stopped = f"error: the workflow engine stopped: {_last_words(log)}\nIts log: {log}"
+        progress.say(progress.stopped)
     return code == 0
 
 

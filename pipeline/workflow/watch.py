@@ -191,7 +191,7 @@ def page_lines(result: Result, out: Path) -> Iterable[str]:
             record = None
         line = record.line if record is not None else "done"
         yield f"{vehicle}: {what} {name}: {line}: {out / page}"
-    if result.done and not result.pages:
+    if result.done and result.complete and not result.pages:
         yield f"{', '.join(result.vehicles)}: up to date: {out / 'reports' / 'index.html'}"
 
 
@@ -200,4 +200,4 @@ def _errors(result: Result) -> list[str]:
     outcomes: tuple[Outcome, ...] = result.outcomes
     found += [f"error: {p}" for one in outcomes for p in one.problems if p.severity == "error"]
     found += [f"error: {failure_line(event)}" for event in result.failed]
-    return found
+    return found + ([result.stopped] if result.stopped else [])

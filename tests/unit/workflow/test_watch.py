@@ -30,6 +30,7 @@ class Scene:
     fault: InputError | None = None
     pages: tuple[str, ...] = ()
     failed: tuple[Event, ...] = ()
+    stopped: str = ""
 
     def watcher(self, *vehicles: str) -> Watcher:
         def do_run(request: Request, _progress: Progress) -> Result:
@@ -38,8 +39,9 @@ class Scene:
                 raise self.fault
             done = tuple(Path(one).name for one in request.vehicles)
             outcomes = tuple(Outcome(name, (), ()) for name in done)
+            complete = not (self.failed or self.stopped)
             return Result(
-                done, (), outcomes, self.failed, 1, complete=not self.failed, pages=self.pages
+                *(done, (), outcomes, self.failed, 1, complete, self.pages), stopped=self.stopped
             )
 
         request = Request(vehicles, self.root / "raw", self.root)
@@ -224,13 +226,20 @@ def test_run_that_could_not_start_is_tried_again_and_told_once(scene: Scene) -> 
 def test_stage_that_failed_is_told_by_its_title(scene: Scene) -> None:
     scene.failed = (Event("failed", "boat", "run_trial", "the disk is full.", item="dive1"),)
     watcher = scene.watcher()
-    assert "error: boat, dive1, pool run against simulation: the disk is full." in settle(
-        scene, watcher
-    )
+    told = settle(scene, watcher)
+    assert told == ["error: boat, dive1, pool run against simulation: the disk is full."]
     scene.failed = ()
     write_log(scene.log("b.mcap"), FIRST_NS)
     settle(scene, watcher)
     assert watcher.failed, "what failed once has failed"
+
+
+def test_engine_that_stopped_is_told(scene: Scene) -> None:
+    """Nothing was said, or that all is up to date, and the new file was taken for done."""
+    scene.stopped = "error: the workflow engine stopped: no space left."
+    watcher = scene.watcher()
+    assert settle(scene, watcher) == [scene.stopped]
+    assert watcher.failed
 
 
 def test_restart_asks_the_results_and_not_its_memory(scene: Scene) -> None:
