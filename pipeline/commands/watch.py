@@ -84,6 +84,8 @@ def watch(  # noqa: PLR0917 - click passes every option by its name
             time.sleep(every_s)
     except (KeyboardInterrupt, StoppedError):
         click.echo(translate("Stopped watching. The next start goes on from here."), err=True)
+        if once:  # who asked for one look was not given it; a watch has no other end
+            raise click.exceptions.Exit(1) from None
 
 
 def _say(lines: list[str]) -> None:

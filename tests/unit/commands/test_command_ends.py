@@ -9,6 +9,7 @@ from click.testing import CliRunner, Result
 from pipeline.cli import cli
 from pipeline.errors import Place, Problem
 from pipeline.workflow import validate
+from pipeline.workflow.start import StoppedError
 from pipeline.workflow.validate import Validated
 from pipeline.workflow.watch import Watcher
 
@@ -30,6 +31,20 @@ def test_validate_ends_with_1_when_a_file_was_refused(
     assert result.exit_code == len(refused)
     assert '"flight_s": 40.0' in result.stdout, "the result is there all the same"
     assert ("error: raw/boat/load_test/a.xlsx: is damaged." in result.stderr) is bool(refused)
+
+
+@pytest.mark.parametrize(("options", "code"), [((), 0), (("--once",), 1)])
+def test_watch_that_was_stopped_has_done_its_work_but_not_with_once(
+    options: tuple[str, ...], code: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopped(_: Watcher) -> list[str]:
+        raise StoppedError("stopped.")
+
+    monkeypatch.setattr("pipeline.workflow.run.vehicles_to_run", lambda _: None)
+    monkeypatch.setattr(Watcher, "look", stopped)
+    result = call("watch", *options)
+    assert result.exit_code == code
+    assert result.stderr == "Stopped watching. The next start goes on from here.\n"
 
 
 @pytest.mark.parametrize("failed", [False, True])
