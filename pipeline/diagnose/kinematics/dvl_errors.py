@@ -3,8 +3,10 @@ r"""What dead reckoning says of the errors of a DVL: information and score, with
 The noise of a stretch of duration T is that of a random walk (noise of the velocity, of variance
 v T) and of the readings at its ends (2 v c, of which -v c is shared with the next stretch). v and c
 are those that make what is left most probable, for the horizontal and the vertical. A constant
-error of a run's attitude is integrated out. Where what is left hangs together over ten seconds, the
-information is worth less (sandwich estimator; White 1980, Econometrica 48(4), 817-838).
+error of a run's attitude is integrated out. Where what is left hangs together over a quarter of a
+minute, the information is worth less: sandwich estimator over such blocks, each with what it lacks
+to the fit without it (White 1980, Econometrica 48(4), 817-838; CR3 of Bell and McCaffrey 2002,
+Survey Methodology 28(2), 169-181).
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +27,7 @@ _RATIOS = np.concatenate([[0.0], np.geomspace(0.01, 100.0, 25)])
 #: Stretches that are needed at least.
 _LEAST = 20
 #: What is left in the same time of a run hangs together. [s]
-_BLOCK_S = 10.0
+_BLOCK_S = 15.0
 #: Variance that an error has before anything is measured, in its units: next to no constraint.
 _WIDE = 25.0
 #: Where errors are sought, for the delay [s] and the scale.
@@ -123,31 +125,46 @@ def _without_attitude(
     share = np.linalg.solve(matrix[size:, size:], normal.matrix[size:, :size]).T
     information = normal.matrix[:size, :size] - share @ normal.matrix[size:, :size]
     score = normal.score[:size] - share @ normal.score[size:]
+    # what is left of the way from where it was linear; each error is widened by a factor of its own
+    rest = np.linalg.solve(information + wide[:size, :size], score)
     per_unit = unit / widen
     information = information * np.outer(per_unit, per_unit)
-    departure = (errors - NEUTRAL) / unit
-    return Reckoning(
-        (information + information.T) / 2,
-        information @ departure + score * per_unit / widen,
-        count,
-    )
+    departure = (errors - NEUTRAL + rest) / unit
+    return Reckoning((information + information.T) / 2, information @ departure, count)
 
 
 def _widening(normal: _Normal, covariance: FloatArray) -> FloatArray:
-    """Widen the deviations (8,) by what blocks of ten seconds make them, where that is more."""
+    """Widen the deviations (8,) by what blocks of a run make them, where that is more.
+
+    What a block lacks is taken from the fit to the others: its own fit has followed it.
+    """
     best = covariance @ normal.score
-    blocks: dict[tuple[int, int], FloatArray] = {}
+    parts: dict[tuple[int, int], list[tuple[FloatArray, FloatArray]]] = {}
     for one, columns, lacks in normal.rows:
         left = lacks - columns @ best
         for block in np.unique(one.middle_s // _BLOCK_S):
             own = one.middle_s // _BLOCK_S == block
-            key = one.run, int(block)
-            blocks[key] = blocks.get(key, np.zeros(len(best))) + columns[own].T @ left[own]
-    scores = np.stack(list(blocks.values()))
+            parts.setdefault((one.run, int(block)), []).append((columns[own], left[own]))
+    blocks = []
+    for of_block in parts.values():
+        columns = np.concatenate([one for one, _ in of_block])
+        left = np.concatenate([one for _, one in of_block])
+        blocks.append(columns.T @ left_without(columns, left, covariance))
+    scores = np.stack(blocks)
     robust = covariance @ (scores.T @ scores) @ covariance
     robust *= len(scores) / max(len(scores) - 1, 1)
     size = len(NEUTRAL)
     return np.asarray(np.sqrt(np.maximum(np.diag(robust)[:size] / np.diag(covariance)[:size], 1.0)))
+
+
+def left_without(columns: FloatArray, left: FloatArray, covariance: FloatArray) -> FloatArray:
+    """Return what a block lacks (k,) to the fit without it, given what it lacks to the whole fit.
+
+    (I - X_g P X_g')^-1 e_g for its rows X_g, `columns` (k, p), and e_g, `left` (k,), of unit noise;
+    P is the `covariance` (p, p) of the whole fit, its prior included. Bell and McCaffrey 2002.
+    """
+    followed = columns @ covariance @ columns.T
+    return np.asarray(np.linalg.solve(np.eye(left.size) - followed, left))
 
 
 def _normal(rows: Sequence[Stretches], noise: Mapping[bool, _Noise], size: int) -> _Normal:

@@ -14,7 +14,7 @@ from pipeline.diagnose.kinematics.dead_reckoning import (
     stretches,
     track_of,
 )
-from pipeline.diagnose.kinematics.dvl_errors import Reckoning, reckoning
+from pipeline.diagnose.kinematics.dvl_errors import Reckoning, left_without, reckoning
 from pipeline.records.run_table import RunTable
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -146,3 +146,19 @@ def test_too_few_stretches_say_nothing() -> None:
     track = track_of(reckoned_run(lively(), seconds=10.0), PLAIN)
     assert track is not None
     assert reckoning([track], mount_of(PLAIN), UNIT, 1e-3) is None
+
+
+def test_what_a_block_lacks_to_the_fit_without_it_is_that_of_a_fit_without_it() -> None:
+    draw = np.random.default_rng(7)
+    columns, values = draw.standard_normal((30, 4)), draw.standard_normal(30)
+    prior = np.diag([1.0, 2.0, 0.5, 3.0])
+    covariance = np.linalg.inv(columns.T @ columns + prior)
+    left = values - columns @ covariance @ columns.T @ values
+    own = np.arange(30) < 6
+    others = columns[~own]
+    without = np.linalg.solve(others.T @ others + prior, others.T @ values[~own])
+    np.testing.assert_allclose(
+        left_without(columns[own], left[own], covariance),
+        values[own] - columns[own] @ without,
+        rtol=1e-9,
+    )
