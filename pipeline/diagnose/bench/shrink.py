@@ -61,7 +61,10 @@ def where(problem: Problem, gap: Mapping[str, ChannelGap]) -> Where:
     edges = np.array([-1.0, -2 / 3, -1 / 3, 0.0, 1 / 3, 2 / 3, 1.0]) * float(np.abs(code).max())
     regimes = []
     for low, high in pairwise(edges.tolist()):
-        inside = (code >= low) & (code <= high)
+        # a code between two ranges is counted once, in the one nearer to 0
+        size = np.sign(low + high) * code
+        nearer, further = sorted((abs(low), abs(high)))
+        inside = (size > nearer) & (size <= further)
         share = float(excess[inside].sum() / excess.sum()) if excess.sum() > 0.0 else 0.0
         if share > 0.0:
             regimes.append(
@@ -75,6 +78,7 @@ def where(problem: Problem, gap: Mapping[str, ChannelGap]) -> Where:
             )
     regimes.sort(key=lambda one: -one.share)
     carried = [name for name, one in gap.items() if one.ratio > _CARRIES]
+    carried.sort(key=lambda name: -gap[name].ratio)
     return Where(channels=tuple(carried), regimes=tuple(regimes), times=())
 
 

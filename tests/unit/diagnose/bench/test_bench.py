@@ -78,6 +78,23 @@ def test_another_propeller_is_unknown() -> None:
     assert record.leftover.axes["thrust"] > 1.5
 
 
+def test_every_code_lies_in_one_range_of_the_gap() -> None:
+    code = np.concatenate([np.arange(-120.0, 0.0, 10.0), np.arange(10.0, 121.0, 10.0)])
+    model = cases.model(volts=False)
+    weak = bench_table(cases.points(code, 0.6 * cases.thrust(code)), model, name="new")
+    regimes = diagnose_bench(model, weak).gap.where.regimes
+    assert len(regimes) == 6
+    assert sum(one.share for one in regimes) == pytest.approx(1.0)
+    assert [one.share_of_time for one in regimes] == pytest.approx([1.0 / 6.0] * 6)
+
+
+def test_channels_that_carry_the_gap_come_with_the_largest_first() -> None:
+    sagged = cases.table(cases.thrust(0.85 * CODE), 0.5 * cases.VOLTS)
+    gap = diagnose_bench(cases.model(), sagged).gap
+    assert gap.where.channels == ("voltage", "thrust")
+    assert gap.channels["voltage"].ratio > gap.channels["thrust"].ratio
+
+
 def test_the_order_of_rows_and_the_name_change_nothing() -> None:
     given_points = cases.points(CODE, 0.7 * NOMINAL)
     first = diagnose_bench(
