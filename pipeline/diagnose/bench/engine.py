@@ -100,7 +100,7 @@ def diagnose_bench(
         leftover=_leftover(problem, best.fit),
         evidence=_evidence(problem, best.fit, evaluations),
         series=(),
-        notes=(*notes, *_notes(model, table)),
+        notes=(*notes, *_notes(model, table, holdout)),
         elapsed_s=time.monotonic() - start,
         by_code=_series(whole, best.fit, marked),
     )
@@ -194,14 +194,22 @@ def _evidence(problem: Problem, found: BenchFit, evaluations: int) -> Evidence:
     )
 
 
-def _notes(model: BenchModel, table: BenchTable) -> list[str]:
+def _notes(model: BenchModel, table: BenchTable, holdout: BenchTable | None) -> list[str]:
     notes = []
     if model.mirrored:
         notes.append(
             "The drive was tested in one direction; the model mirrors it. Thrust astern that "
             "always was weaker than ahead shows as reverse_thrust."
         )
-    missing = [one for one in UNITS if one not in table.channels]
+    tables = (table,) if holdout is None else (table, holdout)
+    notes += [
+        f"In {one.name} {channel} was read at {read} of {one.code.size} codes alone, so it takes "
+        "no part. Fill it in at the other codes, or mark their rows to be left out."
+        for one in tables
+        for channel, read in one.partly.items()
+    ]
+    partly = {channel for one in tables for channel in one.partly}
+    missing = [one for one in UNITS if one not in {*table.channels, *partly}]
     if missing:
         notes.append(
             f"Not in the table, or not in the model: {', '.join(missing)}. Supply voltage tells "

@@ -1,7 +1,7 @@
 """A new mooring table as the bench diagnosis uses it: one line a code, and how far it scatters."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -34,7 +34,8 @@ class BenchTable:
     """Readings averaged by code: `code` (n,) rising, `mean[channel]` (n,), `count` (n,).
 
     `scatter[channel]` (n,) is the standard deviation of one reading. `offset_n` is how well the
-    zero of the force sensor is known.
+    zero of the force sensor is known. `partly` tells of channels that were read at some codes
+    alone, and so take no part, at how many.
     """
 
     name: str
@@ -43,6 +44,7 @@ class BenchTable:
     mean: dict[str, FloatArray]
     scatter: dict[str, FloatArray]
     offset_n: float
+    partly: Mapping[str, int] = field(default_factory=dict)
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -53,8 +55,8 @@ class BenchTable:
         """Return the table at some of its codes."""
         mean = {channel: values[chosen] for channel, values in self.mean.items()}
         scatter = {channel: values[chosen] for channel, values in self.scatter.items()}
-        return BenchTable(
-            self.name, self.code[chosen], self.count[chosen], mean, scatter, self.offset_n
+        return replace(
+            self, code=self.code[chosen], count=self.count[chosen], mean=mean, scatter=scatter
         )
 
 
@@ -93,14 +95,16 @@ def bench_table(
     _check(code, of_code, model, name)
     mean: dict[str, FloatArray] = {}
     scatter: dict[str, FloatArray] = {}
+    partly: dict[str, int] = {}
     for channel, reference in model.channels.items():
-        if channel in without:
-            continue
         readings = [
             [v for v in (getattr(p, _FIELDS[channel]) for p in row) if v is not None]
             for row in of_code
         ]
-        if any(not row for row in readings):
+        read = sum(bool(row) for row in readings)
+        if 0 < read < code.size:
+            partly[channel] = read
+        if read < code.size or channel in without:
             continue
         mean[channel] = np.array([float(np.mean(row)) for row in readings])
         own = np.array([len(row) for row in readings], float)
@@ -110,7 +114,7 @@ def bench_table(
     largest = model.thrust_max_n
     offset = max(0.002 * largest, 0.5 * (tare_drift_n or 0.0))
     count = np.array([len(row) for row in of_code], float)
-    return BenchTable(name, code, count, mean, scatter, offset)
+    return BenchTable(name, code, count, mean, scatter, offset, partly)
 
 
 def _check(

@@ -95,6 +95,16 @@ def test_channels_that_carry_the_gap_come_with_the_largest_first() -> None:
     assert gap.channels["voltage"].ratio > gap.channels["thrust"].ratio
 
 
+def test_a_channel_that_some_codes_lack_is_named() -> None:
+    read = cases.points(CODE, NOMINAL, cases.VOLTS)
+    read[3] = read[3].model_copy(update={"voltage_v": None})
+    model = cases.model()
+    record = diagnose_bench(model, bench_table(read, model, name="new"))
+    (said,) = [note for note in record.notes if "voltage was read" in note]
+    assert said.startswith(f"In new voltage was read at {CODE.size - 1} of {CODE.size} codes")
+    assert not any("Not in the table" in note and "voltage," in note for note in record.notes)
+
+
 def test_the_order_of_rows_and_the_name_change_nothing() -> None:
     given_points = cases.points(CODE, 0.7 * NOMINAL)
     first = diagnose_bench(
