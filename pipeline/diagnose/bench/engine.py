@@ -21,6 +21,7 @@ from pipeline.diagnose.bench.model import UNITS, BenchModel
 from pipeline.diagnose.bench.shrink import gap_channels, held_out_codes, shrink, where
 from pipeline.diagnose.bench.table import BenchTable
 from pipeline.diagnose.bench.words import next_step, sentence
+from pipeline.diagnose.gap.regimes import rank_correlation
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
 from pipeline.records.diagnosis import (
     ChannelNoiseCheck,
@@ -145,8 +146,8 @@ def _leftover(problem: Problem, found: BenchFit) -> Leftover:
     after = predict(problem.model, found.values, code, ("thrust",))["thrust"]
     residual = problem.table.mean["thrust"] - after
     ratio = left_over(problem, found)
-    with_code = np.corrcoef(residual, code)[0, 1] if residual.std() > 0.0 else 0.0
-    with_size = np.corrcoef(residual, np.abs(code))[0, 1] if residual.std() > 0.0 else 0.0
+    with_code = rank_correlation(residual, code)
+    with_size = rank_correlation(residual, np.abs(code))
     name, value = ("code", with_code) if abs(with_code) > abs(with_size) else ("|code|", with_size)
     worst = int(np.argmax(np.abs(residual)))
     return Leftover(

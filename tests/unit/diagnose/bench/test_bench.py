@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import spearmanr
 
 from pipeline.diagnose.bench.effects import predict
 from pipeline.diagnose.bench.engine import diagnose_bench
@@ -76,6 +77,18 @@ def test_another_propeller_is_unknown() -> None:
     record = diagnose_bench(cases.model(volts=False), cases.table(bent))
     assert record.verdict.effects == ("unknown",)
     assert record.leftover.axes["thrust"] > 1.5
+
+
+def test_what_is_left_goes_with_the_code_by_rank() -> None:
+    stepped = NOMINAL * np.where(np.abs(CODE) > 70.0, 0.65, 0.3)
+    record = diagnose_bench(cases.model(volts=False), cases.table(stepped))
+    assert record.verdict.effects == ("unknown",)
+    ours = record.by_code[0]
+    # nothing is added to the model, and the fit saw what was not held out
+    seen = ~np.array(ours.held_out)
+    left = (np.array(ours.measured) - np.array(ours.after))[seen]
+    expected = spearmanr(left, np.array(ours.code)[seen]).statistic
+    assert record.leftover.correlation == pytest.approx(expected)
 
 
 def test_every_code_lies_in_one_range_of_the_gap() -> None:
