@@ -97,7 +97,7 @@ def diagnose_bench(
         ranking=tuple(_ranked(one, judged, model, thruster, seed) for one in ranking),
         shrink=shrunk,
         confusable=tuple(twins),
-        next_run=next_step(model, table, best, members),
+        next_run=next_step(table, ranking, members),
         leftover=_leftover(problem, best.fit),
         evidence=_evidence(problem, best.fit, evaluations),
         series=(),

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.diagnose.bench.answer import Ranked
-from pipeline.diagnose.bench.effects import predict
 from pipeline.diagnose.bench.model import BenchModel
 from pipeline.diagnose.bench.noise import SCALE
 from pipeline.diagnose.bench.table import BenchTable
@@ -66,26 +65,25 @@ def _described(best: Ranked, effect: str) -> str:
 
 
 def next_step(
-    model: BenchModel, table: BenchTable, best: Ranked, members: Sequence[str]
+    table: BenchTable, ranking: Sequence[Ranked], members: Sequence[str]
 ) -> NextRun | None:
     """Measurement that separates the first answer from another best; None where nothing would.
 
     The separation is the difference that the two predict over the standard deviation of the
     instrument, at the largest code.
     """
-    group = {*best.fit.effects, *members}
+    group = {*ranking[0].fit.effects, *members}
     weak = group & {"thruster_degraded", "thrust_deduction", "reverse_thrust", "dead_zone"}
     if "voltage_sag" in group and weak and "voltage" not in table.channels:
-        size = _sag(best, model, table)
+        missing = sum(_fitted(ranking, "voltage_sag", name) for name in ("drop", "load_drop"))
         other = "thruster_degraded" if "thruster_degraded" in weak else min(weak)
         return NextRun(
             manoeuvre="the same codes again, with the supply voltage measured at the drive",
             separates=("voltage_sag", other),
-            expected_separation_sigma=size / SCALE["voltage"],
+            expected_separation_sigma=abs(missing) / SCALE["voltage"],
         )
-    if {"thruster_degraded", "thrust_deduction"} <= group and best.name != "none":
-        key = ("thruster_degraded", "thrust_fraction")
-        share = best.fit.values.get(key, 1.0 - best.fit.values.get(("thrust_deduction", "t"), 0.0))
+    if {"thruster_degraded", "thrust_deduction"} <= group and ranking[0].name != "none":
+        share = _fitted(ranking, "thruster_degraded", "thrust_fraction")
         return NextRun(
             manoeuvre="the same codes with the thruster taken out of the hull, or with another one",
             separates=("thruster_degraded", "thrust_deduction"),
@@ -94,13 +92,7 @@ def next_step(
     return None
 
 
-def _sag(best: Ranked, model: BenchModel, table: BenchTable) -> float:
-    """Share of voltage that is missing at the largest code, if sag is what is wrong."""
-    drop = best.fit.values.get(("voltage_sag", "drop"))
-    if drop is not None:
-        load = best.fit.values.get(("voltage_sag", "load_drop"), 0.0)
-        return abs(drop) + load
-    code = np.array([float(table.code[-1])])
-    after = predict(model, best.fit.values, code, ("thrust",))["thrust"]
-    ratio = float(after[0] / model.channels["thrust"].at(code)[0])
-    return float(abs(1.0 - max(ratio, 0.0) ** 0.5))  # thrust goes with the square of the voltage
+def _fitted(ranking: Sequence[Ranked], effect: str, parameter: str) -> float:
+    """Value in the most probable answer that has the effect: every one is ranked."""
+    key = (effect, parameter)
+    return next(one.fit.values[key] for one in ranking if key in one.fit.values)

@@ -91,6 +91,19 @@ def test_what_is_left_goes_with_the_code_by_rank() -> None:
     assert record.leftover.correlation == pytest.approx(expected)
 
 
+def test_a_step_that_tells_look_alikes_of_unknown_apart_shows_their_difference() -> None:
+    stepped = NOMINAL * np.where(np.abs(CODE) > 70.0, 0.65, 0.3)
+    record = diagnose_bench(cases.model(volts=False), cases.table(stepped))
+    assert record.verdict.ambiguous_with == ("thrust_deduction", "thruster_degraded")
+    weak = next(one for one in record.ranking if one.effect == "thruster_degraded")
+    share = weak.parameters["thrust_fraction"].value
+    assert record.next_run is not None
+    # 2 % of scale of either test
+    assert record.next_run.expected_separation_sigma == pytest.approx(
+        (1.0 - share) / (0.02 * np.sqrt(2.0))
+    )
+
+
 def test_every_code_lies_in_one_range_of_the_gap() -> None:
     code = np.concatenate([np.arange(-120.0, 0.0, 10.0), np.arange(10.0, 121.0, 10.0)])
     model = cases.model(volts=False)
