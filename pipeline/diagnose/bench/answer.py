@@ -204,24 +204,28 @@ def group_of(problem: Problem, ranking: Sequence[Ranked]) -> tuple[tuple[str, ..
     Those whose best imitation of the first lies within 10 degrees, whatever their probability, and
     the next most probable until the set holds; beside `unknown` the effects that explain most of
     the gap. Without a voltage, missing supply and a weak thruster are always one answer: a drive
-    whose dead zone stays where it is when the supply falls loses the same share at all codes.
+    whose dead zone stays where it is when the supply falls loses the same share at all codes. Of a
+    pair that holds for the one of its two that is meant.
     """
-    first = ranking[0]
-    members = _look_alikes(problem, ranking)
-    total = first.probability
-    total += sum(one.probability for one in ranking if one.name in members)
-    for one in ranking[1:]:
-        if total >= SET_LEVEL:
+    own = set(ranking[0].fit.effects)
+    named = _with_twin(set(_look_alikes(problem, ranking)), own)
+
+    def held() -> list[Ranked]:
+        return [one for one in ranking if own | named >= set(one.fit.effects)]
+
+    for one in ranking:
+        if sum(other.probability for other in held()) >= SET_LEVEL:
             break
-        if one.name not in members:
-            members.append(one.name)
-            total += one.probability
-    if "thruster_degraded" in {first.name, *members}:
-        members.append("thrust_deduction")
-    elif first.name == "thrust_deduction":
-        members.append("thruster_degraded")
-    named = {name for one in members for name in one.split("+")} - {*first.fit.effects}
+        named = _with_twin(named | (set(one.fit.effects) - own), own)
+    # one effect of a pair without the other is held as well, but is not the verdict
+    total = ranking[0].probability
+    total += sum(one.probability for one in held() if named & set(one.fit.effects))
     return tuple(sorted(named)), min(total, 1.0)
+
+
+def _with_twin(named: set[str], own: set[str]) -> set[str]:
+    """Name beside one of the two effects that nothing separates the other one."""
+    return named | (set(TWIN) - own) if (named | own) & set(TWIN) else named
 
 
 def _look_alikes(problem: Problem, ranking: Sequence[Ranked]) -> list[str]:
@@ -235,18 +239,18 @@ def _look_alikes(problem: Problem, ranking: Sequence[Ranked]) -> list[str]:
             for one in ranking
             if one.name in CANDIDATES and rms_left_n(problem, one.fit) < _MOST_GONE * before
         ]
-    if not first.fit.values or len(first.fit.effects) > 1:
-        return []
-    members = [
-        other
-        for other in CANDIDATES
-        if other != first.name and angle_deg(problem, first.fit.values, other) <= ONE_ANSWER_DEG
-    ]
+    members: list[str] = []
+    if first.name in CANDIDATES:
+        members = [
+            other
+            for other in CANDIDATES
+            if other != first.name and angle_deg(problem, first.fit.values, other) <= ONE_ANSWER_DEG
+        ]
     if "voltage" not in problem.stack.channels:
         drop = first.fit.values.get(("voltage_sag", "drop"), 0.0)
         load = first.fit.values.get(("voltage_sag", "load_drop"), 0.0)
-        if first.name == "voltage_sag" and drop + load > _LOAD:
+        if drop + load > _LOAD:
             members.append("thruster_degraded")
-        elif first.name in TWIN:
+        elif set(first.fit.effects) & set(TWIN):
             members.append("voltage_sag")
-    return list(dict.fromkeys(members))
+    return members

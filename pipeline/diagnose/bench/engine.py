@@ -136,7 +136,8 @@ def _parameters(found: BenchFit, model: BenchModel) -> dict[str, ParameterEstima
             value, spread = found.values[key], 1.96 * found.std[key]
             low, high = (float(np.clip(value + s * spread, *one.bounds)) for s in (-1.0, 1.0))
             interval: Interval = (low, high)
-            estimates[one.parameter] = ParameterEstimate(value=value, unit=one.unit, ci95=interval)
+            name = ".".join(key) if len(found.effects) > 1 else one.parameter
+            estimates[name] = ParameterEstimate(value=value, unit=one.unit, ci95=interval)
     return estimates
 
 

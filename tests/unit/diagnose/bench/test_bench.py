@@ -104,6 +104,25 @@ def test_a_step_that_tells_look_alikes_of_unknown_apart_shows_their_difference()
     )
 
 
+def test_of_a_pair_a_weak_thruster_is_not_told_from_its_look_alikes_either() -> None:
+    both = 0.7 * cases.thrust(lost(CODE, 60.0))
+    hidden = diagnose_bench(cases.model(volts=False), cases.table(both))
+    assert hidden.verdict.effects == ("dead_zone", "thruster_degraded")
+    assert hidden.verdict.ambiguous_with == ("thrust_deduction", "voltage_sag")
+    assert hidden.next_run is not None
+    assert "supply voltage" in hidden.next_run.manoeuvre
+    assert set(hidden.ranking[0].parameters) == {
+        "dead_zone.codes",
+        "thruster_degraded.thrust_fraction",
+    }
+    held = {"dead_zone+thruster_degraded", "dead_zone+voltage_sag"}
+    assert hidden.verdict.probability == pytest.approx(
+        sum(one.probability for one in hidden.ranking if one.effect in held), abs=1e-6
+    )
+    shown = diagnose_bench(cases.model(), cases.table(both, cases.VOLTS))
+    assert shown.verdict.ambiguous_with == ("thrust_deduction",)
+
+
 def test_every_code_lies_in_one_range_of_the_gap() -> None:
     code = np.concatenate([np.arange(-120.0, 0.0, 10.0), np.arange(10.0, 121.0, 10.0)])
     model = cases.model(volts=False)
