@@ -21,28 +21,29 @@ def sentence(
     shrunk: Shrink,
 ) -> str:
     """Say the answer in one sentence or two."""
-    together = " together with its look-alikes" if members and best.name != "none" else ""
-    sure = f"(probability {min(probability, 0.999):.3g}{together})"
+    sure = f"{min(probability, 0.999):.3g}"
+    if members:
+        sure = f"{sure} together with its look-alikes"
     listed = ", ".join(members)
     also = f" This table cannot tell it from {listed}." if members else ""
     if best.name == "none":
         return (
             f"The table agrees with the thruster model of {model.name} within what a healthy "
-            f"thruster may differ by {sure}."
+            f"thruster may differ by (probability {sure})."
             + (f" Too small to be seen here, if present: {listed}." if members else "")
         )
     if best.name == "unknown":
         return (
             f"The table departs from the thruster model of {model.name} in a way that no effect "
-            f"of the library explains {sure}.{also}"
+            f"of the library explains (probability {sure}).{also}"
         )
-    said = " and ".join(_described(best, effect) for effect in best.fit.effects)
+    said = "; ".join(_described(best, effect) for effect in best.fit.effects)
     closes = (
         ""
         if shrunk.gap_closed is None
         else f"; it closes {_share(shrunk.gap_closed)} of the gap at {shrunk.held_out}"
     )
-    return f"The cause is {said} {sure}{closes}.{also}"
+    return f"The cause is {said} (probability {sure}){closes}.{also}"
 
 
 def _share(closed: float) -> str:
@@ -57,11 +58,21 @@ def _described(best: Ranked, effect: str) -> str:
         return f"reverse_thrust: astern the thrust is {values['fraction']:.3g} of the stated one"
     if effect == "voltage_sag":
         drop, load = values["drop"], values["load_drop"]
-        more = "more" if drop < 0.0 else "less"
-        text = f"voltage_sag: the drive gets {_PERCENT * abs(drop):.3g} % {more} than its supply"
-        return text + (f", and {_PERCENT * load:.3g} % less at full code" if load > 0.005 else "")
+        full = drop + load
+        text = f"voltage_sag: the drive gets {_share_off(drop)} % {_way(drop)} than its supply"
+        if load > 0.005:
+            text += f", at full code {_share_off(full)} % {_way(full)}"
+        return text
     share = values.get("thrust_fraction", 1.0 - values.get("t", 0.0))
     return f"{effect}: the thrust is {share:.3g} of the stated one at all codes"
+
+
+def _share_off(missing: float) -> str:
+    return f"{_PERCENT * abs(missing):.3g}"
+
+
+def _way(missing: float) -> str:
+    return "more" if missing < 0.0 else "less"
 
 
 def next_step(

@@ -49,3 +49,48 @@ def test_what_a_run_did_not_come_to_has_a_russian_title(russian: Catalogue, titl
 )
 def test_ctrl_c(russian: Catalogue, text: str, said: str) -> None:
     assert russian.say(text) == said
+
+
+_VERDICTS_ON_TABLES = [
+    (
+        (
+            "The cause is voltage_sag: the drive gets 10.4 % less than its supply, at full code "
+            "36.3 % less (probability 0.976 together with its look-alikes); it closes 83 % of the"
+            " gap at every third code of each sign. This table cannot tell it from "
+            "thrust_deduction, thruster_degraded."
+        ),
+        (
+            "Причина — voltage_sag: привод получает на 10,4 % меньше своего питания, при полном "
+            "коде на 36,3 % меньше (вероятность 0,976 вместе с неотличимыми от него); закрывает "
+            "83 % расхождения на каждый третий код каждого знака. Эта таблица не отличает его от "
+            "thrust_deduction, thruster_degraded."
+        ),
+    ),
+    (
+        (
+            "The cause is dead_zone: 25.2 codes more than stated give no thrust; reverse_thrust: "
+            "astern the thrust is 0.509 of the stated one (probability 0.999)."
+        ),
+        (
+            "Причина — dead_zone: кодов без упора на 25,2 больше указанного; reverse_thrust: "
+            "назад упор составляет 0,509 указанного (вероятность 0,999)."
+        ),
+    ),
+    (
+        (
+            "The table agrees with the thruster model of boat within what a healthy thruster may "
+            "differ by (probability 0.977 together with its look-alikes). Too small to be seen "
+            "here, if present: dead_zone."
+        ),
+        (
+            "Таблица согласна с моделью движителя boat в пределах допустимого для исправного "
+            "движителя (вероятность 0,977 вместе с неотличимыми от него). Слишком малы, чтобы "
+            "увидеть здесь, если есть: dead_zone."
+        ),
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), _VERDICTS_ON_TABLES)
+def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str) -> None:
+    assert russian.say(text) == said

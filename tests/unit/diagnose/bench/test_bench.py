@@ -123,6 +123,15 @@ def test_of_a_pair_a_weak_thruster_is_not_told_from_its_look_alikes_either() -> 
     assert shown.verdict.ambiguous_with == ("thrust_deduction",)
 
 
+def test_the_missing_voltage_at_full_code_is_said_whole() -> None:
+    sagging = cases.thrust(CODE * (0.9 - 0.25 * (CODE / 127.0) ** 2))
+    record = diagnose_bench(cases.model(volts=False), cases.table(sagging))
+    values = record.ranking[0].parameters
+    whole = values["drop"].value + values["load_drop"].value
+    assert whole == pytest.approx(0.35, abs=0.05)
+    assert f"at full code {100.0 * whole:.3g} % less" in record.verdict.sentence
+
+
 def test_every_code_lies_in_one_range_of_the_gap() -> None:
     code = np.concatenate([np.arange(-120.0, 0.0, 10.0), np.arange(10.0, 121.0, 10.0)])
     model = cases.model(volts=False)
