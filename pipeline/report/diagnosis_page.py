@@ -9,6 +9,7 @@ from pipeline.report.diagnosis_words import (
     identifiers,
     in_words,
     listed,
+    of_bench,
     probability_text,
     verdict_sentence,
 )
@@ -54,7 +55,7 @@ def diagnosis_page(
     return render(
         "diagnosis.html.j2",
         title=f"Diagnosis of {as_it_is(record.vehicle)}",
-        under=f"{plural(len(record.runs), 'run')}: {identifiers(record.runs)}",
+        under=f"{_counted(record)}: {identifiers(record.runs)}",
         crumbs=crumbs,
         sentence=verdict_sentence(record.verdict).partition(": "),
         probability=_probability(record),
@@ -111,6 +112,11 @@ def diagnosis_line(record: DiagnosisRecord) -> str:
         others = listed([in_words(name) for name in record.verdict.ambiguous_with])
         text += f", not to be told from {others}"
     return f"{text}; {identifiers(record.runs)}"
+
+
+def _counted(record: DiagnosisRecord) -> str:
+    count = len(record.runs)
+    return plural(count, "mooring table") if of_bench(record) else plural(count, "run")
 
 
 def _probability(record: DiagnosisRecord) -> str:

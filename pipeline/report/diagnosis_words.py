@@ -44,6 +44,7 @@ REGRESSORS = {
     "wall_distance_m": "distance to wall",
     "time_s": "time",
     "code": "code",
+    "|code|": "size of the code",
 }
 #: An effect in words where its identifier alone may be read as something else.
 _WORDS = {"current": "water current"}

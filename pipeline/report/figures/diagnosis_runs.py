@@ -14,7 +14,7 @@ from pipeline.report.diagnosis_words import channel_name, identifiers, of_bench
 from pipeline.report.figures.run_channels import FEW_READINGS, shown_unit
 from pipeline.report.numbers import general
 from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray
 
 _CURVES = 5
 _ANGLES = frozenset({"phi", "theta", "psi"})
@@ -22,7 +22,11 @@ _ANGLES = frozenset({"phi", "theta", "psi"})
 
 @dataclass(frozen=True)
 class HeldOut:
-    """One channel of one held-out run; all (k,), in units that a person reads."""
+    """One channel of one held-out run; all (k,), in units that a person reads.
+
+    Of a mooring table all codes are drawn; `apart` (k,) tells which of them took no part, where
+    not another table was held out.
+    """
 
     run: str
     channel: str
@@ -31,15 +35,16 @@ class HeldOut:
     measured: FloatArray
     before: FloatArray
     after: FloatArray
+    apart: BoolArray | None = None
 
     @property
     def errors(self) -> tuple[float, float]:
-        """Root mean square of model less measured, before and after."""
+        """Root mean square of model less measured, before and after, of what took no part."""
+        chosen = slice(None) if self.apart is None else self.apart
+        left = [(self.measured - model)[chosen] for model in (self.before, self.after)]
         first, second = (
-            float(np.sqrt(np.nanmean((self.measured - model) ** 2)))
-            if np.isfinite(self.measured - model).any()
-            else float("nan")
-            for model in (self.before, self.after)
+            float(np.sqrt(np.nanmean(one**2))) if np.isfinite(one).any() else float("nan")
+            for one in left
         )
         return first, second
 
@@ -57,7 +62,9 @@ def _of_table(one: CodeSeries, name: str) -> HeldOut:
         np.asarray(values, float)[order]
         for values in (one.code, one.measured, one.before, one.after)
     )
-    return HeldOut(name, one.channel, one.unit, x, measured, before, after)
+    apart = np.asarray(one.held_out, bool)[order]
+    own = apart if apart.any() else None
+    return HeldOut(name, one.channel, one.unit, x, measured, before, after, own)
 
 
 def held_out(series: Sequence[Series]) -> tuple[HeldOut, ...]:
@@ -190,11 +197,14 @@ def _error_range(one: HeldOut, band: float | None) -> tuple[float, float] | None
 
 
 def _lead(record: DiagnosisRecord, one: HeldOut) -> str:
-    before, after = one.errors
-    text = (
-        f"{channel_name(one.channel)} in {as_it_is(one.run)}: error {general(before, 2)} "
-        f"{one.unit} before, {general(after, 2)} {one.unit} after"
-    )
+    name, run = channel_name(one.channel), as_it_is(one.run)
+    before, after = (f"{general(error, 2)} {one.unit}" for error in one.errors)
+    if not of_bench(record):
+        text = f"{name} in {run}: error {before} before, {after} after"
+    elif one.apart is None:
+        text = f"{name} in {run}, which took part: error {before} before, {after} after"
+    else:
+        text = f"{name} in {run}, where it took no part: error {before} before, {after} after"
     gap = record.gap.channels.get(one.channel)
     if gap is not None:
         _, factor = shown_unit(gap.unit)

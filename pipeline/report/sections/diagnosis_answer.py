@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.language import as_it_is
-from pipeline.records.diagnosis import VELOCITIES, DiagnosisRecord, RankedEffect
+from pipeline.records.diagnosis import VELOCITIES, DiagnosisRecord, Leftover, RankedEffect
 from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
@@ -305,20 +305,35 @@ def next_section(record: DiagnosisRecord) -> Section:
         blocks.append(Paragraph("Nothing more is needed to tell the answer from another one."))
     if "unknown" in record.verdict.effects:
         blocks.append(Paragraph(_dependence(record)))
-        blocks.append(Paragraph(f"Time course: {left.time_course}."))
+        blocks.append(
+            Paragraph(
+                f"What is left: {left.time_course}."
+                if bench
+                else f"Time course: {left.time_course}."
+            )
+        )
     return Section("next", title, tuple(blocks))
 
 
 def _dependence(record: DiagnosisRecord) -> str:
     left = record.leftover
     if left.depends_on is None:
+        if of_bench(record):
+            return "The thrust that is left goes neither with the code nor with its size."
         return (
             f"The force that is left lies mostly in {left.worst_axis} and goes with none of the "
             "quantities that were measured."
         )
     name = REGRESSORS.get(left.depends_on, left.depends_on)
-    sure = "" if left.correlation is None else f" (rank correlation {fixed(left.correlation, 2)})"
+    if of_bench(record):
+        return f"The thrust that is left goes with the {name}{_correlated(left)}."
     return (
-        f"The force that is left lies mostly in {left.worst_axis} and goes with {name}{sure}: "
-        f"vary {name} on its own in the next run."
+        f"The force that is left lies mostly in {left.worst_axis} and goes with {name}"
+        f"{_correlated(left)}: vary {name} on its own in the next run."
     )
+
+
+def _correlated(left: Leftover) -> str:
+    if left.correlation is None:
+        return ""
+    return f" (rank correlation {fixed(left.correlation, 2)})"

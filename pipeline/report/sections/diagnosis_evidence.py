@@ -31,13 +31,16 @@ def evidence_section(record: DiagnosisRecord) -> Section:
                 note="Cheap and sharp before deep; a stage without its channels is skipped.",
             )
         )
-    blocks += _noise(evidence.noise)
+    blocks += _noise(evidence.noise, bench=of_bench(record))
     blocks.append(Bullets(tuple(_facts(record))))
     blocks += _leftover(record)
     blocks.append(
         Paragraph(
-            "The method, its assumptions and when to distrust it: docs/diagnosis.md. How often it "
-            "is right, measured on cases with sealed labels: docs/blind_check.md.",
+            "The method, its assumptions, when to distrust it and how often it is right: "
+            "docs/diagnosis_bench.md."
+            if of_bench(record)
+            else "The method, its assumptions and when to distrust it: docs/diagnosis.md. How "
+            "often it is right, measured on cases with sealed labels: docs/blind_check.md.",
             tone="note",
         )
     )
@@ -83,13 +86,17 @@ def white(check: ChannelNoiseCheck) -> bool:
     return VARIANCE[0] <= check.variance <= VARIANCE[1] and abs(check.lag1) < LAG1
 
 
-def _noise(noise: dict[str, ChannelNoiseCheck]) -> list[Block]:
+def _noise(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> list[Block]:
     if not noise:
         return [Paragraph("The noise of the readings was not checked.", tone="warning")]
     coloured = [name.replace("_", " ") for name, check in noise.items() if not white(check)]
     said = (
         "The readings scatter about the best model as the noise model says, so they count in full."
         if not coloured
+        else f"The noise model does not fit {listed(coloured)}: the table says how. Nothing was "
+        "widened for it: a mooring table has few readings, and smooth errors of both tables are "
+        "counted as such."
+        if bench
         else f"The noise model does not fit {listed(coloured)}: the table says how, and how much "
         "wider the noise was taken before the evidence was counted."
     )

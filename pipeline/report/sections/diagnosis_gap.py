@@ -234,8 +234,11 @@ def _shrink_table(record: DiagnosisRecord) -> Table:
             "–" if one.gap_closed is None else closed_text(one.gap_closed),
         )
 
-    factor = 1.0 / max(record.shrink.noise_floor, 1e-12)
-    rows = [row("all channels", "healthy floors", factor, record.shrink)]
+    rows = []
+    # of a mooring table the figures of the whole are those of its thrust
+    if not of_bench(record):
+        factor = 1.0 / max(record.shrink.noise_floor, 1e-12)
+        rows.append(row("all channels", "healthy floors", factor, record.shrink))
     for name in in_order(record.shrink.channels):
         one = record.shrink.channels[name]
         gap = record.gap.channels.get(name)

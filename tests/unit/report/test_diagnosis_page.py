@@ -225,6 +225,40 @@ def test_a_mooring_table_is_shown_over_its_codes(record: DiagnosisRecord) -> Non
     assert "from 6.00 to 2.00 times the healthy floor" in text
     assert "What to measure next" in text
     assert "No healthy runs" not in text
+    assert "1 mooring table: new.xlsx" in text
+    assert "all channels" not in text
+    assert "docs/diagnosis_bench.md" in text
+    # of the code that took no part alone
+    assert (
+        "Thrust in new.xlsx, where it took no part: error 2.0 N before, 0.50 N after"
+        in text.replace("\xa0", " ")
+    )
+    other = curve.model_copy(update={"held_out": (False, False, False)})
+    text = diagnosis_page(table.model_copy(update={"by_code": (other,)}))
+    assert "Thrust in new.xlsx, which took part: error 3.1 N before, 0.29 N after" in text.replace(
+        "\xa0", " "
+    )
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_what_an_unknown_cause_leaves_of_a_mooring_table_is_no_force_to_fly_for(
+    record: DiagnosisRecord,
+) -> None:
+    values = {name: getattr(record, name) for name in type(record).model_fields}
+    leftover = record.leftover.model_copy(
+        update={
+            "depends_on": "|code|",
+            "correlation": 0.8,
+            "time_course": "largest at code 90: 9 N",
+        }
+    )
+    verdict = record.verdict.model_copy(update={"effects": ("unknown",)})
+    values.update(series=(), leftover=leftover, verdict=verdict)
+    text = diagnosis_page(BenchDiagnosisRecord(**values, by_code=()))
+    assert "The thrust that is left goes with the size of the code (rank correlation 0.80)." in text
+    assert "What is left: largest at code 90: 9\N{NO-BREAK SPACE}N." in text
+    assert "in the next run" not in text
+    assert "wider the noise was taken" not in text
 
 
 @pytest.mark.usefixtures("undrawn")
