@@ -8,7 +8,7 @@ from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.trial import ChannelError
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.numbers import general
+from pipeline.report.numbers import code, general
 from pipeline.report.zoomable import (
     Axis,
     Panel,
@@ -156,13 +156,13 @@ def command_figure(
         )
         for name, ends, own in zip(names, limits, command.T, strict=True)
     )
-    used = np.nanmax(np.abs(np.nan_to_num(command)), axis=0) if command.size else np.zeros(0)
     lead = "No commands."
-    if used.size and np.isfinite(command).any():
-        busiest = names[int(np.argmax(used))]
+    if np.isfinite(command).any():
+        furthest = int(np.nanargmax(np.abs(command)))
+        busiest = names[furthest % command.shape[1]]
         lead = (
             f"Commanded codes over {general(duration, 3)} s; {busiest} went furthest, to "
-            f"{general(float(used.max()), 3)}."
+            f"{code(float(command.flat[furthest]))}."
         )
     return zoomable_figure(
         "fig-commands",

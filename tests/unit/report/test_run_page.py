@@ -4,13 +4,16 @@ import json
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import run_records
 
 from pipeline.errors import Place
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES
+from pipeline.report.figures.run_channels import command_figure
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import run_line, run_page
+from pipeline.report.zoomable import Resolution
 from pipeline.stages.run_page import overlay_label
 
 CRUMBS = (("All vehicles", "../../index.html"),)
@@ -66,6 +69,15 @@ def test_commands_are_drawn_without_limits_where_the_vehicle_file_has_no_thruste
     drawn = json.loads(data)
     assert len(drawn["data"]) == len(results.vehicle.thrusters)  # named by the log
     assert not [one for one in drawn["layout"]["shapes"] if one["type"] == "line"]
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_command_that_went_furthest_keeps_its_sign() -> None:
+    command = np.array([[10.0, np.nan], [40.0, -101.0], [np.nan, 60.0]])
+    figure = command_figure(
+        ("left", "right"), (None, None), np.arange(3.0), command, (), detail=Resolution()
+    )
+    assert figure.lead == "Commanded codes over 2.00 s; right went furthest, to −101."
 
 
 def test_every_place_of_a_problem_is_listed(results: VehicleResults) -> None:
