@@ -4,7 +4,7 @@ from pipeline.control.inverse import firmware_grid
 from pipeline.records.fits import FitQuality, PolynomialFit
 from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
 from pipeline.report.links import safe_link
-from pipeline.report.numbers import fixed, general, plural, signed
+from pipeline.report.numbers import fixed, general, plural, signed, speed
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.tables import provenance_table
 
@@ -95,7 +95,7 @@ def firmware_section(results: VehicleResults) -> Section:
             Paragraph(
                 f"The tables cover codes {firmware.code_min} to {firmware.code_max} and "
                 + (
-                    f"speeds to {fixed(firmware.positive.speed_mps[-1], 1)} m/s along the thrust"
+                    f"speeds to {speed(firmware.positive.speed_mps[-1])} m/s along the thrust"
                     if firmware.positive.speed_mps[-1] > 0
                     else "rest only, at any speed the same"
                 )

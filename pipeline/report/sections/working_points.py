@@ -94,14 +94,19 @@ def _meeting_figure(
     codes = _shown_codes(drive)
     top = codes[-1]
     ends = _points_at(static, top, speeds)
-    lead = (
-        f"At code {code(top)} the shaft settles at {fixed(ends[0][1], 0)} rpm and "
-        f"{fixed(ends[0][2], 3)} N m at rest, and at {fixed(ends[-1][1], 0)} rpm and "
-        f"{fixed(ends[-1][2], 3)} N m at {speed(ends[-1][0])} m/s: the faster the inflow, the less "
-        "torque the propeller asks for."
-        if ends
-        else f"At code {code(top)} drive and propeller do not meet at any tabulated speed."
-    )
+    lead = f"At code {code(top)} drive and propeller do not meet at any tabulated speed."
+    if len(ends) == 1:  # tables may be of rest alone
+        lead = (
+            f"At code {code(top)} the shaft settles at {fixed(ends[0][1], 0)} rpm and "
+            f"{fixed(ends[0][2], 3)} N m at {speed(ends[0][0])} m/s."
+        )
+    elif ends:
+        lead = (
+            f"At code {code(top)} the shaft settles at {fixed(ends[0][1], 0)} rpm and "
+            f"{fixed(ends[0][2], 3)} N m at rest, and at {fixed(ends[-1][1], 0)} rpm and "
+            f"{fixed(ends[-1][2], 3)} N m at {speed(ends[-1][0])} m/s: the faster the inflow, the "
+            "less torque the propeller asks for."
+        )
 
     def paint(figure: matplotlib.figure.Figure) -> None:
         axes = figure.subplots()
@@ -158,13 +163,19 @@ def _thrust_figure(
     codes = _shown_codes(drive)
     middle = codes[len(codes) // 2]
     points = _points_at(static, middle, speeds)
-    lead = (
-        f"At code {code(middle)} the shaft speeds up from {fixed(points[0][1], 0)} to "
-        f"{fixed(points[-1][1], 0)} rpm between {speed(points[0][0])} and {speed(points[-1][0])} "
-        f"m/s, yet the thrust falls from {fixed(points[0][3], 1)} to {fixed(points[-1][3], 1)} N."
-        if points
-        else f"Code {code(middle)} gives no thrust at any tabulated speed."
-    )
+    lead = f"Code {code(middle)} gives no thrust at any tabulated speed."
+    if len(points) == 1:
+        lead = (
+            f"At code {code(middle)} the shaft turns at {fixed(points[0][1], 0)} rpm and the "
+            f"thrust is {fixed(points[0][3], 1)} N at {speed(points[0][0])} m/s."
+        )
+    elif points:
+        lead = (
+            f"At code {code(middle)} the shaft speeds up from {fixed(points[0][1], 0)} to "
+            f"{fixed(points[-1][1], 0)} rpm between {speed(points[0][0])} and "
+            f"{speed(points[-1][0])} m/s, yet the thrust falls from {fixed(points[0][3], 1)} to "
+            f"{fixed(points[-1][3], 1)} N."
+        )
 
     def paint(figure: matplotlib.figure.Figure) -> None:
         axes = figure.subplots()

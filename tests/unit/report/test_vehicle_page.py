@@ -10,7 +10,10 @@ import synthetic_records
 
 from pipeline.errors import InputError
 from pipeline.records.fits import InverseCharacteristic
+from pipeline.report.blocks import Gallery
 from pipeline.report.results import VehicleResults
+from pipeline.report.sections.closing import firmware_section
+from pipeline.report.sections.working_points import working_points_section
 from pipeline.report.vehicle_page import vehicle_page, write_vehicle_page
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
@@ -345,6 +348,34 @@ def test_propeller_alone_shows_its_demand(results: VehicleResults) -> None:
     )
     assert len(re.findall(r"<figure", page)) == 3
     assert "The working points were not computed: there is no load test." in text_of(page)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_tables_of_rest_alone_are_not_compared_with_another_speed(results: VehicleResults) -> None:
+    tables = results.vehicle.tables.model_copy(update={"speed_mps": (0.0,)})
+    vehicle = results.vehicle.model_copy(update={"tables": tables})
+    text = " ".join(
+        block.lead
+        for gallery in working_points_section(dataclasses.replace(results, vehicle=vehicle)).blocks
+        if isinstance(gallery, Gallery)
+        for block in gallery.figures
+    )
+    assert "at 0 m/s." in text
+    assert "the faster the inflow" not in text
+    assert "yet the thrust falls" not in text
+
+
+def test_the_fastest_speed_of_the_firmware_is_not_rounded(results: VehicleResults) -> None:
+    assert results.inverse is not None
+    firmware = results.inverse.firmware
+    assert firmware is not None
+    speeds = (*firmware.positive.speed_mps[:-1], 2.25)
+    positive = firmware.positive.model_copy(update={"speed_mps": speeds})
+    inverse = results.inverse.model_copy(
+        update={"firmware": firmware.model_copy(update={"positive": positive})}
+    )
+    section = firmware_section(dataclasses.replace(results, inverse=inverse))
+    assert "speeds to 2.25 m/s along the thrust" in str(section.blocks)
 
 
 def test_nothing_at_all_is_still_a_page(results: VehicleResults) -> None:
