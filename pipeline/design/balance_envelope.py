@@ -86,17 +86,23 @@ def _first(
         except CannotComputeError:
             return 1.0
 
+    def balances(x: float) -> bool:
+        try:
+            worst(x)
+        except CannotComputeError:
+            return False
+        return True
+
     grid = np.linspace(start, end, 25)
     values = np.array([over(float(x)) for x in grid])
     # at a crawl no hull lifts: the search begins where the vehicle can hold itself at all
     held = np.flatnonzero(values <= 0)
     if not held.size:
-        return Saturation(
-            quantity=name,
-            unit=unit,
-            value=None,
-            text=f"{name}: a thruster is beyond its limit from {start:g} to {end:g} {unit}.",
-        )
+        if any(balances(float(x)) for x in grid):
+            text = f"{name}: a thruster is beyond its limit from {start:g} to {end:g} {unit}."
+        else:
+            text = f"{name}: no angle of attack balances from {start:g} to {end:g} {unit}."
+        return Saturation(quantity=name, unit=unit, value=None, text=text)
     beyond = np.flatnonzero(values[held[0] :] > 0)
     if not beyond.size:
         return Saturation(
@@ -106,8 +112,21 @@ def _first(
             text=f"{name}: no thruster comes to its limit up to {end:g} {unit}.",
         )
     i = int(held[0] + beyond[0])
-    value = float(brentq(over, grid[i - 1], grid[i], xtol=1e-6 * max(abs(start), abs(end))))
-    thruster = worst(float(grid[i - 1] + 0.999999 * (value - grid[i - 1])))[1]
+    first, last = float(grid[i - 1]), float(grid[i])
+    if not balances(last):
+        last = _last_balanced(balances, first, last)
+        if over(last) <= 0.0:
+            return Saturation(
+                quantity=name,
+                unit=unit,
+                value=None,
+                text=(
+                    f"{name}: no thruster comes to its limit up to {last:.3g} {unit}; beyond, "
+                    "no angle of attack balances force and moment."
+                ),
+            )
+    value = float(brentq(over, first, last, xtol=1e-6 * max(abs(start), abs(end))))
+    thruster = worst(first + 0.999999 * (value - first))[1]
     return Saturation(
         quantity=name,
         unit=unit,
@@ -115,6 +134,14 @@ def _first(
         thruster=thruster,
         text=f"{name}: the {thruster} thruster{_s(thruster)} first, at {value:.3g} {unit}.",
     )
+
+
+def _last_balanced(balances: Callable[[float], bool], first: float, last: float) -> float:
+    """Halve the way from a value that balances to one that does not; returns one that does."""
+    for _ in range(40):
+        middle = 0.5 * (first + last)
+        first, last = (middle, last) if balances(middle) else (first, middle)
+    return first
 
 
 def _s(thruster: str) -> str:

@@ -228,3 +228,31 @@ def test_an_envelope_of_one_sign_has_no_saturation_of_the_other(
     envelope["residual_buoyancy_n"] = {"first": first, "last": last, "points": 2}
     found = design_balance(read("pilgrim", envelope=envelope))
     assert [one.quantity for one in found.saturation] == ["speed", *expected]
+
+
+def test_the_end_of_what_can_be_balanced_is_no_saturation() -> None:
+    """With 5 kW a shaft Pilgrim is carried up to 584 N, its thrusters far below their limit."""
+    strong = {"propeller_efficiency": 0.75, "power_max_w": 5000.0}
+    envelope = read("pilgrim").envelope.model_dump()
+    envelope["residual_buoyancy_n"] = {"first": -900.0, "last": 900.0, "points": 2}
+    _, lighter, heavier = design_balance(
+        read("pilgrim", limit=strong, envelope=envelope)
+    ).saturation
+    for one, size in ((lighter, 584), (heavier, -584)):
+        assert (one.value, one.thruster) == (None, "")
+        assert f"comes to its limit up to {size} N; beyond, no angle of attack balances" in one.text
+    envelope["residual_buoyancy_n"] = {"first": 700.0, "last": 900.0, "points": 2}
+    _, lighter = design_balance(read("pilgrim", limit=strong, envelope=envelope)).saturation
+    assert "no angle of attack balances from 700 to 900 N" in lighter.text
+
+
+def test_a_thruster_that_saturates_before_the_balance_ends_is_named() -> None:
+    strong = {"propeller_efficiency": 0.75, "power_max_w": 1000.0}
+    envelope = read("pilgrim").envelope.model_dump()
+    envelope["residual_buoyancy_n"] = {"first": -50.0, "last": 5000.0, "points": 2}
+    found = design_balance(read("pilgrim", limit=strong, envelope=envelope))
+    lighter = found.saturation[1]
+    assert lighter.thruster == "upper"
+    assert lighter.value is not None
+    at = Condition(3.0, lighter.value, 22.5, 2.0, 2.0)
+    assert exact_balance(PILGRIM, at).loads_n[2] * 3.0 / 0.75 == pytest.approx(1000.0, rel=1e-3)
