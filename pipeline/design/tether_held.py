@@ -1,6 +1,6 @@
 """The footprint that a vehicle can hold on its cable with its identified thrusters."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,8 @@ from pipeline.types import FloatArray
 RADII = 7
 #: The outermost radius as a share of the cable's reach: beyond, a taut cable pulls without bound.
 SHARE_OF_REACH = 0.98
+#: Radius next to the middle, as a share of the first one: in the middle itself there is no angle.
+INNERMOST = 1e-2
 
 
 def held_footprint(
@@ -53,13 +55,13 @@ def held_footprint(
         if not beyond.size:
             edge.append(float(outer))
             limit.append("cable" if ends_with_cable else "largest radius asked for")
-        elif beyond[0] == 0:
-            edge.append(0.0)
-            limit.append("thrusters")
+            continue
+        limit.append("thrusters")
+        k = int(beyond[0])
+        if k == 0:
+            edge.append(_edge_within(over, float(radii[0])))
         else:
-            k = int(beyond[0])
             edge.append(float(brentq(over, radii[k - 1], radii[k], xtol=5e-3 * outer)))
-            limit.append("thrusters")
     return HeldFootprint(
         vehicle=held.packed.name,
         variant=one.flow,
@@ -70,6 +72,17 @@ def held_footprint(
         limit=tuple(limit),
         largest_force_n=held.largest_forces_n(),
     )
+
+
+def _edge_within(over: Callable[[float], float], first_m: float) -> float:
+    """Return the radius that is held where the first one is not; 0 if none is. [m]."""
+    inner_m = INNERMOST * first_m
+    try:
+        if over(inner_m) > 0.0:
+            return 0.0
+        return float(brentq(over, inner_m, first_m, xtol=inner_m))
+    except CannotComputeError:  # a slack cable has no equilibrium there
+        return 0.0
 
 
 def _refuse_too_strong(held: HeldVehicle, through_ned: FloatArray) -> None:

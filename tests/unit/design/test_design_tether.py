@@ -1,5 +1,6 @@
 """Tether of Kostenko and Mokeeva 2009: Tables 3 to 6, what a vehicle holds, what cannot be."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -100,11 +101,25 @@ def test_the_rov_uses_all_of_a_thruster_at_the_edge_that_it_holds(repository: Pa
     footprint = make_footprint(one)
     found = held_footprint(one, footprint, held, [0.0, 90.0])
     assert found.limit[0] == "thrusters"
-    from dataclasses import replace
-
     at = replace(footprint, radius_m=found.held_radius_m[0])
     pull = footprint_cable(at, one.flow, 0.0).force_on_start_n
     through = ned_from_paper(np.array([0.7, 0.0, 0.0]))
+    assert held.use(*held.required(pull, through)) == pytest.approx(1.0, abs=0.02)
+
+
+def test_a_small_footprint_is_found_within_the_first_radius_of_the_map(repository: Path) -> None:
+    """At 0.91 m/s a few metres are held on a cable of 100 m, and the map begins at 14 m."""
+    one = read("rov8", current_mps=(-0.91, 0.0, 0.0))
+    one = one.model_copy(update={"cable": one.cable.model_copy(update={"length_m": 100.0})})
+    rov = bundled(repository, "rov8")
+    held = held_vehicle(rov, pack_vehicle(rov))
+    footprint = make_footprint(one)
+    found = held_footprint(one, footprint, held, [0.0])
+    radius = found.held_radius_m[0]
+    assert found.use[0][0] > 1.0
+    assert found.radius_m[0] > radius > 0.0
+    pull = footprint_cable(replace(footprint, radius_m=radius), one.flow, 0.0).force_on_start_n
+    through = ned_from_paper(np.array([0.91, 0.0, 0.0]))
     assert held.use(*held.required(pull, through)) == pytest.approx(1.0, abs=0.02)
 
 
