@@ -92,12 +92,10 @@ def design_tether(one: TetherInput, held: HeldVehicle | None = None) -> TetherDe
     """
     footprint = make_footprint(one)
     angles = [float(a) for a in range(0, 360, one.footprint.step_deg)]
+    if held is not None and one.hull is not None:  # what the file states goes before the vehicle's
+        held = _with_stated_hull(one, held)
     drag, lift = hull_drag_vector_n(one, held), buoyancy_n(one, held)
-    held_map = None
-    if held is not None:
-        if one.hull is not None:  # what the file states goes before the vehicle's
-            held = _with_stated_hull(one, held)
-        held_map = held_footprint(one, footprint, held, angles)
+    held_map = None if held is None else held_footprint(one, footprint, held, angles)
     moves = any(one.vehicle_velocity_mps)
     looked_at = VARIANTS if moves else (one.flow,)  # at rest all three flows are the same
     solutions, left_out = _solve(one, footprint, looked_at, angles)

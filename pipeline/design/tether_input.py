@@ -36,7 +36,10 @@ class PlaceInput(Section):
 
 
 class HullInput(Section):
-    """Drag of the hull, eq. (4), along X, Y, Z, and the residual buoyancy (up positive)."""
+    """Drag of the hull, eq. (4), and the residual buoyancy (up positive).
+
+    `drag_coefficients` are ahead, up and to starboard of the vehicle: along X, Y, Z at heading 0.
+    """
 
     displacement_m3: Annotated[float, Field(gt=0, le=1000)]
     drag_coefficients: tuple[Coefficient, Coefficient, Coefficient]

@@ -20,14 +20,14 @@ def hull_drag_vector_n(one: TetherInput, held: HeldVehicle | None) -> FloatArray
 
 
 def hull_force_n(one: TetherInput, held: HeldVehicle | None, through_mps: FloatArray) -> FloatArray:
-    """Force of the water on the hull: eq. (4), or the vehicle's damping at its heading.
+    """Force of the water on the hull: eq. (4), or at the heading of the vehicle that is held.
 
     Parameters
     ----------
     one : TetherInput
         The file.
     held : HeldVehicle or None
-        The vehicle that it names; asked where the file states no hull.
+        The vehicle that it names, with the hull of the file where that states one.
     through_mps : ndarray, shape (3,)
         Velocity through the water, paper's axes. [m/s]
 
@@ -41,15 +41,15 @@ def hull_force_n(one: TetherInput, held: HeldVehicle | None, through_mps: FloatA
     CannotComputeError
         Without hull and vehicle.
     """
-    if one.hull is not None:
+    if held is None:
+        if one.hull is None:
+            raise CannotComputeError("State hull: in the design file.")
         return -np.array(
             [
                 hull_drag_n(v, one.hull.displacement_m3, one.density_kgpm3, c)
                 for v, c in zip(through_mps, one.hull.drag_coefficients, strict=True)
             ]
         )
-    if held is None:
-        raise CannotComputeError("State hull: in the design file.")
     body = held.drag_n(held.to_body(ned_from_paper(through_mps)))
     c, s = np.cos(held.heading_rad), np.sin(held.heading_rad)
     ned = np.array([c * body[0] - s * body[1], s * body[0] + c * body[1], body[2]])

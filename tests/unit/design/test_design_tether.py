@@ -174,6 +174,24 @@ def test_the_needed_force_holds_the_drag_at_the_vehicles_heading(
     assert any_side.drag_n[0] == pytest.approx(needed.drag_n[0])
 
 
+def test_a_stated_hull_turns_with_the_vehicle_that_is_held(repository: Path) -> None:
+    """Abeam to the current a hull that is wide from the side is pushed by its side's drag."""
+    rov = bundled(repository, "rov8")
+    held = held_vehicle(rov, pack_vehicle(rov), heading_rad=np.pi / 2)
+    hull = {
+        "displacement_m3": 0.0115,
+        "drag_coefficients": (0.5, 1.0, 2.5),
+        "residual_buoyancy_n": 0.0,
+    }
+    place = {"radius_m": 20.0, "height_m": -20.0, "step_deg": 90}
+    one = read("rov8", hull=hull, current_mps=(-0.5, 0.0, 0.0), footprint=place)
+    found = design_tether(one, held)
+    abeam = 0.5 * one.density_kgpm3 * 2.5 * 0.0115 ** (2 / 3) * 0.5**2
+    row = found.variants[0].rows[0]
+    np.testing.assert_allclose(row.required_n[0], abeam - row.on_vehicle_n[0], rtol=1e-9)
+    assert found.needs[0].drag_n[0] == pytest.approx(abeam)
+
+
 def test_no_effect_is_named_that_leaves_most_of_the_pull() -> None:
     """A heavy cable at rest hangs on the vehicle: neither drag nor a pull to the garage."""
     one = read("mokeeva", vehicle_velocity_mps=(0.0, 0.0, 0.0), current_mps=(0.0, 0.0, 0.0))
