@@ -13,7 +13,7 @@ T_x ahead and T_y up are the thrusters' forces in body axes. The first two give 
 the third is then an equation for alpha alone.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq
@@ -134,17 +134,21 @@ def _root(hull: Hull, condition: Condition) -> float | None:
 
 
 def _not_carried(hull: Hull, condition: Condition) -> str:
-    """Say how much buoyancy can be carried at this speed, by halving."""
+    """Say how much buoyancy can be carried at this speed, by halving; or why not even none can."""
+    neutral = replace(condition, residual_buoyancy_n=0.0)
+    if _root(hull, neutral) is None:
+        moment = constant_moment_nm(hull, neutral)
+        return (
+            f"A residual buoyancy of {condition.residual_buoyancy_n:g} N cannot be carried at "
+            f"{condition.speed_mps:g} m/s with an angle of attack up to "
+            f"{np.degrees(LARGEST_ALPHA_RAD):.0f} deg, and neither can none: a moment of "
+            f"{moment:.3g} N m, nose up, is left at zero angle of attack.\n"
+            "Trim the vehicle: put its centre of mass below its centre of buoyancy, or go faster."
+        )
     low, high = 0.0, condition.residual_buoyancy_n
     for _ in range(40):
         middle = 0.5 * (low + high)
-        tried = Condition(
-            condition.speed_mps,
-            middle,
-            condition.angle_deg,
-            condition.pitch_arm_m,
-            condition.heading_arm_m,
-        )
+        tried = replace(condition, residual_buoyancy_n=middle)
         low, high = (low, middle) if _root(hull, tried) is None else (middle, high)
     return (
         f"A residual buoyancy of {condition.residual_buoyancy_n:g} N cannot be carried at "

@@ -1,5 +1,6 @@
 """Balance of Kostenko 2017: printed tables, exact form, limits, what cannot be."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -98,6 +99,19 @@ def test_a_vehicle_that_cannot_be_carried_is_told_what_can() -> None:
     exact_balance(PILGRIM, Condition(0.5, 0.99 * most, 22.5, 2.0, 2.0))
     with pytest.raises(CannotComputeError):
         exact_balance(PILGRIM, Condition(0.5, 1.02 * most, 22.5, 2.0, 2.0))
+
+
+def test_a_vehicle_out_of_trim_is_told_the_moment_and_no_buoyancy(repository: Path) -> None:
+    """Its weight acts 0.1 m ahead of its buoyancy: at a crawl no hull force holds that."""
+    vehicle = bundled(repository, "mmt300")
+    assert vehicle.model is not None
+    hull, _ = BodyHull.of_model(vehicle.model, 9.81, 1000.0)
+    x, z = hull.centre_of_mass_m
+    heavy = replace(hull, centre_of_mass_m=(x + 0.1, z))
+    moment = -0.1 * hull.weight_n
+    with pytest.raises(CannotComputeError, match="and neither can none") as error:
+        exact_balance(heavy, Condition(0.3, 5.0, 22.5, 1.0, 1.0))
+    assert f"a moment of {moment:.3g} N m, nose up" in str(error.value)
 
 
 def test_a_short_arm_is_refused_by_the_small_angle_form() -> None:
