@@ -102,7 +102,9 @@ def _value(line: dict[str, Any]) -> str:
         return "-"
     parts = []
     for name, true in line["value"].items():
-        one = found["parameters"].get(name)
+        # beside another effect a parameter has the effect's name before its own
+        given = found["parameters"]
+        one = given.get(name, given.get(f"{line['truth']}.{name}"))
         if one is None:
             parts.append(f"{name} not freed (true {true:g})")
             continue

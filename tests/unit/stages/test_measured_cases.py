@@ -136,6 +136,13 @@ def test_what_came_of_a_case(one: dict[str, Any], said: str) -> None:
     assert f": {said} 1." in table([one])
 
 
+@pytest.mark.parametrize("name", ["scale", "dvl_scale.scale"])
+def test_the_value_found_is_told_beside_another_effect_too(name: str) -> None:
+    found = {"parameters": {name: {"value": 0.911, "ci95": [0.891, 0.93]}}}
+    one = line(["dvl_scale", "lift"], truth="dvl_scale", value={"scale": 0.9})
+    assert "| scale 0.911 (0.891 to 0.93; true 0.9) |" in table([one | {"found": found}])
+
+
 def test_the_table_of_a_page_is_replaced_and_nothing_else() -> None:
     page = "# Head\n<!-- the table -->\nold\n<!-- end of the table -->\ntail\n"
     new = with_table(page, table([line(["none"])]))
