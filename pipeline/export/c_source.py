@@ -65,6 +65,7 @@ def render_header(
         thrust_max=max(positive.thrust_max_n),
         speed_min=-negative.speed_mps[-1] + 0.0,
         speed_max=positive.speed_mps[-1],
+        reverses=characteristic.code_min < 0,
         mirrored=_mirrors(characteristic),
         failed_checks=[
             line

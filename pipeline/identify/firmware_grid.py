@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.identify.mooring_inverse import mooring_curve
 from pipeline.identify.thrust_curve import ThrustCurve, curve_from_family
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic, StaticCharacteristic
@@ -90,21 +91,47 @@ def grid_from_mooring(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> Fir
     Parameters
     ----------
     points : tuple of MooringPoint
-        Points of one supply voltage, both signs.
+        Points of one supply voltage, of every sign that the drive takes.
     vehicle : Vehicle
         Range of codes and dead thrust.
 
     Raises
     ------
     CannotComputeError
-        If a sign has too few codes.
+        If a sign has too few codes, or no code gives more than the dead thrust.
     """
     rest = np.zeros(1)
+    forward = _measured_curve(points, 1)
+    # a drive that takes no negative code has none to measure, and is never sent one
+    reverse = _measured_curve(points, -1) if vehicle.drive.code_min < 0 else forward
+    strongest = max((forward, reverse), key=lambda curve: curve.thrust_max_n)
+    dead_n = vehicle.tables.thrust_dead_n
+    if strongest.thrust_max_n <= dead_n:
+        raise CannotComputeError(
+            within_dead_thrust(strongest.code[-1], strongest.thrust_max_n, dead_n)
+        )
     return _characteristic(
-        _branch(1, rest, [mooring_curve(points, 1)], MEASURED_FRACTIONS, AT_REST_ONLY),
-        _branch(-1, rest, [mooring_curve(points, -1)], MEASURED_FRACTIONS, AT_REST_ONLY),
+        _branch(1, rest, [forward], MEASURED_FRACTIONS, AT_REST_ONLY),
+        _branch(-1, rest, [reverse], MEASURED_FRACTIONS, AT_REST_ONLY),
         vehicle,
     )
+
+
+def within_dead_thrust(code: float, thrust_n: float, dead_n: float) -> str:
+    """Say that the most thrust that a code gives at rest counts as none."""
+    return (
+        f"at rest code {code:g} gives {thrust_n:.3g} N, which is within the dead thrust of "
+        f"{dead_n:g} N (tables.thrust_dead_n)"
+    )
+
+
+def _measured_curve(points: tuple[MooringPoint, ...], sign: Literal[1, -1]) -> ThrustCurve:
+    """Return the curve of one sign; where there is none the message names the sign."""
+    try:
+        return mooring_curve(points, sign)
+    except CannotComputeError as error:
+        codes = "positive codes" if sign > 0 else "negative codes"
+        raise CannotComputeError(f"{codes}: {error}") from error
 
 
 def _characteristic(

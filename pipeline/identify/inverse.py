@@ -8,6 +8,7 @@ from pipeline.identify.firmware_grid import (
     family_curves,
     grid_from_family,
     grid_from_mooring,
+    within_dead_thrust,
 )
 from pipeline.identify.mooring_inverse import fit_table3, gap_at_rest, points_for_tables
 from pipeline.identify.round_trip import monotone_checks, round_trips, trip_checks
@@ -36,7 +37,8 @@ def inverse_characteristic(
 
     With the static family: Table 4 and a firmware grid over speed, the negative sign mirrored
     (Kostenko 2023, eq. 8). With mooring data: Table 3 by sign. With mooring data alone: a firmware
-    grid at rest, each sign from its own points.
+    grid at rest, each sign from its own points. A drive that takes no negative code is asked for
+    none.
 
     Parameters
     ----------
@@ -61,15 +63,17 @@ def inverse_characteristic(
     points = _mooring_points(mooring, vehicle, notes)
     dead_n = vehicle.tables.thrust_dead_n
     positive = _table3(points, 1, dead_n, notes)
-    negative = _table3(points, -1, dead_n, notes)
+    reverses = vehicle.drive.code_min < 0
+    negative = _table3(points, -1, dead_n, notes) if reverses else None
     family = family_curves(static, dead_n) if static is not None else None
     if static is not None and family is not None:
         table4 = _table4(static, family, dead_n, notes)
         firmware: FirmwareCharacteristic | None = grid_from_family(family, vehicle)
-        notes.append(
-            "Negative codes mirror positive ones (Kostenko 2023, eq. 8): the bench tested the "
-            "drive in one direction only."
-        )
+        if reverses:
+            notes.append(
+                "Negative codes mirror positive ones (Kostenko 2023, eq. 8): the bench tested the "
+                "drive in one direction only."
+            )
     else:
         table4 = ()
         if static is not None:
@@ -118,7 +122,7 @@ def _table3(
     try:
         return fit_table3(points, sign, dead_n)
     except CannotComputeError as error:
-        notes.append(f"Table 3, {'positive' if sign > 0 else 'negative'} thrust: {error}")
+        notes.append(f"Table 3, {'positive' if sign > 0 else 'negative'} thrust: {error}.")
         return None
 
 
@@ -134,7 +138,7 @@ def _firmware_at_rest(
     try:
         return grid_from_mooring(points, vehicle)
     except CannotComputeError as error:
-        notes.append(f"No firmware tables: {error}")
+        notes.append(f"No firmware tables: {error}.")
         return None
 
 
@@ -156,8 +160,7 @@ def _why_no_family(static: StaticCharacteristic, dead_n: float) -> str:
     why = (
         f"at rest the curves do not meet at code {code:g}"
         if static.status[0][-1] == "no_working_point"
-        else f"at rest code {code:g} gives {thrust_n:.3g} N, which is within the dead thrust of "
-        f"{dead_n:g} N (tables.thrust_dead_n)"
+        else within_dead_thrust(code, thrust_n, dead_n)
     )
     return f"No Table 4 and no tables over speed: {why}."
 

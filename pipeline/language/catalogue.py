@@ -193,6 +193,9 @@ class Catalogue:
                     continue
                 if not sentences and any(_is_torn(one) for one in values.values()):
                     continue
+                if sentences and any(max(template.literals, key=len) in v for v in values.values()):
+                    # from one sentence of a kind to the next of the same kind
+                    continue
                 if any('"' in values[int(number)] for number in _QUOTED.findall(entry.message)):
                     # from one quoted name to the next: a match by chance
                     continue

@@ -100,6 +100,9 @@ def test_the_header_tells_of_codes_that_were_only_mirrored(tmp_path: Path) -> No
     mirrored = forward.positive.model_copy(update={"sign": -1, "against_motion": "else"})
     both = forward.model_copy(update={"negative": mirrored})
     assert told in write(tmp_path, characteristic=both)[0].read_text()
+    one_way = write(tmp_path, characteristic=both.model_copy(update={"code_min": 0}))[0].read_text()
+    assert told not in one_way
+    assert "The drive takes no negative code" in one_way
 
 
 def test_the_interface_is_declared_and_defined(tmp_path: Path) -> None:

@@ -7,12 +7,13 @@ from pipeline.control.inverse import thrust_grid
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import fit_drive
 from pipeline.identify.firmware_grid import grid_from_mooring
+from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.linear_fit import fit_linear
 from pipeline.identify.static import static_characteristic
 from pipeline.physics.thrust_grid import code_from_thrust
 from pipeline.records.base import Source
 from pipeline.records.fits import DriveFit, PropellerFit
-from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, MooringPoint
+from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, MooringPoint, MooringRecord
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -73,21 +74,26 @@ def test_outliers_are_found_on_a_bent_characteristic(vehicle: Vehicle) -> None:
     assert outlier.source == Source(file="drive.xlsx", sheet="code 80", row=30)
 
 
-def test_a_mooring_curve_that_levels_off_is_followed_to_its_end(vehicle: Vehicle) -> None:
-    """Drives reach a limit near the largest code; the grid has knots enough there."""
-    code = np.arange(0.0, 128.0)
-    thrust = 40 * (1 - np.exp(-((np.maximum(code - 10, 0) / 70) ** 2)))
-    points = tuple(
+def bollard(
+    code: FloatArray, thrust_n: FloatArray, signs: tuple[float, ...] = (1.0, -1.0)
+) -> tuple[MooringPoint, ...]:
+    return tuple(
         MooringPoint(
             source=Source(file="bollard.csv", row=row),
             code=sign * c,
             thrust_n=sign * t,
             sweep="up",
         )
-        for sign in (1.0, -1.0)
-        for row, (c, t) in enumerate(zip(code, thrust, strict=True))
+        for sign in signs
+        for row, (c, t) in enumerate(zip(code, thrust_n, strict=True))
     )
-    firmware = grid_from_mooring(points, vehicle)
+
+
+def test_a_mooring_curve_that_levels_off_is_followed_to_its_end(vehicle: Vehicle) -> None:
+    """Drives reach a limit near the largest code; the grid has knots enough there."""
+    code = np.arange(0.0, 128.0)
+    thrust = 40 * (1 - np.exp(-((np.maximum(code - 10, 0) / 70) ** 2)))
+    firmware = grid_from_mooring(bollard(code, thrust), vehicle)
     sent = code_from_thrust(
         thrust,
         0.0,
@@ -97,3 +103,29 @@ def test_a_mooring_curve_that_levels_off_is_followed_to_its_end(vehicle: Vehicle
     )
     assert np.abs(sent - code)[thrust > 0.5].max() < 0.5
     assert "under way" in firmware.positive.against_motion
+
+
+CODES = np.arange(0.0, 128.0, 8.0)
+
+
+def test_a_drive_of_one_direction_needs_no_reverse_test(vehicle: Vehicle) -> None:
+    points = bollard(CODES, 0.003 * CODES**2, signs=(1.0,))
+    mooring = MooringRecord(points=points, sheets=(), problems=())
+    drive = vehicle.drive.model_copy(update={"code_min": 0})
+    forward_only = vehicle.model_copy(update={"drives": {vehicle.tables.drive: drive}})
+    inverse = inverse_characteristic(None, mooring, forward_only)
+    assert inverse.firmware is not None
+    assert inverse.firmware.code_min == 0
+    assert not [note for note in inverse.explanations if "negative" in note]
+    both = inverse_characteristic(None, mooring, vehicle)
+    assert both.firmware is None
+    assert any("No firmware tables: negative codes: thrust" in note for note in both.explanations)
+
+
+def test_a_thruster_that_never_exceeds_the_dead_thrust_gets_no_tables(vehicle: Vehicle) -> None:
+    """Every wanted thrust within its reach would give code 0, and nobody would be told."""
+    weak = bollard(CODES, 0.5 * (CODES / 120.0) ** 2)
+    with pytest.raises(CannotComputeError, match=r"code 120 gives 0.*dead thrust of 0.5 N"):
+        grid_from_mooring(weak, vehicle)
+    strong_enough = bollard(CODES, 0.6 * (CODES / 120.0) ** 2)
+    assert grid_from_mooring(strong_enough, vehicle).positive.thrust_max_n[0] > 0.5

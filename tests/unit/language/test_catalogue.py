@@ -144,3 +144,14 @@ def test_a_hostile_text_costs_little(catalogue: Catalogue, text: str) -> None:
     begin = time.process_time()
     catalogue.say(text)
     assert time.process_time() - begin < 3.0
+
+
+def test_two_sentences_of_one_kind_are_two() -> None:
+    """A long template may hold whole sentences in a value, but not its own sentence again."""
+    message = "{0} readings of this kind cannot carry {1} coefficients; at least {2} are needed"
+    said = "{0} отсчётов не определяют {1} коэффициентов; нужно не менее {2}"
+    head = f'msgid ""\nmsgstr "{RULE}"\n\n'
+    one = Catalogue(read_po(f'{head}msgid "{message}"\nmsgstr "{said}"\n'))
+    texts = [message.format(count, 4, 6) for count in (0, 3)]
+    expected = [said.format(count, 4, 6) for count in (0, 3)]
+    assert one.say(". ".join(texts) + ".") == ". ".join(expected) + "."
