@@ -83,7 +83,8 @@ def _folders(command: _F) -> _F:
 @click.group(
     cls=_Cli,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Exit codes: 0 done, 1 bad input or a failed check, 2 wrong usage.",
+    epilog="Exit codes: 0 done (failed checks of results are told), 1 bad input or no result, "
+    "2 wrong usage.",
 )
 @click.version_option(__version__, prog_name="rig2sea")
 def cli() -> None:
