@@ -55,7 +55,7 @@ def _one(vehicle: str, raw: Path, out: Path) -> VehicleFolder:
 
 def to_json(answer: Why) -> str:
     """Return one JSON object."""
-    body: dict[str, Any] = asdict(answer)
+    body: dict[str, Any] = {"schema": "rig2sea/why/1", **asdict(answer)}
     body["up_to_date"] = answer.chain.fits
     return canonical_json(body)
 

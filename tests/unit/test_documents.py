@@ -9,7 +9,19 @@ from typing import get_args
 import pytest
 from pydantic import BaseModel
 
+from pipeline.records.allocation import AllocationMap
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+from pipeline.records.fits import (
+    DriveFit,
+    InverseCharacteristic,
+    PropellerFit,
+    StaticCharacteristic,
+)
+from pipeline.records.identification import Identification
+from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.records.pool_run import PoolRunRecord
+from pipeline.records.trial import DayTables, RunTrial, TrialDay
+from pipeline.records.validation import AllocatorValidation
 
 ROOT = Path(__file__).parents[2]
 DECISION = ROOT / "docs/decisions/0001-dependencies-and-workflow.md"
@@ -31,6 +43,20 @@ def test_every_key_of_a_diagnosis_is_documented() -> None:
     text = (ROOT / "docs/formats_diagnosis.md").read_text(encoding="utf-8")
     told = {word for code in re.findall(r"`([^`\n]+)`", text) for word in re.findall(r"\w+", code)}
     assert keys(BenchDiagnosisRecord) - told == set()
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        *(LoadTestRecord, MooringRecord, OpenWaterRecord, PropellerFit, DriveFit),
+        *(StaticCharacteristic, InverseCharacteristic, AllocationMap, AllocatorValidation),
+        *(Identification, PoolRunRecord, RunTrial, TrialDay, DayTables),
+    ],
+)
+def test_every_key_of_a_result_is_documented(record: type[BaseModel]) -> None:
+    pages = [ROOT / "docs/formats.md", ROOT / "docs/formats_pool.md"]
+    told = re.findall(r"\w+", " ".join(page.read_text(encoding="utf-8") for page in pages))
+    assert keys(record) - set(told) == set()
 
 
 def keys(model: type[BaseModel]) -> set[str]:

@@ -96,7 +96,9 @@ def test_changed_new_and_lost_raw_files_are_said(out: Path) -> None:
     assert "STALE: raw/boat/load_test/drive.xlsx has changed since" in text
     assert "raw/boat/load_test/second.xlsx is new" in text
     assert text.endswith("To renew it: rig2sea run")
-    assert json.loads(to_json(answer))["up_to_date"] is False
+    said = json.loads(to_json(answer))
+    assert said["schema"] == "rig2sea/why/1"
+    assert said["up_to_date"] is False
     (out / "raw/boat/load_test/drive.xlsx").unlink()
     text = as_text(why("boat", ("table4.KN1[0]",), out / "raw", out))
     assert "drive.xlsx is gone" in text
