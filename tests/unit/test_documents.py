@@ -9,6 +9,7 @@ from typing import get_args
 import pytest
 from pydantic import BaseModel
 
+from pipeline.effects.library import effects
 from pipeline.records.allocation import AllocationMap
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.fits import (
@@ -57,6 +58,17 @@ def test_every_key_of_a_result_is_documented(record: type[BaseModel]) -> None:
     pages = [ROOT / "docs/formats.md", ROOT / "docs/formats_pool.md"]
     told = re.findall(r"\w+", " ".join(page.read_text(encoding="utf-8") for page in pages))
     assert keys(record) - set(told) == set()
+
+
+def test_every_parameter_of_an_effect_is_documented() -> None:
+    page = (ROOT / "docs/formats.md").read_text(encoding="utf-8")
+    text = page.partition("\n## effects --json\n")[2]
+    for effect in effects().values():
+        row = re.search(rf"(?m)^\| `{effect.id}`[^|]*\| (.+) \|$", text)
+        assert row is not None, effect.id
+        units = ["" if one.unit == "1" else f" [{one.unit}]" for one in effect.parameters]
+        told = [f"`{one.name}`{unit}" for one, unit in zip(effect.parameters, units, strict=True)]
+        assert row[1] == ", ".join(told)
 
 
 def keys(model: type[BaseModel]) -> set[str]:
