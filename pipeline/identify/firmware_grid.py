@@ -101,9 +101,9 @@ def grid_from_mooring(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> Fir
         If a sign has too few codes, or no code gives more than the dead thrust.
     """
     rest = np.zeros(1)
-    forward = _measured_curve(points, 1)
+    forward = mooring_curve(points, 1)
     # a drive that takes no negative code has none to measure, and is never sent one
-    reverse = _measured_curve(points, -1) if vehicle.drive.code_min < 0 else forward
+    reverse = mooring_curve(points, -1) if vehicle.drive.code_min < 0 else forward
     strongest = max((forward, reverse), key=lambda curve: curve.thrust_max_n)
     dead_n = vehicle.tables.thrust_dead_n
     if strongest.thrust_max_n <= dead_n:
@@ -123,15 +123,6 @@ def within_dead_thrust(code: float, thrust_n: float, dead_n: float) -> str:
         f"at rest code {code:g} gives {thrust_n:.3g} N, which is within the dead thrust of "
         f"{dead_n:g} N (tables.thrust_dead_n)"
     )
-
-
-def _measured_curve(points: tuple[MooringPoint, ...], sign: Literal[1, -1]) -> ThrustCurve:
-    """Return the curve of one sign; where there is none the message names the sign."""
-    try:
-        return mooring_curve(points, sign)
-    except CannotComputeError as error:
-        codes = "positive codes" if sign > 0 else "negative codes"
-        raise CannotComputeError(f"{codes}: {error}") from error
 
 
 def _characteristic(

@@ -90,13 +90,17 @@ def mooring_curve(points: tuple[MooringPoint, ...], sign: int) -> ThrustCurve:
     Raises
     ------
     CannotComputeError
-        With too few codes of this sign.
+        With too few codes of this sign, which the message names.
     """
     used = [p for p in points if sign * p.code >= 0]
-    return curve_from_measurements(
-        np.array([abs(p.code) for p in used], float),
-        np.array([sign * p.thrust_n if p.code else 0.0 for p in used], float),
-    )
+    try:
+        return curve_from_measurements(
+            np.array([abs(p.code) for p in used], float),
+            np.array([sign * p.thrust_n if p.code else 0.0 for p in used], float),
+        )
+    except CannotComputeError as error:
+        codes = "positive codes" if sign > 0 else "negative codes"
+        raise CannotComputeError(f"{codes}: {error}") from error
 
 
 def gap_at_rest(
