@@ -29,6 +29,9 @@ from pipeline.vehicle.schema import Vehicle
 #: A smaller gap between mooring test and calculation is within what such a rig repeats to. [N]
 GAP_WITHIN_RIG_N = 0.5
 
+#: A test that ends a little before the largest code still counts as one that reached it.
+REACHED = 0.98
+
 
 def inverse_characteristic(
     static: StaticCharacteristic | None, mooring: MooringRecord | None, vehicle: Vehicle
@@ -89,6 +92,8 @@ def inverse_characteristic(
         if family is not None:
             trips = round_trips(family, table4, firmware, vehicle.published)
             checks.extend(trip_checks(trips, table4))
+        else:
+            checks.append(_reach_check(firmware))
         checks.extend(monotone_checks(firmware))
     return InverseCharacteristic(
         table3_positive=positive,
@@ -163,6 +168,21 @@ def _why_no_family(static: StaticCharacteristic, dead_n: float) -> str:
         else within_dead_thrust(code, thrust_n, dead_n)
     )
     return f"No Table 4 and no tables over speed: {why}."
+
+
+def _reach_check(firmware: FirmwareCharacteristic) -> Check:
+    """Compare the codes that were moored with the drive's: the tables hold no others."""
+    highest, lowest = firmware.positive.code[0][-1], -firmware.negative.code[0][-1]
+    passed = highest >= REACHED * firmware.code_max
+    tested = f"tested up to code {highest:g} of {firmware.code_max}"
+    if firmware.code_min < 0:
+        passed &= lowest <= REACHED * firmware.code_min
+        tested = (
+            f"tested from code {lowest:g} (of {firmware.code_min}) to {highest:g} "
+            f"(of {firmware.code_max})"
+        )
+    text = tested if passed else f"{tested}; the tables give no code beyond what was tested"
+    return Check(name="mooring test reaches the ends of the codes", passed=passed, text=text)
 
 
 def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -> tuple[Check, ...]:

@@ -12,7 +12,7 @@ from pipeline.identify.linear_fit import fit_linear
 from pipeline.identify.static import static_characteristic
 from pipeline.physics.thrust_grid import code_from_thrust
 from pipeline.records.base import Source
-from pipeline.records.fits import DriveFit, PropellerFit
+from pipeline.records.fits import Check, DriveFit, PropellerFit
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, MooringPoint, MooringRecord
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -129,3 +129,19 @@ def test_a_thruster_that_never_exceeds_the_dead_thrust_gets_no_tables(vehicle: V
         grid_from_mooring(weak, vehicle)
     strong_enough = bollard(CODES, 0.6 * (CODES / 120.0) ** 2)
     assert grid_from_mooring(strong_enough, vehicle).positive.thrust_max_n[0] > 0.5
+
+
+def test_a_mooring_test_that_ends_early_is_told(vehicle: Vehicle) -> None:
+    """The tables hold what was tested: a drive of 127 codes moored to 80 gives no code above."""
+
+    def reach(code: FloatArray) -> Check:
+        points = bollard(code, 0.003 * code**2)
+        mooring = MooringRecord(points=points, sheets=(), problems=())
+        checks = inverse_characteristic(None, mooring, vehicle).checks
+        (found,) = [check for check in checks if "ends of the codes" in check.name]
+        return found
+
+    early = reach(np.arange(0.0, 81.0, 8.0))
+    assert not early.passed
+    assert "from code -80 (of -127) to 80 (of 127); the tables give no code" in early.text
+    assert reach(np.linspace(0.0, 127.0, 11)).passed
