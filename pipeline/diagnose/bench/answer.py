@@ -53,10 +53,11 @@ def rank(problem: Problem) -> tuple[tuple[Ranked, ...], int]:
     """
     nothing = fit_nothing(problem)
     singles = [fit_effects(problem, (effect,)) for effect in CANDIDATES]
-    fits = [nothing, fit_nothing(problem, unknown=True), *singles]
+    unknown = [fit_nothing(problem, unknown=True)]
     if "voltage" in problem.stack.channels:
         sag = next(one for one in singles if one.effects == ("voltage_sag",))
-        fits.append(fit_nothing(problem, unknown=True, beside=sag))
+        unknown.append(fit_nothing(problem, unknown=True, beside=sag))
+    fits = [nothing, *unknown, *singles]
     alone = {one.effects[0]: one for one in singles if one.effects[0] != "thrust_deduction"}
     best = max(singles, key=lambda one: one.log_evidence)
     left = left_over(problem, best)
@@ -66,8 +67,10 @@ def rank(problem: Problem) -> tuple[tuple[Ranked, ...], int]:
     pairs = count * (count - 1) / 2
 
     def weight(one: BenchFit) -> float:
-        if one.effects[0] in {"none", "unknown"}:
-            return PRIOR[one.effects[0]]
+        if one.effects[0] == "none":
+            return PRIOR["none"]
+        if one.effects[0] == "unknown":
+            return PRIOR["unknown"] / len(unknown)
         if len(one.effects) > 1:
             return PRIOR["pair"] / pairs
         share = {"thrust_deduction": _ON_THE_HULL, "thruster_degraded": 1.0 - _ON_THE_HULL}
@@ -80,9 +83,11 @@ def rank(problem: Problem) -> tuple[tuple[Ranked, ...], int]:
             # what is left is within the ordinary: a shape of any kind is not needed
             evidence = min(evidence, max(best.log_evidence, nothing.log_evidence) - _NOT_NEEDED)
         total = evidence + float(np.log(weight(one)))
-        if name in by_name:  # two ways of being unknown
-            total = float(np.logaddexp(total, by_name[name][0]))
-        by_name[name] = (total, one)
+        shown = one
+        if name in by_name:  # two ways of being unknown: the likelier one is shown
+            before, way = by_name[name]
+            total, shown = float(np.logaddexp(total, before)), max(way, one, key=_evidence)
+        by_name[name] = (total, shown)
     top = max(total for total, _ in by_name.values())
     shares = {name: float(np.exp(total - top)) for name, (total, _) in by_name.items()}
     whole = sum(shares.values())
@@ -92,6 +97,10 @@ def rank(problem: Problem) -> tuple[tuple[Ranked, ...], int]:
     ]
     ranking.sort(key=lambda one: (-one.probability, -one.log_evidence, one.name))
     return tuple(ranking), sum(one.linearisations for one in fits)
+
+
+def _evidence(one: BenchFit) -> float:
+    return one.log_evidence
 
 
 def rms_left_n(problem: Problem, found: BenchFit) -> float:

@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
+from pipeline.diagnose.bench.answer import PRIOR, rank
 from pipeline.diagnose.bench.effects import predict
 from pipeline.diagnose.bench.engine import diagnose_bench
+from pipeline.diagnose.bench.fit import Problem, fit_effects, fit_nothing
 from pipeline.diagnose.bench.model import Reference, bench_model
 from pipeline.diagnose.bench.noise import smooth
 from pipeline.diagnose.bench.shrink import held_out_codes
@@ -77,6 +79,27 @@ def test_another_propeller_is_unknown() -> None:
     record = diagnose_bench(cases.model(volts=False), cases.table(bent))
     assert record.verdict.effects == ("unknown",)
     assert record.leftover.axes["thrust"] > 1.5
+
+
+@pytest.mark.parametrize("share", [1.0, 0.85])
+def test_two_ways_of_being_unknown_are_one_answer_with_one_prior(share: float) -> None:
+    """With a voltage: of any shape at the bench's supply, and at the one that was read."""
+    bent = cases.thrust(share * CODE) * (1.0 + 0.5 * np.sin(2.0 * np.pi * np.abs(CODE) / 127.0))
+    problem = Problem(cases.model(), cases.table(bent, share * cases.VOLTS))
+    ranking, _ = rank(problem)
+    nothing = fit_nothing(problem)
+    sag = fit_effects(problem, ("voltage_sag",))
+    ways = [
+        fit_nothing(problem, unknown=True),
+        fit_nothing(problem, unknown=True, beside=sag),
+    ]
+    evidence = [one.log_evidence - nothing.log_evidence for one in ways]
+    assert ranking[0].name == "unknown"
+    assert ranking[0].log_evidence == pytest.approx(max(evidence))
+    odds = {one.name: one.probability for one in ranking}
+    assert np.log(odds["none"] / odds["unknown"]) == pytest.approx(
+        np.log(PRIOR["none"] / (PRIOR["unknown"] / 2.0)) - np.logaddexp(*evidence)
+    )
 
 
 def test_what_is_left_goes_with_the_code_by_rank() -> None:
