@@ -98,7 +98,8 @@ def identify_runs(
             "is one that takes no part."
         )
     tables = [table for _, table in fitted]
-    tell(f"fitting the vehicle to the runs ({len(tables)})")
+    if request.method != "straight-line":
+        tell(f"fitting the vehicle to the runs ({len(tables)})")
     whole, why_not = _whole(request, one, tables, [table for _, table in judged])
     lines, no_lines = _lines(request, one, tables)
     if whole is None and not lines:

@@ -126,8 +126,10 @@ def _in_lines(words: str) -> str:
 
 
 def _moved(days: Days, name: str) -> bool:
-    found = [own[name] for own in days.values() if name in own]
-    return len(found) > 1 and apart(found[-2], found[-1])
+    # an older day that tells the parameter is not the trial day before
+    last_two = list(days.values())[-2:]
+    found = [own[name] for own in last_two if name in own]
+    return len(found) == 2 and apart(*found)
 
 
 def apart(before: IdentifiedParameter, now: IdentifiedParameter) -> bool:

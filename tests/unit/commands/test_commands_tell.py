@@ -41,11 +41,9 @@ def test_identify_tells(logs: list[str], monkeypatch: pytest.MonkeyPatch) -> Non
 
     monkeypatch.setattr(identification, "read_run", lambda *_: (Read(), None))
     monkeypatch.setattr(identification, "_whole", no_more)
-    assert told("identify", "rov8", *logs) == [
-        "reading a.mcap",
-        "reading b.mcap",
-        "fitting the vehicle to the runs (2)",
-    ]
+    read = ["reading a.mcap", "reading b.mcap"]
+    assert told("identify", "rov8", *logs) == [*read, "fitting the vehicle to the runs (2)"]
+    assert told("identify", "rov8", *logs, "--method", "straight-line") == read
 
 
 def test_diagnose_tells(logs: list[str], monkeypatch: pytest.MonkeyPatch) -> None:

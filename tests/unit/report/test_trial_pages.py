@@ -17,6 +17,7 @@ from pipeline.records.trial import DayTables, PageReceipt, TrialDay
 from pipeline.report.blocks import Details, Figure, Paragraph
 from pipeline.report.day_results import DayResults, table_changes
 from pipeline.report.decimate import decimated
+from pipeline.report.figures.trend import trend_figure
 from pipeline.report.results import TrialDayLink, VehicleResults
 from pipeline.report.sections.trials import has_trend, trials_section
 from pipeline.report.trial_page import day_page, day_warnings
@@ -128,6 +129,18 @@ def test_day_page_shows_trend_tables_and_runs_escaped(results: VehicleResults) -
     assert "codes changed by up to 1.5" in text
     assert '<a href="../runs/r.html">r: 60 s; &lt;b&gt;zig zag</a>' in text
     assert "added mass &lt;i&gt;" in text
+
+
+def test_a_parameter_that_the_last_day_does_not_tell_has_not_moved_since_the_day_before() -> None:
+    name = "added_mass_surge"
+    days = {
+        "2026-05-01": {name: parameter(10.0)},
+        "2026-05-02": {name: parameter(15.0)},
+        "2026-05-03": {"mass": parameter(3.0)},
+    }
+    assert "No parameter left" in trend_figure(days, (name,)).lead
+    days["2026-05-03"][name] = parameter(10.0)
+    assert f"{name} moved out of the intervals" in trend_figure(days, (name,)).lead
 
 
 def without_fit(name: str) -> TrialDay:
