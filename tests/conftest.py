@@ -1,5 +1,6 @@
 """What tests of every kind share."""
 
+import gc
 import os
 from pathlib import Path
 
@@ -17,6 +18,18 @@ os.environ["RIG2SEA_LANGUAGE"] = "en"
 # Two test processes share the cores: BLAS threads beside them would only wait for each other.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
+
+
+def pytest_collection_finish() -> None:
+    """Keep what collection left from being searched for garbage again and again.
+
+    Modules and thousands of collected tests live until the end. Looking through them at every
+    collection took 5.6 of the 32 s of tests/unit/report.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(50_000, 20, 20)
+
 
 REPOSITORY = Path(__file__).resolve().parent.parent
 
