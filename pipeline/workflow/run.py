@@ -12,10 +12,10 @@ from pipeline.plan import VehicleFolder, choose, processed_file
 from pipeline.provenance import unwritable, write_atomically
 from pipeline.reader_language import current
 from pipeline.workflow.freshness import remove_stale
-from pipeline.workflow.gone import forget_gone
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.lock import only_run
 from pipeline.workflow.outcome import Outcome, outcome_of
+from pipeline.workflow.places import forget_gone, taken_over
 from pipeline.workflow.pool_jobs import PoolJobs
 from pipeline.workflow.pool_outcome import new_pages, with_pool
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
@@ -105,8 +105,7 @@ def run(request: Request, progress: Progress) -> Result:
         tops = ("processed",) if request.only else ("processed", "reports")
         for top in tops:
             _writable(request.out / top)
-        for name in () if request.only else forget_gone(state, request.out, chosen):
-            progress.say(f"{name}: its raw folder is gone. Its results and pages stay.")
+        _tell_of_places(state, request, chosen, progress)
         sound, unsound = _sound(chosen, request.out, tops)
         complete = True
         known = KnownFiles.load(state / "known_files.json")
@@ -137,6 +136,19 @@ def run(request: Request, progress: Progress) -> Result:
             pages=tuple(page for plan in plans.values() for page in new_pages(plan, request.out)),
             stopped=progress.stopped,
         )
+
+
+def _tell_of_places(
+    state: Path, request: Request, chosen: Sequence[VehicleFolder], progress: Progress
+) -> None:
+    """Tell of vehicles that are gone, and of results that a namesake's replace."""
+    for name, other in taken_over(state, request.out, chosen):
+        progress.say(
+            f"{name}: its results here are those of {other}, another vehicle of this name, and are "
+            "replaced. Name one of the two folders anew, or another place with --out, to keep both."
+        )
+    for name in () if request.only else forget_gone(state, request.out, chosen):
+        progress.say(f"{name}: its raw folder is gone. Its results and pages stay.")
 
 
 def vehicles_to_run(request: Request) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:

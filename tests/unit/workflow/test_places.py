@@ -1,4 +1,4 @@
-"""A vehicle that was deleted leaves the index; one that lies elsewhere does not."""
+"""A vehicle that was deleted leaves the index; one that lies elsewhere does not; namesakes."""
 
 import shutil
 from pathlib import Path
@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.plan import VehicleFolder, processed_file
-from pipeline.workflow.gone import forget_gone
+from pipeline.workflow.places import forget_gone, taken_over
 
 
 @pytest.fixture
@@ -48,3 +48,24 @@ def test_a_broken_memory_misses_nobody(tmp_path: Path, state: Path, memory: byte
     (state / "places.json").write_bytes(memory)
     assert forget_gone(state, tmp_path, (here,)) == ()
     assert (tmp_path / processed_file("here", "vehicle_page")).exists()
+
+
+def test_a_namesake_in_another_raw_folder_is_told_of(tmp_path: Path, state: Path) -> None:
+    first = vehicle(tmp_path, "boat", "raw/boat")
+    second = vehicle(tmp_path, "boat", str(tmp_path / "other/boat"))
+    assert taken_over(state, tmp_path, (first,)) == ()
+    forget_gone(state, tmp_path, (first,))
+    assert taken_over(state, tmp_path, (first,)) == ()
+    assert taken_over(state, tmp_path, (second,)) == (("boat", "raw/boat"),)
+    forget_gone(state, tmp_path, (second,))
+    assert taken_over(state, tmp_path, (second,)) == (), "it is told once"
+
+
+def test_a_folder_that_was_moved_or_is_named_otherwise_is_no_namesake(
+    tmp_path: Path, state: Path
+) -> None:
+    forget_gone(state, tmp_path, (vehicle(tmp_path, "boat", "raw/boat"),))
+    (tmp_path / "link").symlink_to(tmp_path / "raw")
+    assert taken_over(state, tmp_path, (VehicleFolder("boat", "link/boat"),)) == ()
+    (tmp_path / "raw").rename(tmp_path / "season")
+    assert taken_over(state, tmp_path, (VehicleFolder("boat", "season/boat"),)) == ()

@@ -1,8 +1,8 @@
-"""Vehicles whose raw folder was deleted: the index of reports does not go on listing them.
+"""Where each vehicle lay: one whose raw folder was deleted is not listed in the index for ever.
 
-Their results and pages are nobody's to delete but the user's. What goes is the receipt by which the
+Its results and pages are nobody's to delete but the user's. What goes is the receipt by which the
 index knows a vehicle; it comes back with the vehicle. A vehicle may be run from any folder, so
-where each was is remembered.
+where each was is remembered; two of one name in one place of results are told of.
 """
 
 import json
@@ -35,7 +35,7 @@ def forget_gone(state: Path, out: Path, here: Sequence[VehicleFolder]) -> tuple[
     places = _remembered(state / _MEMORY) | {one.name: one.folder for one in here}
     gone = tuple(
         sorted(
-            name for name, folder in places.items() if not (out / folder / VEHICLE_FILE).exists()
+            name for name, folder in places.items() if not _is_there(out / folder / VEHICLE_FILE)
         )
     )
     kept = {name: folder for name, folder in places.items() if name not in gone}
@@ -47,6 +47,41 @@ def forget_gone(state: Path, out: Path, here: Sequence[VehicleFolder]) -> tuple[
     if gone or text != _text(state / _MEMORY):
         write_atomically(state / _MEMORY, text)
     return gone
+
+
+def taken_over(
+    state: Path, out: Path, here: Sequence[VehicleFolder]
+) -> tuple[tuple[str, str], ...]:
+    """Vehicles whose results are those of a namesake in another raw folder, which is still there.
+
+    To be asked before `forget_gone`, which remembers the new places. A folder that was moved or
+    renamed is no namesake.
+
+    Returns
+    -------
+    tuple of (str, str)
+        Name, and the folder whose results are there.
+    """
+    places = _remembered(state / _MEMORY)
+    return tuple(
+        (one.name, places[one.name])
+        for one in here
+        if one.name in places
+        and _is_there(out / places[one.name] / VEHICLE_FILE)
+        and (out / one.folder).resolve() != (out / places[one.name]).resolve()
+        and (out / "processed" / one.name).exists()
+    )
+
+
+def _is_there(path: Path) -> bool:
+    """Tell whether a file exists; one behind a folder that may not be read counts as there."""
+    try:
+        path.stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _text(path: Path) -> str:
