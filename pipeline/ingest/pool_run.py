@@ -10,10 +10,10 @@ from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.bench_file import source_name
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.pool_run_channel import Found, channel_of, timings_of, water_of
-from pipeline.ingest.pool_run_convert import Names, convert
-from pipeline.ingest.pool_run_extract import extract
+from pipeline.ingest.pool_run_convert import Names, convert, guess_units
+from pipeline.ingest.pool_run_extract import TopicData, extract
 from pipeline.ingest.pool_run_health import rhythm_of
-from pipeline.ingest.pool_run_plan import TopicFound
+from pipeline.ingest.pool_run_plan import Plan, TopicFound
 from pipeline.ingest.pool_run_resample import resample
 from pipeline.ingest.pool_run_suspicions import suspicions
 from pipeline.ingest.pool_run_told import (
@@ -103,15 +103,23 @@ def read_pool_run(
     run_start_ns = min(int(part.log_time_ns[0]) for part in data.values() if part.log_time_ns.size)
     by_name = {topic.name: topic for topic in topics}
     told: set[tuple[str, str]] = set()
+    units = guess_units(
+        {
+            key_of(plan): _taken(plan, data, where)
+            for plan in plans
+            if plan.quantity == "thruster_command" and plan.unit is None and plan.names is None
+        }
+    )
     for plan in plans:
         name = channel_name(plan)
         taken = data[plan.topic]
-        begin = where[key_of(plan)][0]
-        end = begin + len(plan.numbers)
+        end = where[key_of(plan)][0] + len(plan.numbers)
         invalid = None if plan.valid is None else taken.values[:, end] == 0.0
         names = None if taken.name_list is None else Names(taken.names, taken.name_list)
         with np.errstate(over="ignore", invalid="ignore"):  # damaged bytes are any number
-            converted = convert(plan, taken.values[:, begin:end], vehicle, water, names)
+            numbers = _taken(plan, data, where)
+            guessed = units.get(key_of(plan))
+            converted = convert(plan, numbers, vehicle, water, names, guessed=guessed)
         if converted.values.shape[0] and converted.columns:
             topic = by_name[plan.topic]
             found = Found(plan, converted, taken, timings[plan.topic], topic, invalid)
@@ -124,6 +132,16 @@ def read_pool_run(
     problems += suspicions(run, vehicle)
     problems += told_of_coverage(run, place)
     return replace(run, problems=tuple(each_once(problems)))
+
+
+def _taken(
+    plan: Plan,
+    data: Mapping[str, TopicData],
+    where: Mapping[tuple[str, str], tuple[int, int]],
+) -> FloatArray:
+    """Return what was taken from the messages for a plan (k, m)."""
+    begin = where[key_of(plan)][0]
+    return data[plan.topic].values[:, begin : begin + len(plan.numbers)]
 
 
 def _notes_of(path: Path, raw_root: Path, problems: list[Problem]) -> RunNotes | None:

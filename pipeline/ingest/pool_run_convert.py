@@ -55,6 +55,14 @@ class Names:
 
 
 @dataclass(frozen=True)
+class GuessedUnit:
+    """Unit of commands that state none, and what in their values tells it."""
+
+    unit: str
+    why: str
+
+
+@dataclass(frozen=True)
 class Converted:
     """Readings of a quantity of the records, with what was assumed on the way."""
 
@@ -71,6 +79,8 @@ def convert(
     vehicle: Vehicle,
     water: Water,
     names: Names | None = None,
+    *,
+    guessed: GuessedUnit | None = None,
 ) -> Converted:
     """Convert readings; `raw` is changed in place where that saves memory.
 
@@ -86,6 +96,8 @@ def convert(
         For depth.
     names : Names, optional
         Names of the elements where the messages have them.
+    guessed : GuessedUnit, optional
+        Unit of commands that state none; where it is not given, these readings alone tell it.
 
     Returns
     -------
@@ -93,7 +105,7 @@ def convert(
         Readings (k, n).
     """
     if plan.quantity in PER_THRUSTER:
-        return _by_thruster(plan, raw, vehicle, names)
+        return _by_thruster(plan, raw, vehicle, names, guessed)
     unit = plan.unit or next(iter(UNITS[plan.quantity]))
     factor = UNITS[plan.quantity][unit]
     scale = factor * np.array(plan.sign, float)
@@ -204,7 +216,13 @@ def _depth(plan: Plan, raw: FloatArray, water: Water, unit: str) -> Converted:
     return Converted("depth", COLUMNS["depth"], raw, unit, tuple(notes))
 
 
-def _by_thruster(plan: Plan, raw: FloatArray, vehicle: Vehicle, names: Names | None) -> Converted:
+def _by_thruster(
+    plan: Plan,
+    raw: FloatArray,
+    vehicle: Vehicle,
+    names: Names | None,
+    guessed: GuessedUnit | None,
+) -> Converted:
     notes: list[str] = []
     thrusters = plan.thrusters
     if plan.names is not None and names is not None:
@@ -216,7 +234,12 @@ def _by_thruster(plan: Plan, raw: FloatArray, vehicle: Vehicle, names: Names | N
         raw *= UNITS["shaft_speed"][unit]
         columns = tuple(f"shaft_speed_rpm.{name}" for name in thrusters)
         return Converted("shaft_speed", columns, raw, unit, tuple(notes))
-    unit = plan.unit or _guess_unit(raw, notes)
+    if plan.unit is None:
+        guessed = guessed or _guess_unit(raw)
+        unit = guessed.unit
+        notes.append(f"commands are taken for {unit}: {guessed.why}")
+    else:
+        unit = plan.unit
     drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
     pwm = vehicle.pool.pwm_range
     for i, name in enumerate(thrusters):
@@ -232,17 +255,48 @@ def _by_thruster(plan: Plan, raw: FloatArray, vehicle: Vehicle, names: Names | N
     return Converted("thruster_command", columns, raw, unit, tuple(notes))
 
 
-def _guess_unit(raw: FloatArray, notes: list[str]) -> str:
+def guess_units(
+    commands: Mapping[tuple[str, str], FloatArray],
+) -> dict[tuple[str, str], GuessedUnit]:
+    """Guess the units of commands that come in several topics: by their ranges, and each other.
+
+    A thruster that is only ever switched has the ratios -1, 0 and 1, whole numbers as codes are;
+    beside topics of ratios they are told.
+
+    Parameters
+    ----------
+    commands : mapping
+        Topic and channel -> readings (k, m) as they stand in the messages.
+
+    Returns
+    -------
+    dict of GuessedUnit
+        For each of them.
+    """
+    guessed = {key: _guess_unit(raw) for key, raw in commands.items()}
+    if not any(one.unit == "ratio" for one in guessed.values()):
+        return guessed
+    switched = GuessedUnit("ratio", "all lie between -1 and 1, as do those of other thrusters")
+    return {
+        key: switched if one.unit == "code" and _within_one(commands[key]) else one
+        for key, one in guessed.items()
+    }
+
+
+def _guess_unit(raw: FloatArray) -> GuessedUnit:
     """Guess the unit of commands by their range."""
     values = raw[np.isfinite(raw) & (raw != 0.0)]
     if values.size and values.min() >= 800.0 and values.max() <= 2200.0:
-        unit, why = "us", "all lie between 800 and 2200"
-    elif values.size and np.abs(values).max() <= 1.0 and (values % 1.0 != 0.0).any():
-        unit, why = "ratio", "all lie between -1 and 1"
-    else:
-        unit, why = "code", "they are neither pulse widths nor ratios"
-    notes.append(f"commands are taken for {unit}: {why}")
-    return unit
+        return GuessedUnit("us", "all lie between 800 and 2200")
+    if _within_one(raw) and (values % 1.0 != 0.0).any():
+        return GuessedUnit("ratio", "all lie between -1 and 1")
+    return GuessedUnit("code", "they are neither pulse widths nor ratios")
+
+
+def _within_one(raw: FloatArray) -> bool:
+    """Tell whether commands, some of them not zero, lie between -1 and 1."""
+    largest = float(np.abs(raw[np.isfinite(raw)]).max(initial=0.0))
+    return 0.0 < largest <= 1.0
 
 
 def _sorted_by_name(

@@ -102,6 +102,7 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
     if missing:
         what = f"there are no commands for {', '.join(missing)}."
         found.append(Problem("warning", place, what, "", "Map them, or they count as zero."))
+    found += _barely_any(commands, place)
     for channel in commands.values():
         beyond: dict[tuple[int, int], list[str]] = {}
         for column, values in zip(channel.columns, channel.values.T, strict=True):
@@ -126,6 +127,24 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
         what = "no command ever changes: of the thrusters nothing can be learned from this run."
         found.append(Problem("warning", place, what))
     return found
+
+
+def _barely_any(commands: Mapping[str, RunChannel], place: Place) -> list[Problem]:
+    """Say where nothing is commanded but -1, 0 and 1, and their unit was not stated."""
+    sizes = [np.abs(part.values[np.isfinite(part.values)]) for part in commands.values()]
+    largest = max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
+    guessed = all(
+        part.read.unit == "code" and part.read.unit_from == "values" for part in commands.values()
+    )
+    if not guessed or largest != 1.0:
+        return []
+    topics = ", ".join(dict.fromkeys(part.topic for part in commands.values()))
+    what = (
+        f"the commands ({topics}) are -1, 0 and 1 alone and were taken for codes: next to no "
+        "thrust. They look like ratios, of thrusters that are only switched."
+    )
+    remedy = "State unit: ratio (or unit: code) under pool: channels in vehicle.yaml."
+    return [Problem("warning", place, what, "", remedy)]
 
 
 def _topic(topic: TopicRead) -> str:

@@ -337,15 +337,20 @@ def test_pulse_widths_are_recognised(tmp_path: Path) -> None:
     assert "the first 4 of 8 elements are taken" in command.read.notes
 
 
-def test_a_topic_for_each_thruster(tmp_path: Path) -> None:
-    times = ticks(100, 50.0)
-    topics = [
+def commands_apart(values: FloatArray) -> list[Topic]:
+    """A topic of commands for each thruster, from values (k, 4)."""
+    times = ticks(len(values), 50.0)
+    return [
         ros_topic(
             f"/thruster/{name}/command", "std_msgs/msg/Float64", times,
-            [{"data": float(value)} for value in codes(100)[:, i]], "float64 data",
+            [{"data": float(value)} for value in values[:, i]], "float64 data",
         )
         for i, name in enumerate(NAMES)
     ]  # fmt: skip
+
+
+def test_a_topic_for_each_thruster(tmp_path: Path) -> None:
+    topics = commands_apart(codes(100))
     run = read(write_log(tmp_path / "run.mcap", topics))
     assert set(run.channels) == {f"thruster_command.{name}" for name in NAMES}
     table = resample(run, 50.0)
@@ -357,6 +362,29 @@ def test_a_topic_for_each_thruster(tmp_path: Path) -> None:
     ]
     run = read(write_log(tmp_path / "run.mcap", numbered))
     assert run.channels["thruster_command.port"].topic == "/motors/7/command"
+
+
+def test_a_thruster_that_is_switched_has_the_unit_of_the_others(tmp_path: Path) -> None:
+    ratios = codes(200) / 100.0
+    ratios[:, 1] = np.sign(ratios[:, 1])
+    run = read(write_log(tmp_path / "run.mcap", commands_apart(ratios)))
+    for i, name in enumerate(NAMES):
+        channel = run.channels[f"thruster_command.{name}"]
+        assert channel.read.unit == "ratio"
+        np.testing.assert_allclose(channel.values[:, 0], 100.0 * ratios[:, i])
+
+
+def test_thrusters_that_are_all_switched_are_asked_about(tmp_path: Path) -> None:
+    switched = np.sign(codes(200))
+    run = read(write_log(tmp_path / "run.mcap", commands_apart(switched)))
+    assert "-1, 0 and 1 alone and were taken for codes" in said(run, "warning")
+    stated = [
+        {"quantity": "thruster_command", "topic": f"/thruster/{name}/command", "field": ["data"],
+         "unit": "code", "thrusters": [name]}
+        for name in NAMES
+    ]  # fmt: skip
+    run = read(tmp_path / "run.mcap", rov(channels=stated))
+    assert "alone" not in said(run)
 
 
 def test_a_clean_log_is_not_complained_about(tmp_path: Path) -> None:
