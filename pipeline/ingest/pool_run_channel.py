@@ -11,6 +11,7 @@ from pipeline.ingest.mcap_types import path_text
 from pipeline.ingest.pool_run_clocks import Timing, choose_time, share_clocks
 from pipeline.ingest.pool_run_convert import Converted, Water
 from pipeline.ingest.pool_run_extract import TopicData
+from pipeline.ingest.pool_run_frames import is_body
 from pipeline.ingest.pool_run_health import (
     Rhythm,
     command_marks,
@@ -171,17 +172,12 @@ def _mark(marks: dict[str, BoolArray], name: str, rows: BoolArray) -> None:
         marks[name] = marks.get(name, np.zeros_like(rows)) | rows
 
 
-#: Frames in which a velocity is in body axes already.
-_BODY_FRAMES = ("base_link", "body")
-
-
 def _out_of_the_mount(values: FloatArray, topic: TopicFound, vehicle: Vehicle) -> list[str]:
     """Turn velocities (k, 3) from the axes of the DVL into those of the body, in place."""
     sensor = None if vehicle.sensors is None else vehicle.sensors.dvl
     if sensor is None or not any(sensor.rotation_deg):
         return []
-    in_body = topic.message_type.endswith("/Odometry")
-    if in_body or any(name in topic.frame.lower() for name in _BODY_FRAMES):
+    if topic.message_type.endswith("/Odometry") or is_body(topic.frame):
         return ["in body axes by its message: rotation_deg of the DVL is not applied"]
     from scipy.spatial.transform import Rotation
 

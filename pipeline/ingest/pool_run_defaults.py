@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from pipeline.ingest.mcap_types import parse_path
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
+from pipeline.ingest.pool_run_frames import is_earth
 from pipeline.ingest.pool_run_plan import NotThereError, Plan, TopicFound, plan_channel
 from pipeline.vehicle.pool_schema import COMPONENTS, PoolChannel, Quantity
 
@@ -50,6 +51,8 @@ _RULES = (
     Rule(95, "velocity", "velocity", "velocity of a DVL", "dvl"),
     Rule(85, "velocity", "twist.linear", "a twist"),
     Rule(80, "velocity", "twist.twist.linear", "a twist, in the child frame"),
+    Rule(75, "velocity_earth", "twist.linear", "a twist in a frame of the earth"),
+    Rule(70, "velocity_earth", "twist.twist.linear", "a twist in a frame of the earth"),
     Rule(50, "angular_velocity", "twist.twist.angular", "a twist", message_type="Odometry"),
     # mavros: /mavros/imu/static_pressure is the barometer inside of the autopilot
     Rule(90, "pressure", "fluid_pressure", "a pressure", but_not="air|baro|static_pressure"),
@@ -150,6 +153,9 @@ def _fits(rule: Rule, topic: TopicFound) -> bool:
         return False
     if rule.topic and not re.search(rule.topic, topic.name, re.IGNORECASE):
         return False
+    over_earth = {"velocity": False, "velocity_earth": True}.get(rule.quantity)
+    if over_earth is not None and _is_over_earth(topic) != over_earth:
+        return False
     if rule.but_not and re.search(rule.but_not, topic.name, re.IGNORECASE):
         return False
     numbers = numbers_below(topic.probe, parse_path(rule.field)[0])
@@ -157,6 +163,15 @@ def _fits(rule: Rule, topic: TopicFound) -> bool:
     if not numbers or (count is not None and len(numbers) != count):
         return False
     return not _is_absent(rule, topic)
+
+
+def _is_over_earth(topic: TopicFound) -> bool:
+    """Tell whether a twist is in the axes of the earth.
+
+    A stamped twist is in the frame of its header (mavros: velocity_local in "map", velocity_body in
+    "base_link"); that of nav_msgs/Odometry in its child frame, whatever the frame of its pose.
+    """
+    return value_at(topic.probe, ("child_frame_id",)) is None and is_earth(topic.frame)
 
 
 def _is_absent(rule: Rule, topic: TopicFound) -> bool:

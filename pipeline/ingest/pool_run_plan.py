@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pipeline.ingest.mcap_types import Path, parse_path, path_text
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_extract import Request
+from pipeline.ingest.pool_run_frames import points_down
 from pipeline.ingest.pool_run_stamps import Stamp
 from pipeline.ingest.pool_run_validity import validity_of
 from pipeline.vehicle.pool_schema import (
@@ -276,9 +277,9 @@ def _elements(
 
 def _axes(stated: PoolChannel, topic: TopicFound, notes: list[str]) -> tuple[BodyAxes, EarthAxes]:
     """Axes of the readings: stated, told by the frame's name, or usual for the message."""
-    frames = f"{topic.frame} {value_at(topic.probe, ('child_frame_id',)) or ''}".lower()
+    frames = f"{topic.frame} {value_at(topic.probe, ('child_frame_id',)) or ''}"
     is_ros = "/msg/" in topic.message_type and not topic.message_type.startswith("std_msgs/")
-    if "frd" in frames or "ned" in frames or not is_ros:
+    if not is_ros or points_down(frames):
         body: BodyAxes = "frd"
         earth: EarthAxes = "ned"
         why = "told by the frame" if is_ros else "assumed"

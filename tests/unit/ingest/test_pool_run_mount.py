@@ -54,3 +54,8 @@ def test_a_velocity_of_the_body_stays_as_it_is(tmp_path: Path) -> None:
     run = run_with(tmp_path, "base_link_frd", (0.0, 0.0, 90.0))
     np.testing.assert_array_equal(run.channels["velocity"].values[0], [1.0, 0.2, 0.1])
     assert "rotation_deg of the DVL is not applied" in run.channels["velocity"].read.notes[-1]
+
+
+def test_the_base_of_a_dvl_is_not_the_body(tmp_path: Path) -> None:
+    run = run_with(tmp_path, "dvl_base_link_frd", (0.0, 0.0, 90.0))
+    np.testing.assert_allclose(run.channels["velocity"].values[0], [-0.2, 1.0, 0.1], atol=1e-12)
