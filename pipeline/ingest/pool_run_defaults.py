@@ -24,6 +24,26 @@ _SHAFT = r"rpm|shaft|tacho|(thruster|motor|esc|propul)\w*/?\w*(state|status|feed
 _NOT_MEASURED = r"(^|/)sim/|reference|setpoint|set_point|target|desired|(^|/)goal|cmd_vel|(^|/)tf"
 
 
+def _last(*words: str) -> str:
+    """Return a pattern of words in the last part of a topic's name."""
+    return rf"(^|[/_])({'|'.join(words)})(_[^/]*)?$"
+
+
+#: What else is published of a quantity under its name, as a number that does not say what it is.
+_NOT_DEPTH = _last("error", "rate", "enabled?", "output", "effort", "gain", "hold", "pid", "mode")
+_NOT_VOLTAGE = _last(
+    *("percent", "percentage", "temp", "temperature", "charge", "soc", "capacity", "health"),
+    *("level", "state", "status", "current", "amps?", "power"),
+)
+_CURRENT = r"current|(^|[/_])amp(s|eres?|erage)?($|[/_])"
+_NOT_CURRENT = _last(
+    "velocity", "speed", "direction", "mode", "state", "mission", "waypoint", "index"
+)
+#: Pressures that are none of the water. mavros: /mavros/imu/static_pressure is the barometer
+#: inside of the autopilot.
+_NOT_WATER = r"air|baro|static_pressure|internal|inside|enclosure"
+
+
 @dataclass(frozen=True)
 class Rule:
     """A field that holds a quantity if the topic's name (and not the other pattern) agrees."""
@@ -54,15 +74,14 @@ _RULES = (
     Rule(75, "velocity_earth", "twist.linear", "a twist in a frame of the earth"),
     Rule(70, "velocity_earth", "twist.twist.linear", "a twist in a frame of the earth"),
     Rule(50, "angular_velocity", "twist.twist.angular", "a twist", message_type="Odometry"),
-    # mavros: /mavros/imu/static_pressure is the barometer inside of the autopilot
-    Rule(90, "pressure", "fluid_pressure", "a pressure", but_not="air|baro|static_pressure"),
+    Rule(90, "pressure", "fluid_pressure", "a pressure", but_not=_NOT_WATER),
     Rule(95, "depth", "depth", "its name"),
-    Rule(92, "depth", "data", "the topic's name", "depth"),
-    Rule(80, "pressure", "data", "the topic's name", "pressure", "air|baro"),
+    Rule(92, "depth", "data", "the topic's name", "depth", _NOT_DEPTH),
+    Rule(80, "pressure", "data", "the topic's name", "pressure", _NOT_WATER),
     Rule(90, "voltage", "voltage", "its name"),
-    Rule(80, "voltage", "data", "the topic's name", "volt|battery"),
+    Rule(80, "voltage", "data", "the topic's name", "volt|battery", _NOT_VOLTAGE),
     Rule(90, "current", "current", "its name"),
-    Rule(80, "current", "data", "the topic's name", "current|amp"),
+    Rule(80, "current", "data", "the topic's name", _CURRENT, _NOT_CURRENT),
     Rule(95, "thruster_command", "position", "joints of thrusters", _COMMAND, _NOT_COMMAND),
     Rule(90, "thruster_command", "channels", "outputs to the motors", _COMMAND, _NOT_COMMAND),
     Rule(85, "thruster_command", "command", "its name", _COMMAND, _NOT_COMMAND),
