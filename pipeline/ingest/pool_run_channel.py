@@ -130,6 +130,13 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
     delay, said = _delay(plan, timing, vehicle)
     notes = [*plan.notes, *converted.notes, *([said] if said else [])]
     _mark(marks, "spike", impossible(converted.quantity, converted.values))
+    if converted.quantity == "attitude":
+        none = ~converted.values.any(axis=1) & ~marks.get(
+            "dropout", np.zeros(time_ns.size, np.bool_)
+        )
+        _mark(marks, "not_a_number", none)
+        if none.any():
+            notes.append("an attitude of four zeros counts as not a number")
     if found.invalid is not None and plan.valid is not None:
         _mark(marks, "not_a_number", found.invalid)
         flag = path_text(plan.valid)

@@ -151,6 +151,7 @@ def choose_by_default(
                 candidates.setdefault(rule.quantity, []).append(
                     ((rule.rank, topic.messages), topic, rule)
                 )
+    notes += _without_attitude(open_topics, taken | set(candidates))
     for first, second in _SAME:
         if first in candidates and second in candidates:
             weaker = min((first, second), key=lambda name: max(c[0] for c in candidates[name]))
@@ -208,6 +209,25 @@ def _is_absent(rule: Rule, topic: TopicFound) -> bool:
     if rule.quantity == "attitude_quaternion":
         return bool(values) and not any(values)
     return False
+
+
+def _without_attitude(topics: Sequence[TopicFound], found: set[str]) -> list[str]:
+    """Say which IMUs give no attitude because their first one is four zeros."""
+    if found & {"attitude_quaternion", "attitude_euler"}:
+        return []
+    return [
+        f"no attitude is taken from {topic.name}, whose first orientation is four zeros. If later "
+        "ones are not, state attitude_quaternion under pool: channels in vehicle.yaml."
+        for topic in topics
+        if _begins_with_none(topic)
+    ]
+
+
+def _begins_with_none(topic: TopicFound) -> bool:
+    """Tell whether an IMU's first orientation is four zeros, and not said to be none."""
+    stated_none = value_at(topic.probe, ("orientation_covariance", 0)) == -1
+    values = [value_at(topic.probe, path) for path in numbers_below(topic.probe, ("orientation",))]
+    return len(values) == 4 and not any(values) and not stated_none
 
 
 def _first_that_fits(

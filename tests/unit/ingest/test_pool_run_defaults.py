@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pool_logs import Topic, imu_topic, ros_topic, rov, ticks, write_log
+from pool_logs import Topic, imu_topic, ros_topic, rov, stamp, ticks, vector, write_log
 
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.run_arrays import PoolRun
@@ -55,3 +55,25 @@ def test_a_plain_number_is_known_by_the_name_of_its_topic(
 def test_what_is_only_named_after_a_quantity_is_left_alone(tmp_path: Path, name: str) -> None:
     run = read(tmp_path, imu_topic(TIMES, RATES), float_topic(name))
     assert set(run.channels) == {"angular_velocity", "specific_force"}
+
+
+@pytest.mark.parametrize(("stated_none", "is_told"), [(0.0, True), (-1.0, False)])
+def test_an_attitude_that_begins_with_zeros_is_told(
+    tmp_path: Path, stated_none: float, is_told: bool
+) -> None:
+    zero = vector((0.0, 0.0, 0.0))
+    contents = [
+        {
+            "header": {"stamp": stamp(time), "frame_id": "imu"},
+            "orientation": vector((0.0, 0.0, 0.0, float(k > 0))),
+            "orientation_covariance": [stated_none] + [0.0] * 8,
+            "angular_velocity": vector(rate),
+            "angular_velocity_covariance": [0.0] * 9,
+            "linear_acceleration": zero,
+            "linear_acceleration_covariance": [0.0] * 9,
+        }
+        for k, (time, rate) in enumerate(zip(TIMES, RATES, strict=True))
+    ]
+    run = read(tmp_path, ros_topic("/imu", "sensor_msgs/msg/Imu", TIMES, contents))
+    told = [one.what for one in run.problems if "four zeros" in one.what]
+    assert len(told) == is_told

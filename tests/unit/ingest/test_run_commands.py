@@ -136,6 +136,22 @@ def test_the_start_is_what_was_measured(tmp_path: Path) -> None:
                                     "for that.")  # fmt: skip
 
 
+def test_an_attitude_of_four_zeros_is_no_start(tmp_path: Path) -> None:
+    """An IMU gives none in its first message, just as the first command comes."""
+    times = every(SECOND_NS // 50, 100)
+    attitudes = [{"q": [0.0, 0.0, 0.0, 0.0]}, *[{"q": [0.0, 0.0, 0.6, 0.8]}] * 99]
+    stated = [{"quantity": "attitude_quaternion", "topic": "/imu", "field": "q"}]
+    vehicle = ROV.model_copy(update={"pool": PoolColumns.model_validate({"channels": stated})})
+    commands = np.arange(100.0)[:, None] * np.ones(len(NAMES))
+    topics = [
+        json_topic("/imu", times.tolist(), attitudes),
+        joints_topic("/thrusters/command", times, [NAMES] * 100, commands),
+    ]
+    start = read(write_log(tmp_path / "run.mcap", topics), vehicle).start
+    assert start is not None
+    np.testing.assert_allclose(start.quaternion, [0.8, 0.0, 0.0, 0.6])
+
+
 def test_without_commands_it_says_what_to_map(tmp_path: Path) -> None:
     times = every(SECOND_NS // 100, 300)
     path = write_log(tmp_path / "run.mcap", [imu_topic(times, np.zeros((300, 3)))])
