@@ -29,7 +29,7 @@ from pipeline.ingest.vocabulary import (
     unit_fits,
     unit_told_by_name,
 )
-from pipeline.vehicle.schema import Column
+from pipeline.vehicle.schema import Column, Columns
 
 _ROWS_LOOKED_AT = 200
 
@@ -151,7 +151,9 @@ def _factor_problem(
         f"may multiply the numbers or divide them. So {left_out}.",
         "numbers in the unit that the name states.",
         "Write the numbers without a factor, or state header and unit in vehicle.yaml under "
-        f"columns: {wanted.kind}: {column.quantity}.",
+        f"columns: {wanted.kind}: {column.quantity}."
+        if _can_be_stated(column.quantity, wanted)
+        else "Write the numbers without a factor.",
     )
 
 
@@ -265,8 +267,15 @@ def unit_problem(
         "under it.",
         "Write it there, or state it in vehicle.yaml:\n"
         f"  columns:\n    {wanted.kind}:\n      {column.quantity}: "
-        f'{{header: "{shorten(column.header)}", unit: ...}}',
+        f'{{header: "{shorten(column.header)}", unit: ...}}'
+        if _can_be_stated(column.quantity, wanted)
+        else "Write it there.",
     )
+
+
+def _can_be_stated(quantity: str, wanted: Wanted) -> bool:
+    """Tell whether vehicle.yaml has a key for a column; not for times and efficiencies."""
+    return quantity in type(getattr(Columns(), wanted.kind)).model_fields
 
 
 def _example(words: Words) -> str:

@@ -23,6 +23,7 @@ from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistic
 
 OPTIONAL = ("current", "voltage", "input_power", "output_power")
 _MOST_MESSAGES = 5
+_DAY_S = 86_400.0
 _CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}):(\d\d)(?::(\d\d(?:[.,]\d+)?))?")
 
 
@@ -225,7 +226,7 @@ def _time(block: Block, cells: Row) -> float | None:
     except ValueError:
         return None  # of a logger whose clock was not set, e.g. 0000-00-00
     seconds = float((clock[4] or "0").replace(",", "."))
-    return day * 86400.0 + int(clock[2]) * 3600.0 + int(clock[3]) * 60.0 + seconds
+    return day * _DAY_S + int(clock[2]) * 3600.0 + int(clock[3]) * 60.0 + seconds
 
 
 def _scaled(reading: Reading, scale: float) -> Reading:
@@ -239,10 +240,18 @@ def _mark_early(readings: list[Reading], warm_up_s: float) -> list[Reading]:
     if not times:
         return readings
     # A clock time starts somewhere in the day; a running time may start above zero on purpose.
-    start = times[0] if times[0] > 10.0 * max(warm_up_s, 60.0) else 0.0
+    by_clock = times[0] > 10.0 * max(warm_up_s, 60.0)
+    start = times[0] if by_clock else 0.0
+
+    def is_early(time_s: float) -> bool:
+        since_s = time_s - start
+        if by_clock and since_s < 0.0:
+            since_s += _DAY_S  # midnight has passed
+        return since_s < warm_up_s
+
     return [
         with_mark(reading, "warm-up")
-        if reading.time_s is not None and reading.time_s - start < warm_up_s
+        if reading.time_s is not None and is_early(reading.time_s)
         else reading
         for reading in readings
     ]

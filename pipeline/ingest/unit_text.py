@@ -79,7 +79,9 @@ _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
         "metric_horsepower": "PS | л.с.",
     }),
     "time": ("second", {
-        "second": "s | sec | secs | second | seconds | с | сек | секунда | секунды",
+        # a clock time is read as seconds by itself, whatever is said of its digits
+        "second": "s | sec | secs | second | seconds | с | сек | секунда | секунды"
+        " | hh:mm:ss | h:mm:ss | hh:mm | чч:мм:сс | ч:мм:сс | чч:мм",
         "millisecond": "ms | msec | мс",
         "microsecond": "us | µs | usec | мкс",
         "minute": "min | minute | minutes | мин",

@@ -387,12 +387,38 @@ def test_warm_up_by_a_word(tmp_path: Path, word: str) -> None:
         range(23),
         [f"12:00:{s:02d}" for s in range(23)],
         [f"2024-05-06 23:59:{s + 30}" for s in range(23)],
+        [f"23:59:{s + 57}" if s < 3 else f"00:00:{s - 3:02d}" for s in range(23)],
+        [f"23:59:{s + 50}" if s < 10 else f"00:00:{s - 10:02d}" for s in range(23)],
+        [f"12:59:{s + 50} PM" if s < 10 else f"01:00:{s - 10:02d} PM" for s in range(23)],
     ],
 )
 def test_warm_up_by_time(tmp_path: Path, times: list[object]) -> None:
     rows = [["Time, s", *HEAD], *([t, n, m] for t, (n, m) in zip(times, sweep(90), strict=True))]
     record = read(tmp_path, {"Code 90": rows}, warm_up_s=4.5)
     assert [bool(point.marks) for point in record.points] == [True] * 5 + [False] * 18
+
+
+@pytest.mark.parametrize("unit", ["hh:mm:ss", "[чч:мм:сс]", "Ч:ММ:СС"])
+def test_a_clock_time_may_say_how_it_is_written(tmp_path: Path, unit: str) -> None:
+    times = [f"12:00:{s:02d}" for s in range(23)]
+    rows = [
+        ["Время", "Частота вращения", "Момент"],
+        [unit, "об/мин", "Н·м"],
+        *([t, n, m] for t, (n, m) in zip(times, sweep(90), strict=True)),
+    ]
+    record = read(tmp_path, {"Code 90": rows}, warm_up_s=4.5)
+    assert [bool(point.marks) for point in record.points] == [True] * 5 + [False] * 18
+
+
+def test_no_key_is_offered_that_the_vehicle_file_does_not_have(tmp_path: Path) -> None:
+    rows = [
+        ["Time", *HEAD],
+        ["V", "rpm", "N m"],
+        *([s, n, m] for s, (n, m) in enumerate(sweep(90))),
+    ]
+    record = read(tmp_path, {"Code 90": rows})
+    problem = said(record, "is a unit of voltage")
+    assert problem.remedy == "Write it there."
 
 
 @pytest.mark.parametrize("unset", ["0000-00-00 12:00:00", "2024-13-45 12:00:00"])
