@@ -1,6 +1,7 @@
 """Tables of a run as a file of arrays (``.npz``): what later stages read instead of the log.
 
-Numbers are kept as 32-bit floats, which is finer than any sensor; times are not kept at all, they
+Numbers are kept as 32-bit floats, which is finer than any sensor, unless they are large: the
+coordinates of a country would be off by a quarter of a metre. Times are not kept at all, they
 follow from rate and start. The same table gives the same bytes.
 """
 
@@ -15,14 +16,18 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from pipeline.errors import InputError, Place
 from pipeline.provenance import unwritable
 from pipeline.records.run_table import RunTable
+from pipeline.types import FloatArray
 
 _SCHEMA = "rig2sea/run_table/1"
 #: Nobody vouches for a file on a disk: one that unpacks to more than this in all is refused.
 _MOST_BYTES = 4_000_000_000
+#: Step between two numbers that a table may have, in whatever unit.
+_COARSEST = 1e-3
 #: What reading of a file raises that is not whole, or no such file at all.
 _BROKEN = (
     ValueError,
@@ -69,7 +74,7 @@ def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
             "reading": sorted(table.reading),
         }
         for quantity in table.values:
-            arrays[f"{name}/{quantity}"] = table.values[quantity].astype(np.float32)
+            arrays[f"{name}/{quantity}"] = _stored(table.values[quantity])
             arrays[f"{name}/{quantity}/valid"] = np.packbits(table.valid[quantity])
         for quantity, marks in table.reading.items():
             arrays[f"{name}/{quantity}/reading"] = np.packbits(marks)
@@ -86,6 +91,14 @@ def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
             info.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(info, inside.getvalue(), compresslevel=1)
     write_bytes_atomically(path, buffer.getvalue())
+
+
+def _stored(values: FloatArray) -> FloatArray | npt.NDArray[np.float32]:
+    """Return the values in 32 bits, or in 64 where 32 would not tell a thousandth apart."""
+    largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+    if np.spacing(np.float32(largest)) > _COARSEST:
+        return values
+    return values.astype(np.float32)
 
 
 def read_tables(path: Path) -> dict[str, RunTable]:

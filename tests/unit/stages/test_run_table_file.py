@@ -10,24 +10,29 @@ import pytest
 from pipeline.errors import InputError
 from pipeline.records.run_table import RunTable
 from pipeline.stages.run_table_file import read_tables, write_tables
+from pipeline.types import FloatArray
 
 
-@pytest.fixture
-def file(tmp_path: Path) -> Path:
-    rows = 500
-    table = RunTable(
+def table_of(**values: FloatArray) -> RunTable:
+    """A table of these quantities, all of them valid."""
+    rows = len(next(iter(values.values())))
+    return RunTable(
         name="run",
         time_s=np.arange(rows) * 0.02,
-        values={"depth": np.sin(np.arange(rows, dtype=float))[:, None]},
-        valid={"depth": np.ones(rows, bool)},
+        values=values,
+        valid={quantity: np.ones(rows, bool) for quantity in values},
         notes=("a note",),
         reading={},
         thrusters=("ahead",),
         start_time_ns=0,
         left_out={},
     )
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
     path = tmp_path / "tables.npz"
-    write_tables(path, {"run": table})
+    write_tables(path, {"run": table_of(depth=np.sin(np.arange(500.0))[:, None])})
     return path
 
 
@@ -35,6 +40,16 @@ def test_tables_come_back(file: Path) -> None:
     found = read_tables(file)["run"]
     assert found.time_s == pytest.approx(np.arange(500) * 0.02)
     assert found.values["depth"][:, 0] == pytest.approx(np.sin(np.arange(500)), abs=1e-6)
+
+
+def test_coordinates_of_a_country_keep_their_millimetres(tmp_path: Path) -> None:
+    """Of UTM, where 32 bits step by half a metre; a missing one does not hide it."""
+    position = np.array([4_765_432.0, 351_234.0, 3.0]) + 0.01 * np.arange(50.0)[:, None]
+    position[7] = np.nan
+    write_tables(tmp_path / "tables.npz", {"run": table_of(position=position)})
+    np.testing.assert_array_equal(
+        read_tables(tmp_path / "tables.npz")["run"].values["position"], position
+    )
 
 
 def test_any_damage_is_told_or_does_not_matter(file: Path) -> None:
