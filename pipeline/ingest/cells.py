@@ -4,7 +4,7 @@ import math
 import re
 
 from pipeline.ingest.sheet import Cell
-from pipeline.ingest.unit_text import is_percent, is_same_unit
+from pipeline.ingest.unit_text import is_same_unit
 
 _BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+")
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
@@ -92,7 +92,7 @@ def _unit_follows(rest: str, unit_text: str | None) -> bool:
     rest = rest.strip()
     if not rest or unit_text is None:
         return not rest
-    return is_same_unit(rest, unit_text) or (is_percent(rest) and is_percent(unit_text))
+    return is_same_unit(rest, unit_text)
 
 
 def _finite(value: float, text: str) -> float | None:

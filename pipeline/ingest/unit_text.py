@@ -207,13 +207,21 @@ def _find(text: str, quantity: str) -> str | None:
 
 
 def is_same_unit(text: str, other: str) -> bool:
-    """Tell whether two unit texts are spelled alike but for case, blanks, dots and hyphens.
+    """Tell whether two texts mean one unit: spelled alike, or two names of it.
 
-    >>> is_same_unit("N.mm", "Nmm"), is_same_unit("N m", "N mm")
-    (True, False)
+    >>> is_same_unit("N.mm", "Nmm"), is_same_unit("В", "V"), is_same_unit("N m", "N mm")
+    (True, True, False)
     """
     first, second = normalise_unit(text), normalise_unit(other)
-    return first == second or first.replace("*", "") == second.replace("*", "")
+    if first == second or first.replace("*", "") == second.replace("*", ""):
+        return True
+    for quantity in quantities_of(text) & quantities_of(other):
+        try:
+            if _find(text, quantity) == _find(other, quantity):
+                return True
+        except UnitTextError:
+            continue
+    return False
 
 
 @functools.cache

@@ -67,6 +67,14 @@ def test_nan_is_missing() -> None:
     assert parse_number(float("nan")) is None
 
 
+@pytest.mark.parametrize(
+    ("cell", "unit"),
+    [("24,1 В", "V"), ("2.1 A", "А"), ("0,5 N·m", "Н·м"), ("1500 rpm", "об/мин"), ("50 %", "проц")],
+)
+def test_a_trailing_unit_may_be_another_name_of_it(cell: str, unit: str) -> None:
+    assert parse_number(cell, unit) == parse_number(cell.partition(" ")[0])
+
+
 def test_a_trailing_unit_must_be_the_unit_of_the_column() -> None:
     assert parse_number("5,2 кгс·см", "кгс см") == 5.2
     assert parse_number("5.2N.mm", "[N mm]") == 5.2
