@@ -4,7 +4,7 @@ import re
 from dataclasses import dataclass
 from typing import Literal
 
-from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, SECOND_RANK
+from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, NOT_OF_SHAFT, SECOND_RANK
 from pipeline.ingest.unit_text import fold_lookalikes
 from pipeline.ingest.vocabulary import Vocabulary, Words, plain
 
@@ -18,7 +18,10 @@ _OTHER = (
 VOCABULARY: Vocabulary = {
     "code": Words(
         None,
-        ("code", "control code", "command", "cmd", "код", "код управления", "управляющ* код"),
+        (
+            *("code", "control code", "command", "cmd"),
+            *("код", "код управления", "управляющ* код", "команда"),
+        ),
         ("N", "Код N", "код N"),
         prefer=("control", "управлен*"),
         never=("error*", "status", "serial", "ошибк*", "заказ*", "издели*", "fault"),
@@ -41,7 +44,7 @@ VOCABULARY: Vocabulary = {
         ),
         ("n", "n_rpm", "ω", "w"),
         prefer=FIRST_RANK,
-        never=(*NOT_MEASURED, "temp", "temperature", "датчик* температур*"),
+        never=(*NOT_MEASURED, *NOT_OF_SHAFT, "temp", "temperature", "датчик* температур*"),
         less=_OTHER,
         unit_words={"rpm": "rpm", "оборот*": "об/мин", "об мин": "об/мин"},
     ),

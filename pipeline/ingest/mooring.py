@@ -16,7 +16,7 @@ from pipeline.ingest.bench_file import (
 )
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.code_units import fractional_codes, percent_scale
-from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, SECOND_RANK
+from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, NOT_OF_SHAFT, SECOND_RANK
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
@@ -34,7 +34,10 @@ __all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
 VOCABULARY: Vocabulary = {
     "code": Words(
         None,
-        ("control code", "command code", "code", "command", "код управления", "код", "управление"),
+        (
+            *("control code", "command code", "code", "command"),
+            *("код управления", "код", "управление", "команда"),
+        ),
         symbols=("N", "u", "U_code"),
         never=("pwm", "шим", "voltage", "напряжение"),
     ),
@@ -73,7 +76,7 @@ VOCABULARY: Vocabulary = {
         symbols=("n", "ω", "omega"),
         prefer=FIRST_RANK,
         less=SECOND_RANK,
-        never=NOT_MEASURED,
+        never=(*NOT_MEASURED, *NOT_OF_SHAFT),
         with_unit=("speed", "скорость"),
         default_unit="rpm",
         unit_words={"rpm": "rpm"},

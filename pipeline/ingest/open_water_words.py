@@ -1,6 +1,6 @@
 """What the columns of an open-water test are called, in English and Russian."""
 
-from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, SECOND_RANK
+from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, NOT_OF_SHAFT, SECOND_RANK
 from pipeline.ingest.vocabulary import Vocabulary, Words
 
 _PRINTED = (
@@ -106,7 +106,7 @@ VOCABULARY: Vocabulary = {
         symbols=("n",),
         prefer=FIRST_RANK,
         less=SECOND_RANK,
-        never=NOT_MEASURED,
+        never=(*NOT_MEASURED, *NOT_OF_SHAFT),
         unit_words={"rpm": "rpm", "rps": "rps"},
     ),
     "speed": Words(

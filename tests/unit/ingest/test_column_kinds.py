@@ -63,6 +63,20 @@ def test_mean_speeds_go_before_the_smallest(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    "name", ["Electrical RPM", "Частота ЭДС, Гц", "Частота ШИМ, Гц", "Sampling frequency, Hz"]
+)
+def test_the_frequency_of_something_else_is_no_shaft_speed(tmp_path: Path, name: str) -> None:
+    """The field of a motor turns as many times faster as it has pairs of poles."""
+    rows = "\n".join(f"90;{7 * n};{m}" for n, m in sweep(90.0, 6))
+    alone = read(tmp_path, read_load_tests, f"code;{name};torque, N m\n{rows}\n")
+    assert not alone.points
+    rows = "\n".join(f"{code};{code / 4};{100 * code}" for code in (0, 40, 80, 127))
+    beside = read(tmp_path, read_mooring_tables, f"команда;упор, Н;{name}\n{rows}\n")
+    assert len(beside.points) == 4
+    assert all(point.shaft_speed_rpm is None for point in beside.points)  # type: ignore[union-attr]
+
+
 def test_a_calculated_column_is_read_where_there_is_no_other(tmp_path: Path) -> None:
     record = read(tmp_path, read_mooring_tables, "code;Thrust calculated, N\n0;0\n40;4\n80;9\n")
     assert header(record, "thrust") == "Thrust calculated, N"
