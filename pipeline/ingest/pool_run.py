@@ -22,6 +22,7 @@ from pipeline.ingest.pool_run_told import (
     told_of,
     told_of_commands,
     told_of_coverage,
+    told_of_recorder,
 )
 from pipeline.ingest.pool_run_topics import (
     channel_name,
@@ -100,9 +101,7 @@ def read_pool_run(
     timings = timings_of(plans, data, vehicle, place, problems)
     water = water_of(vehicle, log)
     channels: dict[str, RunChannel] = {}
-    run_start_ns = min(int(part.log_time_ns[0]) for part in data.values() if part.log_time_ns.size)
     by_name = {topic.name: topic for topic in topics}
-    told: set[tuple[str, str]] = set()
     units = guess_units(
         {
             key_of(plan): _taken(plan, data, where)
@@ -123,14 +122,17 @@ def read_pool_run(
         if converted.values.shape[0] and converted.columns:
             topic = by_name[plan.topic]
             found = Found(plan, converted, taken, timings[plan.topic], topic, invalid)
-            channel = channel_of(found, vehicle)
-            channels[name] = channel
-            problems += told_of(name, channel, place, run_start_ns, told)
+            channels[name] = channel_of(found, vehicle)
+    extent_ns = _extent(channels)
+    told: set[tuple[str, str]] = set()
+    for name, channel in channels.items():
+        problems += told_of(name, channel, place, extent_ns[0], told)
     problems += log.problems
-    run = replace(_run(vehicle, log, channels, topics), notes=_notes_of(path, raw_root, problems))
+    run = _run(vehicle, log, channels, topics, extent_ns)
+    run = replace(run, notes=_notes_of(path, raw_root, problems))
     problems += told_of_commands(run, vehicle, place)
     problems += suspicions(run, vehicle)
-    problems += told_of_coverage(run, place)
+    problems += [*told_of_recorder(run, place), *told_of_coverage(run, place)]
     return replace(run, problems=tuple(each_once(problems)))
 
 
@@ -235,9 +237,10 @@ def _run(
     log: McapFile,
     channels: Mapping[str, RunChannel],
     topics: Sequence[TopicFound],
+    extent_ns: tuple[int, int],
 ) -> PoolRun:
     """Put the channels of a run together; its problems come later."""
-    start_ns, end_ns = _extent(channels)
+    start_ns, end_ns = extent_ns
     used: dict[str, list[str]] = {}
     for name, channel in channels.items():
         used.setdefault(channel.topic, []).append(name)

@@ -17,6 +17,8 @@ from pipeline.vehicle.schema import Vehicle
 _TIME_MARKS = ("clock_jump", "reset", "out_of_order", "after_gap", "late", "no_stamp")
 #: Marks that are notes as long as few readings have them.
 _PLAIN_MARKS = ("saturated", "same_stamp", "late", "frozen")
+#: The times of a log are in order but for messages that waited together. [s]
+_SET_BACK_S = 1.0
 
 
 def broken_messages(place: Place, data: Mapping[str, TopicData]) -> list[Problem]:
@@ -149,6 +151,41 @@ def _barely_any(commands: Mapping[str, RunChannel], place: Place) -> list[Proble
 
 def _topic(topic: TopicRead) -> str:
     return f"{topic.topic} ({topic.why_not})" if topic.why_not else topic.topic
+
+
+def told_of_recorder(run: PoolRun, place: Place) -> list[Problem]:
+    """Say where the times of the log go back, and which readings they date far from the others."""
+    topics = {channel.topic: channel.log_time_ns for channel in run.channels.values()}
+    found = []
+    beyond = {
+        topic: int(((logged < run.start_time_ns) | (logged > run.end_time_ns)).sum())
+        for topic, logged in topics.items()
+    }
+    if any(beyond.values()):
+        counts = ", ".join(
+            f"{count} of {topics[topic].size} of {topic}"
+            for topic, count in beyond.items()
+            if count
+        )
+        what = (
+            f"readings are dated days away from most others, and are no part of the run: {counts}."
+        )
+        remedy = "If the recorder's clock was set during the run, cut the log there."
+        found.append(Problem("warning", place, what, "", remedy))
+    busiest = max(topics.values(), key=lambda logged: logged.size, default=np.zeros(0, np.int64))
+    logged = busiest[(busiest >= run.start_time_ns) & (busiest <= run.end_time_ns)]
+    step_s = np.diff(logged) / 1e9
+    back = np.flatnonzero(step_s < -_SET_BACK_S)
+    if back.size:
+        at = (int(logged[back[0]]) - run.start_time_ns) / 1e9
+        more = f" (and {back.size - 1} more times)" if back.size > 1 else ""
+        what = (
+            f"the times of the log go back by {-step_s[back[0]]:.3f} s after {at:.3f} s{more}: the "
+            "recorder's clock was set, or the log was put together out of order. What follows is "
+            "left out until they are later than before."
+        )
+        found.append(Problem("warning", place, what, "", "Cut the log there, into two runs."))
+    return found
 
 
 def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:

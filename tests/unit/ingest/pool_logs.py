@@ -39,9 +39,10 @@ def log_bytes(
     chunk_size: int = 20_000,
     compression: CompressionType = CompressionType.ZSTD,
     metadata: Mapping[str, dict[str, str]] | None = None,
+    by_time: bool = True,
     **options: Any,  # noqa: ANN401  of the writer
 ) -> bytes:
-    """A log as bytes, messages in the order of their log times."""
+    """A log as bytes, messages in the order of their log times; else topic by topic."""
     stream = io.BytesIO()
     writer = Writer(stream, chunk_size=chunk_size, compression=compression, **options)
     writer.start(profile="ros2", library="tests")
@@ -57,7 +58,7 @@ def log_bytes(
             (time, channel, message)
             for time, message in zip(topic.times_ns, topic.messages, strict=True)
         ]
-    for time, channel, message in sorted(rows, key=lambda row: row[0]):
+    for time, channel, message in sorted(rows, key=lambda row: row[0]) if by_time else rows:
         writer.add_message(channel, time, message, time)
     writer.finish()
     return stream.getvalue()

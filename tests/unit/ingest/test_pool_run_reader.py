@@ -500,6 +500,31 @@ def test_one_wild_time_of_the_recorder_does_not_stretch_the_run(
     assert "not compared" not in said(run, "warning")
 
 
+@pytest.mark.parametrize(
+    ("step_s", "says", "left"),
+    [
+        (-3600, "the times of the log go back by 3599.990 s", 500),
+        (3_000_000, "no part of the run: 500 of 1000 of /imu/data, 250 of 500 of /thrust", 1000),
+        (-3_000_000, "no part of the run: 500 of 1000 of /imu/data, 250 of 500 of /thrust", 500),
+    ],
+)
+def test_a_clock_of_the_recorder_that_is_set_during_the_run_is_told(
+    tmp_path: Path, step_s: int, says: str, left: int
+) -> None:
+    """As that of a board without a battery is, when it first reaches a time server."""
+    fast, slow = ticks(1000, 100.0), ticks(500, 50.0)
+    fast[500:] += step_s * SECOND_NS
+    slow[250:] += step_s * SECOND_NS
+    topics = [
+        imu_topic(fast, rates(1000)),
+        joints_topic("/thrusters/command", slow, [NAMES] * 500, codes(500)),
+    ]
+    run = read(write_log(tmp_path / "run.mcap", topics, by_time=False))
+    assert says in said(run, "warning")
+    assert run.channels["angular_velocity"].usable().sum() == left
+    assert "the first at -35" not in said(run)  # times count from the start of the run
+
+
 def test_a_log_that_was_cut_off(tmp_path: Path) -> None:
     whole = log_bytes(standard())
     path = tmp_path / "run.mcap"
