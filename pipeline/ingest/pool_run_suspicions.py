@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.pool_run_depths import doubtful_depths
-from pipeline.ingest.pool_run_gravity import gravity_against_attitude
+from pipeline.ingest.pool_run_gravity import gravity_against_attitude, gravity_against_level
 from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_validity import LARGEST, impossible
@@ -47,7 +47,7 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     """
     place = Place(run.file)
     found = [*_sizes(run, place), *_impossible(run, place), *_voltage(run, vehicle, place)]
-    found += doubtful_depths(run, vehicle, place)
+    found += [*doubtful_depths(run, vehicle, place), *gravity_against_level(run, place)]
     try:  # what follows lays the readings on a common time base
         found += gravity_against_attitude(run, place)
         found += _attitude_against_rate(run, place)

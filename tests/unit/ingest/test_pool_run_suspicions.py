@@ -181,6 +181,29 @@ def test_down_by_the_accelerometer_against_down_by_the_attitude(
         assert "down by" not in text
 
 
+@pytest.mark.parametrize(
+    ("force", "degrees"),
+    [
+        ((0.0, 0.0, -9.81), ""),
+        ((4.9, 0.0, -8.5), ""),
+        ((0.0, 0.0, 9.81), "180"),
+        ((0.0, 9.81, 0.0), "90"),
+        ((0.0, 0.0, 0.01), ""),
+    ],
+)
+def test_down_by_the_accelerometer_of_a_log_without_attitude(
+    tmp_path: Path, force: tuple[float, float, float], degrees: str
+) -> None:
+    """Of JSON the axes are taken for forward, right, down; many boards write z up."""
+    noise = 0.01 * np.random.default_rng(1).standard_normal((1000, 3))
+    contents = [{"linear_acceleration": vector(row)} for row in force + noise]
+    text = warnings_of(tmp_path, [json_topic("/imu", ticks(1000, 100.0), contents)])
+    if degrees:
+        assert f"down by the specific force (/imu) is {degrees} degrees" in text
+    else:
+        assert "down by" not in text
+
+
 def test_a_supply_in_millivolts(tmp_path: Path) -> None:
     vehicle = rov()
     data = vehicle.model_dump(mode="json")
