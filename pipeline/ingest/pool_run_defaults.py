@@ -2,7 +2,8 @@
 
 A rule looks at the fields of a topic's first message (so it serves every encoding), at its name and
 at its type. Of several topics that fit, the rule of the highest rank decides, then the number of
-messages. What was chosen, and what else would have fitted, is told.
+messages; one with few messages goes after all others. What was chosen, and what else would have
+fitted, is told.
 """
 
 import re
@@ -12,91 +13,26 @@ from dataclasses import dataclass
 from pipeline.ingest.mcap_types import parse_path
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_frames import is_earth
-from pipeline.ingest.pool_run_plan import NotThereError, Plan, TopicFound, plan_channel
-from pipeline.vehicle.pool_schema import COMPONENTS, PoolChannel, Quantity
-
-_COMMAND = r"thruster|motor|pwm|esc\b|servo_?out|rc/?_?out|actuator|propul"
-_NOT_COMMAND = (
-    r"state|status|feedback|telemetry|rpm|speed|temperature|current|thrust$|/rc/in|overrid"
+from pipeline.ingest.pool_run_plan import (
+    PER_THRUSTER,
+    NotThereError,
+    Plan,
+    TopicFound,
+    plan_channel,
 )
-_SHAFT = r"rpm|shaft|tacho|(thruster|motor|esc|propul)\w*/?\w*(state|status|feedback|telemetry)"
-#: What was wanted, simulated or put together from other topics is not measured.
-_NOT_MEASURED = r"(^|/)sim/|reference|setpoint|set_point|target|desired|(^|/)goal|cmd_vel|(^|/)tf"
+from pipeline.ingest.pool_run_rules import NOT_MEASURED, RULES, Rule
+from pipeline.vehicle.pool_schema import COMPONENTS, PoolChannel
 
-
-def _last(*words: str) -> str:
-    """Return a pattern of words in the last part of a topic's name."""
-    return rf"(^|[/_])({'|'.join(words)})(_[^/]*)?$"
-
-
-#: What else is published of a quantity under its name, as a number that does not say what it is.
-_NOT_DEPTH = _last("error", "rate", "enabled?", "output", "effort", "gain", "hold", "pid", "mode")
-_NOT_VOLTAGE = _last(
-    *("percent", "percentage", "temp", "temperature", "charge", "soc", "capacity", "health"),
-    *("level", "state", "status", "current", "amps?", "power"),
-)
-_CURRENT = r"current|(^|[/_])amp(s|eres?|erage)?($|[/_])"
-_NOT_CURRENT = _last(
-    "velocity", "speed", "direction", "mode", "state", "mission", "waypoint", "index"
-)
-#: Pressures that are none of the water. mavros: /mavros/imu/static_pressure is the barometer
-#: inside of the autopilot.
-_NOT_WATER = r"air|baro|static_pressure|internal|inside|enclosure"
-
-
-@dataclass(frozen=True)
-class Rule:
-    """A field that holds a quantity if the topic's name (and not the other pattern) agrees."""
-
-    rank: int
-    quantity: Quantity
-    field: str
-    says: str
-    topic: str = ""
-    but_not: str = ""
-    message_type: str = ""
-
-
-_RULES = (
-    Rule(90, "angular_velocity", "angular_velocity", "an IMU's field"),
-    Rule(90, "specific_force", "linear_acceleration", "an IMU's field"),
-    Rule(90, "attitude_quaternion", "orientation", "an IMU's field"),
-    Rule(80, "attitude_quaternion", "pose.pose.orientation", "a pose"),
-    Rule(80, "attitude_quaternion", "pose.orientation", "a pose"),
-    Rule(90, "position", "point", "a point"),
-    Rule(85, "position", "pose.pose.position", "a pose"),
-    Rule(85, "position", "pose.position", "a pose"),
-    Rule(95, "velocity", "twist.linear", "a twist of a DVL", "dvl"),
-    Rule(95, "velocity", "twist.twist.linear", "a twist of a DVL", "dvl"),
-    Rule(95, "velocity", "velocity", "velocity of a DVL", "dvl"),
-    Rule(85, "velocity", "twist.linear", "a twist"),
-    Rule(80, "velocity", "twist.twist.linear", "a twist, in the child frame"),
-    Rule(75, "velocity_earth", "twist.linear", "a twist in a frame of the earth"),
-    Rule(70, "velocity_earth", "twist.twist.linear", "a twist in a frame of the earth"),
-    Rule(50, "angular_velocity", "twist.twist.angular", "a twist", message_type="Odometry"),
-    Rule(90, "pressure", "fluid_pressure", "a pressure", but_not=_NOT_WATER),
-    Rule(95, "depth", "depth", "its name"),
-    Rule(92, "depth", "data", "the topic's name", "depth", _NOT_DEPTH),
-    Rule(80, "pressure", "data", "the topic's name", "pressure", _NOT_WATER),
-    Rule(90, "voltage", "voltage", "its name"),
-    Rule(80, "voltage", "data", "the topic's name", "volt|battery", _NOT_VOLTAGE),
-    Rule(90, "current", "current", "its name"),
-    Rule(80, "current", "data", "the topic's name", _CURRENT, _NOT_CURRENT),
-    Rule(95, "thruster_command", "position", "joints of thrusters", _COMMAND, _NOT_COMMAND),
-    Rule(90, "thruster_command", "channels", "outputs to the motors", _COMMAND, _NOT_COMMAND),
-    Rule(85, "thruster_command", "command", "its name", _COMMAND, _NOT_COMMAND),
-    Rule(85, "thruster_command", "commands", "its name", _COMMAND, _NOT_COMMAND),
-    Rule(80, "thruster_command", "data", "the topic's name", _COMMAND, _NOT_COMMAND),
-    Rule(95, "shaft_speed", "velocity", "joints of thrusters", _SHAFT),
-    Rule(90, "shaft_speed", "rpm", "its name"),
-    Rule(80, "shaft_speed", "data", "the topic's name", _SHAFT),
-)
 #: A quantity is not looked for where one that gives the same is stated or found.
 _SAME = (
     ("attitude_quaternion", "attitude_euler"),
     ("depth", "pressure"),
     ("velocity", "velocity_earth"),
 )
+#: What decides between topics, the topic, and the rule that it fits.
+_Candidate = tuple[tuple[bool, int, int], TopicFound, Rule]
+#: A sensor writes more; a point that a person clicked on a map is written once.
+_FEW_MESSAGES = 10
 
 
 @dataclass(frozen=True)
@@ -142,15 +78,13 @@ def choose_by_default(
         for topic in topics
         if topic.probe is not None
         and topic.name not in ignored
-        and not re.search(_NOT_MEASURED, topic.name, re.IGNORECASE)
+        and not re.search(NOT_MEASURED, topic.name, re.IGNORECASE)
     ]
-    candidates: dict[str, list[tuple[tuple[int, int], TopicFound, Rule]]] = {}
+    candidates: dict[str, list[_Candidate]] = {}
     for topic in open_topics:
-        for rule in _RULES:
+        for rule in RULES:
             if rule.quantity not in taken and _fits(rule, topic):
-                candidates.setdefault(rule.quantity, []).append(
-                    ((rule.rank, topic.messages), topic, rule)
-                )
+                candidates.setdefault(rule.quantity, []).append((_order(rule, topic), topic, rule))
     notes += _without_attitude(open_topics, taken | set(candidates))
     for first, second in _SAME:
         if first in candidates and second in candidates:
@@ -161,11 +95,17 @@ def choose_by_default(
         new, said = _first_that_fits(found, thrusters)
         plans += new
         notes += said
-        if quantity in ("thruster_command", "shaft_speed") and not new:
+        if quantity in PER_THRUSTER and not new:
             grouped, said = _one_topic_each(found, thrusters)
             plans += grouped
             notes += said
     return Chosen(tuple(plans), tuple(notes))
+
+
+def _order(rule: Rule, topic: TopicFound) -> tuple[bool, int, int]:
+    """Return what decides between topics, the largest wins; a command may be given once."""
+    is_running = topic.messages >= _FEW_MESSAGES or rule.quantity in PER_THRUSTER
+    return is_running, rule.rank, topic.messages
 
 
 def _fits(rule: Rule, topic: TopicFound) -> bool:
@@ -231,7 +171,7 @@ def _begins_with_none(topic: TopicFound) -> bool:
 
 
 def _first_that_fits(
-    found: Sequence[tuple[tuple[int, int], TopicFound, Rule]], thrusters: Sequence[str]
+    found: Sequence[_Candidate], thrusters: Sequence[str]
 ) -> tuple[list[Plan], list[str]]:
     others: list[str] = []
     plan: Plan | None = None
@@ -245,7 +185,7 @@ def _first_that_fits(
         try:
             plan = plan_channel(channel, topic, thrusters, f"default: {rule.says}")
         except NotThereError as error:
-            if rule.quantity not in ("thruster_command", "shaft_speed"):
+            if rule.quantity not in PER_THRUSTER:
                 said.append(f"{topic.name} was not taken for {rule.quantity}: {error}.")
     if plan is None:
         return [], said
@@ -257,7 +197,7 @@ def _first_that_fits(
 
 
 def _one_topic_each(
-    found: Sequence[tuple[tuple[int, int], TopicFound, Rule]], thrusters: Sequence[str]
+    found: Sequence[_Candidate], thrusters: Sequence[str]
 ) -> tuple[list[Plan], list[str]]:
     """Take a topic for each thruster: named after it, or numbered in the order of the file."""
     singles: dict[str, tuple[TopicFound, Rule]] = {}

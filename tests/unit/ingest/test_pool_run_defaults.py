@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pool_logs import Topic, imu_topic, ros_topic, rov, stamp, ticks, vector, write_log
+from pool_logs import Topic, imu_topic, json_topic, ros_topic, rov, stamp, ticks, vector, write_log
 
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.run_arrays import PoolRun
@@ -55,6 +55,18 @@ def test_a_plain_number_is_known_by_the_name_of_its_topic(
 def test_what_is_only_named_after_a_quantity_is_left_alone(tmp_path: Path, name: str) -> None:
     run = read(tmp_path, imu_topic(TIMES, RATES), float_topic(name))
     assert set(run.channels) == {"angular_velocity", "specific_force"}
+
+
+@pytest.mark.parametrize(("clicks", "taken"), [(3, "/odom"), (50, "/clicked_point")])
+def test_a_point_that_was_clicked_is_no_track(tmp_path: Path, clicks: int, taken: str) -> None:
+    points = [{"point": vector((1.0, 2.0, 3.0))}] * clicks
+    poses = [{"pose": {"position": vector((0.1 * k, 0.0, 1.0))}} for k in range(50)]
+    run = read(
+        tmp_path,
+        json_topic("/clicked_point", TIMES[:clicks], points),
+        json_topic("/odom", TIMES, poses),
+    )
+    assert run.channels["position"].topic == taken
 
 
 @pytest.mark.parametrize(("stated_none", "is_told"), [(0.0, True), (-1.0, False)])
