@@ -95,8 +95,11 @@ _DOWN = ("down", "falling", "decreasing", "descending", "вниз", "спад", 
 _REVERSE = ("reverse", "astern", "backward", "backwards", "назад", "реверс", "задний", "обратный")
 _FORWARD = ("forward", "ahead", "вперед", "передний", "прямой")
 _LOOKED_FOR = "table of thrust against code or pulse width (PWM)"
+#: A small "в" that stands by itself is a preposition ("опыт 3 в бассейне"), and so is a large one
+#: before a word in capitals.
 _VOLTS = re.compile(
-    r"(?<![^\W_])(?<![.,])(\d{1,3}(?:[.,]\d+)?)\s*(?:V|В|volts?|вольт)(?![^\W_])", re.IGNORECASE
+    r"(?<![^\W_])(?<![.,])(\d{1,3}(?:[.,]\d+)?)"
+    r"(?:\s*(?:[Vv]|В(?!\s+[А-ЯЁ]{2})|(?i:volts?|вольт))|в)(?![^\W_])"
 )
 
 
@@ -235,6 +238,8 @@ def _stated_voltage(texts: Sequence[str]) -> float | None:
 
     >>> _stated_voltage(["Thrust, N", "16 V"]), _stated_voltage(["10 V to 20 V"])
     (16.0, None)
+    >>> _stated_voltage(["Опыт 3 в бассейне", "12,6 В, реверс"])
+    12.6
     """
     for text in texts:
         found = {float(one.replace(",", ".")) for one in _VOLTS.findall(text)}

@@ -573,7 +573,12 @@ def test_whatever_stands_in_the_cells_there_is_a_record(
 
 
 @pytest.mark.parametrize(
-    ("name", "voltage_v"), [("12V up", 12.0), ("run-16V-a", 16.0), ("24В", 24.0), ("run V2", None)]
+    ("name", "voltage_v"),
+    [
+        *[("12V up", 12.0), ("run-16V-a", 16.0), ("24В", 24.0), ("24 В вперед", 24.0)],
+        *[("16в", 16.0), ("run V2", None)],
+        *[("опыт 3 в бассейне", None), ("ОПЫТ 3 В БАССЕЙНЕ", None), ("16 В, опыт 3 в ванне", 16.0)],
+    ],
 )
 def test_voltage_in_the_name_of_a_sheet(tmp_path: Path, name: str, voltage_v: float | None) -> None:
     path = xlsx(tmp_path / "a.xlsx", **{name: [("Code", "Thrust, N"), *UP]})
