@@ -23,6 +23,7 @@ from pipeline.ingest.pool_run_told import (
     told_of_commands,
     told_of_coverage,
     told_of_recorder,
+    told_of_velocity,
 )
 from pipeline.ingest.pool_run_topics import (
     channel_name,
@@ -132,7 +133,8 @@ def read_pool_run(
     run = replace(run, notes=_notes_of(path, raw_root, problems))
     problems += told_of_commands(run, vehicle, place)
     problems += suspicions(run, vehicle)
-    problems += [*told_of_recorder(run, place), *told_of_coverage(run, place)]
+    problems += [*told_of_recorder(run, place), *told_of_velocity(run, place)]
+    problems += told_of_coverage(run, place)
     return replace(run, problems=tuple(each_once(problems)))
 
 

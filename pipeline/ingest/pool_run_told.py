@@ -188,6 +188,22 @@ def told_of_recorder(run: PoolRun, place: Place) -> list[Problem]:
     return found
 
 
+def told_of_velocity(run: PoolRun, place: Place) -> list[Problem]:
+    """Say where a velocity over the earth cannot become one of the body."""
+    over_earth = run.channels.get("velocity_earth")
+    if over_earth is None or {"velocity", "attitude"} & set(run.channels):
+        return []
+    what = (
+        f"the velocity ({over_earth.topic}) is in the axes of the earth, and without an attitude "
+        "it cannot be turned into those of the body: it is not used."
+    )
+    remedy = (
+        "Record the attitude; or, if it is in body axes, state quantity: velocity under pool: "
+        "channels in vehicle.yaml."
+    )
+    return [Problem("warning", place, what, "", remedy)]
+
+
 def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:
     """Say where a channel covers less than the run."""
     found = []

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pool_logs import Topic, imu_topic, ros_topic, rov, stamp, ticks, vector, write_log
+from pool_logs import Topic, imu_topic, json_topic, ros_topic, rov, stamp, ticks, vector, write_log
 
-from pipeline.ingest.pool_run import read_pool_run
+from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.records.run_arrays import PoolRun
 
 TIMES = ticks(50, 10.0)
@@ -69,3 +69,17 @@ def test_a_twist_in_a_frame_of_the_earth_is_a_velocity_over_the_earth(
     run = read(tmp_path, twist_topic("/velocity_local", frame, (0.3, 0.9, 0.1)))
     assert "velocity" not in run.channels
     np.testing.assert_array_equal(run.channels["velocity_earth"].values[0], over_earth)
+    assert any("cannot be turned into those of the body" in one.what for one in run.problems)
+
+
+def test_a_velocity_over_the_earth_is_turned_by_the_attitude(tmp_path: Path) -> None:
+    """Heading east at 1 m/s, and up slowly: bow to the east is forward."""
+    turn = {"orientation": vector((0.0, 0.0, 0.5**0.5, 0.5**0.5))}  # yaw of 90 degrees, in NED
+    topics = [
+        twist_topic("/velocity_local", "map", (1.0, 0.0, 0.2)),
+        json_topic("/imu", TIMES, [turn] * 50),
+    ]
+    run = read(tmp_path, *topics)
+    assert not any("cannot be turned" in one.what for one in run.problems)
+    velocity = resample(run, 10.0).values["velocity"][5]
+    np.testing.assert_allclose(velocity, (1.0, 0.0, -0.2), atol=1e-12)
