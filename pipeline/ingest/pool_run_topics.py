@@ -17,6 +17,7 @@ from pipeline.ingest.pool_run_plan import (
     TopicFound,
     plan_channel,
 )
+from pipeline.ingest.pool_run_stamps import Stamp
 from pipeline.vehicle.schema import Vehicle
 
 #: First messages that are larger are not decoded to see what is in them (pictures, clouds).
@@ -164,6 +165,7 @@ def plans_of(
             what = f"{said}: {error}; the channel was left out."
             problems.append(Problem("warning", place, what, "", "Correct it in vehicle.yaml."))
     plans = _no_quantity_twice(plans, place, problems)
+    problems += _two_clocks(plans, place)
     if vehicle.pool.defaults:
         stated_quantities = [channel.quantity for channel in vehicle.pool.channels]
         unprefixed = [replace(topic, name=topic.name.removeprefix(prefix)) for topic in topics]
@@ -191,6 +193,23 @@ def _no_quantity_twice(plans: Sequence[Plan], place: Place, problems: list[Probl
             continue
         kept[name] = plan
     return list(kept.values())
+
+
+def _two_clocks(plans: Sequence[Plan], place: Place) -> list[Problem]:
+    """Warn of entries that state different clocks for one topic: its messages have one time."""
+    first: dict[str, Plan] = {}
+    found = []
+    for plan in plans:
+        if plan.clock is None:
+            continue
+        known = first.setdefault(plan.topic, plan)
+        if (plan.clock, plan.stamp) != (known.clock, known.stamp):
+            what = (
+                f"two clocks are stated for {plan.topic}, with {channel_name(known)} and with "
+                f"{channel_name(plan)}; the first is taken for both."
+            )
+            found.append(Problem("warning", place, what, "", "Delete one in vehicle.yaml."))
+    return found
 
 
 def channel_name(plan: Plan) -> str:
@@ -232,6 +251,13 @@ def nothing_mapped(
     )
 
 
+def _stamp_of(topic: str, plans: Sequence[Plan]) -> Stamp | None:
+    """Return where the messages of a topic say their time: as stated for any of its channels."""
+    own = [plan for plan in plans if plan.topic == topic]
+    stated = [plan for plan in own if plan.clock is not None]
+    return next((plan.stamp for plan in stated or own if plan.stamp is not None), None)
+
+
 def requests_of(
     plans: Sequence[Plan],
 ) -> tuple[dict[str, Request], dict[tuple[str, str], tuple[int, int]]]:
@@ -243,8 +269,7 @@ def requests_of(
         known = requests.get(plan.topic)
         begin = 0 if known is None else len(known.numbers)
         numbers = new.numbers if known is None else known.numbers + new.numbers
-        stamp = new.stamp if known is None or known.stamp is None else known.stamp
         names = new.names if known is None or known.names is None else known.names
-        requests[plan.topic] = Request(numbers, stamp, names)
+        requests[plan.topic] = Request(numbers, _stamp_of(plan.topic, plans), names)
         where[key_of(plan)] = (begin, len(numbers))
     return requests, where

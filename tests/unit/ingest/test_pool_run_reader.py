@@ -450,6 +450,29 @@ def test_a_wrong_mapping_is_told_and_the_rest_is_read(tmp_path: Path) -> None:
     assert "index 7 is beyond the 3 numbers" in text
 
 
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_clock_stated_for_one_channel_is_that_of_its_topic(tmp_path: Path, order: int) -> None:
+    """The header of the messages is 0.3 s old; the board's count is not, and is stated once."""
+    times = ticks(200, 50.0)
+    contents = [
+        {"header": {"stamp": stamp(int(time) - 300_000_000)}, "w": row, "deep": 2.0 + 0.01 * k,
+         "count": 20 * k}
+        for k, (time, row) in enumerate(zip(times, rates(200).tolist(), strict=True))
+    ]  # fmt: skip
+    log = write_log(tmp_path / "run.mcap", [json_topic("/nav", times, contents)])
+    channels = [
+        {"quantity": "angular_velocity", "topic": "/nav", "field": "w"},
+        {"quantity": "depth", "topic": "/nav", "field": "deep", "clock_field": "count",
+         "clock_unit": "ms"},
+    ]  # fmt: skip
+    run = read(log, rov(channels=channels[::order]))
+    assert run.channels["depth"].clock.used == "field"
+    np.testing.assert_array_equal(run.channels["depth"].time_ns, times)
+    assert "two clocks" not in said(run)
+    channels[0]["clock"] = "header"
+    assert "two clocks are stated for /nav" in said(read(log, rov(channels=channels)), "warning")
+
+
 def test_commands_outside_of_the_range(tmp_path: Path) -> None:
     values = codes(500)
     values[100:110, 2] = 150.0
