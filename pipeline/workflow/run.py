@@ -15,7 +15,6 @@ from pipeline.workflow.freshness import remove_stale
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.lock import only_run
 from pipeline.workflow.outcome import Outcome, outcome_of
-from pipeline.workflow.places import forget_gone, taken_over
 from pipeline.workflow.pool_jobs import PoolJobs
 from pipeline.workflow.pool_outcome import new_pages, with_pool
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
@@ -23,6 +22,7 @@ from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.settled import is_settled, keep, state_digest
 from pipeline.workflow.start import start, usable_cores
+from pipeline.workflow.vehicle_places import forget_gone, taken_over
 
 #: How many processes a cluster is taken to have at work side by side, for the size of batches.
 _WORKERS_ELSEWHERE = 100

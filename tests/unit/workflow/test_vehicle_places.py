@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.plan import VehicleFolder, processed_file
-from pipeline.workflow.places import forget_gone, taken_over
+from pipeline.workflow.vehicle_places import forget_gone, taken_over
 
 
 @pytest.fixture
