@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive_bench import Bench, bench_of
 from pipeline.identify.drive_checks import code_0_check, physical_checks, sweeps_check
-from pipeline.identify.linear_fit import LinearFit, fit_linear, robust_sigmas
+from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear, judge
 from pipeline.identify.polynomial import name_outliers
 from pipeline.physics.drive import TorqueSurface, drive_torque_slope, surface_basis
 from pipeline.records.fits import CodeSpread, DriveFit, FitQuality, OrderScore
@@ -65,13 +65,13 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
             f"{bench.torque_nm.max():.3g} N m. Was the load on the shaft, and the torque sensor "
             "connected?"
         )
-    sigmas = _sigmas_within_sweeps(bench)
+    judged = _judged_within_sheets(bench)
     frame = _frame(bench, float(vehicle.drive.code_max))
-    scores = _score_powers(bench, frame, sigmas)
+    scores = _score_powers(bench, frame, judged)
     chosen = next(powers for powers, score in scores.items() if score.chosen)
     frame = replace(frame, exponents=_exponents(*chosen))
     basis = surface_basis(bench.shaft_speed_rps, bench.code, frame)
-    fit = fit_linear(basis, bench.torque_nm, clusters=bench.sweep, sigmas=sigmas)
+    fit = fit_linear(basis, bench.torque_nm, clusters=bench.sweep, judged=judged)
     surface = replace(frame, coefficients=fit.coefficients)
     scale_by_file = _torque_scale_by_file(bench, fit)
     scale_std = float(np.std(list(scale_by_file.values()), ddof=1)) if len(scale_by_file) > 1 else 0
@@ -162,24 +162,26 @@ def _frame(bench: Bench, code_scale: float) -> TorqueSurface:
     )
 
 
-def _sigmas_within_sweeps(bench: Bench) -> FloatArray:
-    """Distance of each point from a robust cubic through its own sheet's points.
+def _judged_within_sheets(bench: Bench) -> Judgement:
+    """Judge each point by a robust cubic through its own sheet's points.
 
     A point is judged by its neighbours on the bench, not by the surface: where the surface is too
     stiff it would call good points bad.
     """
     sigmas = np.zeros(bench.code.shape)
+    outlier = np.zeros(bench.code.shape, bool)
     for label in np.unique(bench.sheet):
         own = bench.sheet == label
         if own.sum() >= FEWEST_TO_JUDGE:
             n = bench.shaft_speed_rps[own]
             design = np.vander((n - n.mean()) / max(float(np.ptp(n)), 1e-9), 4, increasing=True)
-            sigmas[own] = robust_sigmas(design, bench.torque_nm[own])
-    return sigmas
+            found = judge(design, bench.torque_nm[own])
+            sigmas[own], outlier[own] = found.sigmas, found.outlier
+    return Judgement(sigmas, outlier)
 
 
 def _score_powers(
-    bench: Bench, frame: TorqueSurface, sigmas: FloatArray
+    bench: Bench, frame: TorqueSurface, judged: Judgement
 ) -> dict[tuple[int, int], OrderScore]:
     """Score every pair of powers; the error is that at codes left out one at a time."""
     codes = np.unique(bench.code)
@@ -190,7 +192,7 @@ def _score_powers(
         shape = replace(frame, exponents=_exponents(*powers))
         basis = surface_basis(bench.shaft_speed_rps, bench.code, shape)
         try:
-            fit = fit_linear(basis, bench.torque_nm, sigmas=sigmas)
+            fit = fit_linear(basis, bench.torque_nm, judged=judged)
         except CannotComputeError:
             continue
         surface = replace(shape, coefficients=fit.coefficients)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.linear_fit import LinearFit, fit_linear, robust_sigmas
+from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear, judge
 from pipeline.records.base import Source
 from pipeline.records.fits import (
     FitQuality,
@@ -151,11 +151,15 @@ def _score_degrees(
         for degree in sorted({*degrees, chosen})
         if min(x.size - 2, np.unique(x).size) > degree
     }
-    sigmas = np.min([np.abs(robust_sigmas(design, y)) for design in designs.values()], axis=0)
+    by_degree = [judge(design, y) for design in designs.values()]
+    judged = Judgement(
+        np.min([np.abs(one.sigmas) for one in by_degree], axis=0),
+        np.all([one.outlier for one in by_degree], axis=0),
+    )
     scores = []
     for degree, design in designs.items():
         try:
-            fit = fit_linear(design, y, sigmas=sigmas)
+            fit = fit_linear(design, y, judged=judged)
         except CannotComputeError:
             continue
         if not np.isfinite(fit.aicc):

@@ -130,6 +130,41 @@ def test_one_outlier_is_named_and_moves_nothing(index: int, jump: float) -> None
     assert np.abs(spoiled.coefficients - clean.coefficients).max() < 2e-3
 
 
+@pytest.mark.parametrize(("points", "width"), [(6, 3), (8, 4), (10, 4), (15, 4)])
+def test_good_points_are_kept_where_there_are_few(points: int, width: int) -> None:
+    """The scale of an M-estimate of so few is that of the points which it happens to pass by."""
+    generator = np.random.default_rng(21)
+    design = np.vander(np.linspace(0, 1, points), width, increasing=True)
+    truth = np.array([1.0, -1.0, -0.4, 0.2])[:width]
+    lost, inside = 0, np.zeros(width)
+    for _ in range(200):
+        fit = fit_linear(design, design @ truth + generator.normal(0, 0.01, points))
+        lost += int(fit.outlier.sum())
+        inside += (fit.ci95[:, 0] < truth) & (truth < fit.ci95[:, 1])
+    assert lost <= 1
+    # 95 % of 200, less three standard deviations
+    assert inside.min() >= 180
+
+
+@pytest.mark.parametrize("index", [0, 5, 11])
+def test_a_torn_reading_among_few_is_still_named(index: int) -> None:
+    x = np.linspace(0, 0.6, 12)
+    design = np.vander(x, 3, increasing=True)
+    y = design @ [0.139, -0.155, -0.061] + np.random.default_rng(4).normal(0, 0.0005, 12)
+    y[index] += 0.05
+    assert np.flatnonzero(fit_linear(design, y).outlier).tolist() == [index]
+
+
+def test_points_that_alone_hold_a_coefficient_are_no_outliers() -> None:
+    """Left out, they would leave the others at two places, which carry no parabola."""
+    x = np.array([0.0] * 6 + [1.0] * 6 + [0.5])
+    design = np.vander(x, 3, increasing=True)
+    y = np.where(x == 0.5, 9.0, x) + np.random.default_rng(2).normal(0, 1e-3, 13)
+    fit = fit_linear(design, y)
+    assert not fit.outlier.any()
+    assert fit.fitted[-1] == pytest.approx(9.0, abs=0.01)
+
+
 def test_too_few_points_say_so() -> None:
     with pytest.raises(CannotComputeError, match="3 points cannot carry 3 coefficients"):
         fit_linear(np.vander([1.0, 2.0, 3.0], 3), np.ones(3))
