@@ -65,7 +65,7 @@ def trend_figure(days: Days, names: tuple[str, ...]) -> Figure:
     lead = (
         f"Since the trial day before, {', '.join(moved)} moved out of the intervals."
         if moved
-        else "No parameter left the interval of the trial day before."
+        else "No parameter's interval lies wholly outside that of the trial day before."
     )
     return zoomable_figure(
         "fig-trend",

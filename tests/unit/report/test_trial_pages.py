@@ -138,7 +138,7 @@ def test_a_parameter_that_the_last_day_does_not_tell_has_not_moved_since_the_day
         "2026-05-02": {name: parameter(15.0)},
         "2026-05-03": {"mass": parameter(3.0)},
     }
-    assert "No parameter left" in trend_figure(days, (name,)).lead
+    assert "No parameter's interval" in trend_figure(days, (name,)).lead
     days["2026-05-03"][name] = parameter(10.0)
     assert f"{name} moved out of the intervals" in trend_figure(days, (name,)).lead
 
@@ -216,7 +216,7 @@ def test_a_day_is_compared_with_the_last_one_that_settled(results: VehicleResult
     found = replace(found, earlier=earlier)
     assert not [text for text in day_warnings(found) if "outside the intervals" in text]
     text = day_page(found, CRUMBS)
-    assert "No parameter left the interval of the trial day before." in text
+    assert "interval lies wholly outside that of the trial day before." in text
     assert "so they take no part in a trend: 2026-05-03." in text
 
 
@@ -239,7 +239,9 @@ def test_the_vehicles_page_leaves_an_unsettled_day_out_of_its_trend(
     three = replace(results, trials=(*days, linked("2026-05-04", 10.2)))
     assert has_trend(three)
     (figure,) = [one for one in trials_section(three).blocks if isinstance(one, Figure)]
-    assert figure.lead == "No parameter left the interval of the trial day before."
+    assert figure.lead == (
+        "No parameter's interval lies wholly outside that of the trial day before."
+    )
     assert "2026-05-03" not in figure.svg
 
 
