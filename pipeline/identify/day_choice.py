@@ -8,12 +8,14 @@ from pipeline.identify.channel_noise import QUANTITIES, was_measured
 from pipeline.identify.trial_windows import rows_of
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import RunUsed
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray
 
 #: Runs are weighed in pieces of this length. [s]
 PIECE_S = 40.0
 #: Commands that change less than this share of their range tell nothing of the vehicle.
 LEAST_EXCITATION = 0.01
+#: A piece whose commands are known for less of its rows is not taken.
+LEAST_COMMANDED = 0.5
 
 
 def choose_stretches(
@@ -47,7 +49,7 @@ def choose_stretches(
             continue
         own = [(score, number, a, b) for score, a, b in _pieces(run, code_max)]
         if not own:
-            passed.append(f"{run.name}: its commands hardly change.")
+            passed.append(_why_none(run))
         pieces += own
     chosen: list[tuple[float, int, int, int]] = []
     left_s = budget_s
@@ -79,22 +81,45 @@ def choose_stretches(
 
 def _pieces(run: RunTable, code_max: FloatArray) -> list[tuple[float, int, int]]:
     """Score and rows of each piece that is worth taking."""
-    period = float(np.median(np.diff(run.time_s))) if run.time_s.size > 1 else 1.0
-    length = max(round(PIECE_S / period), 2)
     found = []
-    for begin in range(0, run.time_s.size, length):
-        end = min(begin + length, run.time_s.size)
-        if end - begin < length // 2:
+    for begin, end in _long_enough(run):
+        there = _commanded(run, begin, end)
+        if there.mean() < LEAST_COMMANDED:
             continue
-        command = run.values["command"][begin:end]
-        there = run.valid["command"][begin:end] & np.isfinite(command).all(axis=1)
-        if there.mean() < 0.5:
-            continue
-        spread = np.std(command[there] / code_max, axis=0)
+        spread = np.std(run.values["command"][begin:end][there] / code_max, axis=0)
         score = float(np.sqrt(np.mean(spread**2)))
         if score >= LEAST_EXCITATION:
             found.append((score, begin, end))
     return found
+
+
+def _long_enough(run: RunTable) -> list[tuple[int, int]]:
+    """Rows of the pieces of a run; a rest of less than half a piece is none."""
+    period = float(np.median(np.diff(run.time_s))) if run.time_s.size > 1 else 1.0
+    length = max(round(PIECE_S / period), 2)
+    ends = (
+        (begin, min(begin + length, run.time_s.size)) for begin in range(0, run.time_s.size, length)
+    )
+    return [(begin, end) for begin, end in ends if end - begin >= length // 2]
+
+
+def _commanded(run: RunTable, begin: int, end: int) -> BoolArray:
+    """Whether the commands of each row are known, (end - begin,)."""
+    command = run.values["command"][begin:end]
+    return np.asarray(run.valid["command"][begin:end] & np.isfinite(command).all(axis=1))
+
+
+def _why_none(run: RunTable) -> str:
+    """Say why no piece of a run is worth taking."""
+    pieces = _long_enough(run)
+    if not pieces:
+        return (
+            f"{run.name}: {run.time_s[-1]:.0f} s are too short; {PIECE_S / 2:g} s at least are "
+            "needed."
+        )
+    if all(_commanded(run, *piece).mean() < LEAST_COMMANDED for piece in pieces):
+        return f"{run.name}: most of its commands are missing."
+    return f"{run.name}: its commands hardly change."
 
 
 def _length_s(run: RunTable, piece: tuple[float, int, int, int]) -> float:

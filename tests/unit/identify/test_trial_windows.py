@@ -194,6 +194,22 @@ def test_exciting_stretches_are_chosen_within_the_time() -> None:
     assert said == ("also: others have commands that change more, and 40 s are full.",)
 
 
+def test_a_run_that_is_passed_over_is_told_the_true_reason() -> None:
+    time_s = np.arange(0.0, 60.0, 0.02)
+    busy = 50.0 * np.sin(time_s)[:, None]
+    there = np.ones(time_s.size, bool)
+    values = {"command": busy, "depth": np.zeros((time_s.size, 1))}
+    whole = RunTable("long", time_s, values, {"command": there, "depth": there})
+    short = replace(rows_of(whole, 0, 750), name="short")
+    lost = replace(whole, name="lost", valid={"command": time_s < 10.0, "depth": there})
+    _, used, passed = choose_stretches([whole, short, lost], np.array([100.0]), 80.0)
+    assert [one.run for one in used] == ["long"]
+    assert passed == (
+        "short: 15 s are too short; 20 s at least are needed.",
+        "lost: most of its commands are missing.",
+    )
+
+
 def test_start_of_a_window_does_not_flatter_a_wrong_model(
     rov: tuple[PackedVehicle, Sensors], table: RunTable
 ) -> None:
