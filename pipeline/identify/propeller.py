@@ -14,6 +14,9 @@ from pipeline.vehicle.schema import Vehicle
 
 #: Kostenko 2023, eq. (2).
 DEGREE = 2
+#: A test that begins this close (share of its span) to J = 0 counts as one that measured rest,
+#: where a tank stirs its own water.
+REST_MARGIN = 0.1
 
 
 def fit_propeller(open_water: OpenWaterRecord, vehicle: Vehicle) -> PropellerFit:
@@ -79,6 +82,18 @@ def _column(
     x = np.array([row[0] for row in used], float)
     y = np.array([row[1] for row in used], float)
     return x, y, tuple(row[2] for row in used)
+
+
+def measured_ratios(propeller: PropellerFit) -> tuple[float, float]:
+    """Smallest and largest advance ratio at which both coefficients were measured."""
+    ranges = (propeller.thrust.quality.valid_range, propeller.torque.quality.valid_range)
+    return max(low for low, _ in ranges), min(high for _, high in ranges)
+
+
+def lowest_covered_ratio(propeller: PropellerFit) -> float:
+    """Advance ratio below which the curves are continued; see `REST_MARGIN`."""
+    lowest, highest = measured_ratios(propeller)
+    return lowest - REST_MARGIN * (highest - lowest)
 
 
 def _physical_checks(thrust_fit: PolynomialFit, torque_fit: PolynomialFit) -> tuple[Check, ...]:

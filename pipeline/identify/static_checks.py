@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.identify.propagation import SEARCH_BEYOND, ThrusterModel
+from pipeline.identify.propeller import lowest_covered_ratio, measured_ratios
 from pipeline.physics.drive import drive_torque
 from pipeline.records.fits import Check, DriveFit, PropellerFit
 from pipeline.types import FloatArray
@@ -101,7 +102,12 @@ def explain_status(
                 f"({unmet.min():g} to {unmet.max():g}): the propeller stays below the drive's "
                 "torque at every shaft speed the bench supports."
             )
-    highest = propeller.torque.quality.valid_range[1]
+    begins, highest = measured_ratios(propeller)
+    if lowest_covered_ratio(propeller) > 0:
+        lines.append(
+            f"The open-water test begins at J = {begins:.3f}: below it, and so at rest, K_T and "
+            "K_M are the curves continued."
+        )
     if "extrapolated" in status:
         lines.append(
             f"Working points beyond J = {highest:.3f} or outside the shaft speeds of the bench are "

@@ -7,6 +7,7 @@ import numpy.typing as npt
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.propagation import ThrusterModel, thrust_jacobian
+from pipeline.identify.propeller import lowest_covered_ratio, measured_ratios
 from pipeline.identify.static_checks import explain_no_balance
 from pipeline.physics.torque_balance import WorkingPoints
 from pipeline.records.fits import DriveFit, PointStatus, PropellerFit
@@ -136,14 +137,13 @@ def _status(
     )
     margin = SPEED_MARGIN * (fast - slow)
     shaft = points.shaft_speed_rps
-    ratio_range = propeller.torque.quality.valid_range
     outside: BoolArray = (
         (code < measured_codes[0])
         | (code > measured_codes[-1])
         | (shaft < slow - margin)
         | (shaft > fast + margin)
-        | (points.advance_ratio > ratio_range[1])
-        | (points.advance_ratio < min(ratio_range[0], 0.0))
+        | (points.advance_ratio > measured_ratios(propeller)[1])
+        | (points.advance_ratio < lowest_covered_ratio(propeller))
     )
     names: list[PointStatus] = ["dead", "no_working_point", "extrapolated"]
     return np.select([points.dead, ~points.found, outside], names, default="live")

@@ -8,7 +8,13 @@ from pipeline.identify.drive import fit_drive
 from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.propagation import monte_carlo_std, thrust_jacobian
 from pipeline.identify.static import static_characteristic, thruster_model
-from pipeline.records.fits import DriveFit, PropellerFit, StaticCharacteristic
+from pipeline.records.fits import (
+    DriveFit,
+    Interval,
+    PolynomialFit,
+    PropellerFit,
+    StaticCharacteristic,
+)
 from pipeline.records.intervals import drive_degrees, student_95
 from pipeline.records.measurements import LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
@@ -100,6 +106,43 @@ def test_codes_below_the_bench_continue_the_line(static: StaticCharacteristic) -
     assert static.status[0][18] == "extrapolated"
     assert static.status[0][0] == "dead"
     assert (rest >= 0).all()
+
+
+def in_range(propeller: PropellerFit, thrust: Interval, torque: Interval) -> PropellerFit:
+    """The same curves from a test over other advance ratios."""
+    fits = {}
+    for name, ends in (("thrust", thrust), ("torque", torque)):
+        fit: PolynomialFit = getattr(propeller, name)
+        quality = fit.quality.model_copy(update={"valid_range": ends})
+        fits[name] = fit.model_copy(update={"quality": quality})
+    return propeller.model_copy(update=fits)
+
+
+def test_rest_is_no_measurement_of_a_propeller_tested_under_way_alone(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    """Open-water tests often begin at J = 0.5: what they say of rest is the curve continued."""
+    late = in_range(propeller, (0.2, 0.8), (0.2, 0.8))
+    static = static_characteristic(late, drive, vehicle)
+    tested = static.code.index(100.0)
+    assert static.status[0][tested] == "extrapolated"
+    assert static.status[static.speed_mps.index(1.5)][tested] == "live"
+    assert any("begins at J = 0.200" in line for line in static.explanations)
+    early = in_range(propeller, (0.05, 0.8), (0.05, 0.8))
+    static = static_characteristic(early, drive, vehicle)
+    assert static.status[0][tested] == "live"
+    assert not any("begins at J" in line for line in static.explanations)
+
+
+def test_a_working_point_needs_both_coefficients_measured(
+    propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle
+) -> None:
+    short = in_range(propeller, (0.0, 0.3), (0.0, 0.8))
+    static = static_characteristic(short, drive, vehicle)
+    row_at, code_at = static.speed_mps.index(2.0), static.code.index(127.0)
+    assert 0.3 < static.advance_ratio[row_at][code_at] < 0.8
+    assert static.status[row_at][code_at] == "extrapolated"
+    assert any("beyond J = 0.300" in line for line in static.explanations)
 
 
 def test_curves_that_never_meet_say_so(
