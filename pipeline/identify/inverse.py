@@ -162,11 +162,16 @@ def _table4(
 def _why_no_family(static: StaticCharacteristic, dead_n: float) -> str:
     """Say why the static family gives neither Table 4 nor firmware tables over speed."""
     code, thrust_n = static.code[-1], static.thrust_n[0][-1]
-    why = (
-        f"at rest the curves do not meet at code {code:g}"
-        if static.status[0][-1] == "no_working_point"
-        else within_dead_thrust(code, thrust_n, dead_n)
-    )
+    if static.status[0][-1] == "no_working_point":
+        why = f"at rest the curves do not meet at code {code:g}"
+    elif thrust_n > dead_n:
+        why = (
+            f"at rest code {code:g} alone gives thrust ({thrust_n:.3g} N), and a curve needs two "
+            "codes. Codes are whole numbers: state those that the firmware sends (code_max under "
+            "drives:)"
+        )
+    else:
+        why = within_dead_thrust(code, thrust_n, dead_n)
     return f"No Table 4 and no tables over speed: {why}."
 
 

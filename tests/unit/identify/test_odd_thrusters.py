@@ -15,7 +15,7 @@ from pipeline.records.base import Source
 from pipeline.records.fits import Check, DriveFit, PropellerFit
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, MooringPoint, MooringRecord
 from pipeline.types import FloatArray
-from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.schema import Drive, Vehicle
 
 
 def test_a_propeller_of_less_than_one_newton(
@@ -145,3 +145,16 @@ def test_a_mooring_test_that_ends_early_is_told(vehicle: Vehicle) -> None:
     assert not early.passed
     assert "from code -80 (of -127) to 80 (of 127); the tables give no code" in early.text
     assert reach(np.linspace(0.0, 127.0, 11)).passed
+
+
+def test_codes_between_zero_and_one_are_told_to_be_whole_numbers(
+    propeller: PropellerFit, load_test: LoadTestRecord, vehicle: Vehicle
+) -> None:
+    points = tuple(
+        point.model_copy(update={"code": (point.code or 0.0) / 127}) for point in load_test.points
+    )
+    unit = vehicle.model_copy(update={"drives": {"motor": Drive(code_min=-1, code_max=1)}})
+    drive = fit_drive(load_test.model_copy(update={"points": points}), unit)
+    static = static_characteristic(propeller, drive, unit)
+    with pytest.raises(CannotComputeError, match=r"code 1 alone gives thrust \(42.*whole numbers"):
+        inverse_characteristic(static, None, unit)
