@@ -64,13 +64,20 @@ def fit_table3(points: tuple[MooringPoint, ...], sign: int, thrust_dead_n: float
     Raises
     ------
     CannotComputeError
-        If the points do not carry the cubic.
+        If the points do not carry the cubic, or are of fewer codes than it has coefficients.
 
     References
     ----------
     Kostenko 2023, eq. (7), Table 3. For negative thrust the variable is the signed T.
     """
     used = [p for p in points if sign * p.thrust_n > thrust_dead_n and sign * p.code > 0]
+    codes = len({p.code for p in used})
+    if 0 < codes <= DEGREE:
+        # many readings at few codes: their noise would make a cubic that is level at each code
+        raise CannotComputeError(
+            f"only {codes} of the {DEGREE + 1} codes that a cubic needs have readings beyond the "
+            "dead thrust"
+        )
     return fit_polynomial(
         np.array([p.thrust_n for p in used], float),
         np.array([p.code for p in used], float),

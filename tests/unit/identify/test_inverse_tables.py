@@ -8,6 +8,7 @@ import pytest
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.inverse import inverse_characteristic
+from pipeline.identify.mooring_inverse import fit_table3
 from pipeline.identify.speed_inverse import smallest_maximum
 from pipeline.identify.static import thruster_model
 from pipeline.identify.thrust_curve import curve_from_family, curve_from_measurements
@@ -19,7 +20,7 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.records.intervals import drive_degrees, static_factor, student_95
-from pipeline.records.measurements import MooringRecord
+from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 
 Maker = Callable[[Callable[[float], float], float], MooringRecord]
@@ -49,6 +50,26 @@ def test_noiseless_mooring_gives_the_exact_cubic(mooring_from: Maker, vehicle: V
     inverse = inverse_characteristic(None, mooring_from(printed_thrust, 0.0), vehicle)
     assert inverse.table3_positive is not None
     np.testing.assert_allclose(inverse.table3_positive.coefficients, PRINTED, rtol=1e-6)
+
+
+def test_many_readings_at_three_codes_make_no_cubic(mooring_from: Maker) -> None:
+    """Their noise would: 4 to 7 codes off between them, and sure of one."""
+    points = mooring_from(printed_thrust, 0.05).points
+
+    def moored(*codes: float) -> tuple[MooringPoint, ...]:
+        noise = np.random.default_rng(6).normal(0, 0.05, (20, len(points)))
+        return tuple(
+            point.model_copy(update={"thrust_n": point.thrust_n + more})
+            for row in noise.tolist()
+            for point, more in zip(points, row, strict=True)
+            if point.code in codes
+        )
+
+    with pytest.raises(CannotComputeError, match="only 3 of the 4 codes that a cubic needs"):
+        fit_table3(moored(40, 80, 120), 1, 0.5)
+    fit = fit_table3(moored(40, 60, 80, 120), 1, 0.5)
+    between = np.polynomial.polynomial.polyval(printed_thrust(100), fit.coefficients)
+    assert between == pytest.approx(100, abs=1)
 
 
 def test_round_trips_through_our_own_family(static: StaticCharacteristic, vehicle: Vehicle) -> None:
