@@ -26,8 +26,9 @@ from pipeline.records.intervals import static_factor
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 
-#: A smaller gap between mooring test and calculation is within what such a rig repeats to. [N]
-GAP_WITHIN_RIG_N = 0.5
+#: A smaller gap between mooring test and calculation [N], or share of the largest thrust, is within
+#: what such a rig repeats to.
+GAP_WITHIN_RIG_N, GAP_WITHIN_RIG_SHARE = 0.5, 0.01
 
 #: A test that ends a little before the largest code still counts as one that reached it.
 REACHED = 0.98
@@ -91,7 +92,7 @@ def inverse_characteristic(
     if firmware is not None:
         if family is not None:
             trips = round_trips(family, table4, firmware, vehicle.published)
-            checks.extend(trip_checks(trips, table4))
+            checks.extend(trip_checks(trips, table4, family.curves[0].thrust_max_n))
         else:
             checks.append(_reach_check(firmware))
         checks.extend(monotone_checks(firmware))
@@ -194,6 +195,7 @@ def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -
     """Compare both signs; no check where no code was measured within the family."""
     code, thrust_n = np.array(static.code), np.array(static.thrust_n[0])
     factor = static_factor(static)
+    within_rig_n = max(GAP_WITHIN_RIG_N, GAP_WITHIN_RIG_SHARE * float(thrust_n.max()))
     passed, texts = True, []
     for sign, name in ((1, "positive"), (-1, "negative")):
         codes, gap = gap_at_rest(points, sign, code, thrust_n)
@@ -201,7 +203,7 @@ def _gap_check(points: tuple[MooringPoint, ...], static: StaticCharacteristic) -
             continue
         std = np.interp(np.abs(codes), code, np.array(static.thrust_std_n[0]))
         worst = int(np.argmax(np.abs(gap)))
-        passed &= bool(np.all(np.abs(gap) <= np.maximum(GAP_WITHIN_RIG_N, factor * std)))
+        passed &= bool(np.all(np.abs(gap) <= np.maximum(within_rig_n, factor * std)))
         texts.append(
             f"{name} codes {gap.min():+.2f} to {gap.max():+.2f} N, largest at code "
             f"{codes[worst]:g} ({gap[worst]:+.2f} N, standard error of the calculation "

@@ -158,3 +158,27 @@ def test_codes_between_zero_and_one_are_told_to_be_whole_numbers(
     static = static_characteristic(propeller, drive, unit)
     with pytest.raises(CannotComputeError, match=r"code 1 alone gives thrust \(42.*whole numbers"):
         inverse_characteristic(static, None, unit)
+
+
+def test_a_thruster_of_half_a_kilonewton_is_held_to_shares_of_its_thrust(
+    propeller: PropellerFit, load_test: LoadTestRecord, vehicle: Vehicle
+) -> None:
+    """Thirteen times the thrust by 1.9 times the size: the firmware form is as good as before."""
+    factor = 1.9
+    points = tuple(
+        point.model_copy(update={"torque_nm": factor**5 * point.torque_nm})
+        for point in load_test.points
+    )
+    drive = fit_drive(load_test.model_copy(update={"points": points}), vehicle)
+    large = propeller.model_copy(update={"diameter_m": factor * propeller.diameter_m})
+    static = static_characteristic(large, drive, vehicle)
+    mooring = MooringRecord(
+        points=bollard(np.array(static.code[19::10]), np.array(static.thrust_n[0][19::10]) + 2.0),
+        sheets=(),
+        problems=(),
+    )
+    inverse = inverse_characteristic(static, mooring, vehicle)
+    assert max(trip.firmware_n for trip in inverse.round_trip) > 0.1
+    passed = {check.name: check.passed for check in inverse.checks}
+    assert passed["round trip of the firmware form"]
+    assert passed["mooring test agrees with the calculation at rest"]
