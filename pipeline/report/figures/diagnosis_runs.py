@@ -175,12 +175,23 @@ def _label(channel: str) -> str:
     )
 
 
-def _band(record: DiagnosisRecord, one: HeldOut) -> float | None:
-    gap = record.gap.channels.get(one.channel)
+def healthy_floor(record: DiagnosisRecord, channel: str) -> float | None:
+    """Return what a healthy vehicle leaves of a channel, in units that a person reads.
+
+    That of the held-out readings, which are what is drawn: over the whole runs it is another,
+    as they are predicted over other times ahead.
+    """
+    gap = record.gap.channels.get(channel)
     if gap is None:
         return None
     _, factor = shown_unit(gap.unit)
-    return 2.0 * factor * gap.healthy_floor
+    of_held_out = record.shrink.channels.get(channel)
+    return factor * (gap.healthy_floor if of_held_out is None else of_held_out.noise_floor)
+
+
+def _band(record: DiagnosisRecord, one: HeldOut) -> float | None:
+    floor = healthy_floor(record, one.channel)
+    return None if floor is None else 2.0 * floor
 
 
 def _error_range(one: HeldOut, band: float | None) -> tuple[float, float] | None:
@@ -205,11 +216,10 @@ def _lead(record: DiagnosisRecord, one: HeldOut) -> str:
         text = f"{name} in {run}, which took part: error {before} before, {after} after"
     else:
         text = f"{name} in {run}, where it took no part: error {before} before, {after} after"
-    gap = record.gap.channels.get(one.channel)
-    if gap is not None:
-        _, factor = shown_unit(gap.unit)
-        floor = general(factor * gap.healthy_floor, 2)
-        text += f"; a healthy vehicle leaves {floor} {one.unit}"
+    floor = healthy_floor(record, one.channel)
+    if floor is not None:
+        shown = general(floor, 2)
+        text += f"; a healthy vehicle leaves {shown} {one.unit}"
     return f"{_capital(text)}."
 
 

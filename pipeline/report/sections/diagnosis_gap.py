@@ -21,6 +21,7 @@ from pipeline.report.figures.diagnosis_runs import (
     HeldOut,
     before_after_figure,
     curves,
+    healthy_floor,
     resolution,
 )
 from pipeline.report.figures.gap_map import gap_map, map_rows
@@ -166,9 +167,9 @@ def shrink_section(record: DiagnosisRecord) -> Section:
 
 def _place(record: DiagnosisRecord, one: HeldOut) -> tuple[bool, float, str, str]:
     """Order of the figures: channels that carry the gap first, and of those the largest error."""
-    gap = record.gap.channels.get(one.channel)
     before, _ = one.errors
-    floor = gap.healthy_floor * shown_unit(gap.unit)[1] if gap is not None else 1.0
+    known = healthy_floor(record, one.channel)
+    floor = 1.0 if known is None else known
     largest = before / floor if np.isfinite(before) and floor > 0.0 else 0.0
     return one.channel not in record.gap.where.channels, -largest, one.channel, one.run
 
