@@ -7,6 +7,8 @@ from pipeline.report.numbers import fixed, general, plural
 
 #: Whitened residuals of a right noise model lie in here.
 VARIANCE, LAG1 = (0.8, 1.2), 0.1
+#: Outside force over that of a healthy vehicle up to which nothing is said of it.
+_ORDINARY = 1.0
 _STAGES = {
     "kinematics": "Do the sensors agree with each other?",
     "actuators": "Do the thrusters do what they are told?",
@@ -125,6 +127,8 @@ def _leftover(record: DiagnosisRecord) -> list[Block]:
     left = record.leftover
     if not left.axes:
         return []
+    # which axis is the largest of ordinary ones, and what it goes with, is chance
+    ordinary = not of_bench(record) and max(left.axes.values()) <= _ORDINARY
     depends = (
         f" It goes with {REGRESSORS.get(left.depends_on, left.depends_on)}"
         + (
@@ -137,8 +141,10 @@ def _leftover(record: DiagnosisRecord) -> list[Block]:
     )
     return [
         Paragraph(
-            f"What the answer leaves: mostly {left.worst_axis}, {left.time_course.rstrip('.')}."
-            + depends
+            "What the answer leaves is ordinary: on no axis more than on a healthy vehicle."
+            if ordinary
+            else f"What the answer leaves: mostly {left.worst_axis}, "
+            f"{left.time_course.rstrip('.')}." + depends
         ),
         Table(
             "What the answer leaves"

@@ -356,3 +356,14 @@ def test_a_pair_that_shares_an_effect_with_the_verdict_is_beside_it() -> None:
     assert beside(verdict, "residual_buoyancy")
     for other in ("added_mass+payload", "added_mass", "lift+residual_buoyancy", "lift"):
         assert not beside(verdict, other)
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_nothing_is_read_out_of_an_outside_force_that_is_ordinary(record: DiagnosisRecord) -> None:
+    assert "mostly heave, about alike all the time. It goes with speed" in diagnosis_page(record)
+    axes = dict.fromkeys(record.leftover.axes, 0.3) | {"yaw": 0.32}
+    left = record.leftover.model_copy(update={"axes": axes, "worst_axis": "yaw"})
+    page = diagnosis_page(record.model_copy(update={"leftover": left}))
+    assert "What the answer leaves is ordinary: on no axis more than on a healthy vehicle." in page
+    assert "mostly yaw" not in page
+    assert "It goes with" not in page
