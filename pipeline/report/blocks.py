@@ -86,9 +86,14 @@ class Figure:
 
 @dataclass(frozen=True)
 class Gallery:
-    """Figures that stand beside each other where the screen is wide enough."""
+    """Figures that stand beside each other where the screen is wide enough.
+
+    `level`: neighbours have their sentences, pictures and captions at one height each. Not for
+    pictures of very different heights: the lower one would be far below its sentence.
+    """
 
     figures: tuple[Figure, ...]
+    level: bool = True
     kind: ClassVar[str] = "gallery"
 
 

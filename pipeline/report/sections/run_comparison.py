@@ -66,7 +66,10 @@ def comparison_section(results: RunResults) -> Section:
             ),
             _error_table(trial.channels),
             *([Bullets(trial.notes)] if trial.notes else []),
-            Gallery(tuple(figure for quantity, figure in figures if quantity in FIRST)),
+            # one panel a channel: heights differ by a factor of five
+            Gallery(
+                tuple(figure for quantity, figure in figures if quantity in FIRST), level=False
+            ),
             *_rest([figure for quantity, figure in figures if quantity not in FIRST]),
         ),
     )
@@ -75,7 +78,7 @@ def comparison_section(results: RunResults) -> Section:
 def _rest(figures: list[Figure]) -> list[Block]:
     if not figures:
         return []
-    return [Details(plural(len(figures), "more figure"), (Gallery(tuple(figures)),))]
+    return [Details(plural(len(figures), "more figure"), (Gallery(tuple(figures), level=False),))]
 
 
 def _error_table(channels: tuple[ChannelError, ...]) -> Table:

@@ -144,3 +144,11 @@ def test_the_noise_of_a_run_is_called_what_it_holds(long_run: str) -> None:
     assert '<th scope="col">Noise with offset</th>' in long_run
     assert "Sensor noise" not in long_run
     assert "noise and offset of the sensor together" in long_run
+
+
+def test_a_low_picture_beside_a_high_one_stands_under_its_own_sentence(long_run: str) -> None:
+    # figures of a level gallery share their rows: depth, with one panel, would stand where the
+    # three of attitude end
+    assert '<div class="gallery">' in long_run
+    assert "gallery level" not in long_run
+    assert ".gallery.level > figure { display: grid; grid-template-rows: subgrid" in long_run
