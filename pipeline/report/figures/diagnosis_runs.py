@@ -160,8 +160,9 @@ def before_after_figure(
         f"fig-held-out-{number}",
         _lead(record, one),
         alt,
-        f"{_capital(channel_name(one.channel))} in {as_it_is(one.run)}. Dark: measured. Orange: "
-        f"the vehicle file's model.{added} Below: measured less model{grey}.{turned}",
+        f"{_capital(channel_name(one.channel))} in {as_it_is(one.run)}. Black (white on a dark "
+        f"page): measured. Orange: the vehicle file's model.{added} Below: measured less "
+        f"model{grey}.{turned}",
         panels,
         x_label="control code  [–]" if bench else "time in the run  [s]",
         resolution=detail,

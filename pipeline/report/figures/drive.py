@@ -206,6 +206,6 @@ def residual_figure(fit: DriveFit, points: list[LoadTestPoint]) -> Figure:
         "fig-drive-residuals",
         lead,
         plotting.draw("fig-drive-residuals", alt, paint, height_in=4.0),
-        "Measured less fitted torque against shaft speed (colour: code, dark is low), and the "
+        "Measured less fitted torque against shaft speed (colour: code, violet is low), and the "
         "standard deviation of the residuals at each code.",
     )

@@ -75,10 +75,11 @@ def channel_figure(
         figure_name(quantity),
         _lead(quantity, series),
         alt,
-        f"{TITLES[quantity]}. Dark: readings. Blue: predicted from the commands over windows, each "
-        "from a start that was estimated just before it. Orange: one free run from the start of "
-        "the log, as far as the axis reaches. Lower panels: reading less prediction; the grey band "
-        "is twice the sensor's noise where the vehicle file states it.",
+        f"{TITLES[quantity]}. Black (white on a dark page): readings. Blue: predicted from the "
+        "commands over windows, each from a start that was estimated just before it. Orange: one "
+        "free run from the start of the log, as far as the axis reaches. Lower panels: reading "
+        "less prediction; the grey band is twice the sensor's noise where the vehicle file states "
+        "it.",
         panels,
         x_label=TIME_LABEL,
         x_axis=Axis(ends=(0.0, duration_s)),
