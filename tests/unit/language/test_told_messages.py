@@ -107,6 +107,14 @@ def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str
         ("u to 0.039 m/s (0.94 times the noise)", "u: 0,039 м/с (отношение к шуму 0,94)"),
         ("0 of 2646 steps of the grid fall", "падает шагов сетки: 0 из 2646"),
         ("Why", "Причина"),
+        (
+            "Depth z is off most, 2.2 times the healthy floor.",
+            "Глубина z отклоняется больше всех, отношение к уровню исправного аппарата 2,2.",
+        ),
+        (
+            "what is ordinary was learned from 1 healthy run",
+            "обычное взято с исправного аппарата: 1 исправный прогон",
+        ),
     ],
 )
 def test_numbers_and_headings_of_pages(russian: Catalogue, text: str, said: str) -> None:
