@@ -71,6 +71,32 @@ def check_request(request: SimulationRequest) -> None:
         raise UsageError(f"--seed {request.seed}: a whole number from 0 is expected.")
     if request.manoeuvre is not None and request.manoeuvre not in MANOEUVRES:
         raise UsageError(_unknown_manoeuvre(request.manoeuvre))
+    if request.log is not None:
+        _check_replay(request, request.log)
+
+
+def _check_replay(request: SimulationRequest, log: Path) -> None:
+    """Refuse what the commands of a log leave no room for, and a log that would be lost."""
+    if _same_file(request.to, log):
+        raise UsageError(
+            f"--to {request.to}: this is the log of --run, and would be replaced. Name another "
+            "file."
+        )
+    for option, given in (
+        ("--duration", request.duration_s is not None),
+        ("--amplitude", request.amplitude != SimulationRequest.amplitude),
+        ("--allocator", request.allocator != SimulationRequest.allocator),
+    ):
+        if given:
+            raise UsageError(
+                f"{option} shapes a manoeuvre. The commands of a log are simulated as they were "
+                "given, from the first to the last: leave it out, or give --manoeuvre NAME."
+            )
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    """Tell whether two names, of which either may lead nowhere, are those of one file."""
+    return one.exists() and other.exists() and one.samefile(other)
 
 
 def _unknown_manoeuvre(name: str) -> str:

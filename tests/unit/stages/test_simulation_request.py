@@ -1,6 +1,7 @@
 """What a simulation is not asked for, and which option says so."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,3 +18,29 @@ def test_a_log_is_written_under_the_name_of_a_log(name: str) -> None:
 @pytest.mark.parametrize("name", ["x.mcap", "a/b.MCAP"])
 def test_either_case_will_do(name: str) -> None:
     check_request(SimulationRequest("rov8", Path(name), manoeuvre="hover"))
+
+
+@pytest.mark.parametrize("link", ["", "link_to", "symlink_to"])
+def test_the_log_that_is_simulated_is_not_written_over(tmp_path: Path, link: str) -> None:
+    """A replay of a log that was cut off would leave nothing of the rest."""
+    log = to = tmp_path / "run.mcap"
+    log.write_bytes(b"measured")
+    if link == "link_to":
+        to = tmp_path / "same.mcap"
+        to.hardlink_to(log)
+    elif link == "symlink_to":
+        to = tmp_path / "same.mcap"
+        to.symlink_to(log)
+    with pytest.raises(UsageError, match=r"--to .* is the log of --run"):
+        check_request(SimulationRequest("rov8", to, log=log))
+    check_request(SimulationRequest("rov8", tmp_path / "other.mcap", log=log))
+
+
+@pytest.mark.parametrize(
+    "shape", [{"duration_s": 5.0}, {"amplitude": 3.0}, {"allocator": "paper-mooring"}]
+)
+def test_what_shapes_a_manoeuvre_is_not_passed_over_with_a_log(shape: dict[str, Any]) -> None:
+    option = f"--{next(iter(shape)).removesuffix('_s')}"
+    with pytest.raises(UsageError, match=f"{option} shapes a manoeuvre"):
+        check_request(SimulationRequest("rov8", Path("x.mcap"), log=Path("run.mcap"), **shape))
+    check_request(SimulationRequest("rov8", Path("x.mcap"), manoeuvre="hover", **shape))
