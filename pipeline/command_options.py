@@ -1,5 +1,6 @@
 """Options that several commands have alike."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
@@ -23,6 +24,22 @@ def folder(option: str, default: str, meaning: str) -> Callable[[_F], _F]:
 RAW = folder("--raw", "raw", "Where a VEHICLE that is a name is looked for.  [default: raw]")
 OUT = folder("--out", "", "Folder that holds processed/.  [default: here]")
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+
+
+class NumberRange(click.FloatRange):
+    """A range that NaN lies outside of, which is neither below its least nor above its largest."""
+
+    def convert(
+        self,
+        value: Any,  # noqa: ANN401 - as click has it
+        param: click.Parameter | None,
+        ctx: click.Context | None,
+    ) -> float:
+        """Return the number, or refuse it as any other beyond the range."""
+        number: float = super().convert(value, param, ctx)
+        if math.isnan(number):
+            self.fail(f"{number} is not in the range {self._describe_range()}.", param, ctx)
+        return number
 
 
 class ValuesCommand(click.Command):

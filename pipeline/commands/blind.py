@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.command_options import AS_JSON, OUT, RAW
+from pipeline.command_options import AS_JSON, OUT, RAW, NumberRange
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--run-s",
-    type=click.FloatRange(20.0, 1800.0),
+    type=NumberRange(20.0, 1800.0),
     default=60.0,
     show_default=True,
     metavar="SECONDS",

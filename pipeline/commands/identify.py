@@ -6,7 +6,7 @@ from typing import Literal
 
 import click
 
-from pipeline.command_options import OUT, RAW, ValuesCommand
+from pipeline.command_options import OUT, RAW, NumberRange, ValuesCommand
 from pipeline.command_progress import telling
 from pipeline.language import translate
 
@@ -50,7 +50,7 @@ from pipeline.language import translate
 @click.option(
     "--window",
     "window_s",
-    type=click.FloatRange(1.0, 120.0),
+    type=NumberRange(1.0, 120.0),
     metavar="S",
     help="Length of the windows of the fit.  [default: 8, or 20 without velocity and position]",
 )

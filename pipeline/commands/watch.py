@@ -5,6 +5,7 @@ from pathlib import Path
 
 import click
 
+from pipeline.command_options import NumberRange
 from pipeline.language import translate
 
 
@@ -28,7 +29,7 @@ from pipeline.language import translate
 @click.option(
     "--every",
     "every_s",
-    type=click.FloatRange(0.05, 3600.0),
+    type=NumberRange(0.05, 3600.0),
     default=2.0,
     show_default=True,
     metavar="S",
@@ -37,7 +38,7 @@ from pipeline.language import translate
 @click.option(
     "--settle",
     "settle_s",
-    type=click.FloatRange(0.0, 3600.0),
+    type=NumberRange(0.0, 3600.0),
     default=3.0,
     show_default=True,
     metavar="S",

@@ -4,6 +4,7 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from pipeline.cli import cli
 from pipeline.command_options import ValuesCommand
 
 
@@ -59,3 +60,14 @@ def test_wrong_usage_is_told_as_click_tells_it(typed: str, said: str) -> None:
     result = CliRunner().invoke(command, typed.split())
     assert result.exit_code == 2
     assert said in result.output
+
+
+@pytest.mark.parametrize("typed", ["nan", "-NaN", "inf", "-1"])
+@pytest.mark.parametrize(
+    "words", ["watch --every", "watch --settle", "identify boat run --window", "blind --run-s"]
+)
+def test_a_number_of_a_command_lies_within_its_range(words: str, typed: str) -> None:
+    """NaN compares with neither end of a range, and went on into the computation."""
+    done = CliRunner().invoke(cli, [*words.split(), typed], prog_name="rig2sea")
+    assert done.exit_code == 2
+    assert f"'{words.rsplit(maxsplit=1)[-1]}': {float(typed)} is not in the range" in done.stderr
