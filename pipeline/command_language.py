@@ -8,7 +8,16 @@ from typing import IO, Any
 
 import click
 
-from pipeline.language import ENGLISH, LANGUAGES, VARIABLE, current, translate, use, wanted
+from pipeline.language import (
+    ENGLISH,
+    LANGUAGES,
+    VARIABLE,
+    as_it_is,
+    current,
+    translate,
+    use,
+    wanted,
+)
 
 __all__ = ["TranslatedGroup", "in_our_words", "language_option", "translate"]
 
@@ -74,7 +83,10 @@ class _WrongUsageError(click.UsageError):
     """A message of click, translated as a whole."""
 
     def __init__(self, error: click.UsageError) -> None:
-        super().__init__(error.format_message(), error.ctx)
+        # click lists choices on lines of their own, where each would be translated like a word
+        said, *choices = error.format_message().split("\n\t")
+        names = [as_it_is(choice.removesuffix(",")) for choice in choices]
+        super().__init__(f"{said} {', '.join(names)}" if names else said, error.ctx)
 
     def show(self, file: IO[Any] | None = None) -> None:
         english = io.StringIO()

@@ -6,7 +6,7 @@ from typing import Literal
 
 import click
 
-from pipeline.language import translate
+from pipeline.language import as_it_is, translate
 
 _CALCULATORS = ("balance", "propeller", "tether")
 
@@ -111,6 +111,6 @@ def _example(calculator: str, name: str) -> str:
         return "\n".join(names) + "\n"
     if name and name not in names:
         raise click.UsageError(
-            f'there is no example "{name}" of {calculator}; there are {", ".join(names)}.'
+            f'there is no example "{name}" of {as_it_is(calculator)}; there are {", ".join(names)}.'
         )
     return design_example(calculator, name or names[0]).read_text(encoding="utf-8")

@@ -159,8 +159,9 @@ class Catalogue:
             lambda: phrases.span(text, known),
             lambda: phrases.marked(text, known),
             lambda: phrases.bracketed(text, known),
-            lambda: self._fitting(text, depth, sure=sure, least=_MANY_LETTERS),
+            # before any template: "error: rov8" is no value of "{0} has no allocator: section"
             lambda: self._announced(text, depth, sure=sure),
+            lambda: self._fitting(text, depth, sure=sure, least=_MANY_LETTERS),
             lambda: self._fitting(text, depth, sure=sure, sentences=True, least=_VERY_MANY_LETTERS),
             lambda: phrases.items(text, known),
             lambda: phrases.named_numbers(text, known),

@@ -16,6 +16,7 @@ from pipeline.identify.smoothing import Method as Smoothing
 from pipeline.identify.straight_line import AXES, straight_line
 from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.identify.whole_vehicle import identify_vehicle
+from pipeline.language import as_it_is
 from pipeline.plan import UsageError
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.identification import (
@@ -83,7 +84,8 @@ def identify_runs(
     one = load_simulated(request.vehicle, request.raw, request.out)
     unknown = [name for name in request.without if name not in QUANTITIES]
     if unknown:
-        raise UsageError(f"--without {unknown[0]}: one of {', '.join(QUANTITIES)} is expected.")
+        known = ", ".join(as_it_is(quantity) for quantity in QUANTITIES)
+        raise UsageError(f"--without {unknown[0]}: one of {known} is expected.")
     fitted, judged = (
         [
             read_run(path, one, request.raw, request.without)

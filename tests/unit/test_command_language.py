@@ -88,3 +88,35 @@ def test_wrong_usage_is_told_of_in_russian() -> None:
     assert "Ошибка: " in done.output
     assert "Ошибка: Нет такой команды 'nonsense'." in call("--language", "ru", "nonsense").output
     assert call("--language", "de").exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("run --cores 0", "0 вне допустимого диапазона x>=1."),
+        ("run --cores x", "'x' — не целое число."),
+        ("simulate a --amplitude x", "'x' — не число."),
+        ("simulate a --allocator x", "возможно одно из 'general', 'paper', 'paper-mooring'."),
+        ("simulate a --to raw", "'raw' — папка, а не файл."),
+        ("export a --to raw/boat/vehicle.yaml", "'raw/boat/vehicle.yaml' — файл, а не папка."),
+        ("check a --vehicle none", "'none' не существует."),
+        ("simulate a --effec x", "Нет такого параметра '--effec'. (Возможно, имелось в виду: "),
+        # what is to be typed stays as it is: a tether is no word here
+        ("design", "Возможно одно из: balance, propeller, tether\n"),
+        ("design tether --example x", 'нет примера "x" для tether; есть'),
+        ("simulate rov8 --manoeuvre hover --to x.mcap --allocator paper", "ошибка: у rov8 нет"),
+    ],
+)
+@pytest.mark.usefixtures("here")
+def test_what_is_wrong_is_told_of_in_russian(words: str, told: str) -> None:
+    assert told in call(*words.split(), "--language", "ru").output
+
+
+@pytest.mark.usefixtures("here")
+def test_channels_to_be_typed_stay_as_they_are() -> None:
+    done = call("--language", "ru", "identify", "rov8", "a.mcap", "--without", "no")
+    assert done.exit_code == 2
+    assert (
+        "одно из angular_velocity, specific_force, attitude, velocity, depth, position."
+        in done.output
+    )
