@@ -4,6 +4,7 @@ Everything heavy is imported inside the command that needs it, so that ``--help`
 """
 
 import io
+import os
 import sys
 from collections.abc import Callable
 from importlib import import_module
@@ -256,8 +257,27 @@ for _name in sorted(module.name for module in iter_modules(commands.__path__)):
     cli.add_command(getattr(import_module(f"{commands.__name__}.{_name}"), _name))
 
 
+def _open_closed_streams() -> None:
+    """Let what is told into a closed stream go nowhere (``2>&-`` in a table of cron).
+
+    Python has None for such a stream; and the first file that a command opens would get its number,
+    with what other programs tell into it.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free: this one
+    nowhere = Path(os.devnull)
+    if sys.stdout is None:
+        sys.stdout = nowhere.open("w", encoding="utf-8")
+    if sys.stderr is None:
+        sys.stderr = nowhere.open("w", encoding="utf-8")
+
+
 def main() -> None:
     """Run the command line."""
+    _open_closed_streams()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # a sign that the terminal's locale lacks is written as its number, not refused

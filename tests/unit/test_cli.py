@@ -272,3 +272,16 @@ def test_ctrl_c_says_what_the_next_start_does(
     result = call(command, "boat", *more)
     assert result.exit_code == 1
     assert result.stderr == said
+
+
+@pytest.mark.parametrize(
+    ("closed", "file", "code"),
+    [("2>&-", "good.csv", 0), ("<&- >&- 2>&-", "good.csv", 0), ("2>&-", "none.csv", 2)],
+)
+def test_a_closed_stream_changes_no_exit_code(
+    here: Path, repository: Path, closed: str, file: str, code: int
+) -> None:
+    """Without standard error ``check`` ended with 1 whatever the file."""
+    command = f"{sys.executable} -m pipeline check {here}/raw/boat/mooring/{file} {closed}"
+    done = subprocess.run(["/bin/sh", "-c", command], cwd=repository, check=False)
+    assert done.returncode == code
