@@ -68,6 +68,9 @@ class Watcher:
             return self._once([f"Waiting for it: {error}"])
         self._faults |= bool(problems)
         lines = self._once(f"error: {problem}" for problem in problems)
+        if not vehicles and not problems:
+            # the folder may be misspelt: nothing would ever come, without a word
+            lines += self._once([f"Waiting: {self.request.raw} holds no vehicle yet."])
         seen = {one.name: self._files(one) for one in vehicles}
         self._remember(path for files in seen.values() for path in files)
         due, waiting = [], {}

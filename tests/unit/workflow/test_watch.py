@@ -191,6 +191,8 @@ def test_link_that_leads_round_stops_nothing(scene: Scene) -> None:
 def test_vehicle_may_appear_later(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
     watcher = scene.watcher()
+    # a folder that is misspelt would be watched for ever without a word
+    assert watcher.look() == [f"Waiting: {tmp_path / 'raw'} holds no vehicle yet."]
     assert settle(scene, watcher) == []
     (tmp_path / "raw/late").mkdir(parents=True)
     (tmp_path / "raw/late/vehicle.yaml").write_text("name: late\n")
