@@ -4,6 +4,7 @@ The same run gives the same bytes: every time in the file comes from the run, no
 """
 
 import os
+import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
@@ -34,6 +35,15 @@ DEFAULT_START_TIME_NS = 1_700_000_000_000_000_000
 SIMULATED_PREFIX = "/sim"
 #: Version of the layout that docs/formats_log.md describes.
 LAYOUT_VERSION = "1"
+PROFILE = "ros2"
+#: Name of the program without its version: bytes change only with the content.
+LIBRARY = "rig2sea"
+#: How a log of this program begins: magic, opcode and length of the header, and its two texts.
+_OWN_HEAD = (
+    struct.pack("<8sBQ", b"\x89MCAP0\r\n", 1, 8 + len(PROFILE) + len(LIBRARY))
+    + struct.pack(f"<I{len(PROFILE)}s", len(PROFILE), PROFILE.encode())
+    + struct.pack(f"<I{len(LIBRARY)}s", len(LIBRARY), LIBRARY.encode())
+)
 #: Messages that are serialised at a time: bounds the memory.
 _BLOCK = 20_000
 
@@ -111,6 +121,18 @@ def write_run_log(
     write_whole(path, write, f"the log of {vehicle_name}")
 
 
+def is_of_others(path: Path) -> bool:
+    """Tell whether a file is there that is no log of this program, by its first bytes.
+
+    A file that is empty or cannot be opened is not lost when a log is written in its place.
+    """
+    try:
+        with path.open("rb") as stream:
+            return stream.read(len(_OWN_HEAD)) not in (b"", _OWN_HEAD)
+    except OSError:
+        return False
+
+
 def write_whole(path: Path, write: Callable[[IO[bytes]], None], what: str) -> None:
     """Write a file that is there complete or not at all.
 
@@ -155,8 +177,7 @@ def _write(
     from mcap.writer import CompressionType, Writer
 
     writer = Writer(stream, compression=CompressionType.ZSTD, enable_data_crcs=True)
-    # the name of the program without its version: bytes change only with the content
-    writer.start(profile="ros2", library="rig2sea")
+    writer.start(PROFILE, LIBRARY)
     for name, entries in records.items():
         writer.add_metadata(name, entries)
     channels = register_topics(writer, topics)

@@ -11,6 +11,8 @@ from typing import IO, TYPE_CHECKING
 
 from pipeline.export.log_topics import Topic, Water, topics_of_log, topics_of_truth
 from pipeline.export.mcap_log import (
+    LIBRARY,
+    PROFILE,
     SIMULATED_PREFIX,
     messages_in_order,
     register_topics,
@@ -99,7 +101,7 @@ def _write(
     from mcap.writer import CompressionType, Writer
 
     writer = Writer(stream, compression=CompressionType.ZSTD, enable_data_crcs=True)
-    writer.start(profile="ros2", library="rig2sea")
+    writer.start(PROFILE, LIBRARY)
     ours = register_topics(writer, topics)
     simulated = messages_in_order(topics, start_time_ns)
     waiting = next(simulated, None)

@@ -5,6 +5,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.export.mcap_log import is_of_others
 from pipeline.plan import UsageError
 from pipeline.simulate.events import Action, PayloadEvent
 from pipeline.simulate.fly import CONTROL_PERIOD_S
@@ -40,7 +41,7 @@ class SimulationRequest:
 
 
 def check_request(request: SimulationRequest) -> None:
-    """Refuse numbers that mean nothing, a manoeuvre that does not exist, a file that is no log.
+    """Refuse numbers and names that mean nothing, and a file that is no log or would be lost.
 
     Raises
     ------
@@ -73,6 +74,11 @@ def check_request(request: SimulationRequest) -> None:
         raise UsageError(_unknown_manoeuvre(request.manoeuvre))
     if request.log is not None:
         _check_replay(request, request.log)
+    if is_of_others(request.to):
+        raise UsageError(
+            f"--to {request.to}: this file is there, was not written by rig2sea and would be "
+            "replaced: a measured log? Name another file, or delete that one."
+        )
 
 
 def _check_replay(request: SimulationRequest, log: Path) -> None:

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap.writer import Writer
 
 from pipeline.plan import UsageError
 from pipeline.stages.simulation_request import SimulationRequest, check_request
@@ -44,3 +45,18 @@ def test_what_shapes_a_manoeuvre_is_not_passed_over_with_a_log(shape: dict[str, 
     with pytest.raises(UsageError, match=f"{option} shapes a manoeuvre"):
         check_request(SimulationRequest("rov8", Path("x.mcap"), log=Path("run.mcap"), **shape))
     check_request(SimulationRequest("rov8", Path("x.mcap"), manoeuvre="hover", **shape))
+
+
+def test_a_log_of_another_program_is_not_written_over(tmp_path: Path) -> None:
+    with (tmp_path / "measured.mcap").open("wb") as stream:
+        Writer(stream).start(profile="ros2", library="rosbag2")
+    (tmp_path / "empty.mcap").touch()
+    with pytest.raises(UsageError, match=r"--to .*measured\.mcap: this file .* not written by"):
+        check_request(SimulationRequest("rov8", tmp_path / "measured.mcap", manoeuvre="hover"))
+    for name in ("empty.mcap", "new.mcap"):
+        check_request(SimulationRequest("rov8", tmp_path / name, manoeuvre="hover"))
+
+
+def test_a_simulated_log_may_be_written_anew(repository: Path) -> None:
+    bundled = repository / "raw/mmt300/pool/2024-05-15-straight.mcap"  # simulated as well
+    check_request(SimulationRequest("rov8", bundled, manoeuvre="hover"))
