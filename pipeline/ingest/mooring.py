@@ -92,6 +92,11 @@ VOCABULARY: Vocabulary = {
 }  # fmt: skip
 _UP = ("up", "rising", "increasing", "ascending", "вверх", "рост", "возрастание", "увеличение")
 _DOWN = ("down", "falling", "decreasing", "descending", "вниз", "спад", "убывание", "уменьшение")
+#: What is done to a rig, and says nothing of the order of codes.
+_OF_THE_RIG = re.compile(
+    r"\b(set|warm\w*|power\w*|start\w*|back|close|mock|wake) up\b"
+    r"|\b(cool\w*|power\w*|shut|break|tear|strip|wind) down\b"
+)
 _REVERSE = ("reverse", "astern", "backward", "backwards", "назад", "реверс", "задний", "обратный")
 _FORWARD = ("forward", "ahead", "вперед", "передний", "прямой")
 _LOOKED_FOR = "table of thrust against code or pulse width (PWM)"
@@ -224,9 +229,13 @@ def _scaled(readings: tuple[Reading, ...], factor: float) -> tuple[Reading, ...]
 
 
 def _told(texts: Sequence[str], words: Sequence[str], opposite: Sequence[str]) -> bool:
-    """Tell whether the first text that has a word of either list has one of `words` alone."""
+    """Tell whether the first text that has a word of either list has one of `words` alone.
+
+    >>> _told(["Power up"], _UP, _DOWN), _told(["Set-up 2, codes up"], _UP, _DOWN)
+    (False, True)
+    """
     for text in texts:
-        found = set(plain(text).split())
+        found = set(_OF_THE_RIG.sub(" ", plain(text)).split())
         here, there = found & {plain(w) for w in words}, found & {plain(w) for w in opposite}
         if here or there:
             return bool(here) and not there

@@ -42,9 +42,11 @@ def write_assets(folder: Path) -> None:
                 beside.unlink()
             raise InputError.at(
                 Place(str(target)),
-                f"the scripts of the pages cannot be written: {error.strerror}",
-                expected="a folder with write permission and free space",
-                remedy=writing_remedy(error, "Free the folder or choose another one with --out."),
+                f"the scripts of the pages cannot be written: {error.strerror}.",
+                expected="a folder with write permission and free space.",
+                remedy=writing_remedy(
+                    error, "Free the folder, or choose another one with --out or --to."
+                ),
             ) from None
 
 

@@ -77,9 +77,11 @@ def write_page(text: str, path: Path) -> None:
             beside.unlink()
         raise InputError.at(
             Place(str(path)),
-            f"the report cannot be written: {error.strerror}",
-            expected="a folder with write permission and free space",
-            remedy=writing_remedy(error, "Free the folder or choose another one with --out."),
+            f"the report cannot be written: {error.strerror}.",
+            expected="a folder with write permission and free space.",
+            remedy=writing_remedy(
+                error, "Free the folder, or choose another one with --out or --to."
+            ),
         ) from None
 
 
