@@ -94,11 +94,13 @@ def check_paths(
     Raises
     ------
     UsageError
-        When a path does not exist.
+        When a path does not exist, or is empty.
     """
     findings = Findings()
     reader = _Reader(findings, vehicle_file, tell)
     for text in paths:
+        if not text:  # Path("") is the current folder
+            raise UsageError('a path is "", and names nothing: is a variable of the shell not set?')
         path = Path(text)
         if not path.exists() and (raw / text).exists():
             path = raw / text

@@ -176,3 +176,10 @@ def test_folder_that_a_run_refuses_is_told(boat: Path) -> None:
         f"{raw}/yacht: has pool but no vehicle",
     ]
     assert texts(check(raw / "my boat"), "error") == of_all[:1]
+
+
+@pytest.mark.parametrize(("path", "said"), [("", "names nothing"), ("nowhere", "does not exist")])
+def test_a_path_that_leads_nowhere_is_wrong_usage(tmp_path: Path, path: str, said: str) -> None:
+    """An empty one is not the current folder, which the variable of a script seldom means."""
+    with pytest.raises(UsageError, match=said):
+        check_paths([path], raw=tmp_path)
