@@ -7,6 +7,8 @@ from pipeline.report.numbers import fixed, general, plural
 
 #: Whitened residuals of a right noise model lie in here.
 VARIANCE, LAG1 = (0.8, 1.2), 0.1
+#: What the table shows as widened, with two places.
+_WIDENED = 1.005
 #: Outside force over that of a healthy vehicle up to which nothing is said of it.
 _ORDINARY = 1.0
 _STAGES = {
@@ -91,19 +93,8 @@ def white(check: ChannelNoiseCheck) -> bool:
 def _noise(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> list[Block]:
     if not noise:
         return [Paragraph("The noise of the readings was not checked.", tone="warning")]
-    coloured = [name.replace("_", " ") for name, check in noise.items() if not white(check)]
-    said = (
-        "The readings scatter about the best model as the noise model says, so they count in full."
-        if not coloured
-        else f"The noise model does not fit {listed(coloured)}: the table says how. Nothing was "
-        "widened for it: a mooring table has few readings, and smooth errors of both tables are "
-        "counted as such."
-        if bench
-        else f"The noise model does not fit {listed(coloured)}: the table says how, and how much "
-        "wider the noise was taken before the evidence was counted."
-    )
     return [
-        Paragraph(said),
+        Paragraph(_noise_said(noise, bench=bench)),
         Table(
             "Check of the noise: whitened residuals of the best model",
             ("Channel", "Variance", "Correlation of neighbours", "Noise widened by"),
@@ -121,6 +112,30 @@ def _noise(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> list[Block]:
             f"±{LAG1:g}; what is not is marked.",
         ),
     ]
+
+
+def _noise_said(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> str:
+    odd = [name.replace("_", " ") for name, check in noise.items() if not white(check)]
+    if not odd:
+        return (
+            "The readings scatter about the best model as the noise model says, so they count in "
+            "full."
+        )
+    if bench:
+        return (
+            f"The noise model does not fit {listed(odd)}: the table says how. Nothing was "
+            "widened for it: a mooring table has few readings, and smooth errors of both tables "
+            "are counted as such."
+        )
+    if max(check.widened_by for check in noise.values()) < _WIDENED:
+        return (
+            f"The noise model does not fit {listed(odd)}: the table says how. Nothing was widened "
+            "for it: readings that scatter less than stated, or turn about, count as they are."
+        )
+    return (
+        f"The noise model does not fit {listed(odd)}: the table says how, and how much "
+        "wider the noise was taken before the evidence was counted."
+    )
 
 
 def _leftover(record: DiagnosisRecord) -> list[Block]:

@@ -9,7 +9,14 @@ import pytest
 
 from pipeline.effects.effect import AXES
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
-from pipeline.records.diagnosis import VELOCITIES, Detail, DiagnosisRecord, Series, Verdict
+from pipeline.records.diagnosis import (
+    VELOCITIES,
+    ChannelNoiseCheck,
+    Detail,
+    DiagnosisRecord,
+    Series,
+    Verdict,
+)
 from pipeline.report import assets
 from pipeline.report.diagnosis_page import (
     diagnosis_line,
@@ -259,6 +266,21 @@ def test_what_an_unknown_cause_leaves_of_a_mooring_table_is_no_force_to_fly_for(
     assert "What is left: largest at code 90: 9\N{NO-BREAK SPACE}N." in text
     assert "in the next run" not in text
     assert "wider the noise was taken" not in text
+
+
+@pytest.mark.usefixtures("undrawn")
+@pytest.mark.parametrize(
+    ("widened_by", "said"),
+    [(1.0, "Nothing was widened for it: readings that scatter less"), (1.2, "how much wider")],
+)
+def test_noise_that_is_odd_is_said_to_be_widened_only_where_it_was(
+    record: DiagnosisRecord, widened_by: float, said: str
+) -> None:
+    check = ChannelNoiseCheck(variance=0.9, lag1=-0.2, widened_by=widened_by)
+    evidence = record.evidence.model_copy(update={"noise": {"depth": check}})
+    text = diagnosis_page(record.model_copy(update={"evidence": evidence}))
+    assert "The noise model does not fit depth" in text
+    assert said in text
 
 
 @pytest.mark.usefixtures("undrawn")
