@@ -104,9 +104,11 @@ def _grouped(problems: Iterable[Problem]) -> dict[tuple[str, str, str, str], lis
 
 
 def _places(places: list[str], shown: int) -> str:
+    if len(places) == 1:
+        return places[0]
     if len(places) <= shown:
-        return "; ".join(places)
-    return f"{'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"
+        return f"each of {'; '.join(places)}"
+    return f"each of {'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"
 
 
 def all_places(problems: Iterable[Problem]) -> list[Block]:

@@ -172,6 +172,7 @@ def test_problems_are_shown_by_severity_with_place_and_remedy(page: str) -> None
     problems = table(page, "Problems in the raw files")
     assert problems.index("broken.xlsx") < problems.index("row 14, column C")
     assert "Fix the cell." in problems
+    assert "each of " in problems, "what is counted is that of one place"
     assert "and 3 more, listed below" in problems
     # all seven places of the grouped warning are on the page
     assert page.count("row 9") >= 7
