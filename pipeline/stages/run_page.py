@@ -10,6 +10,7 @@ from pipeline.report.links import address_from
 from pipeline.report.run_page import run_line, write_run_page
 from pipeline.report.run_results import RunResults
 from pipeline.stages.job import Job, write_record
+from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.run_table_file import read_tables
 
 
@@ -65,7 +66,7 @@ def _results(
             for file in sorted({**made, **own})
             if file.endswith(ending.format(name))
         ),
-        provenance=_provenance(stored, trial),
+        provenance=page_provenance((stored, trial)),
     )
 
 
@@ -99,14 +100,3 @@ def _crumbs(job: Job, page: Path, day: str) -> tuple[tuple[str, str], ...]:
     if day:
         files.append((f"Trial day {day}", f"reports/{job.vehicle_name}/trials/{day}.html"))
     return tuple((label, address_from(page, file)) for label, file in files)
-
-
-def _provenance(*envelopes: Envelope[StoredRun] | Envelope[RunTrial]) -> dict[str, str]:
-    raw = {
-        name: f"sha256 {digest}"
-        for envelope in envelopes
-        for name, digest in envelope.inputs.items()
-        if name.startswith("raw/")
-    }
-    code = {f"code of {envelope.kind}": envelope.code for envelope in envelopes}
-    return {"rig2sea": envelopes[0].version, **dict(sorted(raw.items())), **code}

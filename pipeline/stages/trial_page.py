@@ -9,6 +9,7 @@ from pipeline.report.numbers import plural
 from pipeline.report.run_page import status_text
 from pipeline.report.trial_page import day_counts, write_day_page
 from pipeline.stages.job import Job, write_record
+from pipeline.stages.page_provenance import page_provenance
 
 
 def run(job: Job) -> str:
@@ -33,9 +34,8 @@ def run(job: Job) -> str:
             tables=None if now is None else now.record,
             tables_before=None if before is None else before.record,
             provenance={
-                **({"rig2sea": now.version} if now is not None else {}),
-                "code of trial page": job.code,
-                **{f"code of {one.kind}": one.code for name, one in days if name == day},
+                **page_provenance((one for name, one in days if name == day), results=True),
+                "code of trial_page": job.code,
             },
         )
         crumbs = (

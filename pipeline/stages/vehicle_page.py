@@ -24,6 +24,7 @@ from pipeline.report.sections.trials import has_trend
 from pipeline.report.site import index_entry
 from pipeline.report.vehicle_page import VehicleResults, write_vehicle_page
 from pipeline.stages.job import Job, write_record
+from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
 from pipeline.vehicle.load import vehicle_notes
 
@@ -83,7 +84,7 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
         vehicle=vehicle,
         notes=notes,
         missing={s: e.why_not for s, e in everything.items() if e.why_not is not None},
-        provenance=_provenance(everything),
+        provenance=page_provenance(everything.values()),
         firmware_files=tuple(
             Path(os.path.relpath(file, page.parent)).as_posix() for file in sorted(files)
         ),
@@ -126,16 +127,3 @@ def _for_index(results: VehicleResults, page: Path) -> tuple[DayLine, ...]:
         )
         for day in reversed(results.trials)
     )
-
-
-def _provenance(envelopes: dict[str, Envelope[Any]]) -> dict[str, str]:
-    """List the digest of every raw file, and of the code of every stage."""
-    first = next(iter(envelopes.values()))
-    raw = {
-        name: f"sha256 {digest}"
-        for envelope in envelopes.values()
-        for name, digest in envelope.inputs.items()
-        if name.startswith("raw/")
-    }
-    code = {f"code of {stage}": envelope.code for stage, envelope in envelopes.items()}
-    return {"rig2sea": first.version, **dict(sorted(raw.items())), **code}

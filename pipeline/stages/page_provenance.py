@@ -1,0 +1,33 @@
+"""What a page was made from: the lines of its table of provenance."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from pipeline.provenance import Envelope
+
+
+def page_provenance(envelopes: Iterable[Envelope[Any]], *, results: bool = False) -> dict[str, str]:
+    """List the version, the digest of every raw file, and of the code of every stage.
+
+    Parameters
+    ----------
+    envelopes : iterable of Envelope
+        The results that the page shows; without any there is nothing to list.
+    results : bool
+        List the results that they were made from as well, where these read the raw files.
+
+    Returns
+    -------
+    dict of str
+        What it is, and its digest or version.
+    """
+    shown = tuple(envelopes)
+    files = {
+        name: f"sha256 {digest}"
+        for envelope in shown
+        for name, digest in envelope.inputs.items()
+        if results or name.startswith("raw/")
+    }
+    code = {f"code of {envelope.kind}": envelope.code for envelope in shown}
+    version = {"rig2sea": envelope.version for envelope in shown[:1]}
+    return {**version, **dict(sorted(files.items())), **code}
