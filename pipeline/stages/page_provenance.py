@@ -29,5 +29,5 @@ def page_provenance(envelopes: Iterable[Envelope[Any]], *, results: bool = False
         if results or name.startswith("raw/")
     }
     code = {f"code of {envelope.kind}": envelope.code for envelope in shown}
-    version = {"rig2sea": envelope.version for envelope in shown[:1]}
+    version = {"rig2sea": shown[0].version} if shown else {}
     return {**version, **dict(sorted(files.items())), **code}

@@ -1,9 +1,10 @@
 """A page says from what raw files, results and code it was made."""
 
 from pipeline.provenance import Envelope
+from pipeline.records.trial import TrialDay
 from pipeline.stages.page_provenance import page_provenance
 
-DAY: Envelope[None] = Envelope(
+DAY: Envelope[TrialDay] = Envelope(
     "trial_day",
     "boat",
     {"raw/boat/vehicle.yaml": "1f", "processed/boat/pool/run.json": "2a"},
