@@ -1,13 +1,21 @@
-"""When a log begins and whether its writer closed it, from a few bytes: no message is read."""
+"""When a log begins, on which day, and whether it was closed: from a few bytes, no message."""
 
-from datetime import UTC, datetime
+import contextlib
+import re
+from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 
 from pipeline.ingest.mcap_records import CHUNK, MAGIC, MESSAGE, RECORD_HEAD
 
 #: Records that may stand before the first message: schemas, channels, metadata, attachments.
 _MOST_RECORDS = 100_000
-_DAY_NS = 86_400 * 1_000_000_000
+_SECOND_NS = 1_000_000_000
+#: Year, month, day in a file's name: 2026-05-04, 2026_05_04, 2026.05.04, 20260504.
+_DATE = re.compile(r"(?<!\d)(\d{4})[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
+#: A log of an earlier year has the time of a clock that nobody set.
+_CLOCK_SET = 2000
+#: Time zones that are in use.
+_FARTHEST_WEST, _FARTHEST_EAST = timedelta(hours=-12), timedelta(hours=14)
 
 
 def log_start_ns(path: Path) -> int | None:
@@ -59,12 +67,32 @@ def is_closed(path: Path) -> bool:
         return False
 
 
-def day_of(start_ns: int | None) -> str:
-    """Return the UTC day of a time, ``undated`` where there is none.
+def day_of(path: Path) -> str:
+    """Return the trial day of a log: what its name says if its time agrees, otherwise the UTC day.
 
-    >>> day_of(1_700_000_000_000_000_000), day_of(None)
+    Times in a log are UTC, and a working day far east or west of Greenwich lies on two days of it.
+    Who names a log, or the recorder that does, writes the local date: it counts where some time
+    zone has that date when the log begins, or where the recorder's clock was not set. ``undated``
+    without a time.
+    """
+    return _day(log_start_ns(path), path.stem)
+
+
+def _day(start_ns: int | None, name: str) -> str:
+    """Return the day of a log that begins then.
+
+    >>> _day(1_700_000_000_000_000_000, "run-1"), _day(None, "2023-11-15")
     ('2023-11-14', 'undated')
+    >>> _day(1_700_000_000_000_000_000, "rosbag2_2023_11_15-08_13_20")
+    '2023-11-15'
     """
     if start_ns is None:
         return "undated"
-    return datetime.fromtimestamp(start_ns // _DAY_NS * 86_400, UTC).date().isoformat()
+    start = datetime.fromtimestamp(start_ns // _SECOND_NS, UTC)
+    local = {(start + offset).date() for offset in (_FARTHEST_WEST, timedelta(0), _FARTHEST_EAST)}
+    for found in _DATE.finditer(name):
+        with contextlib.suppress(ValueError):  # of digits that are no date
+            named = date(*(int(part) for part in found.groups()))
+            if named in local or start.year < _CLOCK_SET:
+                return named.isoformat()
+    return start.date().isoformat()

@@ -1,6 +1,6 @@
 """One pool-run log -> its record, and its channels on one time base as a file of arrays."""
 
-from pipeline.ingest.mcap_start import day_of, log_start_ns
+from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.provenance import file_digest
 from pipeline.records.trial import StoredRun
@@ -29,7 +29,7 @@ def run(job: Job) -> str:
             {
                 **{name: getattr(summary, name) for name in type(summary).model_fields},
                 "run": job.output.stem,
-                "day": day_of(log_start_ns(log)),
+                "day": day_of(log),
                 "table_rate_hz": rate,
                 "quantities": tuple(sorted(table.values)),
                 "notes_of_table": table.notes,

@@ -11,7 +11,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from pipeline.ingest.mcap_start import day_of, log_start_ns
+from pipeline.ingest.mcap_start import day_of
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest
 from pipeline.workflow.known_files import Head, KnownFiles
@@ -167,7 +167,7 @@ def plan_pool(
     found = pool_logs(vehicle, out, waiting)
     logs = {log.run: log for log in found}
     digests = {run: [known.digest(out / path) for path in log.inputs] for run, log in logs.items()}
-    days = by_day({run: day_of(log_start_ns(out / log.path)) for run, log in logs.items()})
+    days = by_day({run: day_of(out / log.path) for run, log in logs.items()})
     plan = PoolPlan(
         vehicle.name, logs, days, {}, {run: "-".join(own)[:160] for run, own in digests.items()}
     )

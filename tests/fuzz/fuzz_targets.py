@@ -74,7 +74,8 @@ class Target:
 
 
 def _log(path: Path) -> object:
-    day_of(log_start_ns(path))
+    log_start_ns(path)
+    day_of(path)
     is_closed(path)
     return summarize(read_pool_run(path, _ROV, path.parent))
 

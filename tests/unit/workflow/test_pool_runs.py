@@ -79,5 +79,33 @@ def test_day_is_that_of_utc(tmp_path: Path) -> None:
     midnight = 1_777_075_200_000_000_000
     for start, day in ((midnight - 1, "2026-04-24"), (midnight, "2026-04-25")):
         write_log(tmp_path / "a.mcap", start, closed=start == midnight)
-        assert day_of(log_start_ns(tmp_path / "a.mcap")) == day
+        assert day_of(tmp_path / "a.mcap") == day
         assert is_closed(tmp_path / "a.mcap") == (start == midnight)
+
+
+@pytest.mark.parametrize(
+    ("name", "day"),
+    [
+        ("rosbag2_2026_04_25-08_00_01", "2026-04-25"),  # Vladivostok, UTC+10
+        ("20260425 pitch", "2026-04-25"),
+        ("2026-04-24", "2026-04-24"),
+        ("2026-04-23", "2026-04-24"),  # no time zone has that date any more
+        ("2026-04-26", "2026-04-24"),
+        ("2026-13-40", "2026-04-24"),
+        ("trial 3 of 20260425123", "2026-04-24"),  # a number that is no date
+    ],
+)
+def test_the_local_date_in_the_name_is_the_day_where_the_time_agrees(
+    tmp_path: Path, name: str, day: str
+) -> None:
+    """A working day of UTC+10 from 8 to 18 h begins on the day before in UTC."""
+    at_22_utc = 1_777_075_200_000_000_000 - 2 * 3600 * 10**9
+    write_log(tmp_path / f"{name}.mcap", at_22_utc)
+    assert day_of(tmp_path / f"{name}.mcap") == day
+
+
+def test_the_date_in_the_name_is_the_day_where_the_clock_was_not_set(tmp_path: Path) -> None:
+    write_log(tmp_path / "2026-04-25 run.mcap", 40 * 10**9)
+    write_log(tmp_path / "run.mcap", 40 * 10**9)
+    assert day_of(tmp_path / "2026-04-25 run.mcap") == "2026-04-25"
+    assert day_of(tmp_path / "run.mcap") == "1970-01-01"
