@@ -11,6 +11,8 @@ from pipeline.types import ArrayLike, FloatArray
 SMALLEST_RISE_N = 1e-6
 #: A measured curve with fewer codes beyond the dead zone is not worth smoothing.
 FEWEST_CODES = 5
+#: Thrust of this share of the largest is beyond the dead zone, whatever the noise of its edge.
+_LIVE_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ def curve_from_measurements(code: FloatArray, thrust_n: FloatArray) -> ThrustCur
     Raises
     ------
     CannotComputeError
-        With fewer than five codes that give thrust.
+        With fewer than five codes that give thrust, or where one beyond them gives none.
     """
     from scipy.interpolate import make_smoothing_spline
     from scipy.optimize import isotonic_regression
@@ -111,6 +113,15 @@ def curve_from_measurements(code: FloatArray, thrust_n: FloatArray) -> ThrustCur
     codes, index = np.unique(code, return_inverse=True)
     mean = np.bincount(index, weights=thrust_n) / np.bincount(index)
     dead = np.flatnonzero(mean <= 0)
+    live_before = np.maximum.accumulate(mean) > _LIVE_SHARE * mean.max()
+    lost = dead[live_before[dead]]
+    if lost.size:
+        # taken for the end of the dead zone it would take all codes below it along
+        reached = mean[: lost[0]].max()
+        raise CannotComputeError(
+            f"code {codes[lost[0]]:g} gives no thrust, although a smaller one gives "
+            f"{reached:.3g} N: was the force lost there? Mark those rows to leave them out"
+        )
     first = int(dead[-1]) + 1 if dead.size else 0
     live = codes[first:]
     if live.size < FEWEST_CODES:

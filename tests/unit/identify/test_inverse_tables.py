@@ -266,3 +266,14 @@ def test_measured_curve_takes_noise_out() -> None:
     assert (np.diff(curve.thrust_n) > 0).all()
     inner = np.arange(60.0, 390.0)
     assert np.abs(curve.thrust(inner) - 50 * ((inner - 30) / 370) ** 1.5).max() < 0.3
+
+
+def test_a_force_that_was_lost_is_no_dead_zone() -> None:
+    """The zero at code 100 is no end of the dead zone, which would take 24 codes along."""
+    code = np.arange(0.0, 128.0, 4.0)
+    thrust = np.maximum(code - 10.0, 0.0) / 3.0
+    thrust[code == 8.0] = -0.2  # noise
+    curve_from_measurements(code, thrust)
+    thrust[code == 100.0] = 0.0
+    with pytest.raises(CannotComputeError, match=r"code 100 gives no .* smaller one gives 28\.7 N"):
+        curve_from_measurements(code, thrust)
