@@ -1,12 +1,12 @@
 """Read raw files as the workflow would, all of one kind in a folder together."""
 
-from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 
-from pipeline.check.findings import FileFinding, Findings, Quantity, VehicleFinding
+from pipeline.check.bench_files import READERS, RawFile, kind_by_content, read_together
+from pipeline.check.findings import FileFinding, Findings, VehicleFinding
 from pipeline.check.pool_runs import (
     files_of_runs,
     is_log,
@@ -16,10 +16,7 @@ from pipeline.check.pool_runs import (
     strays,
 )
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
-from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.ingest.open_water import read_open_water
 from pipeline.passed_over import passed_over
 from pipeline.plan import (
     POOL,
@@ -32,21 +29,10 @@ from pipeline.plan import (
     printable,
     vehicle_at,
 )
-from pipeline.records.measurements import (
-    LoadTestRecord,
-    MooringRecord,
-    OpenWaterRecord,
-)
 from pipeline.vehicle.frames import frame_shown
 from pipeline.vehicle.load import load_vehicle, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 
-RawRecord = LoadTestRecord | MooringRecord | OpenWaterRecord
-READERS: dict[str, Callable[[Sequence[Path], Vehicle, Path], RawRecord]] = {
-    "load_test": read_load_tests,
-    "mooring": read_mooring_tables,
-    "open_water": read_open_water,
-}
 _KINDS = (*RAW_KINDS, POOL)
 #: What a file is read by when no vehicle file is near; every number of it is shown as assumed.
 _STAND_IN = {
@@ -125,7 +111,7 @@ class _Reader:
         self._vehicle_file = vehicle_file
         self._tell = tell
         self._vehicles: dict[Path | None, Vehicle | None] = {}
-        self._files: dict[Path, _RawFile] = {}
+        self._files: dict[Path, RawFile] = {}
         self._runs: dict[Path, tuple[Path, Vehicle]] = {}
         self._unread: set[Path] = set()
 
@@ -207,7 +193,7 @@ class _Reader:
         """Read the raw files that were set aside."""
         found: dict[Path, FileFinding] = {}
         for group in self._groups():
-            read, of_folder = _read_together(group)
+            read, of_folder = read_together(group)
             found |= dict(zip((file.path for file in group), read, strict=True))
             if self._is_whole(group[0].path.parent):
                 self._findings.problems += of_folder
@@ -217,13 +203,13 @@ class _Reader:
             by = "folder" if path.absolute().parent.name == POOL else "suffix"
             self._findings.runs.append(read_run(path, vehicle, by))
 
-    def _groups(self) -> list[list["_RawFile"]]:
+    def _groups(self) -> list[list[RawFile]]:
         """Return the files by folder, kind and vehicle; a kind told by content is told first."""
-        groups: dict[tuple[Path, str, int], list[_RawFile]] = {}
+        groups: dict[tuple[Path, str, int], list[RawFile]] = {}
         for file in self._files.values():
             folder = file.path.absolute().parent
             self._tell(str(file.path))
-            one = file if file.kind else replace(file, kind=_kind_by_content(file))
+            one = file if file.kind else replace(file, kind=kind_by_content(file))
             groups.setdefault((folder, one.kind, id(one.vehicle)), []).append(one)
         return list(groups.values())
 
@@ -279,83 +265,8 @@ class _Reader:
             return
         folder = path.absolute().parent.name
         kind, kind_from = (folder, "folder") if folder in READERS else ("", "content")
-        self._files[path.absolute()] = _RawFile(path, kind, kind_from, vehicle)
+        self._files[path.absolute()] = RawFile(path, kind, kind_from, vehicle)
 
     @cached_property
     def _stand_in(self) -> Vehicle:
         return Vehicle.model_validate(_STAND_IN)
-
-
-@dataclass(frozen=True)
-class _RawFile:
-    """A raw file to read; `kind` is empty until its content has told it."""
-
-    path: Path
-    kind: str
-    kind_from: str
-    vehicle: Vehicle
-
-
-def _kind_by_content(file: _RawFile) -> str:
-    """Return the kind whose reader understands most of a file."""
-    return max(
-        READERS, key=lambda kind: _how_well(_read_together([replace(file, kind=kind)])[0][0])
-    )
-
-
-def _how_well(finding: FileFinding) -> tuple[bool, int, int]:
-    """Rank readings of one file by different readers."""
-    errors = sum(problem.severity == "error" for problem in finding.problems)
-    return (errors == 0, finding.points - sum(finding.marks.values()), finding.points)
-
-
-def _read_together(files: Sequence[_RawFile]) -> tuple[list[FileFinding], list[Problem]]:
-    """Read files of one kind and folder; return each one's finding, and what is the folder's."""
-    folder = files[0].path.parent
-    paths = [file.path for file in files]
-    record = READERS[files[0].kind](paths, files[0].vehicle, folder.absolute().parent.parent)
-    by_name: dict[str, list[Problem]] = {path.name: [] for path in paths}
-    of_folder: list[Problem] = []
-    for problem in record.problems:
-        by_name.get(Path(problem.place.file).name, of_folder).append(problem)
-    # what the only file lacks its folder lacks
-    of_all = paths[0] if len(paths) == 1 else folder if folder.name else folder.absolute()
-    return (
-        [_finding(file, record, by_name[file.path.name]) for file in files],
-        [_shown_at(of_all, problem) for problem in of_folder],
-    )
-
-
-def _finding(file: _RawFile, record: RawRecord, problems: Sequence[Problem]) -> FileFinding:
-    name = file.path.name
-    points = [point for point in record.points if Path(point.source.file).name == name]
-    used = [point for point in points if not point.marks]
-    marks = Counter(mark for point in points for mark in point.marks)
-    codes = Counter(code for point in used if (code := getattr(point, "code", None)) is not None)
-    return FileFinding(
-        str(file.path),
-        file.kind,
-        file.kind_from,
-        tuple(sheet for sheet in record.sheets if Path(sheet.file).name == name),
-        len(points),
-        dict(sorted(marks.items())),
-        {f"{code:g}": count for code, count in sorted(codes.items())},
-        _quantities(used),
-        tuple(_shown_at(file.path, problem) for problem in problems),
-    )
-
-
-def _shown_at(path: Path, problem: Problem) -> Problem:
-    """Show the file as the user named it; records name it from the raw folder on."""
-    return replace(problem, place=replace(problem.place, file=str(path)))
-
-
-def _quantities(points: Sequence[object]) -> tuple[Quantity, ...]:
-    found: dict[str, list[float]] = {}
-    for point in points:
-        for name, value in vars(point).items():
-            if isinstance(value, float):
-                found.setdefault(name, []).append(value)
-    return tuple(
-        Quantity(name, len(values), min(values), max(values)) for name, values in found.items()
-    )
