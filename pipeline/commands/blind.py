@@ -127,10 +127,12 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
         write_page(result, request, page)
     if as_json:
         click.echo(json.dumps(result.to_json(), indent=1))
-        return
-    click.echo(translate(_text(result)))
-    if page is not None:
-        click.echo(str(page))
+    else:
+        click.echo(translate(_text(result)))
+        if page is not None:
+            click.echo(str(page))
+    if result.done < result.wanted:  # stopped: a script must not take it for a whole campaign
+        raise click.exceptions.Exit(1)
 
 
 def _text(result: "BlindResult") -> str:

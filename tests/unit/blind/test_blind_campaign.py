@@ -237,6 +237,31 @@ def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:
     assert result.exit_code == 1
 
 
+def test_a_stopped_campaign_does_not_end_as_a_whole_one_does(
+    place: BlindPlace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A script that writes the page of a campaign would take the part for all of it."""
+
+    def stop(_done: int, _wanted: int, line: str) -> None:
+        if "--resume" not in line:
+            signal.raise_signal(signal.SIGTERM)
+
+    def stopped(_request: BlindRequest, _said: object) -> blind_campaign.BlindResult:
+        return run_campaign(BlindRequest(3, place, processes=1), stop)
+
+    command = ["blind", "--cases", "3", "--vehicle", "rov8", "--to", str(place.to), "--json"]
+    monkeypatch.setattr(blind_campaign, "run_campaign", stopped)
+    result = CliRunner().invoke(cli, command, prog_name="rig2sea")
+    assert json.loads(result.stdout)["cases"] == 1
+    assert result.exit_code == 1
+    monkeypatch.setattr(blind_campaign, "run_campaign", run_campaign)
+    result = CliRunner().invoke(
+        cli, [*command, "--resume", "--processes", "1", "--no-baselines"], prog_name="rig2sea"
+    )
+    assert json.loads(result.stdout)["cases"] == 3
+    assert result.exit_code == 0
+
+
 def test_the_campaign_lies_in_the_folder_of_results(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
