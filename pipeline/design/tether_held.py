@@ -16,6 +16,8 @@ from pipeline.types import FloatArray
 RADII = 7
 #: The outermost radius as a share of the cable's reach: beyond, a taut cable pulls without bound.
 SHARE_OF_REACH = 0.98
+#: A flow so slow that no thruster feels it, as a share of the one asked for.
+SLOWEST_SHARE = 1e-3
 #: Radius next to the middle, as a share of the first one: in the middle itself there is no angle.
 INNERMOST = 1e-2
 
@@ -100,7 +102,8 @@ def _refuse_too_strong(held: HeldVehicle, through_ned: FloatArray) -> None:
             f"The thrusters of {name} do not even hold its residual buoyancy of "
             f"{held.buoyancy_n:.3g} N at rest.\nBallast the vehicle, or check its thrusters."
         )
-    if use(1.0) >= MOST_USE:
+    # at a crawl: in a fast flow a thruster gives nothing, whichever side it comes from
+    if use(SLOWEST_SHARE) >= MOST_USE:
         raise CannotComputeError(
             f"The thrusters of {name} cannot push against a flow from that side without turning "
             "the vehicle: whatever the current, it holds 0 m/s there.\nHead it into the flow "

@@ -48,7 +48,10 @@ class HeldVehicle:
         return -(self.linear + self.quadratic * np.abs(velocity_body)) * velocity_body
 
     def limits_n(self, velocity_body: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Largest thrust of each thruster along and against its direction. [N]."""
+        """Largest thrust of each thruster along and against its direction. [N].
+
+        Beyond the last speed of its table the thrust goes on falling, as it does in simulation.
+        """
         packed = self.packed
         count = len(packed.thruster_names)
         kinds = read(packed.vector, "thruster_type")[:count].astype(int)
@@ -64,7 +67,11 @@ class HeldVehicle:
                 by_speed = np.array([np.interp(code, at, row) for row in column])
                 speeds = np.arange(column.shape[0]) * packed.steps[kind, 0]
                 along = max(sign * float(inflow[i]), 0.0)
-                limits[side, i] = max(float(np.interp(along, speeds, by_speed)), 0.0)
+                value = float(np.interp(along, speeds, by_speed))
+                if along > speeds[-1] and speeds.size > 1:
+                    slope = (by_speed[-1] - by_speed[-2]) / (speeds[-1] - speeds[-2])
+                    value += float(slope) * (along - float(speeds[-1]))
+                limits[side, i] = max(value, 0.0)
         return limits[0], limits[1]
 
     def use(self, force_body: FloatArray, yaw_nm: float, velocity_body: FloatArray) -> float:

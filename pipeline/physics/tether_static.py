@@ -32,6 +32,8 @@ from pipeline.types import FloatArray
 FlowField = Callable[[FloatArray], FloatArray]
 #: Shortest distances between the ends across the load that are tried, in cable lengths.
 LEAST_SPANS = (1e-4, 3e-3)
+#: The same where nothing else converges: a neutral cable folds in a bend as sharp as it can.
+LAST_SPAN = 1e-2
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,10 @@ def solve_tether(
     A slack cable whose ends lie in line with its load folds to a point of no tension, where the
     equations have no solution. If the ends are nearer than 1e-4 cable lengths across the mean load
     (2 cm of 200 m), the end is taken that far aside, or 3e-3 if that fails; the tension at the ends
-    of such a fold changes by 0.2 % or less.
+    of such a fold changes by 0.2 % or less. Where nothing has converged, ends nearer than 1e-2 are
+    taken that far apart across the load: a neutral cable along the flow is then met within 1 % of
+    the drag along all of it. A floating or heavy cable in a flow folds along a line that no mean
+    load tells; there the end is moved by 3e-3 cable lengths across the line between the ends.
 
     Examples
     --------
@@ -113,6 +118,10 @@ def solve_tether(
     shifted = [replace(problem, end_m=_aside(problem, guesses[0], e)) for e in LEAST_SPANS]
     if not np.array_equal(shifted[0].end_m, b):
         attempts = [(near, load, False) for load in guesses for near in shifted]
+    wide = replace(problem, end_m=_aside(problem, guesses[0], LAST_SPAN))
+    if not np.array_equal(wide.end_m, b):
+        attempts += [(wide, load, False) for load in guesses]
+    attempts += [(near, guesses[0], False) for near in _across(problem, guesses[0])]
     for attempt, mean_load, stepped in attempts:
         found = _continued(attempt, mean_load, nodes, tolerance, stepped=stepped)
         if found is not None:
@@ -197,6 +206,19 @@ def _aside(problem: _Problem, load: FloatArray, share: float) -> FloatArray:
     slack = np.sqrt(max(length**2 - float(chord @ chord), 0.0))
     least = min(share * length, 0.03 * slack)
     return np.asarray(problem.end_m + max(least - span, 0.0) * sideways, dtype=float)
+
+
+def _across(problem: _Problem, load: FloatArray) -> list[_Problem]:
+    """Return the problem with its end moved a little across the line between the ends, both ways.
+
+    A taut cable is left as it is, as by `_aside`.
+    """
+    chord, length = problem.end_m - problem.start_m, problem.cable.length_m
+    slack = np.sqrt(max(length**2 - float(chord @ chord), 0.0))
+    if slack == 0.0 or not chord.any():
+        return []
+    step = min(LEAST_SPANS[-1] * length, 0.03 * slack) * _directions(load, chord)[1]
+    return [replace(problem, end_m=problem.end_m + way * step) for way in (1.0, -1.0)]
 
 
 def _directions(chord: FloatArray, load: FloatArray) -> tuple[FloatArray, FloatArray, float]:

@@ -13,9 +13,11 @@ from pipeline.design.tether_design import design_tether, make_footprint
 from pipeline.design.tether_held import held_footprint
 from pipeline.design.tether_input import TetherInput
 from pipeline.design.tether_needs import drive_need, hull_drag_vector_n
+from pipeline.design.tether_thrusters import MOST_USE
 from pipeline.errors import CannotComputeError
+from pipeline.physics.parameters import write
 from pipeline.physics.tether_footprint import PRINTED_TABLE_3, footprint_cable, ned_from_paper
-from pipeline.simulate.pack import pack_vehicle
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.stages.design import held_vehicle
 from pipeline.vehicle.load import load_checked
 
@@ -23,6 +25,13 @@ from pipeline.vehicle.load import load_checked
 def read(name: str, **changes: object) -> TetherInput:
     one = load_checked(design_example("tether", name), TetherInput, expected="", remedy="")
     return TetherInput.model_validate(one.model_dump() | changes)
+
+
+def with_inflow(packed: PackedVehicle) -> PackedVehicle:
+    """The vehicle with thrusters that feel the flow, which rov8's file leaves out."""
+    vector = packed.vector.copy()
+    write(vector, "inflow_fraction", 1.0)
+    return replace(packed, vector=vector)
 
 
 def test_tables_4_to_6_follow_from_the_printed_pulls() -> None:
@@ -123,6 +132,22 @@ def test_a_small_footprint_is_found_within_the_first_radius_of_the_map(repositor
     assert held.use(*held.required(pull, through)) == pytest.approx(1.0, abs=0.02)
 
 
+def test_beyond_its_table_a_thruster_gives_less_and_less_as_it_does_in_simulation(
+    repository: Path,
+) -> None:
+    """The bollard law is linear in the speed: half of its table continued is the whole one."""
+    rov = bundled(repository, "rov8")
+    packed = with_inflow(pack_vehicle(rov))
+    rows = packed.thrust_tables.shape[2] // 2
+    half = replace(packed, thrust_tables=packed.thrust_tables[:, :, :rows])
+    known_mps = (rows - 1) * float(packed.steps[0, 0])
+    for share, least_n in ((1.3, 10.0), (1.9, 1.0), (4.0, 0.0)):
+        velocity = np.array([share * known_mps / np.sqrt(0.5), 0.0, 0.0])
+        whole, part = (held_vehicle(rov, p).limits_n(velocity) for p in (packed, half))
+        assert np.array(part) == pytest.approx(np.array(whole), abs=1e-9)
+        assert least_n <= np.min(whole) < 39.9
+
+
 def test_the_largest_forces_are_those_of_the_arrangement(repository: Path) -> None:
     """Four thrusters at 45 degrees: two may only push backwards at 39.9 N when going sideways."""
     rov = bundled(repository, "rov8")
@@ -145,6 +170,18 @@ def test_a_current_stronger_than_the_thrusters_is_told_what_they_hold(repository
     speed = float(str(error.value).split("hold ")[1].split()[0])
     # 13.7 v + 141 v^2 = 145.4 N; the weight of 1 N is held by other thrusters
     assert 13.7 * speed + 141 * speed**2 == pytest.approx(4 * 51.4 * np.sqrt(0.5), rel=0.01)
+
+
+def test_a_flow_in_which_no_thruster_gives_anything_is_no_flow_from_the_side(
+    repository: Path,
+) -> None:
+    """Past 3.8 m/s along a thruster it gives nothing; headed into it the vehicle holds 0.88 m/s."""
+    rov = bundled(repository, "rov8")
+    held = held_vehicle(rov, with_inflow(pack_vehicle(rov)))
+    ahead = np.array([100.0, 0.0, 0.0])
+    assert held.use(ahead, 0.0, np.array([7.0, 0.0, 0.0])) == MOST_USE
+    with pytest.raises(CannotComputeError, match=r"thrusters of rov8 hold 0\.88\d* m/s"):
+        design_tether(read("rov8", current_mps=(-7.0, 0.0, 0.0)), held)
 
 
 def test_a_flow_that_was_not_chosen_may_have_no_equilibrium() -> None:

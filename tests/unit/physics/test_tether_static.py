@@ -166,6 +166,34 @@ def test_neutral_slack_cable_in_line_with_the_flow_streams_in_two_legs(behind: f
     assert got.force_on_end_n[0] == pytest.approx(per_metre * (100 - behind) / 2, abs=0.006)
 
 
+@pytest.mark.parametrize("behind", [-16.8, 50.0])
+def test_a_fold_too_sharp_for_a_small_step_aside_is_opened_further(behind: float) -> None:
+    """60 m of ROV cable, upstream and downstream of the garage at its own depth."""
+    got = solve(Cable(60.0, 0.0075, 1.2, 0.03), np.array([behind, 0.0, 0.0]), (-0.7, 0.0, 0.0))
+    per_metre = 0.5 * RHO * 0.0075 * 0.03 * 0.49
+    expected = -per_metre * (60 - behind) / 2
+    assert got.force_on_start_n[0] == pytest.approx(expected, abs=0.01 * 60 * per_metre)
+
+
+def test_a_fold_along_a_line_that_the_mean_load_does_not_tell_is_found() -> None:
+    """A floating cable streams past its garage and back; the pull goes on as at the places beside.
+
+    20 m below the garage and 39.6 m upstream of it, seven tenths of the way to the cable's end.
+    """
+    cable, radius = Cable(60.0, 0.0075, 1.2, 0.03, -0.5), 39.59797974644666
+    pulls = []
+    for share in (1.0, 0.99, 1.01):
+        got = solve_tether(
+            cable,
+            start_m=np.zeros(3),
+            end_m=np.array([-share * radius, 0.0, -20.0]),
+            flow=np.array([-0.7, 0.0, 0.0]),
+            density_kgpm3=1000.0,
+        )
+        pulls.append(got.force_on_start_n[[0, 2]])
+    assert pulls[0] == pytest.approx((pulls[1] + pulls[2]) / 2, rel=0.01)
+
+
 def test_elastic_cable_may_be_shorter_than_the_distance() -> None:
     got = solve(Cable(40.0, 0.014, 1.8, 0.025, 1.0, 1e5), np.array([0.0, 0.0, 50.0]), (0.5, 0, 0))
     assert got.tension_size_n[50] == pytest.approx(1e5 * 0.25, rel=1e-3)
