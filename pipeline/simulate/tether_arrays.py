@@ -11,6 +11,9 @@ from pipeline.simulate.kernel_tether import MOST_SUBSTEPS, WINCH_SIZE
 from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
 from pipeline.types import ArrayLike, FloatArray
 
+#: Nodes that a cable has room for at most: every step of a run keeps the place of each.
+MOST_NODES = 20000
+
 
 @dataclass(frozen=True)
 class Prepared:
@@ -91,6 +94,12 @@ def prepare(
                 "winch earlier."
             )
         numbers, most = winch.numbers(), max(winch.longest_m, most)
+        if not most / tether.segment_m < MOST_NODES - 4:
+            raise CannotComputeError(
+                f"The winch pays out up to {most:g} m, which is {most / tether.segment_m:.4g} of "
+                f"the tether's segments of {tether.segment_m:g} m; there is room for "
+                f"{MOST_NODES - 5}.\nState a shorter longest_m of the winch, or fewer segments."
+            )
     count = len(state.rest_length_m)
     room = max(int(np.ceil(most / tether.segment_m)) + 4, count + 1) if winch else count + 1
     place, speed, rest = np.zeros((room, 3)), np.zeros((room, 3)), np.ones(room - 1)
