@@ -191,7 +191,8 @@ def small_angle_balance(linear: Slopes, condition: Condition) -> Balance:
     Raises
     ------
     CannotComputeError
-        When the denominator is not positive: the hull's moment outweighs its lift at this arm.
+        When the denominator is not positive: the hull's moment outweighs its lift at this arm, or
+        the hull does not lift.
 
     Examples
     --------
@@ -201,13 +202,21 @@ def small_angle_balance(linear: Slopes, condition: Condition) -> Balance:
     (-2.97, 19, 149)
     """
     moment = (linear.metacentric_nm_per_rad + linear.righting_nm_per_rad) / condition.pitch_arm_m
-    below = linear.drag_n + linear.lift_n_per_rad - moment
+    lift = linear.drag_n + linear.lift_n_per_rad
+    below = lift - moment
+    if below <= 0.0 and lift <= 0.0:  # then no arm is long enough
+        raise CannotComputeError(
+            f"Drag and lift of the hull make {lift:.4g} N/rad: an angle of attack nose up does not "
+            "push it up, so none carries a buoyancy as (7) takes it.\n"
+            "Check the sign of the lift; expected above zero, upwards at a positive angle of "
+            "attack."
+        )
     if below <= 0.0:
         raise CannotComputeError(
             f"The hull rights itself with {moment:.4g} N/rad at the thrusters' arm and lifts with "
-            f"only {linear.drag_n + linear.lift_n_per_rad:.4g} N/rad (drag and lift): pitching the "
+            f"only {lift:.4g} N/rad (drag and lift): pitching the "
             "vehicle costs more vertical thrust than the angle of attack gains.\n"
-            f"An arm above {moment * condition.pitch_arm_m / (below + moment):.3g} m is needed."
+            f"An arm above {moment * condition.pitch_arm_m / lift:.3g} m is needed."
         )
     alpha = -condition.residual_buoyancy_n / below
     vertical = -moment * alpha

@@ -272,7 +272,8 @@ def _warnings(state: SteadyState, limits: Limits, one: BalanceInput) -> tuple[st
             found.append(
                 f"The {load.thruster} thruster must push backwards: {load.thrust_n:.1f} N."
             )
-    if isinstance(limits, TableLimits) and one.speed_mps > limits.fastest_mps:
+    fastest = max(one.speed_mps, one.envelope.speed_mps.last)
+    if isinstance(limits, TableLimits) and fastest > limits.fastest_mps:
         found.append(
             f"The identified thrust is known up to {limits.fastest_mps:g} m/s; beyond, its last "
             "values are held, which promises too much."

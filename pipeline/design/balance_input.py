@@ -9,7 +9,8 @@ from pipeline.vehicle.schema import Name, Section
 
 Force = Annotated[float, Field(gt=0, le=1e6)]
 Slope = Annotated[float, Field(ge=-1e7, le=1e7)]
-Speed = Annotated[float, Field(gt=0, le=20)]
+# forces are scaled with the square of a ratio of speeds, which must stay a number
+Speed = Annotated[float, Field(ge=1e-3, le=20)]
 Buoyancy = Annotated[float, Field(ge=-1e5, le=1e5)]
 Angle = Annotated[float, Field(gt=0, lt=80)]
 Arm = Annotated[float, Field(gt=0, le=50)]

@@ -107,6 +107,18 @@ def percent(fraction: float) -> str:
     return f"{general(100 * fraction, 2)} %"
 
 
+def use_of_limit(use: float | None) -> str:
+    """Write a load over what is there to carry it; far beyond it the figure itself says nothing.
+
+    >>> use_of_limit(0.412), use_of_limit(1000.0), use_of_limit(None)
+    ('41 %', '> 1000 %', '–')
+    """
+    if use is None:
+        return "–"
+    # a thruster that gives nothing has a use without bound, for which a large number stands
+    return percent(use) if use <= 10.0 else f"> {percent(10.0)}"
+
+
 def plural(count: int, singular: str, plural_form: str = "") -> str:
     """Count things.
 

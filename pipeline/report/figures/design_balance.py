@@ -75,10 +75,11 @@ def use_figure(found: BalanceDesign) -> Figure:
     values = np.array(envelope.use if judged else envelope.largest_load_n)[:, :, k]
     shown = np.where(np.array(envelope.largest_load_n)[:, :, k] > 0, values, np.nan)
     name = "use of the most loaded thruster  [–]" if judged else "largest load  [N]"
+    there = shown[np.isfinite(shown)]
+    least, top = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
 
     def paint(figure: matplotlib.figure.Figure) -> None:
         axes = figure.subplots()
-        top = np.nanmax(shown)
         levels = np.arange(0.0, min(2.0, max(1.2, top)) + 0.1, 0.1) if judged else 12
         filled = axes.contourf(
             envelope.residual_buoyancy_n,
@@ -88,7 +89,7 @@ def use_figure(found: BalanceDesign) -> Figure:
             cmap="viridis_r",
             extend="max" if judged else "neither",
         )
-        if judged and np.nanmin(shown) < 1.0 < top:
+        if judged and least < 1.0 < top:
             axes.contour(
                 envelope.residual_buoyancy_n,
                 envelope.speed_mps,
@@ -106,16 +107,25 @@ def use_figure(found: BalanceDesign) -> Figure:
 
     return Figure(
         "use-map",
-        (
-            "Beyond the red line the most loaded thruster has nothing left."
-            if judged
-            else "The load of the most loaded thruster over speed and buoyancy."
-        ),
+        _of_the_map(least, top, judged=judged, empty=not there.size),
         plotting.draw("use-map", "Map of the thrusters' use over buoyancy and speed.", paint),
         f"Thrusters at {general(envelope.angle_deg[k])} deg, the nearest of the envelope to the "
         f"design's {general(found.angle_deg)} deg. The ring is the design point."
         + (f" Limit: {found.limit_kind}." if judged else ""),
     )
+
+
+def _of_the_map(least: float, top: float, *, judged: bool, empty: bool) -> str:
+    """Say what the map shows; the red line is there only where the use passes 1."""
+    if empty:
+        return "Nowhere on the map does an angle of attack balance force and moment."
+    if not judged:
+        return "The load of the most loaded thruster over speed and buoyancy."
+    if top <= 1.0:
+        return "No thruster comes to its limit anywhere on the map."
+    if least >= 1.0:
+        return "The most loaded thruster is beyond its limit everywhere on the map."
+    return "Beyond the red line the most loaded thruster has nothing left."
 
 
 def angle_figure(found: BalanceDesign) -> Figure:

@@ -3,7 +3,7 @@
 from pipeline.records.design import BalanceDesign, SteadyState
 from pipeline.report.blocks import Block, Bullets, Gallery, Paragraph, Section, Table
 from pipeline.report.figures.design_balance import angle_figure, loads_figure, use_figure
-from pipeline.report.numbers import fixed, general, percent, speed
+from pipeline.report.numbers import fixed, general, speed, use_of_limit
 
 
 def balance_sections(found: BalanceDesign) -> tuple[Section, ...]:
@@ -94,7 +94,7 @@ def _loads(state: SteadyState) -> Table:
                 text(load.torque_nm, 3),
                 text(load.power_w, 0),
                 text(load.limit_n, 1),
-                "–" if load.use is None else percent(load.use),
+                use_of_limit(load.use),
             )
             for load in state.loads
         ),

@@ -5,7 +5,7 @@ import numpy as np
 from pipeline.records.design import FootprintVariant, HeldFootprint, TetherDesign
 from pipeline.report.blocks import Block, Details, Gallery, Paragraph, Section, Table
 from pipeline.report.figures.design_tether import held_figure, pull_figure, shapes_figure
-from pipeline.report.numbers import fixed, general, percent
+from pipeline.report.numbers import fixed, general, use_of_limit
 
 _FLOWS = (
     "How the vehicle's own speed falls off along the cable is an assumption. paper: eq. (1) as it "
@@ -66,7 +66,7 @@ def _edge(variant: FootprintVariant) -> Table:
             fixed(float(np.linalg.norm(row.on_vehicle_n)), 0),
             *(fixed(v, 0) for v in row.required_n),
         )
-        rows.append((*cells, "–" if row.use is None else percent(row.use)) if judged else cells)
+        rows.append((*cells, use_of_limit(row.use)) if judged else cells)
     header = (
         "angle, deg",
         "T_nx",

@@ -56,6 +56,16 @@ def test_a_drive_without_reverse_gives_nothing_backwards() -> None:
     assert load.use > 1.0
 
 
+@pytest.mark.parametrize(("last_mps", "warned"), [(2.0, False), (12.0, True)])
+def test_a_map_that_goes_on_beyond_the_tables_is_warned_of(
+    repository: Path, last_mps: float, warned: bool
+) -> None:
+    speeds = {"speed_mps": {"first": 0.5, "last": last_mps, "points": 2}}
+    one = mmt300(envelope=mmt300().envelope.model_dump() | speeds)
+    found = design_balance(one, bundled(repository, "mmt300"), tables(127.0, -127.0))
+    assert any("known up to 10 m/s" in text for text in found.warnings) is warned
+
+
 def test_a_stated_limit_goes_before_the_tables_and_says_so(repository: Path) -> None:
     vehicle = bundled(repository, "mmt300")
     without = design_balance(mmt300(), vehicle, tables(127.0, -127.0))

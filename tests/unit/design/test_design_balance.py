@@ -25,6 +25,7 @@ from pipeline.design.balance_hull import BodyHull, PolarHull
 from pipeline.design.balance_input import BalanceInput, HullInput, LimitInput
 from pipeline.design.balance_limits import StatedLimits
 from pipeline.errors import CannotComputeError
+from pipeline.report.figures.design_balance import use_figure
 from pipeline.vehicle.load import load_checked
 
 LAW = HullInput(at_speed_mps=3.0, drag_n=148.0, lift_n_per_rad=1375.0, righting_nm_per_rad=731.0)
@@ -118,6 +119,43 @@ def test_a_short_arm_is_refused_by_the_small_angle_form() -> None:
     at = Condition(3.0, 60.0, 22.5, 0.4, 0.4)
     with pytest.raises(CannotComputeError, match=r"An arm above 0.48"):
         small_angle_balance(slopes(PILGRIM, at), at)
+
+
+@pytest.mark.parametrize("lift_n_per_rad", [-148.0, -2000.0])
+def test_a_hull_that_does_not_lift_has_no_small_angle_form_at_any_arm(
+    lift_n_per_rad: float,
+) -> None:
+    linear = replace(slopes(PILGRIM, POINT), lift_n_per_rad=lift_n_per_rad)
+    with pytest.raises(CannotComputeError, match="Check the sign of the lift") as error:
+        small_angle_balance(linear, POINT)
+    assert "arm" not in str(error.value)
+
+
+def test_a_speed_whose_square_is_no_number_is_refused() -> None:
+    with pytest.raises(ValueError, match="at_speed_mps"):
+        HullInput.model_validate(LAW.model_dump() | {"at_speed_mps": 1e-200})
+
+
+@pytest.mark.parametrize(
+    ("limit_n", "speeds", "expected"),
+    [
+        (60.0, (1.0, 3.5), "Beyond the red line"),
+        (500.0, (1.0, 3.5), "No thruster comes to its limit anywhere"),
+        (5.0, (3.0, 3.5), "beyond its limit everywhere"),
+        (60.0, (0.01, 0.02), "Nowhere on the map"),
+    ],
+)
+def test_the_map_of_use_says_what_is_on_it(
+    limit_n: float, speeds: tuple[float, float], expected: str
+) -> None:
+    """Its title names a red line only where one is drawn."""
+    envelope = {
+        "speed_mps": {"first": speeds[0], "last": speeds[1], "points": 2},
+        "residual_buoyancy_n": {"first": 60.0, "last": 75.0, "points": 2},
+        "angle_deg": {"first": 20.0, "last": 30.0, "points": 2},
+    }
+    found = design_balance(read("pilgrim", limit={"thrust_max_n": limit_n}, envelope=envelope))
+    assert expected in use_figure(found).lead
 
 
 def test_the_body_hull_is_the_polar_one_at_small_angles() -> None:
