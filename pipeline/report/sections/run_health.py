@@ -153,7 +153,9 @@ def run_health_section(results: RunResults) -> Section:
                             topic.message_type,
                             topic.encoding,
                             str(topic.messages),
-                            ", ".join(topic.used_for) or topic.why_not or "not used",
+                            ", ".join(name.replace("_", " ") for name in topic.used_for)
+                            or topic.why_not
+                            or "not used",
                         )
                         for topic in stored.topics
                     ),
