@@ -22,6 +22,7 @@ from typing import Literal
 
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.physics.tether_cable import Cable, TetherSolution
 from pipeline.physics.tether_static import FlowField, solve_tether
 from pipeline.types import FloatArray
@@ -168,16 +169,20 @@ def footprint_cable(footprint: Footprint, variant: Variant, angle_deg: float) ->
     Raises
     ------
     CannotComputeError
-        From `solve_tether`, e.g. a cable that does not reach.
+        From `solve_tether`, e.g. a cable that does not reach; the text begins with the place.
     """
     vehicle = ned_from_paper(footprint.position_m(angle_deg))
-    return solve_tether(
-        footprint.cable,
-        start_m=vehicle,
-        end_m=np.zeros(3),
-        flow=_flow(footprint, variant, vehicle),
-        density_kgpm3=footprint.density_kgpm3,
-    )
+    try:
+        return solve_tether(
+            footprint.cable,
+            start_m=vehicle,
+            end_m=np.zeros(3),
+            flow=_flow(footprint, variant, vehicle),
+            density_kgpm3=footprint.density_kgpm3,
+        )
+    except CannotComputeError as error:
+        place = f"angle {angle_deg:g} deg, radius {footprint.radius_m:.4g} m"
+        raise CannotComputeError(f"Footprint at {place}: {error}") from error
 
 
 def _flow(footprint: Footprint, variant: Variant, vehicle: FloatArray) -> FlowField:

@@ -142,7 +142,8 @@ def test_vehicle_is_dragged_with_the_flow_and_up() -> None:
 
 
 def test_short_cable_is_refused() -> None:
-    with pytest.raises(CannotComputeError, match=r"60 m long.*70\.7107 m apart"):
+    message = r"^Footprint at angle 0 deg, radius 50 m: .*60 m long.*70\.7107 m apart"
+    with pytest.raises(CannotComputeError, match=message):
         footprint_forces(Footprint(cable=Cable(60.0, 0.014, 1.8, 0.025)), "paper", [0.0])
 
 
