@@ -196,28 +196,29 @@ def _mean_loads(
     return [load for load in loads if np.linalg.norm(load) > 1e-3 * scale]
 
 
-def _aside(problem: _Problem, load: FloatArray, share: float) -> FloatArray:
-    """Return the end, moved so that the ends are not in line with the load.
-
-    A taut cable is moved less: the move must not take up its slack.
-    """
+def _step_aside(problem: _Problem, share: float) -> float:
+    """Return a share of the cable's length, or less: a move must not take up its slack. [m]."""
     chord, length = problem.end_m - problem.start_m, problem.cable.length_m
-    _, sideways, span = _directions(chord, load)
     slack = np.sqrt(max(length**2 - float(chord @ chord), 0.0))
-    least = min(share * length, 0.03 * slack)
+    return float(min(share * length, 0.03 * slack))
+
+
+def _aside(problem: _Problem, load: FloatArray, share: float) -> FloatArray:
+    """Return the end, moved so that the ends are not in line with the load."""
+    _, sideways, span = _directions(problem.end_m - problem.start_m, load)
+    least = _step_aside(problem, share)
     return np.asarray(problem.end_m + max(least - span, 0.0) * sideways, dtype=float)
 
 
 def _across(problem: _Problem, load: FloatArray) -> list[_Problem]:
     """Return the problem with its end moved a little across the line between the ends, both ways.
 
-    A taut cable is left as it is, as by `_aside`.
+    A taut cable is left as it is.
     """
-    chord, length = problem.end_m - problem.start_m, problem.cable.length_m
-    slack = np.sqrt(max(length**2 - float(chord @ chord), 0.0))
-    if slack == 0.0 or not chord.any():
+    chord, size = problem.end_m - problem.start_m, _step_aside(problem, LEAST_SPANS[-1])
+    if size == 0.0 or not chord.any():
         return []
-    step = min(LEAST_SPANS[-1] * length, 0.03 * slack) * _directions(load, chord)[1]
+    step = size * _directions(load, chord)[1]
     return [replace(problem, end_m=problem.end_m + way * step) for way in (1.0, -1.0)]
 
 
