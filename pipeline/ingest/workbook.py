@@ -1,5 +1,6 @@
 """Read a raw file into plain sheets, whatever it is, or say in one message why not."""
 
+import re
 from dataclasses import dataclass, replace
 from io import BytesIO
 from pathlib import Path
@@ -28,6 +29,8 @@ WORKBOOK_SUFFIXES = frozenset({".xlsx", ".xlsm"})
 TEXT_SUFFIXES = frozenset({".csv", ".tsv", ".txt", ".dat"})
 _LIMITS = Limits()
 _COMPOUND_FILE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
+#: Control characters that no text has, of whatever encoding of one byte or UTF-8.
+_NO_TEXT = re.compile(rb"[\x00-\x08\x0e-\x1f\x7f]")
 _SAVE_AS = "Open it in a spreadsheet program and save it as .xlsx."
 
 
@@ -140,7 +143,7 @@ def _guess(data: bytes) -> str:
         return "it is XML"
     if start.startswith(b"%pdf"):
         return "it is a PDF"
-    if b"\x00" not in data[:4000]:
+    if not _NO_TEXT.search(data[:4000]):
         return "it looks like plain text"
     return "its content is of another kind"
 

@@ -73,6 +73,8 @@ def test_old_excel_renamed(tmp_path: Path) -> None:
         (b"<html><table><tr><td>1</td></tr></table></html>", "HTML page"),
         (b"%PDF-1.4 ...", "PDF"),
         (b"n;M\n1;2\n", "plain text"),
+        ("код;упор\r\n1;2\r\n".encode("cp1251"), "plain text"),
+        (b"\x06n\xb5-\xec\xeen\xf2\xd2~H\xac\xd4\xaaH\x8e", "another kind"),
         (b"\x89PNG\r\n\x1a\n\x00\x00\x00\rIHDR", "another kind"),
         (b"<?xml version='1.0'?><Workbook/>", "XML"),
     ],
