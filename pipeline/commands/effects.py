@@ -3,12 +3,15 @@
 import json
 import textwrap
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pipeline.command_options import AS_JSON, RAW
 from pipeline.language import translate
+
+if TYPE_CHECKING:
+    from pipeline.effects.effect import EffectContext
 
 
 @click.command()
@@ -27,10 +30,11 @@ def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
       rig2sea effects --json
     """
     from pipeline.effects.catalogue import records
-    from pipeline.effects.library import VERDICTS
+    from pipeline.effects.library import VERDICTS, why_not
 
-    reasons = None if vehicle is None else _reasons(vehicle, raw)
-    listed = records()
+    context = None if vehicle is None else _context(vehicle, raw)
+    reasons = None if context is None else why_not(context)
+    listed = records(context)
     if as_json:
         if reasons is not None:
             for one in listed:
@@ -48,15 +52,14 @@ def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
         click.echo(translate(f"{vehicle} can have {len(possible)} of {len(listed)}."))
 
 
-def _reasons(vehicle: str, raw: Path) -> dict[str, str]:
-    """Return why effects are no candidates for a vehicle."""
-    from pipeline.effects.library import why_not
+def _context(vehicle: str, raw: Path) -> "EffectContext":
+    """Return what the effects need to know of a vehicle."""
     from pipeline.simulate.context import effect_context
     from pipeline.stages.vehicle_place import find_vehicle
     from pipeline.vehicle.load import load_vehicle
 
     _, file = find_vehicle(vehicle, raw, Path())
-    return why_not(effect_context(load_vehicle(file)))
+    return effect_context(load_vehicle(file))
 
 
 def _lines(effect: dict[str, Any], reason: str | None) -> str:

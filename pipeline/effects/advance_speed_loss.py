@@ -11,8 +11,10 @@ the thruster's place included) and k the fraction of that inflow which reaches t
 thrust is as moored, at 1 the full open-water inflow counts. In the wake of the hull k is below 1
 (the wake fraction of a naval architect is w = 1 - k); between 0.6 and 1 is usual.
 
-A candidate only where the vehicle file holds the mooring curve alone. Where the nominal model lets
-the thrust fall with speed, a wrong amount of it is not this effect.
+Where the vehicle file holds the mooring curve alone, the neutral value is 0. Where its model lets
+the thrust fall with speed, it is the stated 1 - w ("wake_fraction", mean over the thrusters,
+whose inflows are scaled alike); a departure within the width stated there is ordinary, one beyond
+it is this effect.
 
 It shows as a speed that stays behind at high codes and not at low ones, and as turning moments
 that weaken under way. Easily taken for quadratic damping in surge (both grow with speed; a
@@ -21,26 +23,42 @@ coast-down with stopped thrusters separates them, since the damping stays) and f
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
-from pipeline.effects.change import add
+from pipeline.effects.change import add, scale
 from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.types import FloatArray
+
+#: Standard uncertainty of the share of the inflow where the vehicle file states none.
+USUAL_WIDTH = 0.1
+#: What is plausible reaches at least so far on either side of the stated share.
+BESIDE = 0.1
 
 
 def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
 ) -> None:
-    fitted = slice(len(context.thruster_names))
-    add(vector, "inflow_fraction", values["inflow_fraction"], fitted)
-
-
-def _missing(context: EffectContext) -> str | None:
+    fitted, fraction = slice(len(context.thruster_names)), values["inflow_fraction"]
     if context.thrust_falls_with_speed:
-        return (
-            "the nominal model has thrust falling with speed already "
-            "(model.terms.thrust_falls_with_speed)"
-        )
-    return None
+        scale(vector, "inflow_fraction", fraction / context.inflow_share, fitted)
+    else:
+        add(vector, "inflow_fraction", fraction, fitted)
+
+
+def _stated(parameters: tuple[Parameter, ...], context: EffectContext) -> tuple[Parameter, ...]:
+    if not context.thrust_falls_with_speed:
+        return parameters
+    (fraction,) = parameters
+    share, width = context.inflow_share, context.wake_std
+    low, high = fraction.plausible
+    return (
+        replace(
+            fraction,
+            neutral=share,
+            plausible=(min(low, share - BESIDE), max(high, share + BESIDE)),
+            ordinary=USUAL_WIDTH if width is None else width,
+        ),
+    )
 
 
 EFFECT = Effect(
@@ -64,5 +82,5 @@ EFFECT = Effect(
     vector_slots=("inflow_fraction",),
     apply=_apply,
     of_thrusters=True,
-    missing=_missing,
+    stated=_stated,
 )

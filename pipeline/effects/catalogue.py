@@ -8,7 +8,7 @@ Write the page anew after a change of an effect::
 import math
 from typing import Any
 
-from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.effects.library import VERDICTS, description, effects
 
 _HEAD = """\
@@ -80,8 +80,11 @@ def _section(effect: Effect) -> list[str]:
     ]
 
 
-def records() -> list[dict[str, Any]]:
-    """Return the library as plain values for JSON; a limit that is not there is None."""
+def records(context: EffectContext | None = None) -> list[dict[str, Any]]:
+    """Return the library as plain values for JSON; a limit that is not there is None.
+
+    With the context of a vehicle neutral and plausible values are those on this vehicle.
+    """
     return [
         {
             "id": effect.id,
@@ -91,7 +94,7 @@ def records() -> list[dict[str, Any]]:
             "channels": list(effect.channels),
             "parameters": [_record(parameter) for parameter in effect.parameters],
         }
-        for effect in effects().values()
+        for effect in (one if context is None else one.on(context) for one in effects().values())
     ]
 
 

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 from pipeline.types import FloatArray
@@ -37,7 +37,10 @@ class EffectContext:
     `crossflow_in_nominal` tells whether the nominal model computes the cross-flow of the strips,
     `munk_held` are the Munk moments of pitch and yaw [kg] that the file's lift slopes hold.
     `lagged` tells whether a lag acts on every thruster: not where the torque balance of the shaft
-    is solved in time.
+    is solved in time. `inflow_shares` and `thrust_shares` are stated of each thruster: the share
+    1 - w of the inflow that reaches its blades, and 1 - t of its thrust that drives the hull
+    (empty: all of it); `wake_std` and `deduction_std` are their standard uncertainties (None: not
+    stated).
     """
 
     thruster_names: tuple[str, ...]
@@ -51,7 +54,28 @@ class EffectContext:
     crossflow_in_nominal: bool = False
     lagged: bool = True
     munk_held: tuple[float, float] = (0.0, 0.0)
+    inflow_shares: tuple[float, ...] = ()
+    thrust_shares: tuple[float, ...] = ()
+    wake_std: float | None = None
+    deduction_std: float | None = None
 
+    @property
+    def inflow_share(self) -> float:
+        """Stated share of the inflow that reaches the blades, mean over the thrusters."""
+        return _mean(self.inflow_shares)
+
+    @property
+    def thrust_share(self) -> float:
+        """Stated share of the thrust that drives the hull, mean over the thrusters."""
+        return _mean(self.thrust_shares)
+
+
+def _mean(shares: tuple[float, ...]) -> float:
+    return math.fsum(shares) / len(shares) if shares else 1.0
+
+
+#: Parameters of an effect on a vehicle, from those that any vehicle has.
+Stated = Callable[[tuple[Parameter, ...], EffectContext], tuple[Parameter, ...]]
 
 #: Changes a parameter vector in place: (vector, parameter values, target, context).
 #: The target is a thruster's index for effects of one thruster, else None.
@@ -61,6 +85,11 @@ Apply = Callable[[FloatArray, Mapping[str, float], int | None, EffectContext], N
 def always(_context: EffectContext) -> str | None:
     """Accept every vehicle."""
     return None
+
+
+def alike(parameters: tuple[Parameter, ...], _context: EffectContext) -> tuple[Parameter, ...]:
+    """Leave the parameters as they are: the same on every vehicle."""
+    return parameters
 
 
 @dataclass(frozen=True)
@@ -73,6 +102,8 @@ class Effect:
     `vector_slots` lists the slots that `apply` writes. What is `unstated` is no fault: vehicle
     files say nothing of it, so that it may differ on any vehicle, and it is never an answer. An
     effect `of_thrusters` acts on all of them, and is no candidate for a vehicle that has none.
+    `stated` turns the parameters into those of a vehicle whose file states a value: its neutral is
+    that value, and the width that the file states is ordinary.
     """
 
     id: str
@@ -86,6 +117,11 @@ class Effect:
     missing: Callable[[EffectContext], str | None] = field(default=always)
     unstated: bool = False
     of_thrusters: bool = False
+    stated: Stated = field(default=alike)
+
+    def on(self, context: EffectContext) -> "Effect":
+        """Return the effect with the neutral values and widths that a vehicle's file states."""
+        return replace(self, parameters=self.stated(self.parameters, context))
 
     def neutral_values(self) -> dict[str, float]:
         """Values at which the effect vanishes."""

@@ -1,11 +1,10 @@
-"""Form of the inflow: how much of it reaches the blades, and what water from behind does.
+"""Form of the inflow: what water from behind does to a thruster.
 
-Where thrust falls with speed a vehicle file states by how much in open water. Behind a hull less
-water reaches the blades (wake fraction w; the share is 1 - w), past a frame or from a strut's side
-more or less. And a file says nothing of thrust against the motion: a propeller that brakes a turn,
-or a thruster on the inner side of one. Here the curve at rest holds there (decision 0011); the
-straight line that many simulators use, T = a |n| n - b |n| V, goes on rising, by as much as it fell
-on the other side. With o the share of that rise and k that of the inflow,
+Where thrust falls with speed a vehicle file states by how much along the motion. It says nothing of
+thrust against it: a propeller that brakes a turn, or a thruster on the inner side of one. Here the
+curve at rest holds there (decision 0011); the straight line that many simulators use,
+T = a |n| n - b |n| V, goes on rising, by as much as it fell on the other side. With o the share of
+that rise and k that of the inflow that reaches the blades (`advance_speed_loss`),
 
     T(N, V) = T_static(N, k V)                               V >= 0
     T(N, V) = T(N, 0) + o (T(N, 0) - T_static(N, k |V|))     V < 0
@@ -18,17 +17,15 @@ fault, so it is ordinary on every vehicle whose thrust falls with speed, and no 
 
 from collections.abc import Mapping
 
-from pipeline.effects.change import add, scale
+from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
 from pipeline.types import FloatArray
 
 
 def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
+    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
 ) -> None:
     add(vector, "opposed_share", values["opposed_share"])
-    fitted = slice(len(context.thruster_names))
-    scale(vector, "inflow_fraction", values["inflow_share"], fitted)
 
 
 def _missing(context: EffectContext) -> str | None:
@@ -42,10 +39,10 @@ def _missing(context: EffectContext) -> str | None:
 
 EFFECT = Effect(
     id="inflow_form",
-    title="how the inflow acts on the thrust",
+    title="how inflow from behind acts on the thrust",
     source=(
-        "Carlton, Marine Propellers and Propulsion, chapters on the wake field and on propeller "
-        "characteristics; Fossen 1994, Guidance and Control of Ocean Vehicles, chapter 4 "
+        "Carlton, Marine Propellers and Propulsion, chapter on propeller characteristics; Fossen "
+        "1994, Guidance and Control of Ocean Vehicles, chapter 4 "
         "(bilinear thruster model)"
     ),
     parameters=(
@@ -58,18 +55,9 @@ EFFECT = Effect(
             possible=(-0.5, 1.5),
             ordinary=0.5,
         ),
-        Parameter(
-            "inflow_share",
-            unit="1",
-            neutral=1.0,
-            plausible=(0.7, 1.3),
-            meaning="inflow that reaches the blades over the stated one",
-            possible=(0.4, 1.6),
-            ordinary=0.1,
-        ),
     ),
     channels=("u", "v", "w", "p", "q", "r"),
-    vector_slots=("opposed_share", "inflow_fraction"),
+    vector_slots=("opposed_share",),
     apply=_apply,
     of_thrusters=True,
     missing=_missing,

@@ -50,7 +50,7 @@ def effects() -> dict[str, Effect]:
 def unstated(context: EffectContext) -> dict[str, Effect]:
     """Return what may differ on any vehicle because no vehicle file states it, by id."""
     return {
-        id_: effect
+        id_: effect.on(context)
         for id_, effect in _collected().items()
         if effect.unstated and _missing(effect, context) is None
     }
@@ -90,8 +90,15 @@ def description(effect_id: str) -> str:
 
 
 def candidates(context: EffectContext) -> dict[str, Effect]:
-    """Return the effects that a vehicle can have, by id; the rest is in `why_not`."""
-    return {id_: effect for id_, effect in effects().items() if _missing(effect, context) is None}
+    """Return the effects that a vehicle can have, by id; the rest is in `why_not`.
+
+    Neutral values and ordinary widths are those that the vehicle's file states.
+    """
+    return {
+        id_: effect.on(context)
+        for id_, effect in effects().items()
+        if _missing(effect, context) is None
+    }
 
 
 def why_not(context: EffectContext) -> dict[str, str]:
@@ -153,7 +160,7 @@ def apply_effects(
         reason = _missing(effect, context)
         if reason is not None:
             raise CannotComputeError(f"{spec.id} cannot be switched on here: {reason}.")
-        values = effect.neutral_values() | dict(spec.values)
+        values = effect.on(context).neutral_values() | dict(spec.values)
         target = None if spec.target is None else context.thruster_names.index(spec.target)
         effect.apply(changed, values, target, context)
     return changed

@@ -7,6 +7,10 @@ effect is one factor for all thrusters and both signs:
 
     T_i = (1 - t) T(N_i, V_i)
 
+The neutral value is the t that the vehicle file states ("thrust_deduction" of its model, mean over
+the thrusters; 0 where it says nothing); the thrusters are scaled alike from there. The width stated
+beside it is ordinary, or the uncertainty of the thrust where none is.
+
 A naval architect would object to one t for both signs, and rightly: ahead, t comes from suction on
 the stern and is 0.05 to 0.25; astern, the jet itself strikes the hull and the loss is usually
 larger. The library keeps one number so that what is special to astern stays a matter of
@@ -20,6 +24,7 @@ weight and buoyancy, a bollard pull) fixes the scale.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from pipeline.effects.change import scale
 from pipeline.effects.effect import Effect, EffectContext, Parameter
@@ -29,7 +34,20 @@ from pipeline.types import FloatArray
 def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
 ) -> None:
-    scale(vector, "thrust_gain", 1.0 - values["t"], slice(len(context.thruster_names)))
+    fitted = slice(len(context.thruster_names))
+    # at the stated value exactly 1, whatever rounding leaves of 1 - t
+    stated = 1.0 - (1.0 - context.thrust_share)
+    scale(vector, "thrust_gain", (1.0 - values["t"]) / stated, fitted)
+
+
+def _stated(parameters: tuple[Parameter, ...], context: EffectContext) -> tuple[Parameter, ...]:
+    (fraction,) = parameters
+    neutral, (low, high) = 1.0 - context.thrust_share, fraction.plausible
+    if neutral != 0.0:
+        # there is less of it on another hull, or none
+        low, high = min(0.0, neutral - low), max(high, neutral + low)
+    ordinary = context.deduction_std or 0.0
+    return (replace(fraction, neutral=neutral, plausible=(low, high), ordinary=ordinary),)
 
 
 EFFECT = Effect(
@@ -53,4 +71,5 @@ EFFECT = Effect(
     vector_slots=("thrust_gain",),
     apply=_apply,
     of_thrusters=True,
+    stated=_stated,
 )

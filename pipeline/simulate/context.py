@@ -48,5 +48,9 @@ def effect_context(vehicle: Vehicle) -> EffectContext:
         ),
         crossflow_in_nominal=model.crossflow is not None and model.crossflow.in_nominal,
         munk_held=munk_held(model),
+        inflow_shares=tuple(1.0 - model.wake_fraction.of(one.name) for one in vehicle.thrusters),
+        thrust_shares=tuple(1.0 - model.thrust_deduction.of(one.name) for one in vehicle.thrusters),
+        wake_std=model.wake_fraction.sigma,
+        deduction_std=model.thrust_deduction.sigma,
         lagged=not any(model.thrusters[one.drive].balance_in_time for one in vehicle.thrusters),
     )

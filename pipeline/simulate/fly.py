@@ -58,6 +58,7 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
     vector = packed.vector
     kinds = read(vector, "thruster_type")[:count].astype(int)
     fractions = read(vector, "inflow_fraction")[:count]
+    gains = read(vector, "thrust_gain")[:count]
     tables, steps = packed.thrust_tables, packed.steps
     codes = np.arange(tables.shape[3])
 
@@ -71,6 +72,7 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
             share = row - low
             high = min(low + 1, tables.shape[2] - 1)
             curve = (1 - share) * tables[kinds[i], side, low] + share * tables[kinds[i], side, high]
+            curve = gains[i] * curve
             first = max(int(np.argmax(curve > 0)) - 1, 0)
             limit = packed.code_limits[i, 1] if side == 0 else -packed.code_limits[i, 0]
             size = np.interp(abs(thrust_n[i]), curve[first:], codes[first:] * steps[kinds[i], 1])
@@ -93,7 +95,8 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
             )
 
         found = at(packed.code_limits[:, 1 - side])
-        return np.maximum(np.where(found > 0.0, found, at(packed.code_limits[:, 1])), 1e-9)
+        found = np.where(found > 0.0, found, at(packed.code_limits[:, 1]))
+        return np.maximum(gains * found, 1e-9)
 
     return GeneralAllocator(
         position_m=read(vector, "thruster_position")[:count],

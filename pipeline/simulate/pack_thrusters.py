@@ -32,23 +32,28 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
             "lag",
             "rotor_inertia",
             "inflow_fraction",
+            "thrust_gain",
             "code_max",
             "code_min",
         )
     }
     rows["code_max"][:], rows["code_min"][:] = 1.0, -1.0
+    rows["thrust_gain"][:] = 1.0
+    model = model_of(vehicle)
+    falls = model.terms.thrust_falls_with_speed
     position, direction = np.zeros((MOST_THRUSTERS, 3)), np.zeros((MOST_THRUSTERS, 3))
     for i, thruster in enumerate(vehicle.thrusters):
         kind = (thruster.drive, thruster.propeller)
         if kind not in kinds:
             kinds.append(kind)
-        drive = model_of(vehicle).thrusters[thruster.drive]
+        drive = model.thrusters[thruster.drive]
         rows["thruster_type"][i] = kinds.index(kind)
         if isinstance(drive.characteristic, FromBollard):
             rows["drive_dead"][i] = drive.characteristic.dead_zone_code
         rows["lag"][i] = drive.lag_s
         rows["rotor_inertia"][i] = _inertia(drive)
-        rows["inflow_fraction"][i] = 1.0 if model_of(vehicle).terms.thrust_falls_with_speed else 0.0
+        rows["inflow_fraction"][i] = 1.0 - model.wake_fraction.of(thruster.name) if falls else 0.0
+        rows["thrust_gain"][i] = 1.0 - model.thrust_deduction.of(thruster.name)
         rows["code_max"][i] = vehicle.drives[thruster.drive].code_max
         rows["code_min"][i] = vehicle.drives[thruster.drive].code_min
         position[i] = thruster.position_m

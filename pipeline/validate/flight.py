@@ -167,7 +167,8 @@ def _start(
     count = len(codes)
     kinds = read(packed.vector, "thruster_type")[:count].astype(int)
     in_time = read(packed.vector, "rotor_inertia")[:count] > 0.0
-    inflow = inflow_speed(packed, state[None, 7:13])[0]
+    share = read(packed.vector, "inflow_fraction")[:count]
+    inflow = share * inflow_speed(packed, state[None, 7:13])[0]
     for i in range(count):
         state[BODY + i] = codes[i]
         if in_time[i]:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pipeline.control.code_limits import at_limit
+from pipeline.physics.parameters import read
 from pipeline.records.validation import KeepingFlight, StepFlight, Variant
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -63,7 +64,8 @@ def keeping(
     opposed = np.sign(flight.codes) * flight.inflow_mps < -OPPOSED_MPS
     shaft, electrical = (None, None)
     if power is not None:
-        shaft, electrical = power.means(effective_codes(packed, flight), flight.inflow_mps)
+        at_blades = flight.inflow_mps * read(packed.vector, "inflow_fraction")[: len(opposed[0])]
+        shaft, electrical = power.means(effective_codes(packed, flight), at_blades)
     return KeepingFlight.model_validate(
         base
         | {

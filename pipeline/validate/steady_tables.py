@@ -12,13 +12,13 @@ from pipeline.types import FloatArray
 def calm_vehicle(packed: PackedVehicle) -> PackedVehicle:
     """Return the vehicle in open water, with thrust that falls with speed as its tables have it.
 
-    Walls are far away, and the inflow of every thruster counts: where the nominal model leaves it
-    out there would be nothing to compensate.
+    Walls are far away, and the inflow of every thruster counts, less its wake fraction: where the
+    nominal model leaves it out there would be nothing to compensate.
     """
     vector = packed.vector.copy()
     write(vector, "wall_count", 0.0)
     share = np.zeros_like(read(vector, "inflow_fraction"))
-    share[: len(packed.thruster_names)] = 1.0
+    share[: len(packed.thruster_names)] = packed.context.inflow_shares or 1.0
     write(vector, "inflow_fraction", share)
     return replace(packed, vector=vector)
 
@@ -40,18 +40,20 @@ def inflow_speed(packed: PackedVehicle, nu: FloatArray) -> FloatArray:
 def settled_thrust(packed: PackedVehicle, codes: FloatArray, inflow_mps: FloatArray) -> FloatArray:
     """Thrust (k, n) of codes (k, n) at inflow speeds (k, n), as the kernel has it without lag. [N].
 
-    Bilinear in the thrust tables; against the motion the row at rest holds.
+    Bilinear in the thrust tables; against the motion the row at rest holds. `inflow_mps` is the
+    speed of the water past the hull: wake fraction and thrust deduction are taken off here.
     """
-    out = np.zeros(codes.shape)
-    kinds = read(packed.vector, "thruster_type")[: codes.shape[1]].astype(int)
+    out, count = np.zeros(codes.shape), codes.shape[1]
+    kinds = read(packed.vector, "thruster_type")[:count].astype(int)
+    at_blades = inflow_mps * read(packed.vector, "inflow_fraction")[:count]
     for kind in np.unique(kinds):
         of_kind = kinds == kind
         for side, sign in ((0, 1.0), (1, -1.0)):
             mask = of_kind[None, :] & (sign * codes > 0.0)
             grid = Grid(packed.thrust_tables[kind, side], *packed.steps[kind])
-            value = grid.at(np.maximum(sign * inflow_mps[mask], 0.0), np.abs(codes[mask]))
+            value = grid.at(np.maximum(sign * at_blades[mask], 0.0), np.abs(codes[mask]))
             out[mask] = sign * np.maximum(value, 0.0)
-    return out
+    return np.asarray(out * read(packed.vector, "thrust_gain")[:count])
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,7 @@ __all__ = [
     "FromBollard",
     "FromTables",
     "HullSection",
+    "HullShare",
     "LatchSection",
     "Lift",
     "Matrix6",
@@ -46,10 +47,12 @@ __all__ = [
     "RigidBody",
     "Terms",
     "Tether",
+    "ThrustDeduction",
     "ThrusterModel",
     "Uncertainty",
     "Vector3",
     "Vector6",
+    "WakeFraction",
     "Wall",
     "WinchSection",
 ]
@@ -192,6 +195,34 @@ class ThrusterModel(ModelSection):
     source: str = ""
 
 
+class HullShare(ModelSection):
+    """A share that the hull takes of what a thruster has alone: of its inflow, or of its thrust.
+
+    `value` holds for every thruster that `thrusters` does not name; `sigma` is the standard
+    uncertainty common to all of them.
+    """
+
+    value: Annotated[float, Field(gt=-1, lt=1)] = 0.0
+    sigma: NotNegative | None = None
+    thrusters: dict[str, Annotated[float, Field(gt=-1, lt=1)]] = Field(default_factory=dict)
+    source: str = ""
+
+    def of(self, thruster: str) -> float:
+        """Return the share that is taken of one thruster's. [1]."""
+        return self.thrusters.get(thruster, self.value)
+
+
+class WakeFraction(HullShare):
+    """w: the inflow of a thruster's blades is (1 - w) of the speed along its axis."""
+
+
+class ThrustDeduction(HullShare):
+    """t: (1 - t) of a thruster's bench thrust drives the hull.
+
+    Negative where a thruster gives more than the characteristic says.
+    """
+
+
 class Wall(ModelSection):
     """A plane wall: a point on it and the unit normal into the water, NED."""
 
@@ -239,6 +270,8 @@ class Model(ModelSection):
     payloads: tuple[Payload, ...] = Field(default=(), max_length=4)
     thrusters: dict[str, ThrusterModel]
     """By drive."""
+    wake_fraction: WakeFraction = WakeFraction()
+    thrust_deduction: ThrustDeduction = ThrustDeduction()
     tether: Tether | None = None
     pool: Pool | None = None
     uncertainty: Uncertainty = Uncertainty()

@@ -42,6 +42,14 @@ def vehicle_notes(vehicle: Vehicle) -> tuple[str, ...]:
         if (one.propeller, one.drive) != (tables.propeller, tables.drive)
     ]
     notes += size_notes(vehicle)
+    model = vehicle.model
+    if model is not None and not model.terms.thrust_falls_with_speed:
+        wake = model.wake_fraction
+        if wake.value != 0.0 or wake.thrusters:
+            notes.append(
+                "model.wake_fraction has no effect while model.terms.thrust_falls_with_speed is "
+                "false: the thrust is that at rest."
+            )
     allocator = vehicle.allocator
     if allocator is None:
         return tuple(notes)

@@ -356,6 +356,18 @@ class Vehicle(Section):
                 raise _fault_at(text, "model", "thrusters")
         return self
 
+    @model_validator(mode="after")
+    def _the_shares_are_of_thrusters(self) -> Self:
+        names = [thruster.name for thruster in self.thrusters]
+        for key in ("wake_fraction", "thrust_deduction"):
+            section = getattr(self.model, key, None)
+            for name in section.thrusters if section is not None else ():
+                if name not in names:
+                    among = ", ".join(names) or "none"
+                    text = f'there is no thruster "{name}"; thrusters has {among}'
+                    raise _fault_at(text, "model", key, "thrusters", name)
+        return self
+
     @property
     def propeller(self) -> Propeller:
         """The propeller that the tables are for."""

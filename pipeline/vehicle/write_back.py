@@ -10,6 +10,9 @@ from typing import Any
 from pipeline.errors import CannotComputeError
 
 Value = float | int | str | Sequence[float]
+#: Sections that a file may leave out, none of whose keys is required.
+_OPTIONAL = ("model.wake_fraction.", "model.thrust_deduction.")
+_Tree = dict[str, "Value | _Tree"]
 #: Digits of a number that is written.
 _DIGITS = 7
 
@@ -24,7 +27,8 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
     changes : mapping of str to value
         Path of a key, parted by dots, an element of a list by its place from 0 -> new value:
         ``{"model.damping.linear.0": 2.4}``. A list is written element by element. A key that the
-        file leaves out is put into its section, which must be there.
+        file leaves out is put into its section, which must be there unless it is one that a file
+        may leave out whole.
     note : str
         Written on top as a comment.
 
@@ -51,15 +55,38 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
     text = original_text.removeprefix("\ufeff")
     root = YAML(typ="rt", pure=True).compose(text)
     edits: list[tuple[int, int, str]] = []
+    made: dict[str, _Tree] = {}
     for path, value in changes.items():
-        edits += _edits(root, path, value)
+        section = _lacking_section(root, path) if path.startswith(_OPTIONAL) else None
+        if section is None:
+            edits += _edits(root, path, value)
+            continue
+        *between, key = path.removeprefix(f"{section}.").split(".")
+        tree = made.setdefault(section, {})
+        for part in between:
+            below = tree.setdefault(part, {})
+            assert isinstance(below, dict)  # noqa: S101 - no path is the beginning of another
+            tree = below
+        tree[key] = value
+    for section, tree in made.items():
+        edits += _edits(root, section, tree)
     for begin, end, new in sorted(edits, reverse=True):
         text = text[:begin] + new + text[end:]
     head = "".join(f"# {line}".rstrip() + "\n" for line in note.splitlines())
     return head + text
 
 
-def _edits(root: Any, path: str, value: Value) -> list[tuple[int, int, str]]:  # noqa: ANN401
+def _lacking_section(root: Any, path: str) -> str | None:  # noqa: ANN401
+    """First section on the way to a key that is not there; None where only the key may lack."""
+    node, parts = root, path.split(".")
+    for depth, part in enumerate(parts[:-1]):
+        node = _child(node, part)
+        if node is None:
+            return ".".join(parts[: depth + 1])
+    return None
+
+
+def _edits(root: Any, path: str, value: "Value | _Tree") -> list[tuple[int, int, str]]:  # noqa: ANN401
     """Begin, end and new text of every place that one change touches."""
     node, parts = root, path.split(".")
     for depth, part in enumerate(parts):
@@ -103,7 +130,7 @@ def _span(node: Any) -> tuple[int, int]:  # noqa: ANN401
     return node.start_mark.index, node.end_mark.index
 
 
-def _inserted(node: Any, key: str, value: Value) -> tuple[int, int, str]:  # noqa: ANN401
+def _inserted(node: Any, key: str, value: "Value | _Tree") -> tuple[int, int, str]:  # noqa: ANN401
     """Put a key before the first of its section."""
     begin = node.start_mark.index
     if node.flow_style:
@@ -113,7 +140,9 @@ def _inserted(node: Any, key: str, value: Value) -> tuple[int, int, str]:  # noq
     return first.index, first.index, f"{key}: {_written(value)}\n" + " " * first.column
 
 
-def _written(value: Value) -> str:
+def _written(value: "Value | _Tree") -> str:
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key}: {_written(one)}" for key, one in value.items()) + "}"
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, Sequence):

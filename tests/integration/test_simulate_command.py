@@ -417,7 +417,10 @@ def test_effects_of_a_vehicle_say_why_not(tmp_path: Path, name: str) -> None:
         assert one["candidate"] == (one["why_not"] is None)
     by_id = {one["id"]: one for one in body["effects"]}
     assert not by_id["coriolis_omitted"]["candidate"]
-    assert by_id["advance_speed_loss"]["candidate"] == (name == "rov8")
+    assert by_id["advance_speed_loss"]["candidate"]
+    # neutral is what the vehicle file states: no inflow in the nominal model of rov8
+    (inflow,) = by_id["advance_speed_loss"]["parameters"]
+    assert inflow["neutral"] == (0.0 if name == "rov8" else 1.0)
     assert by_id["current"]["parameters"][0]["unit"] == "m/s"
     text = succeeded(command(tmp_path, "effects", name)).stdout
     assert "no candidate: " in text

@@ -215,6 +215,8 @@ def _ordinary(
         return float(
             np.hypot(uncertainty.damping * slope, uncertainty.added_mass * munk.get(name, 0.0))
         )
+    if effect_id == "thrust_deduction" and packed.context.deduction_std is not None:
+        return parameter.ordinary
     return {
         "thruster_degraded": uncertainty.thrust,
         "thrust_deduction": uncertainty.thrust,

@@ -10,6 +10,7 @@ from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pack_hull import inertia_tensor, point_inertia
 from pipeline.types import FloatArray
 from pipeline.vehicle.frames import Change
+from pipeline.vehicle.hull_shares import share_changes
 from pipeline.vehicle.model_schema import FromBollard, Model
 from pipeline.vehicle.schema import Vehicle
 
@@ -38,8 +39,16 @@ def file_changes(
     changes |= _body(model, vehicle, old, vector)
     if differs("coriolis_fraction") and float(read(vector, "coriolis_fraction")) > 0.5:
         changes["model.terms.coriolis"] = True
+    names = packed.thruster_names
     if differs("inflow_fraction"):
-        changes["model.terms.thrust_falls_with_speed"] = True
+        if not model.terms.thrust_falls_with_speed:
+            changes["model.terms.thrust_falls_with_speed"] = True
+        shares = read(vector, "inflow_fraction")[: len(names)].tolist()
+        if [model.wake_fraction.of(name) for name in names] != [1.0 - one for one in shares]:
+            changes |= share_changes(model.wake_fraction, names, shares)
+    if differs("thrust_gain"):
+        gains = read(vector, "thrust_gain")[: len(names)].tolist()
+        changes |= share_changes(model.thrust_deduction, names, gains)
     if differs("crossflow_fraction") and float(read(vector, "crossflow_fraction")) > 0.5:
         changes["model.crossflow.in_nominal"] = True
     changes |= _thrusters(vehicle, model, packed, vector)
@@ -113,7 +122,7 @@ def _body(model: Model, vehicle: Vehicle, old: FloatArray, vector: FloatArray) -
 def _thrusters(
     vehicle: Vehicle, model: Model, packed: PackedVehicle, vector: FloatArray
 ) -> dict[str, Change]:
-    """Lag, scale and dead zone of the drives, where all of a drive's thrusters changed alike."""
+    """Lag, reverse thrust and dead zone, where all thrusters of a drive changed alike."""
     changes: dict[str, Change] = {}
     old = packed.vector
     for drive, stated in model.thrusters.items():
@@ -133,14 +142,10 @@ def _thrusters(
         curve = stated.characteristic
         if not isinstance(curve, FromBollard):
             continue
-        gain, reverse, dead = alike("thrust_gain"), alike("reverse_gain"), alike("dead_zone")
+        reverse, dead = alike("reverse_gain"), alike("dead_zone")
         key = f"model.thrusters.{drive}.characteristic"
-        both = gain[1] / gain[0] if gain is not None else 1.0
-        back = both * (reverse[1] / reverse[0] if reverse is not None else 1.0)
-        if both != 1.0:
-            changes[f"{key}.thrust_max_n"] = curve.thrust_max_n * both
-        if back != 1.0:
-            changes[f"{key}.thrust_min_n"] = curve.thrust_min_n * back
+        if reverse is not None:
+            changes[f"{key}.thrust_min_n"] = curve.thrust_min_n * reverse[1] / reverse[0]
         if dead is not None:
             changes[f"{key}.dead_zone_code"] = curve.dead_zone_code + dead[1]
     return changes
@@ -149,23 +154,24 @@ def _thrusters(
 def left_to_say(specs: Sequence[EffectSpec], changes: Mapping[str, Change]) -> tuple[str, ...]:
     """Effects that no key of the file can hold, as options of ``rig2sea simulate``."""
     written = {
-        "added_mass": "added_mass",
-        "linear_damping": "damping.linear",
-        "quadratic_damping": "damping.quadratic",
-        "residual_buoyancy": "displaced_volume",
-        "cg_shift": "centre_of_mass",
-        "payload": "rigid_body",
-        "coriolis_omitted": "terms.coriolis",
-        "advance_speed_loss": "thrust_falls",
-        "crossflow_coupling": "crossflow",
-        "thruster_lag": "lag_s",
-        "thrust_deduction": "thrust_max_n",
-        "reverse_thrust": "thrust_min_n",
-        "dead_zone": "dead_zone_code",
-        "dvl_lever_arm": "dvl.position_m",
+        "added_mass": ("added_mass",),
+        "linear_damping": ("damping.linear",),
+        "quadratic_damping": ("damping.quadratic",),
+        "residual_buoyancy": ("displaced_volume",),
+        "cg_shift": ("centre_of_mass",),
+        "payload": ("rigid_body",),
+        "coriolis_omitted": ("terms.coriolis",),
+        "advance_speed_loss": ("thrust_falls", "wake_fraction"),
+        "crossflow_coupling": ("crossflow",),
+        "thruster_lag": ("lag_s",),
+        "thrust_deduction": ("thrust_deduction",),
+        "thruster_degraded": ("thrust_deduction",),
+        "reverse_thrust": ("thrust_min_n",),
+        "dead_zone": ("dead_zone_code",),
+        "dvl_lever_arm": ("dvl.position_m",),
     }
     return tuple(
         f"--effect {spec}"
         for spec in specs
-        if spec.id not in written or not any(written[spec.id] in key for key in changes)
+        if not any(part in key for part in written.get(spec.id, ()) for key in changes)
     )

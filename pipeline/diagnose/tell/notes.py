@@ -66,8 +66,6 @@ def _what_no_file_states(found: Search, top: Candidate) -> Iterator[str]:
             "opposed_share": "against the motion thrusters give more than at rest, by "
             f"{value:.0%} of what they lose along it, by these runs. The vehicle file says "
             "nothing of it, so that is no fault",
-            "inflow_share": f"{value:.0%} of the stated inflow reaches the thrusters' blades, by "
-            "these runs. The vehicle file says nothing of it, so that is no fault",
         }[one.parameter.name]
 
 

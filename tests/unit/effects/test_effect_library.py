@@ -105,7 +105,7 @@ def test_all_are_candidates_where_everything_is_lacking_known_and_measured() -> 
     [
         (
             COMPLETE,
-            {"advance_speed_loss": "falling with speed already", "coriolis_omitted": "already"},
+            {"coriolis_omitted": "already"},
         ),
         (replace(CONTEXT, strips=False), {"crossflow_coupling": "no hull sections"}),
         (replace(CONTEXT, crossflow_in_nominal=True), {"crossflow_coupling": "already"}),
