@@ -77,7 +77,7 @@ def test_effects_at_neutral_change_no_bit(
     packed_vehicles: dict[str, PackedVehicle], name: str, effect: Effect
 ) -> None:
     packed = packed_vehicles[name]
-    spec = spec_of(effect, packed, effect.neutral_values())
+    spec = spec_of(effect, packed, effect.on(packed.context).neutral_values())
     if effect.id not in candidates(packed.context):
         with pytest.raises(CannotComputeError, match=effect.id):
             apply_effects(packed.vector, [spec], packed.context)
@@ -98,7 +98,8 @@ def test_candidates_change_the_motion_or_the_readings(
     if effect.id not in candidates(packed.context):
         pytest.skip("no candidate for this vehicle")
     assert sensors is not None
-    values = {p.name: max(p.plausible, key=lambda v: abs(v - p.neutral)) for p in effect.parameters}
+    parameters = effect.on(packed.context).parameters
+    values = {p.name: max(p.plausible, key=lambda v: abs(v - p.neutral)) for p in parameters}
     vector = apply_effects(packed.vector, [spec_of(effect, packed, values)], packed.context)
     with_it, without = flown(packed, vector), flown(packed)
     log = partial(measure, packed=packed, sensors=sensors, seed=3)
