@@ -1,0 +1,128 @@
+"""The motion of a measured run on its rows: state, acceleration, and which of it was measured."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import savgol_filter
+from scipy.spatial.transform import Rotation
+
+from pipeline.errors import CannotComputeError
+from pipeline.records.run_table import RunTable
+from pipeline.types import BoolArray, FloatArray
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: Readings that a smoothed value and its slope are made of, and the least time they span. [s]
+_READINGS, _LEAST_S = 5, 0.3
+_STATE = 13
+
+
+@dataclass(frozen=True)
+class MeasuredMotion:
+    """What a run tells of its motion.
+
+    `state` (m, 13): position NED [m], quaternion body to NED, velocity over ground and rates in
+    body axes; `nu_dot` (m, 6) their rates of change. `measured` (6,) tells of each velocity whether
+    the run shows it; one that it does not show stands at zero. `placed` tells whether the position
+    was measured.
+    """
+
+    time_s: FloatArray
+    state: FloatArray
+    nu_dot: FloatArray
+    measured: BoolArray
+    placed: bool
+
+    @property
+    def nu(self) -> FloatArray:
+        """Velocity over ground and rates, body axes (m, 6) [m/s, rad/s]."""
+        return self.state[:, 7:13]
+
+
+def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMotion:
+    """Smooth what was measured of a run's motion: local parabolas through five readings.
+
+    Without a measured velocity, heave follows from the depth and the attitude, and surge and sway
+    are not known.
+
+    Parameters
+    ----------
+    run : RunTable
+        On an even time base.
+    sensors : Sensors, optional
+        Where the DVL and the depth sensor sit.
+
+    Raises
+    ------
+    CannotComputeError
+        Without rates of turn or attitude.
+    """
+    rates, attitude = _channel(run, "angular_velocity"), _channel(run, "attitude")
+    if rates is None or attitude is None:
+        raise CannotComputeError(
+            f"{run.name}: rates of turn and attitude are needed to put an effect into a measured "
+            f"run; it has {', '.join(sorted(run.values))}."
+        )
+    period = float(np.median(np.diff(run.time_s)))
+    state, nu_dot = np.zeros((run.time_s.size, _STATE)), np.zeros((run.time_s.size, 6))
+    attitude /= np.linalg.norm(attitude, axis=1)[:, None]
+    state[:, 3:7] = attitude
+    turn = Rotation.from_quat(attitude[:, [1, 2, 3, 0]])
+    state[:, 10:13], nu_dot[:, 3:] = _smoothed(rates, _window(run, "angular_velocity"), period)
+    omega = state[:, 10:13]
+    known = np.array([False, False, False, True, True, True])
+    velocity, depth = _channel(run, "velocity"), _channel(run, "depth")
+    if velocity is not None:
+        place = np.array(sensors.dvl.position_m) if sensors and sensors.dvl else np.zeros(3)
+        at_origin = velocity - np.cross(omega, place)
+        state[:, 7:10], nu_dot[:, :3] = _smoothed(at_origin, _window(run, "velocity"), period)
+        known[:3] = True
+    elif depth is not None:
+        place = np.array(sensors.depth.position_m) if sensors and sensors.depth else np.zeros(3)
+        down = depth[:, 0] - turn.apply(place)[:, 2]
+        window = 2 * _window(run, "depth") + 1
+        _, sinking = _smoothed(down[:, None], window, period)
+        # heave of a vehicle whose surge and sway are not known, level enough for that
+        upright = np.maximum(turn.as_matrix()[:, 2, 2], 0.5)
+        heave = sinking[:, 0] / upright
+        state[:, 9:10], nu_dot[:, 2:3] = _smoothed(heave[:, None], window, period)
+        known[2] = True
+    position = _channel(run, "position")
+    if position is not None:
+        state[:, :3] = position
+    if depth is not None:
+        state[:, 2] = depth[:, 0]
+    return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None)
+
+
+def _channel(run: RunTable, quantity: str) -> FloatArray | None:
+    """Values on every row: what is not valid lies on the line between what is."""
+    if quantity not in run.values:
+        return None
+    values = np.array(run.values[quantity], float)
+    good = run.valid[quantity] & np.isfinite(values).all(axis=1)
+    if good.sum() < _READINGS:
+        return None
+    if not good.all():
+        rows = np.arange(values.shape[0])
+        for column in range(values.shape[1]):
+            values[:, column] = np.interp(rows, rows[good], values[good, column])
+    return values
+
+
+def _window(run: RunTable, quantity: str) -> int:
+    """Rows, odd, that a smoothed value is made of."""
+    period = float(np.median(np.diff(run.time_s)))
+    marks = run.reading.get(quantity)
+    spacing = period
+    if marks is not None and marks.sum() > 2:
+        spacing = float(np.median(np.diff(run.time_s[marks])))
+    half = round(max((_READINGS - 1) * spacing, _LEAST_S) / 2.0 / period)
+    return 2 * max(half, 2) + 1
+
+
+def _smoothed(values: FloatArray, window: int, period_s: float) -> tuple[FloatArray, FloatArray]:
+    """Value and slope of the parabola through each row's neighbourhood."""
+    window = min(window, 2 * ((len(values) - 1) // 2) + 1)
+    value = savgol_filter(values, window, 2, axis=0)
+    slope = savgol_filter(values, window, 2, deriv=1, delta=period_s, axis=0)
+    return np.asarray(value), np.asarray(slope)
