@@ -135,7 +135,7 @@ def test_a_thruster_that_stood_still_is_commanded(rov: PackedVehicle, flown: Tra
         commanded_without_effect(rov, still, rov.thruster_names[1])
 
 
-def test_heave_follows_from_depth_and_attitude(rov: PackedVehicle, flown: Trajectory) -> None:
+def test_heave_follows_from_depth_and_attitude(flown: Trajectory) -> None:
     from pipeline.measured.motion import measured_motion
 
     run_ = table(flown)
