@@ -1,5 +1,6 @@
 # make        set up, then raw/ -> processed/ and reports/; ends by naming the report
 # make test   set up, then all tests
+# make quick  set up, then the tests that need no simulation and no diagnosis (a minute or so)
 # make coverage  the same, and fails where the tests run less than 85 % of the lines
 # make check  linters, types, import rules
 # make lock   write requirements.lock anew from pyproject.toml
@@ -28,7 +29,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 TESTS ?=
 MINUTES ?= 10
 
-.PHONY: run setup test coverage check lock cross drawing cluster wheel-test fuzz faults bundled benchmark clean
+.PHONY: run setup test quick coverage check lock cross drawing cluster wheel-test fuzz faults bundled benchmark clean
 
 run: setup
 	@$(BIN)/rig2sea run
@@ -52,6 +53,9 @@ $(STAMP): requirements.lock pyproject.toml
 
 test: setup
 	@$(BIN)/python -m pytest -n 2 --dist worksteal -q $(TESTS)
+
+quick: setup
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m quick $(if $(TESTS),$(TESTS),tests)
 
 # Counting the lines takes a sixth of the time of the tests, so it is a command of its own.
 coverage: setup

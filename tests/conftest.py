@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from quick_tests import SLOW_FIXTURES, is_quick
 
 # The same examples every time, and no deadline: a loaded machine is no fault of the code. To look
 # for new counterexamples: HYPOTHESIS_PROFILE=default python -m pytest tests/unit
@@ -32,6 +33,21 @@ def pytest_collection_finish() -> None:
 
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Do not even import what `-m quick` would leave out: that takes as long as the tests."""
+    if config.option.markexpr != "quick" or collection_path.suffix != ".py":
+        return None
+    return True if not is_quick(collection_path, REPOSITORY) else None
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests that need no simulation and no diagnosis."""
+    for item in items:
+        slow = SLOW_FIXTURES.intersection(getattr(item, "fixturenames", ()))
+        if not slow and is_quick(item.path, REPOSITORY):
+            item.add_marker(pytest.mark.quick)
 
 
 @pytest.fixture(scope="session")
