@@ -89,10 +89,9 @@ class BodyHull:
         body = model.rigid_body
         parts = [(body.mass_kg, body.centre_of_mass_m)]
         volumes = [(body.displaced_volume_m3, body.centre_of_buoyancy_m)]
-        for payload in model.payloads:
-            if payload.attached:
-                parts.append((payload.mass_kg, payload.position_m))
-                volumes.append((payload.volume_m3, payload.position_m))
+        for one in model.on_board:
+            parts.append((one.mass_kg, one.position_m))
+            volumes.append((one.volume_m3, one.position_m))
         mass = sum(m for m, _ in parts)
         volume = sum(v for v, _ in volumes)
         mass_x, mass_z = (sum(m * r[i] for m, r in parts) / mass for i in (0, 2))

@@ -26,41 +26,22 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
-from pipeline.errors import CannotComputeError
-from pipeline.physics.parameters import read
+from pipeline.physics.carried_body import carry
 from pipeline.types import FloatArray
 
 
 def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, context: EffectContext
 ) -> None:
-    place = np.array([values["x_m"], values["y_m"], values["z_m"]])
-    mass, volume = values["mass_kg"], values["volume_m3"]
-    lift = float(read(vector, "density")) * context.gravity_mps2 * volume
-    if mass != 0.0:
-        total = float(read(vector, "mass")) + mass
-        if total <= 0.0:
-            raise CannotComputeError(
-                f"payload: with mass_kg={mass:g} the vehicle has {total:g} kg left. "
-                "The total must stay positive."
-            )
-        add(vector, "mass", mass)
-        add(vector, "weight", mass * context.gravity_mps2)
-        add(vector, "inertia", mass * (place @ place * np.eye(3) - np.outer(place, place)))
-        centre = read(vector, "centre_of_mass")
-        add(vector, "centre_of_mass", mass / total * (place - centre))
-    if lift != 0.0:
-        total = float(read(vector, "buoyancy")) + lift
-        if total <= 0.0:
-            raise CannotComputeError(
-                f"payload: with volume_m3={volume:g} the vehicle has {total:g} N of buoyancy left. "
-                "The total must stay positive."
-            )
-        add(vector, "buoyancy", lift)
-        centre = read(vector, "centre_of_buoyancy")
-        add(vector, "centre_of_buoyancy", lift / total * (place - centre))
+    carry(
+        vector,
+        values["mass_kg"],
+        values["volume_m3"],
+        np.array([values["x_m"], values["y_m"], values["z_m"]]),
+        gravity_mps2=context.gravity_mps2,
+        name="payload",
+    )
 
 
 def _coordinate(name: str, half_width_m: float, direction: str) -> Parameter:

@@ -22,9 +22,9 @@ def file_changes(
 
     All fitted values are written: they are one joint estimate, and a parameter that the runs hardly
     tell of stays near what the file said. Buoyancy becomes displaced volume, the heights between
-    the centres become the place of the centre of buoyancy, payloads on board taken off both. Where
-    the lift of the hull holds the Munk moment, its slopes are moved so that the moment of both
-    together stays what it was in the fit.
+    the centres become the place of the centre of buoyancy, ballast and payloads on board taken off
+    both. Where the lift of the hull holds the Munk moment, its slopes are moved so that the moment
+    of both together stays what it was in the fit.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def _lift(model: Model, before: FloatArray, after: FloatArray) -> dict[str, floa
 
 def _hydrostatics(vehicle: Vehicle, model: Model, values: Mapping[str, float]) -> dict[str, Change]:
     body, water = model.rigid_body, vehicle.water
-    on_board = [one for one in model.payloads if one.attached]
+    on_board = model.on_board
     mass = body.mass_kg + sum(one.mass_kg for one in on_board)
     carried = sum(one.volume_m3 for one in on_board)
     volume = body.displaced_volume_m3 + carried

@@ -10,6 +10,7 @@ the terms that the equation omits, over all samples, turns included.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -36,6 +37,7 @@ from pipeline.records.identification import (
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.vector_under import vector_under
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -123,7 +125,7 @@ def straight_line(
     lags = smoother.derivative.size
     noise = found[0][0].noise
     scatter = thrust_scatter * float(np.sqrt(np.mean(thrust[inside] ** 2)))
-    mass = float(read(packed.vector, "mass"))
+    mass = _dry_mass(packed, runs)
     plain, share = _plain(
         thrust[inside], acceleration[inside], stretch[inside], lags, (scatter, noise), mass
     )
@@ -153,6 +155,18 @@ def straight_line(
         terms=coefficients,
         warnings=_warnings(plain, full),
     )
+
+
+def _dry_mass(packed: PackedVehicle, runs: Sequence[RunTable]) -> float:
+    """Mean over the time of the runs, with what the vehicle is known to have carried. [kg]."""
+    masses, seconds = [], []
+    for run in runs:
+        ends = [0, *run.changes, run.time_s.size - 1]
+        for first, last in pairwise(ends):
+            known = run.conditions_at(float(run.time_s[first]))
+            masses.append(float(read(vector_under(known, packed.vector), "mass")))
+            seconds.append(float(run.time_s[last] - run.time_s[first]))
+    return float(np.average(masses, weights=seconds))
 
 
 def _plain(  # noqa: PLR0917 - one caller

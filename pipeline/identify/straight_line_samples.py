@@ -103,6 +103,10 @@ def filtered_samples(
     step = float(np.median(np.diff(run.time_s)))
     actuator = actuator_states(packed, command, step)[:-1]
     wrench, _ = thruster_wrench(packed, actuator, np.column_stack([velocity, omega]))
+    force = run.force_over(slice(None))
+    if force is not None:
+        # a cable pulls as a thruster pushes
+        wrench = wrench + force
 
     def filtered(signal: FloatArray) -> FloatArray:
         impulse = np.concatenate([[0.0], np.cumsum(step * (signal[1:] + signal[:-1]) / 2)])

@@ -7,6 +7,7 @@ moments is predicted once. The free run starts once and is never corrected: it s
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -19,9 +20,11 @@ from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import Window, cut
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states
+from pipeline.simulate.fly import join
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory, run
+from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -133,7 +136,7 @@ def fly_trial(
     for (begin, window), start in zip(found, starts, strict=True):
         if start is None:
             continue
-        flown = _flown(packed, window.command, window.step_s, start)
+        flown = _flown(packed, window, start)
         if flown is None:
             continue
         if free is None and not states:
@@ -176,8 +179,10 @@ def _channels_of_starts(sensors: Sensors, table: RunTable) -> tuple[ChannelNoise
 def rows_of(table: RunTable, begin: int, end: int) -> RunTable:
     """Return the rows [begin, end) of a table as one of their own, times kept from 0."""
     part = slice(begin, end)
+    known = table.known
     return replace(
         table,
+        known=None if known is None else known.part(part, float(table.time_s[begin])),
         time_s=table.time_s[part] - table.time_s[begin],
         values={name: values[part] for name, values in table.values.items()},
         valid={name: valid[part] for name, valid in table.valid.items()},
@@ -188,14 +193,23 @@ def rows_of(table: RunTable, begin: int, end: int) -> RunTable:
 
 
 def _places(table: RunTable, lead: int, ahead: int, shortest: int) -> list[tuple[int, int]]:
-    """First and last row of each window with its lead; a gap in the commands ends a row of them."""
+    """First and last row of each window with its lead; a gap in the commands ends a row of them.
+
+    What happens to the vehicle ends it, too: the next begins there.
+    """
     known = table.valid["command"] & np.isfinite(table.values["command"]).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], known.astype(int), [0]])))
-    return [
-        (begin, min(begin + lead + ahead, int(last) - 1))
-        for first, last in zip(edges[::2], edges[1::2], strict=True)
-        for begin in range(int(first), int(last) - lead - shortest, ahead)
-    ]
+    places = []
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        inner = [row + 1 for row in table.changes if first < row < last - 1]
+        for begin_at, end_at in pairwise([first, *inner, last]):
+            # a row before which something changed is the last of one and the first of the next
+            from_row = begin_at - 1 if begin_at in inner else begin_at
+            places += [
+                (begin, min(begin + lead + ahead, end_at - 1))
+                for begin in range(from_row, end_at - lead - shortest, ahead)
+            ]
+    return places
 
 
 def _window(
@@ -256,14 +270,20 @@ def _lead(window: Window, lead: int) -> Window:
         early = found.sample <= lead
         if early.any():
             readings[quantity] = found.part(early)
-    return replace(window, command=window.command[: lead + 1], readings=readings)
+    outside = None if window.outside is None else window.outside[: lead + 1]
+    return replace(window, command=window.command[: lead + 1], readings=readings, outside=outside)
 
 
-def _flown(
-    packed: PackedVehicle, command: FloatArray, step_s: float, start: FloatArray
-) -> Trajectory | None:
+def _flown(packed: PackedVehicle, window: Window, start: FloatArray) -> Trajectory | None:
     try:
-        found = run(packed, command, dt_s=step_s, start=start)
+        found = run(
+            packed,
+            window.command,
+            dt_s=window.step_s,
+            vector=vector_under(window.conditions, packed.vector),
+            start=start,
+            external=window.outside,
+        )
     except CannotComputeError:
         return None
     return found if np.abs(found.nu).max() <= _FASTEST else None
@@ -272,21 +292,34 @@ def _flown(
 def _free_run(
     packed: PackedVehicle, table: RunTable, begin: int, start: FloatArray, lead: int
 ) -> tuple[Flown | None, str]:
-    """Fly all of the run from one start; where commands are missing the last one holds."""
+    """Fly all of the run from one start; where commands are missing the last one holds.
+
+    The cable pulls as it did along the measured motion, wherever the free run has got to.
+    """
     command = table.values["command"][begin:]
     known = table.valid["command"][begin:] & np.isfinite(command).all(axis=1)
     last = np.maximum.accumulate(np.where(known, np.arange(len(command)), 0))
     period = float(np.median(np.diff(table.time_s)))
+    held = np.nan_to_num(command[last])[:-1]
+    bounds = [begin, *(row for row in table.changes if begin < row < begin + len(held))]
+    pieces: list[Trajectory] = []
     try:
-        found = run(
-            packed,
-            np.nan_to_num(command[last])[:-1],
-            dt_s=period,
-            start=start,
-            start_time_s=float(table.time_s[begin]),
-        )
+        for first, end in pairwise([*bounds, begin + len(held)]):
+            at_s = float(table.time_s[first])
+            pieces.append(
+                run(
+                    packed,
+                    held[first - begin : end - begin],
+                    dt_s=period,
+                    vector=vector_under(table.conditions_at(at_s), packed.vector),
+                    start=pieces[-1].final_state if pieces else start,
+                    external=table.force_over(slice(first, end)),
+                    start_time_s=at_s,
+                )
+            )
     except CannotComputeError as error:
         return None, str(error)
+    found = join(pieces)
     fast = np.abs(found.nu).max(axis=1) > _FASTEST
     if fast.any():
         at_s = float(found.time_s[int(np.argmax(fast))])

@@ -16,6 +16,7 @@ from pipeline.identify.windows import Window
 from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import run
+from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Quantities whose constant offset is estimated, one a run: columns among a run's offsets.
@@ -191,7 +192,8 @@ def simulate_windows(
 ) -> tuple[FloatArray, FloatArray]:
     """Stacked states (samples, 13) and accelerations (samples, 6) of all windows.
 
-    A window whose simulation runs away holds NaN from its start.
+    Each is simulated under its own conditions and known force. A window whose simulation runs away
+    holds NaN from its start.
     """
     states, rates = [], []
     for window, start in zip(stack.windows, starts, strict=True):
@@ -199,7 +201,12 @@ def simulate_windows(
         state, rate = np.full((count, 13), np.nan), np.full((count, 6), np.nan)
         try:
             found = run(
-                stack.packed, window.command, dt_s=window.step_s, vector=vector, start=start
+                stack.packed,
+                window.command,
+                dt_s=window.step_s,
+                vector=vector_under(window.conditions, vector),
+                start=start,
+                external=window.outside,
             )
         except CannotComputeError:
             pass

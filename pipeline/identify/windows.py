@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -9,6 +10,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
 from pipeline.identify.position_speed import velocity_of_position
+from pipeline.records.run_conditions import AS_STATED, Conditions
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY, STATE
@@ -49,7 +51,8 @@ class Window:
 
     `command` (m, n) held for `step_s` each; `start` (STATE,) kernel state guessed from the
     measurements; `known` (6,) whether linear (0-2) and angular (3-5) velocity there was measured;
-    `readings` by quantity.
+    `readings` by quantity. `conditions` turn a parameter vector of the vehicle into that of the
+    window, and `outside` (m, 6) is a known force that acts at each step, the cable's [N, N m].
     """
 
     run: int
@@ -59,6 +62,8 @@ class Window:
     start: FloatArray
     known: BoolArray
     readings: dict[str, Readings]
+    conditions: Conditions = AS_STATED
+    outside: FloatArray | None = None
 
     @property
     def duration_s(self) -> float:
@@ -74,7 +79,7 @@ def cut(
     *,
     vector: FloatArray | None = None,
 ) -> list[Window]:
-    """Cut runs into consecutive windows.
+    """Cut runs into consecutive windows; what happens to the vehicle in a run begins a new one.
 
     Parameters
     ----------
@@ -131,7 +136,7 @@ def _cut_run(  # noqa: PLR0917 - one caller
     length = max(round(window_s / step), 2) * stride
     going = velocity_of_position(run, channels)
     windows = []
-    for begin, last in _begins(run.valid["command"], length):
+    for begin, last in _begins(run.valid["command"], length, run.changes):
         end = min(begin + length, last)
         end -= (end - begin) % stride
         if end - begin < length // 2:
@@ -158,6 +163,8 @@ def _cut_run(  # noqa: PLR0917 - one caller
                 start,
                 known,
                 readings,
+                run.conditions_at(float(run.time_s[begin])),
+                run.force_over(slice(begin, end, stride)),
             )
         )
     return windows
@@ -177,17 +184,19 @@ def _readings(  # noqa: PLR0917 - one caller
     return Readings(sample, values, late_s)
 
 
-def _begins(known: BoolArray, length: int) -> list[tuple[int, int]]:
+def _begins(known: BoolArray, length: int, changes: list[int]) -> list[tuple[int, int]]:
     """First sample of each window and the last one it may have, stretch by stretch of commands.
 
-    A gap in the commands ends a stretch, and the next one begins with its own first window.
+    A gap in the commands ends a stretch, as a change of the vehicle does, and the next one begins
+    with its own first window.
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[0], known[:-1].astype(int), [0]])))
-    return [
-        (begin, int(last))
-        for first, last in zip(edges[::2], edges[1::2], strict=True)
-        for begin in range(int(first), int(last), length)
-    ]
+    found = []
+    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        inner = [row for row in changes if first < row < last]
+        for begin, end in pairwise([first, *inner, last]):
+            found += [(row, end) for row in range(begin, end, length)]
+    return found
 
 
 def readings_of(

@@ -13,6 +13,7 @@ from pipeline.errors import InputError, Place
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.true_start import StartOfRun, read_true_start
 from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.records.run_notes import RunNotes
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -29,7 +30,8 @@ class RunCommands:
 
     `time_s` (m,) from 0, which is `start_time_ns` on the clock of the log; `codes` (m, n), one
     column a name, each held until the next. `end_s` is when the run ends. `notes` say what is
-    wrong with the log and what had to be assumed.
+    wrong with the log and what had to be assumed; `written` is what a person wrote of the run, by
+    times from the start of the log, which lies at `log_start_s`, 0 or before.
     """
 
     start_time_ns: int
@@ -39,6 +41,8 @@ class RunCommands:
     end_s: float
     start: StartOfRun | None
     notes: tuple[str, ...] = ()
+    written: RunNotes | None = None
+    log_start_s: float = 0.0
 
 
 def read_run_commands(path: Path, vehicle: Vehicle, raw_root: Path) -> RunCommands:
@@ -77,6 +81,8 @@ def read_run_commands(path: Path, vehicle: Vehicle, raw_root: Path) -> RunComman
         found.end_s,
         found.start if true is None else true,
         notes,
+        found.written,
+        found.log_start_s,
     )
 
 
@@ -130,6 +136,8 @@ def commands_of(run: PoolRun, vehicle: Vehicle) -> RunCommands:
         (end - begin) * 1e-9,
         start,
         notes,
+        run.notes,
+        min(run.start_time_ns - begin, 0) * 1e-9,
     )
 
 

@@ -1,8 +1,8 @@
 """What a person wrote of a pool run: ``<run>.yaml`` beside the log."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from pipeline.records.base import Record
 
@@ -15,13 +15,42 @@ class BallastItem(Record):
     """Something put onto the vehicle, or taken off, that the vehicle file does not count.
 
     `mass_kg` in air, negative for what was taken off; `displaced_kg` is the mass of the water that
-    it displaces. `position_m` in body axes: x forward, y starboard, z down.
+    it displaces, `volume_m3` its volume: one of them, of the sign of the mass. `position_m` in body
+    axes: x forward, y starboard, z down.
     """
 
     what: Name
     mass_kg: Annotated[float, Field(ge=-10_000.0, le=10_000.0)]
     displaced_kg: Annotated[float, Field(ge=-10_000.0, le=10_000.0)] | None = None
+    volume_m3: Annotated[float, Field(ge=-10.0, le=10.0)] | None = None
     position_m: Vector3 | None = None
+
+    @model_validator(mode="after")
+    def _water_once(self) -> Self:
+        if self.displaced_kg is not None and self.volume_m3 is not None:
+            raise ValueError("give displaced_kg or volume_m3, not both")
+        return self
+
+
+class RunEvent(Record):
+    """Something that happened to the vehicle in the run, at seconds from the start of its log.
+
+    One of: a module of the vehicle file let go or taken up, ballast, or the speed that the winch
+    was set to, positive pays out, 0 sets its brake [m/s].
+    """
+
+    at_s: Annotated[float, Field(ge=0.0, le=1e6)]
+    release: Name | None = None
+    attach: Name | None = None
+    ballast: BallastItem | None = None
+    winch_mps: Annotated[float, Field(ge=-10.0, le=10.0)] | None = None
+
+    @model_validator(mode="after")
+    def _one_of_them(self) -> Self:
+        given = (self.release, self.attach, self.ballast, self.winch_mps)
+        if sum(one is not None for one in given) != 1:
+            raise ValueError("give one of release, attach, ballast, winch_mps; one event each")
+        return self
 
 
 class WaterNotes(Record):
@@ -42,12 +71,17 @@ class TetherNotes(Record):
 
     attached: bool
     paid_out_m: Annotated[float, Field(ge=0.0, le=20_000.0)] | None = None
+    """At the start, in place of the length in the vehicle file."""
     diameter_mm: Annotated[float, Field(gt=0.0, le=500.0)] | None = None
     note: Text = ""
 
 
 class RunNotes(Record):
-    """Notes of one run. Nothing in them changes a number: they are shown, and compared."""
+    """Notes of one run.
+
+    Ballast, payloads, the density of the water, the tether and the events are what the run is
+    simulated with; the rest is shown, and compared.
+    """
 
     what: Text = ""
     """The purpose, in one line."""
@@ -60,8 +94,12 @@ class RunNotes(Record):
     healthy: bool | None = None
     """The vehicle was as the vehicle file says, to the best knowledge of who wrote it."""
     ballast: tuple[BallastItem, ...] = Field(default=(), max_length=100)
+    payloads: tuple[Name, ...] | None = Field(default=None, max_length=4)
+    """Modules of the vehicle file on board at the start; as the file has them without it."""
     water: WaterNotes | None = None
     tether: TetherNotes | None = None
+    events: tuple[RunEvent, ...] = Field(default=(), max_length=100)
+    """What happened to the vehicle in the run."""
     changed: tuple[Name, ...] = Field(default=(), max_length=100)
     """What differs from the vehicle file or the run before."""
     text: Annotated[str, Field(max_length=20_000)] = ""
@@ -69,7 +107,7 @@ class RunNotes(Record):
     file: str = ""
     """Where they stand; not to be written."""
 
-    @field_validator("who", "changed", mode="before")
+    @field_validator("who", "changed", "payloads", mode="before")
     @classmethod
     def _one_is_a_list_of_one(cls, value: object) -> object:
         # a tuple, because the file is checked strictly and a list is none

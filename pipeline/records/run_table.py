@@ -9,6 +9,7 @@ from typing import Self
 
 import numpy as np
 
+from pipeline.records.run_conditions import AS_STATED, Conditions, KnownOfRun
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Quantities of a run: name -> (columns, unit, meaning). Axes SNAME and NED. Commands and shaft
@@ -109,3 +110,20 @@ class RunTable:
     """Where `time_s` is 0, on the clock of the log. [ns since 1970]"""
     left_out: Mapping[str, Mapping[str, int]] = field(default_factory=dict)
     """Channel -> mark -> readings that took no part because of it."""
+    known: KnownOfRun | None = None
+    """How the vehicle differed from its file, where that is known."""
+
+    @property
+    def changes(self) -> list[int]:
+        """Rows at which something of the vehicle, as it is known, begins to be otherwise."""
+        return [] if self.known is None else self.known.rows_of_changes(self.time_s).tolist()
+
+    def force_over(self, rows: slice) -> FloatArray | None:
+        """Return the known force from outside at some rows (k, 6) [N, N m]; None without any."""
+        if self.known is None or self.known.force is None:
+            return None
+        return self.known.force[rows]
+
+    def conditions_at(self, time_s: float) -> Conditions:
+        """Return how the vehicle differed from its file at a time [s]."""
+        return AS_STATED if self.known is None else self.known.at(time_s)

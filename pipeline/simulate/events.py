@@ -24,10 +24,12 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.physics.gripper import HeldPayload, close_on, latch_reaction
 from pipeline.physics.parameters import read
+from pipeline.records.run_conditions import Conditions
 from pipeline.simulate.kernel_frames import rotation_matrix
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pack_hull import write_body
+from pipeline.simulate.vector_under import vector_under
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Model, Payload
 
@@ -69,7 +71,8 @@ class PayloadSchedule:
     """Changes state and parameter vector of a run as its events come.
 
     `true_vector` turns the vector of a vehicle with its modules into the one that is simulated
-    (effects switched on); `outcomes` collects what happened.
+    (effects switched on); `carried` says what ballast and water make of it at a time, which changes
+    at `carried_from_s`; `outcomes` collects what happened.
     """
 
     packed: PackedVehicle
@@ -77,14 +80,13 @@ class PayloadSchedule:
     events: Sequence[PayloadEvent]
     true_vector: Callable[[FloatArray], FloatArray] = np.copy
     outcomes: list[EventOutcome] = field(default_factory=list)
+    carried: Callable[[float], Conditions] | None = None
+    carried_from_s: Sequence[float] = ()
+    now_s: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse events that cannot happen, in the order of time."""
-        self.events = sorted(self.events, key=lambda event: event.time_s)
-        on_board = set(self._attached)
-        for event in self.events:
-            self._check(event, on_board)
-            (set.add if event.action == "attach" else set.discard)(on_board, event.module)
+        self.events = checked_events(self.events, self.model, self.packed.name)
 
     @cached_property
     def _modules(self) -> dict[str, Payload]:
@@ -94,28 +96,18 @@ class PayloadSchedule:
     def _attached(self) -> set[str]:
         return {payload.name for payload in self.model.payloads if payload.attached}
 
-    def _check(self, event: PayloadEvent, on_board: set[str]) -> None:
-        what = f"{event.action} {event.module} at {event.time_s:g} s"
-        if event.module not in self._modules:
-            near = difflib.get_close_matches(event.module, self._modules, n=1)
-            hint = f'\nDid you mean "{near[0]}"?' if near else ""
-            raise CannotComputeError(
-                f"{what}: {self.packed.name} has no such module; it has "
-                f"{', '.join(self._modules) or 'none'}.{hint}"
-            )
-        if not (np.isfinite(event.time_s) and event.time_s >= 0.0):
-            raise CannotComputeError(f"{what}: a time from 0 on is expected.")
-        if not np.isfinite(event.velocity_ned_mps).all():
-            raise CannotComputeError(f"{what}: the module's velocity is not a number.")
-        if (event.module in on_board) == (event.action == "attach"):
-            now = "is already on board" if event.module in on_board else "is not on board"
-            raise CannotComputeError(f"{what}: it {now} then.")
+    @property
+    def times_s(self) -> tuple[float, ...]:
+        """When something changes after the start. [s]."""
+        times = {event.time_s for event in self.events} | set(self.carried_from_s)
+        return tuple(sorted(times - {0.0} if not self.due(0.0) else times))
 
     def vector(self) -> FloatArray:
-        """Parameter vector that is simulated with the modules that are on board now."""
-        return self.true_vector(
+        """Parameter vector that is simulated with what is on board now."""
+        vector = self.true_vector(
             vector_with_modules(self.packed, self.model, frozenset(self._attached))
         )
+        return vector if self.carried is None else vector_under(self.carried(self.now_s), vector)
 
     def due(self, until_s: float) -> list[PayloadEvent]:
         """Events up to a time that have not happened yet."""
@@ -141,9 +133,12 @@ class PayloadSchedule:
             State and parameter vector from here on.
         """
         for event in self.due(time_s):
+            # what it carries now was carried before the event, too
+            self.now_s = time_s
             before = self.vector()
             rate = np.zeros(6) if nu_dot is None else nu_dot
             state = self._happen(event, time_s, state, before, rate)
+        self.now_s = time_s
         return state, self.vector()
 
     def _happen(
@@ -182,6 +177,45 @@ class PayloadSchedule:
             EventOutcome(event, time_s, nu.copy(), after[7:13].copy(), impulse, load)
         )
         return after
+
+
+def checked_events(events: Sequence[PayloadEvent], model: Model, name: str) -> list[PayloadEvent]:
+    """Return events in the order of time.
+
+    Parameters
+    ----------
+    events : sequence of PayloadEvent
+        In any order.
+    model : Model
+        With the modules that are on board at the start.
+    name : str
+        Of the vehicle, for messages.
+
+    Raises
+    ------
+    CannotComputeError
+        For one that cannot happen.
+    """
+    found = sorted(events, key=lambda event: event.time_s)
+    modules = [payload.name for payload in model.payloads]
+    on_board = {payload.name for payload in model.payloads if payload.attached}
+    for event in found:
+        what = f"{event.action} {event.module} at {event.time_s:g} s"
+        if event.module not in modules:
+            near = difflib.get_close_matches(event.module, modules, n=1)
+            hint = f'\nDid you mean "{near[0]}"?' if near else ""
+            raise CannotComputeError(
+                f"{what}: {name} has no such module; it has {', '.join(modules) or 'none'}.{hint}"
+            )
+        if not (np.isfinite(event.time_s) and event.time_s >= 0.0):
+            raise CannotComputeError(f"{what}: a time from 0 on is expected.")
+        if not np.isfinite(event.velocity_ned_mps).all():
+            raise CannotComputeError(f"{what}: the module's velocity is not a number.")
+        if (event.module in on_board) == (event.action == "attach"):
+            now = "is already on board" if event.module in on_board else "is not on board"
+            raise CannotComputeError(f"{what}: it {now} then.")
+        (set.add if event.action == "attach" else set.discard)(on_board, event.module)
+    return found
 
 
 def held_payload(payload: Payload) -> HeldPayload:

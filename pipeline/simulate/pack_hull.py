@@ -9,15 +9,14 @@ from pipeline.vehicle.schema import Vehicle
 
 
 def write_body(vector: FloatArray, model: Model, gravity: float, density: float) -> None:
-    """Write body, attached payloads, added mass and damping into a vector, in place."""
+    """Write body, ballast, attached payloads, added mass and damping into a vector, in place."""
     body = model.rigid_body
     parts = [(body.mass_kg, np.array(body.centre_of_mass_m), inertia_tensor(body.inertia_kgm2))]
     volumes = [(body.displaced_volume_m3, np.array(body.centre_of_buoyancy_m))]
-    for payload in model.payloads:
-        if payload.attached:
-            place = np.array(payload.position_m)
-            parts.append((payload.mass_kg, place, np.diag(payload.inertia_kgm2)))
-            volumes.append((payload.volume_m3, place))
+    for one in model.on_board:
+        place = np.array(one.position_m)
+        parts.append((one.mass_kg, place, np.diag(one.inertia_kgm2)))
+        volumes.append((one.volume_m3, place))
     mass = sum(m for m, _, _ in parts)
     volume = sum(v for v, _ in volumes)
     inertia = sum((tensor + point_inertia(m, r) for m, r, tensor in parts), np.zeros((3, 3)))

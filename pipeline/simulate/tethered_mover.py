@@ -98,8 +98,12 @@ class TetheredMover:
         start: FloatArray | None = None,
         method: Method = "rk4",
         start_time_s: float = 0.0,
+        external: FloatArray | None = None,
     ) -> Trajectory:
-        """Simulate commands (m, n); arguments and errors as of `fly_tethered`."""
+        """Simulate commands (m, n); arguments and errors as of `fly_tethered`.
+
+        `external` is one wrench (1, 6), held over all of them.
+        """
         if method != "rk4":
             raise CannotComputeError(
                 f"{packed.name} on its tether is integrated by rk4 alone, not by {method}"
@@ -116,6 +120,7 @@ class TetheredMover:
                 dt_s=dt_s,
                 vector=vector,
                 start=start if not pieces else pieces[-1].final_state,
+                external=external,
                 tether_start=self.state,
                 winch=self.winch,
                 winch_command=self._winch_commands(time_s),

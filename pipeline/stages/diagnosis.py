@@ -81,7 +81,7 @@ def diagnose_to_files(
     found = diagnose_fully(
         Case(one.name, one.vehicle, one.packed, runs, holdout, healthy), request.threads
     )
-    found = _with_notes(found, one.without_tether)
+    found = _with_notes(found, (*runs, *holdout, *healthy))
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "diagnosis"
@@ -104,9 +104,10 @@ def _question(request: DiagnosisRequest, one: SimulatedVehicle) -> Question:
     return Question(runs, holdout, healthy)
 
 
-def _with_notes(found: Diagnosis, notes: tuple[str, ...]) -> Diagnosis:
-    """Add what the runs do not show: what of the vehicle was not simulated."""
-    told = (*found.record.notes, *notes)
+def _with_notes(found: Diagnosis, tables: Sequence[RunTable]) -> Diagnosis:
+    """Add what is known of the runs and was not simulated."""
+    notes = [note for table in tables if table.known is not None for note in table.known.notes]
+    told = (*found.record.notes, *dict.fromkeys(notes))
     return replace(found, record=found.record.model_copy(update={"notes": told}))
 
 

@@ -107,7 +107,7 @@ def identify_runs(
     if whole is None and not lines:
         reasons = dict.fromkeys(text for text in (why_not, *no_lines.values()) if text)
         raise CannotComputeError("nothing was identified.\n" + "\n".join(reasons))
-    notes = list(one.notes) + list(one.without_tether)
+    notes = list(one.notes)
     notes += [_NO_SENSORS] if one.vehicle.sensors is None else []
     folder = request.to
     if folder is None:

@@ -85,9 +85,9 @@ def replay(
             f"codes beyond the drive's range, of {', '.join(names)}, are simulated at its limits."
         )
         codes = np.clip(codes, low, high)
-    if schedule is None or not schedule.events:
+    times = () if schedule is None else schedule.times_s
+    if schedule is None or not times:
         return mover(one.packed, codes, dt_s=step_s, vector=true, start=state), notes
-    times = [event.time_s for event in schedule.events]
     changed = run_changing(
         one.packed, codes, schedule.change, times, dt_s=step_s, start=state, mover=mover
     )

@@ -21,6 +21,7 @@ from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, RunTrial, StoredRun
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.stages.job import Job, write_record
+from pipeline.stages.known_of_run import with_known
 from pipeline.stages.run_table_file import read_tables, write_tables
 from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.vehicle.schema import Vehicle
@@ -71,12 +72,13 @@ def _overlay(job: Job) -> Path:
 def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) -> RunTrial:
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
     sensors = one.vehicle.sensors or Sensors()
+    table = with_known(table, stored.notes, one)
     flights = fly_trial(one.packed, sensors, table)
     tables = {"windows": predicted_table(one.packed, sensors, table, flights.windowed)}
     if flights.free is not None:
         tables["free"] = predicted_table(one.packed, sensors, table, flights.free)
     write_tables(_arrays(job), tables)
-    notes = [*one.notes, *one.without_tether]
+    notes = [*one.notes, *(() if table.known is None else table.known.notes)]
     try:
         notes += _write_overlay(job, stored, table, one.vehicle, one.packed, flights)
     except InputError as error:

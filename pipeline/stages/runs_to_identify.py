@@ -16,6 +16,7 @@ from pipeline.provenance import file_digest
 from pipeline.records.identification import RunRead
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
+from pipeline.stages.known_of_run import with_known
 from pipeline.stages.simulated_vehicle import SimulatedVehicle
 
 #: Rate of the tables that the fits work on. [Hz]
@@ -71,6 +72,8 @@ def read_run(
 ) -> tuple[RunRead, RunTable]:
     """Read a log for the fits: on one time base, dead and unwanted channels left out.
 
+    With what the notes of the run and the vehicle file's tether say of it (`known_of_run`).
+
     Raises
     ------
     InputError
@@ -104,8 +107,9 @@ def read_run(
             expected=f"at least one of {', '.join(QUANTITIES)}, and not constant.",
             remedy="See what `rig2sea check` says of the log's topics.",
         )
+    table = with_known(table, run.notes, one)
     told = [str(problem) for problem in run.problems if problem.severity != "note"]
-    warnings = told + warnings
+    warnings = told + warnings + ([] if table.known is None else list(table.known.notes))
     read = RunRead(
         name=table.name,
         file=str(path),

@@ -23,7 +23,6 @@ from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 
 R = TypeVar("R", bound=Record)
-_NO_TETHER = "the tether of the nominal model is left out."
 
 
 @dataclass(frozen=True)
@@ -35,11 +34,6 @@ class SimulatedVehicle:
     vehicle: Vehicle
     packed: PackedVehicle
     notes: tuple[str, ...]
-
-    @property
-    def without_tether(self) -> tuple[str, ...]:
-        """What to tell where the vehicle is simulated by `run`, without its nominal tether."""
-        return (_NO_TETHER,) if self.packed.context.tether_in_nominal else ()
 
     @property
     def file_digest(self) -> str:

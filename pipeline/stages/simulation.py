@@ -15,7 +15,7 @@ from pipeline.export.log_topics import Topic
 from pipeline.export.mcap_log import DEFAULT_START_TIME_NS, SIMULATED_PREFIX, write_run_log
 from pipeline.export.overlay import write_overlay
 from pipeline.ingest.recorded_log import RecordedFile
-from pipeline.ingest.run_commands import read_run_commands
+from pipeline.ingest.run_commands import RunCommands, read_run_commands
 from pipeline.provenance import code_digest, file_digest
 from pipeline.simulate.context import model_of
 from pipeline.simulate.effects_on import effects_on
@@ -25,6 +25,7 @@ from pipeline.simulate.latch_loads import LatchLoad, latch_loads
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.mover import Mover
 from pipeline.simulate.run import Trajectory, run
+from pipeline.simulate.run_conditions import RunSetup, run_setup
 from pipeline.simulate.sensors import Log, measure
 from pipeline.simulate.tethered_mover import TetheredMover, nominal_mover
 from pipeline.stages.chosen_allocator import allocator_of
@@ -97,6 +98,8 @@ class _Case:
     schedule: PayloadSchedule
     tethered: TetheredMover | None
     step_s: float
+    commands: RunCommands | None
+    setup: RunSetup
 
     @property
     def mover(self) -> Mover:
@@ -131,7 +134,10 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
     check_request(request)
     case = _case(request)
     one, schedule, tethered = case.one, case.schedule, case.tethered
-    flight = _flown(case) if request.log is None else _replayed(case, request.log)
+    if request.log is None or case.commands is None:
+        flight = _flown(case)
+    else:
+        flight = _replayed(case, request.log, case.commands)
     trajectory = flight.trajectory
     warnings = [*one.notes, *flight.notes]
     end_s = float(trajectory.time_s[-1])
@@ -167,22 +173,41 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
 
 
 def _case(request: SimulationRequest) -> _Case:
-    """Read the vehicle, and check effects, events and orders against it."""
+    """Read vehicle and log, and check effects, events and orders against them.
+
+    What the notes of a log say of its run is simulated, and what the user asks for on top.
+    """
     orders, events = parse_winch(request), parse_events(request)
     one = load_simulated(request.vehicle, request.raw, request.out)
-    packed, model = one.packed, model_of(one.vehicle)
+    packed = one.packed
     specs = tuple(parse_effect(text, packed.thruster_names) for text in request.effects)
-    switched = effects_on(packed, specs)
-    true = switched(packed.vector)
+    commands, written, late_s = None, None, 0.0
+    if request.log is not None:
+        commands = read_run_commands(request.log, one.vehicle, request.raw)
+        written, late_s = commands.written, commands.log_start_s
+    setup = run_setup(one.vehicle, model_of(one.vehicle), written)
+    setup.checked(packed.vector)
+    setup = setup.later(late_s)
+    schedule = PayloadSchedule(
+        packed,
+        setup.model,
+        [*setup.events, *events],
+        effects_on(packed, specs),
+        carried=setup.carried,
+        carried_from_s=[from_s for from_s, _ in setup.ballast],
+    )
+    true = schedule.vector()
     return _Case(
         request=request,
         one=one,
-        model=model,
+        model=setup.model,
         specs=specs,
         true=true,
-        schedule=PayloadSchedule(packed, model, events, switched),
-        tethered=nominal_mover(model, orders),
+        schedule=schedule,
+        tethered=nominal_mover(setup.model, [*setup.orders, *orders]),
         step_s=usual_step_s(packed, true) if request.step_s is None else request.step_s,
+        commands=commands,
+        setup=setup,
     )
 
 
@@ -203,13 +228,12 @@ def _flown(case: _Case) -> _Flight:
     return _Flight(trajectory, manoeuvre.name, DEFAULT_START_TIME_NS)
 
 
-def _replayed(case: _Case, path: Path) -> _Flight:
+def _replayed(case: _Case, path: Path, commands: RunCommands) -> _Flight:
     """Simulate the commands of the log."""
-    commands = read_run_commands(path, case.one.vehicle, case.request.raw)
     trajectory, notes = replay(
         case.one, commands, case.true, case.step_s, case.schedule, mover=case.mover
     )
-    said = (*commands.notes, *notes)
+    said = (*commands.notes, *case.setup.notes, *notes)
     return _Flight(trajectory, f"commands of {path.name}", commands.start_time_ns, said)
 
 

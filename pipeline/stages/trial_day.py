@@ -11,6 +11,7 @@ from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun, TrialDay
 from pipeline.stages.job import Job, write_record
+from pipeline.stages.known_of_run import with_known
 from pipeline.stages.run_table_file import read_tables
 from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.vehicle.model_schema import Uncertainty
@@ -49,7 +50,8 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
     tables: list[RunTable] = []
     for run_of_day in stored:
         table = read_tables(Path(next(iter(run_of_day.files))))["measured"]
-        tables.append(replace(table, name=run_of_day.run))
+        table = with_known(replace(table, name=run_of_day.run), run_of_day.notes, one)
+        tables.append(table)
     if not tables:
         raise CannotComputeError("No log of this day could be read.")
     code_max = np.abs(one.packed.code_limits).max(axis=1)
@@ -72,6 +74,5 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
         )
     except (CannotComputeError, np.linalg.LinAlgError) as error:
         return day.model_copy(update={"why_not": f"The fit failed: {error}"})
-    return day.model_copy(
-        update={"identification": found, "notes": (*one.notes, *one.without_tether)}
-    )
+    notes = [*one.notes, *(note for t in chosen if t.known is not None for note in t.known.notes)]
+    return day.model_copy(update={"identification": found, "notes": tuple(notes)})

@@ -1,10 +1,10 @@
-"""What can be attached to a vehicle: payload modules with their latches, a tether with its winch.
+"""What a vehicle carries: ballast, payload modules with their latches, a tether with its winch.
 
 A part of the ``model:`` section; axes as there.
 """
 
 import math
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator
 
@@ -20,6 +20,20 @@ class ModelSection(BaseModel):
     """A part of the model: frozen, unknown keys refused."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class Ballast(ModelSection):
+    """Something put onto the dry body, or taken off: a lump at a place. Negative is taken off."""
+
+    inertia_kgm2: ClassVar[Vector3] = (0.0, 0.0, 0.0)
+
+    what: Annotated[str, Field(min_length=1, max_length=200)]
+    mass_kg: float
+    """In air."""
+    volume_m3: float = 0.0
+    """Water that it displaces; 0 inside the hull."""
+    position_m: Vector3
+    source: str = ""
 
 
 class LatchSection(ModelSection):

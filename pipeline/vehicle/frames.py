@@ -198,6 +198,10 @@ def _model(model: Model, frame: Frame) -> Model:
             "added_mass": model.added_mass.model_copy(
                 update={"matrix": None if matrix is None else _matrix(matrix, frame)}
             ),
+            "ballast": tuple(
+                one.model_copy(update={"position_m": vector_in_sname(one.position_m, frame)})
+                for one in model.ballast
+            ),
             "payloads": tuple(payloads),
             "tether": None if model.tether is None else _tether(model.tether, frame),
         }

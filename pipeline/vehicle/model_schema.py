@@ -15,6 +15,7 @@ from pydantic import (
 )
 
 from pipeline.vehicle.attachment_schema import (
+    Ballast,
     LatchSection,
     ModelSection,
     NotNegative,
@@ -28,6 +29,7 @@ from pipeline.vehicle.model_checks import added_mass_fault, inertia_fault
 
 __all__ = [
     "AddedMass",
+    "Ballast",
     "Crossflow",
     "Damping",
     "FromBollard",
@@ -267,6 +269,7 @@ class Model(ModelSection):
     damping: Damping
     crossflow: Crossflow | None = None
     lift: Lift | None = None
+    ballast: tuple[Ballast, ...] = Field(default=(), max_length=100)
     payloads: tuple[Payload, ...] = Field(default=(), max_length=4)
     thrusters: dict[str, ThrusterModel]
     """By drive."""
@@ -284,3 +287,17 @@ class Model(ModelSection):
             if name in names[:index]:
                 raise ValueError(f'"{name}" is there twice')
         return payloads
+
+    @model_validator(mode="after")
+    def _something_is_left(self) -> Self:
+        body = self.rigid_body
+        mass = body.mass_kg + sum(one.mass_kg for one in self.on_board)
+        volume = body.displaced_volume_m3 + sum(one.volume_m3 for one in self.on_board)
+        if mass <= 0.0 or volume <= 0.0:
+            raise ValueError(f"with its ballast the vehicle has {mass:g} kg and {volume:g} m^3")
+        return self
+
+    @property
+    def on_board(self) -> tuple[Ballast | Payload, ...]:
+        """What the dry body carries: ballast, and the modules that are attached."""
+        return (*self.ballast, *(payload for payload in self.payloads if payload.attached))

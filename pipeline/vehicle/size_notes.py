@@ -50,7 +50,7 @@ def size_notes(vehicle: Vehicle) -> tuple[str, ...]:
 def _trim(model: Model, density_kgpm3: float) -> list[str]:
     """Compare what the vehicle displaces with its mass, modules on board included."""
     body = model.rigid_body
-    on_board = [one for one in model.payloads if one.attached]
+    on_board = model.on_board
     mass = body.mass_kg + sum(one.mass_kg for one in on_board)
     displaced = density_kgpm3 * (body.displaced_volume_m3 + sum(one.volume_m3 for one in on_board))
     if abs(displaced - mass) <= _TRIM_SHARE * mass:

@@ -159,15 +159,14 @@ def added_of(model: Model) -> FloatArray:
 
 
 def _body(model: Model, density: float, gravity: float) -> dict[str, Any]:
-    """Mass, centres, inertia and buoyancy of the body with its attached modules."""
+    """Mass, centres, inertia and buoyancy of the body with all that it carries."""
     dry = model.rigid_body
     masses = [(dry.mass_kg, np.array(dry.centre_of_mass_m), _tensor(dry.inertia_kgm2))]
     volumes = [(dry.displaced_volume_m3, np.array(dry.centre_of_buoyancy_m))]
-    for module in model.payloads:
-        if module.attached:
-            at = np.array(module.position_m)
-            masses.append((module.mass_kg, at, np.diag(module.inertia_kgm2)))
-            volumes.append((module.volume_m3, at))
+    for carried in model.on_board:
+        at = np.array(carried.position_m)
+        masses.append((carried.mass_kg, at, np.diag(carried.inertia_kgm2)))
+        volumes.append((carried.volume_m3, at))
     mass = sum(m for m, _, _ in masses)
     volume = sum(v for v, _ in volumes)
     centre = sum((m * at for m, at, _ in masses), np.zeros(3)) / mass

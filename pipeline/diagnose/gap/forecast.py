@@ -89,7 +89,8 @@ def outlook(
         period = float(np.median(np.diff(run.time_s)))
         stride = max(round(window.step_s / period), 1)
         begin = int(np.searchsorted(run.time_s, window.begin_s - 0.5 * period))
-        end = min(begin + round(seconds / period), run.time_s.size - 1)
+        last = min([*(row for row in run.changes if row > begin), run.time_s.size - 1])
+        end = min(begin + round(seconds / period), last)
         end -= (end - begin) % stride
         spacing = max(round(_SPACING_S / period) // stride, 1) * stride
         index = np.arange(begin, end + 1, spacing)
@@ -109,7 +110,10 @@ def outlook(
         command = np.nan_to_num(run.values["command"][begin:end:stride])
         if not len(command):
             command = window.command
-        windows.append(replace(window, command=command, start=start, readings=readings))
+        outside = run.force_over(slice(begin, begin + stride * len(command), stride))
+        windows.append(
+            replace(window, command=command, start=start, readings=readings, outside=outside)
+        )
     if not any(one.readings for one in windows):
         raise CannotComputeError("no channel of the motion was measured: there is no gap to show")
     stack = stack_windows(setting.bench.stack.packed, windows, [_plain(c) for c in channels])

@@ -29,6 +29,7 @@ from pipeline.simulate.kernel import RK4, STATE
 from pipeline.simulate.kernel_follow import follow_window
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Bandwidth of the pull: turning is measured by gyros, going by a DVL that is slower. [rad/s]
@@ -217,10 +218,12 @@ def _follow_window(
     late = round(_LATE_S / one.window.step_s)
     smooth = max(round(_SMOOTH_S / one.window.step_s), 1)
     ahead = uniform_filter1d(ahead, smooth, axis=0, mode="nearest")
-    pull = ahead[np.minimum(np.arange(steps) + late, steps - 1)]
+    # what is known to act from outside is no part of the pull, but acts beside it
+    outside = np.zeros((steps, 6)) if one.window.outside is None else one.window.outside
+    pull = ahead[np.minimum(np.arange(steps) + late, steps - 1)] + outside
     states = np.empty((steps + 1, STATE))
     sound = follow_window(
-        leader.vector,
+        vector_under(one.window.conditions, leader.vector),
         begin,
         one.command,
         float(one.window.step_s),
@@ -238,7 +241,7 @@ def _follow_window(
         states,
         pull,
     )
-    return (states[-1] if sound else None), pull
+    return (states[-1] if sound else None), pull - outside
 
 
 def _channel(

@@ -18,11 +18,11 @@ from pipeline.diagnose.linear.predictions import (
     innovations,
     other_drives,
     same_motion,
+    simulate_cut,
 )
 from pipeline.identify.window_derivatives import moved_starts
 from pipeline.physics.parameters import read
 from pipeline.simulate.kernel import BODY
-from pipeline.simulate.pieces import run_pieces
 from pipeline.types import FloatArray
 
 #: Steps of the derivatives: position [m], attitude [rad], velocity [m/s], turning rate [rad/s].
@@ -155,7 +155,7 @@ def _way(first: Seen, second: Seen, by: float) -> Pass:
 def seen_in(setting: Setting, vector: FloatArray, starts: FloatArray, forces: FloatArray) -> Seen:
     """Simulate all pieces."""
     bench = setting.bench
-    states, rates = run_pieces(bench.stack.packed, bench.cut, vector, starts, forces)
+    states, rates = simulate_cut(bench, vector, starts, forces)
     rows = bench.row_of_sample
     motion = Motion(states[rows], rates[rows])
     return Seen(motion, _raw(bench, vector, motion), states[bench.cut.last_row])
