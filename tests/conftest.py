@@ -11,6 +11,7 @@ from quick_tests import SLOW_FIXTURES, is_quick
 # The same examples every time, and no deadline: a loaded machine is no fault of the code. To look
 # for new counterexamples: HYPOTHESIS_PROFILE=default python -m pytest tests/unit
 settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
+settings.register_profile("quick", settings.get_profile("repeatable"), max_examples=10)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 # Messages are compared as they are written, whatever the language of whoever runs the tests.
@@ -33,6 +34,12 @@ def pytest_collection_finish() -> None:
 
 
 REPOSITORY = Path(__file__).resolve().parent.parent
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Look at fewer examples where the tests are to be quick."""
+    if config.option.markexpr == "quick" and "HYPOTHESIS_PROFILE" not in os.environ:
+        settings.load_profile("quick")
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

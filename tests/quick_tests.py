@@ -1,5 +1,8 @@
 """Which tests are quick: those whose modules import nothing that simulates or diagnoses.
 
+Of these a few kinds take as long all the same: they run the workflow, draw whole pages, or compute
+characteristics over their whole grid. A test that imports what does that is not quick either.
+
 Told from the imports, so that a new test is on the right side by itself. Only imports at the top of
 a module count: a command line that imports the kernel when it is asked to simulate is quick until
 then.
@@ -14,6 +17,19 @@ from pathlib import Path
 WHOLE_PROGRAM = ("acceptance", "faults", "fuzz", "integration")
 #: What makes a test slow, however it comes to be imported.
 SLOW_MODULES = ("pipeline.simulate.compiled", "pipeline.blind", "pipeline.diagnose", "snakemake")
+#: What makes a test long that asks for it itself.
+LONG_MODULES = (
+    "pipeline.bundled",
+    "pipeline.identify.static",
+    "pipeline.language.extract",
+    "pipeline.physics.tether_footprint",
+    "pipeline.physics.tether_static",
+    "pipeline.report.diagnosis_page",
+    "pipeline.report.figures",
+    "pipeline.report.run_page",
+    "pipeline.report.vehicle_page",
+    "pipeline.workflow",
+)
 #: Fixtures whose tests are slow: they build a vehicle, or wait for data outside the repository.
 SLOW_FIXTURES = frozenset({"shared_data"})
 _IMPORT = re.compile(
@@ -37,12 +53,14 @@ def is_quick(path: Path, root: Path) -> bool:
     tests = root / "tests"
     if path.is_relative_to(tests) and path.relative_to(tests).parts[0] in WHOLE_PROGRAM:
         return False
+    if any(_is_of(one, LONG_MODULES) for one in _imports(path) if path.is_relative_to(tests)):
+        return False
     beside = [folder / "conftest.py" for folder in path.parents if folder.is_relative_to(tests)]
-    return not any(_is_slow(one) for one in _closure([path, *beside], root))
+    return not any(_is_of(one, SLOW_MODULES) for one in _closure([path, *beside], root))
 
 
-def _is_slow(name: str) -> bool:
-    return any(name == slow or name.startswith(f"{slow}.") for slow in SLOW_MODULES)
+def _is_of(name: str, modules: tuple[str, ...]) -> bool:
+    return any(name == one or name.startswith(f"{one}.") for one in modules)
 
 
 def _closure(paths: Iterable[Path], root: Path) -> set[str]:

@@ -13,7 +13,7 @@ from pool_logs import rov
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.records.manoeuvre import ManoeuvreName
 from pipeline.records.run_arrays import LEFT_OUT_OF_TABLES, MARKS
-from pipeline.records.run_notes import BallastItem, RunNotes, TetherNotes, WaterNotes
+from pipeline.records.run_notes import BallastItem, RunEvent, RunNotes, TetherNotes, WaterNotes
 from pipeline.records.run_table import QUANTITIES
 from pipeline.vehicle.pool_schema import UNITS, PoolChannel, PoolColumns
 from pipeline.vehicle.run_notes import read_run_notes
@@ -72,7 +72,7 @@ def test_the_notes_shown_are_accepted_and_complete(page: str, tmp_path: Path) ->
     assert notes.who == ("Ivanova", "Petrov")
     section = page.split("## Notes of a run")[1].split("\n## ", maxsplit=1)[0]
     stated = RunNotes.model_fields.keys() - {"file"}
-    for model in (BallastItem, WaterNotes, TetherNotes):
+    for model in (BallastItem, RunEvent, WaterNotes, TetherNotes):
         stated |= model.model_fields.keys()
     for key in stated:
         assert f"`{key}`" in section, key

@@ -3,11 +3,14 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pipeline.diagnose.engine import Diagnosis
 from pipeline.effects.library import EffectSpec
 from pipeline.errors import CannotComputeError
+from pipeline.records.run_conditions import KnownOfRun
+from pipeline.records.run_table import RunTable
 from pipeline.stages import diagnosis
 from pipeline.stages.diagnosis import DiagnosisRequest, diagnose_to_files
 
@@ -26,13 +29,14 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Diagnosis:
     return answer
 
 
-@pytest.mark.parametrize(("vehicle", "told"), [("cargo_carrier", True), ("rov8", False)])
-def test_a_tether_that_is_not_simulated_is_named(
-    vehicle: str, told: bool, tmp_path: Path, found: Diagnosis
+def test_what_is_known_of_a_run_and_was_not_simulated_is_named_once(
+    tmp_path: Path, found: Diagnosis, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    files = diagnose_to_files(DiagnosisRequest(vehicle, ("run",), to=tmp_path))
-    added = files.record.notes[len(found.record.notes) :]
-    assert ["tether" in note for note in added] == [True] * told
+    known = KnownOfRun(notes=("the tether is left out",))
+    table = RunTable("run", np.zeros(0), {}, {}, known=known)
+    monkeypatch.setattr(diagnosis, "_tables", lambda *_: (table,))
+    files = diagnose_to_files(DiagnosisRequest("rov8", ("run",), to=tmp_path))
+    assert files.record.notes[len(found.record.notes) :] == known.notes
 
 
 def test_a_run_of_which_no_overlay_can_be_made_is_named(
