@@ -1,0 +1,123 @@
+r"""Tests of gains: one number a question, a p-value each, all of them counted together.
+
+*Weak, strong*: a thruster's gain against what the others (or the reference) let expect, with the
+scatter that is ordinary. *Dead, reversed* are what the interval of such a thruster says. *Swapped*,
+*axis reversed*: the evidence of all axes for levers that are exchanged, or turned over, over that
+for the file's levers with any gain. The evidence ratio of a hypothesis exceeds k with a chance of at
+most 1 / k where the other is true (Markov's inequality; Wasserman, Ramdas and Balakrishnan 2020,
+PNAS 117(29), 16880-16890), so that 1 / ratio is a p-value. *Coupled*: a force along an axis that the
+file gives no lever on, beyond `ORDINARY_COUPLING` of a typical thruster.
+
+The family-wise rate is held by Holm 1979, Scand. J. Statist. 6(2), 65-70.
+"""
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.identify.gain_estimates import Doubt, log_evidence, moving, typical
+from pipeline.identify.thruster_regression import RunLikelihood
+from pipeline.types import BoolArray, FloatArray
+
+#: Chance of any finding at all where every run is sound.
+FALSE_ALARMS = 0.01
+#: Share of a typical thruster that one moves an axis by which it should not move, and is ordinary.
+ORDINARY_COUPLING = 0.2
+#: Standard deviations of a gain under the file's levers, and under levers that are exchanged.
+_ANY_GAIN, _USUAL_GAIN = 1.0, 0.4
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Levers (6, n) that a hypothesis puts in place of the file's."""
+
+    kind: str
+    thrusters: tuple[int, ...]
+    axis: int | None
+    levers: FloatArray
+
+
+def other_layouts(levers: FloatArray) -> list[Layout]:
+    """List exchanged pairs, and axes that count the other way."""
+    count = levers.shape[1]
+    found = []
+    for first, second in itertools.combinations(range(count), 2):
+        order = np.arange(count)
+        order[[first, second]] = second, first
+        if not np.allclose(levers, levers[:, order]):
+            found.append(Layout("swapped", (first, second), None, levers[:, order]))
+    for axis in np.flatnonzero(typical(levers) > 0.0):
+        turned = levers.copy()
+        turned[axis] *= -1.0
+        found.append(Layout("axis_reversed", (), int(axis), turned))
+    return found
+
+
+def log_ratio(run: RunLikelihood, levers: FloatArray, other: FloatArray, doubt: Doubt) -> float:
+    """Log evidence of other levers over the file's with any gains, of one run."""
+    return _log_evidence(run, other, _USUAL_GAIN, doubt) - _log_evidence(
+        run, levers, _ANY_GAIN, doubt
+    )
+
+
+def _log_evidence(run: RunLikelihood, levers: FloatArray, gain_std: float, doubt: Doubt) -> float:
+    count, axes = levers.shape[1], [one for one in run.axes if np.any(levers[one.axis])]
+    size = typical(levers)
+    information = np.zeros((len(axes) * count, len(axes) * count))
+    vector, mean = np.zeros(len(information)), np.zeros(len(information))
+    design = np.zeros((len(information), count))
+    covariance = np.zeros_like(information)
+    for k, one in enumerate(axes):
+        part = slice(k * count, (k + 1) * count)
+        lever = levers[one.axis]
+        information[part, part], vector[part], mean[part] = one.information, one.vector, lever
+        design[part] = np.diag(lever)
+        covariance[part, part] = doubt.axis**2 * np.outer(lever, lever) + np.diag(
+            (doubt.thruster * lever) ** 2 + (0.5 * ORDINARY_COUPLING * size[one.axis]) ** 2
+        )
+    covariance += gain_std**2 * design @ design.T
+    return log_evidence(information, vector, mean, covariance)
+
+
+def tail(value: float, std: float, degrees: float) -> float:
+    """Probability of at most so small a value, by Student's t."""
+    from scipy import stats
+
+    return float(stats.t.cdf(value / max(std, 1e-12), max(degrees, 1.0)))
+
+
+def rejected(p_values: Sequence[float], rate: float = FALSE_ALARMS) -> BoolArray:
+    """Tell which hypotheses Holm's step-down procedure rejects.
+
+    Examples
+    --------
+    >>> rejected([0.001, 0.02, 0.004], 0.01).tolist()
+    [True, False, True]
+    """
+    p = np.asarray(p_values, float)
+    order = np.argsort(p)
+    found = np.zeros(p.size, np.bool_)
+    for k, index in enumerate(order):
+        if p[index] * (p.size - k) > rate:
+            break
+        found[index] = True
+    return found
+
+
+def adjusted(p_values: Sequence[float]) -> FloatArray:
+    """Return Holm's adjusted p-values, at most 1."""
+    p = np.asarray(p_values, float)
+    order = np.argsort(p)
+    found = np.ones(p.size)
+    if p.size:
+        steps = p[order] * (p.size - np.arange(p.size))
+        found[order] = np.minimum(np.maximum.accumulate(steps), 1.0)
+    return found
+
+
+def moved_apart(levers: FloatArray) -> BoolArray:
+    """Tell where a thruster should not move an axis that others move (6, n)."""
+    there = moving(levers)
+    return np.asarray(~there & (there.any(axis=1, keepdims=True)))

@@ -1,0 +1,114 @@
+r"""Does the heading count the way the commands turn the vehicle?
+
+The yaw moment of the commands, through the model's inertia and damping in yaw, is what the rate of
+the heading should look like. Their correlation over a run needs no gain, no mass and no velocity to
+be of the right size. How many independent samples it is worth follows from the autocorrelations
+(Bartlett 1946): n (1 - a b) / (1 + a b) with a, b those of neighbouring samples; Fisher's z then
+gives the chance of a correlation as negative where there is none.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.identify.thruster_regression import levers
+from pipeline.physics.parameters import read
+from pipeline.records.run_components import angles
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+
+YAW = 5
+_STEP_S = 0.2
+_FEWEST = 8.0
+#: Beyond this pitch a heading turns without a yaw rate. [rad]
+_STEEPEST = 1.0
+
+
+@dataclass(frozen=True)
+class HeadingCheck:
+    """Correlation of the commands' yaw with the rate of the heading, and the chance of less."""
+
+    correlation: float
+    p_negative: float
+
+
+def heading_check(
+    packed: PackedVehicle,
+    run: RunTable,
+    delay_s: float,
+    idle_s: tuple[float, float] = (0.0, 0.0),
+) -> HeadingCheck | None:
+    """Compare the yaw moment of the commands with the rate of the heading.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The nominal model.
+    run : RunTable
+        With commands and attitude.
+    delay_s : float
+        How late the commands act beyond the model's lag. [s]
+    idle_s : tuple of 2 floats
+        Seconds at start and end whose commands did nothing. [s]
+
+    Returns
+    -------
+    HeadingCheck or None
+        None without an attitude, or where the commands hardly ask for yaw.
+    """
+    if "attitude" not in run.values or "command" not in run.values or run.time_s.size < 50:
+        return None
+    period = float(run.time_s[1] - run.time_s[0])
+    expected = _expected_rate(packed, run, delay_s, period)
+    roll_pitch_yaw = angles(run.values["attitude"])
+    known = run.valid["attitude"] & np.isfinite(roll_pitch_yaw).all(axis=1)
+    known &= (np.abs(np.nan_to_num(roll_pitch_yaw[:, 1])) < _STEEPEST) & run.valid["command"]
+    known &= (run.time_s >= idle_s[0]) & (run.time_s <= run.time_s[-1] - idle_s[1])
+    yaw = np.unwrap(np.nan_to_num(roll_pitch_yaw[:, 2]))
+    width = max(round(_STEP_S / period), 1)
+    start = np.arange(0, yaw.size - width, width)
+    start = start[known[start] & known[start + width]]
+    measured = (yaw[start + width] - yaw[start]) / (width * period)
+    meant = expected[start + width // 2]
+    if start.size < 4 * _FEWEST or not measured.std() or meant.std() < 1e-3:
+        return None
+    correlation = float(np.corrcoef(measured, meant)[0, 1])
+    together = _neighbour(measured) * _neighbour(meant)
+    samples = max(start.size * (1.0 - together) / (1.0 + together), 4.0)
+    if samples < _FEWEST:
+        return None
+    from scipy import stats
+
+    z = float(np.arctanh(np.clip(correlation, -0.999, 0.999))) * (samples - 3.0) ** 0.5
+    return HeadingCheck(correlation, float(stats.norm.cdf(z)))
+
+
+def _expected_rate(
+    packed: PackedVehicle, run: RunTable, delay_s: float, period: float
+) -> FloatArray:
+    """Yaw rate (m,) of the model for the commands, by inertia and linear damping alone."""
+    from scipy.signal import lfilter
+
+    command = np.nan_to_num(run.values["command"])
+    late = np.maximum(np.arange(len(command)) - round(delay_s / period), 0)
+    actuator = actuator_states(packed, command[late], period)[:-1]
+    _, thrust = thruster_wrench(packed, actuator, np.zeros((len(command), 6)))
+    moment = thrust @ levers(packed)[YAW]
+    inertia = float(
+        read(packed.vector, "inertia")[2, 2] + read(packed.vector, "added_mass")[YAW, YAW]
+    )
+    linear = float(read(packed.vector, "linear_damping")[YAW, YAW])
+    quadratic = float(read(packed.vector, "quadratic_damping")[YAW])
+    # quadratic damping as the line through the rate that the usual moment sustains
+    usual = float(np.sqrt(np.mean(moment**2)))
+    damping = linear + (quadratic * usual) ** 0.5
+    keep = np.exp(-period * max(damping, 1e-9) / max(inertia, 1e-9))
+    return np.asarray(lfilter([period / max(inertia, 1e-9)], [1.0, -keep], moment))
+
+
+def _neighbour(values: FloatArray) -> float:
+    """Autocorrelation of neighbouring samples, 0 to 0.99."""
+    rest = values - values.mean()
+    return float(np.clip(rest[1:] @ rest[:-1] / max(float(rest @ rest), 1e-300), 0.0, 0.99))

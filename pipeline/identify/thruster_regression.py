@@ -1,0 +1,419 @@
+r"""What one run says of the force of each thruster on each axis, by regression of its motion.
+
+The equation of motion of an axis a, integrated over short intervals one after another, so that no
+derivative is formed (M mass matrix, h Coriolis terms, damping and restoring of the model along the
+measured motion, T_i the model's thrust of thruster i for its commands):
+
+.. math:: \frac{(M\,\Delta\nu)_a}{H} - \bar h_a
+          = \sum_i \beta_{ia} \bar T_i(t - \delta) + \text{what was known before} + e
+
+The file says beta_ia = b_ia, the lever of thruster i on axis a. *What was known before* is, each with
+a coefficient of its own: a constant, drag, the direction of down, products of velocities, and of the
+intervals before the left side and the thrust of every thruster. So a beta is the answer to what a
+thruster does *now* that nothing before told. A controller makes commands of disturbances: over many
+seconds a thrust that holds against one looks as if it did nothing, whatever the thruster gives; over
+one interval only the thrust can answer to itself. The price is that slow commands tell little.
+
+The delay delta of a run is the one of a grid at which the thrusts of now tell most. Commands that
+are logged before the drives are armed, or after, do nothing: where the run is more probable without
+thrust in its first or last seconds, they take no part. Rows far off what the rest says count less
+(Huber). What correlation is left widens the covariance, direction by direction (blocks of `_BLOCK_S`, whose
+number gives the degrees of freedom).
+
+What comes out of an axis is not an estimate but its likelihood as far as it depends on beta:
+commands that always go together leave a direction without information, and whoever combines axes
+and runs loses nothing.
+
+References
+----------
+Sagara and Zhao 1990, Automatica 26(1), 63-74 (integrals on both sides of an equation in continuous
+time; Garnier, Mensler and Richard 2003, Int. J. Control 76, compare it with other such filters).
+Ljung 1999, System Identification, section 13.4 (direct method in closed loop).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from threadpoolctl import threadpool_limits
+
+from pipeline.effects.effect import AXES
+from pipeline.errors import CannotComputeError
+from pipeline.identify.run_motion import RunMotion, run_motion
+from pipeline.physics.parameters import read
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
+from pipeline.simulate.hull_wrench import hull_wrench
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: Shortest interval; never shorter than the pause between readings. [s]
+_INTERVAL_S = 0.2
+#: Delays beyond the model's own lag that are tried. [s]
+DELAYS_S = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
+#: By what factor and difference another delay has to tell more than the file's lag alone.
+_FILE_LAG = (1.25, 20.0)
+#: Seconds at either end that are tried without thrust, and what a run has to be more probable by.
+_IDLE_S = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0)
+_IDLE_NATS = 40.0
+_MOST_IDLE = 0.4
+#: Seconds beside them that are left out as well. [s]
+_AFTER_IDLE_S = 0.4
+#: Intervals before, of the thrusts and of the left side.
+_BEFORE_THRUST, _BEFORE_LEFT = 3, 3
+#: Sums of scores over blocks of this length tell what correlation is left. [s]
+_BLOCK_S = 2.0
+#: Prior standard deviation of a term: in those of the left side; of a thrust before, in levers.
+_TERM_STD, _BEFORE_STD = 5.0, 1.0
+#: Rows this many robust standard deviations off count less.
+_HUBER, _PASSES = 3.0, 3
+#: A row whose leverage is so many times the mean counts less.
+_LEVERAGE = 3.0
+#: What the model's thrust is wrong by in its own course, as a share of its size. [1]
+_COURSE = 0.001
+#: Fewest rows beyond the terms that an axis is asked with.
+_FEWEST_SPARE = 20
+#: A thruster whose thrust varies by less than this share of the largest was hardly commanded.
+_LEAST_EXCITED = 0.003
+
+
+@dataclass(frozen=True)
+class AxisLikelihood:
+    """Gaussian likelihood of beta (n,) along an axis: exp(-b' information b / 2 + vector' b).
+
+    Per newton of the model's thrust, so that beta is a lever, [1] or [m]; `degrees` of freedom of
+    the residual, `rows` how many intervals, `noise` its standard deviation [N, N m].
+    """
+
+    axis: int
+    information: FloatArray
+    vector: FloatArray
+    degrees: float
+    rows: int
+    noise: float
+    source: str
+
+    @property
+    def name(self) -> str:
+        """Name of the axis."""
+        return AXES[self.axis]
+
+
+@dataclass(frozen=True)
+class RunLikelihood:
+    """All axes of a run that say something.
+
+    `thrust_std` (n,) is how much each thrust of the model varied [N], `excited` (n,) whether that is
+    enough to be judged by; `idle_s` seconds at start and end in which the commands did nothing.
+    """
+
+    run: str
+    axes: tuple[AxisLikelihood, ...]
+    delay_s: float
+    idle_s: tuple[float, float]
+    thrust_std: FloatArray
+    excited: BoolArray
+    why_not: dict[str, str]
+    """Axis -> why it says nothing."""
+
+
+@dataclass(frozen=True)
+class _Fixed:
+    """What does not depend on the delay: an equation for each interval.
+
+    `start` (k,) first rows, `left` (k, 6), `known` (k, 6), `terms` for each axis (k, t).
+    """
+
+    start: IntArray
+    width: int
+    left: FloatArray
+    known: BoolArray
+    terms: tuple[FloatArray, ...]
+
+
+@dataclass(frozen=True)
+class _Solved:
+    """One axis, solved: its likelihood and -2 log of how probable its left side is."""
+
+    likelihood: AxisLikelihood
+    cost: float
+    told: float
+    """What the thrusts of now take off the cost."""
+
+
+def levers(packed: PackedVehicle) -> FloatArray:
+    """Force and moment on each axis of one newton of each thruster, (6, n). [1, m]."""
+    count = len(packed.thruster_names)
+    direction = read(packed.vector, "thruster_direction")[:count]
+    place = read(packed.vector, "thruster_position")[:count]
+    return np.concatenate([direction, np.cross(place, direction)], axis=1).T
+
+
+def run_likelihood(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunLikelihood:
+    """Regress a run's motion on the thrusts of its commands.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The nominal model.
+    sensors : Sensors
+        Places of the sensors.
+    run : RunTable
+        Commands, and any of rates, specific force, attitude, velocity, position, depth.
+
+    Raises
+    ------
+    CannotComputeError
+        Without commands, for a run that is too short or tells no acceleration.
+    """
+    if "command" not in run.values or not run.valid["command"].any():
+        raise CannotComputeError(f"{run.name}: no thruster commands were recorded")
+    # many small systems: threads of the linear algebra would wait for each other
+    with threadpool_limits(1, user_api="blas"):
+        return _run_likelihood(packed, run_motion(packed, sensors, run), run)
+
+
+def _run_likelihood(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> RunLikelihood:
+    fixed = _fixed(packed, motion, run)
+    arms = levers(packed)
+    tried = []
+    for delay in DELAYS_S:
+        thrust = _thrust(packed, motion, run, delay)
+        solved = _all_axes(fixed, thrust, arms, motion)
+        told = sum(one.told for one in solved)
+        # the file's lag stands unless another tells clearly more
+        told = told if delay else _FILE_LAG[0] * told + _FILE_LAG[1]
+        tried.append((told, -delay, thrust, solved))
+    _, late, thrust, solved = max(tried, key=lambda one: one[:2])
+    idle, thrust, solved = _without_idle(fixed, thrust, arms, motion, solved)
+    solved = _all_axes(fixed, thrust, arms, motion, _PASSES)
+    axes = tuple(one.likelihood for one in solved)
+    names = {one.axis for one in axes}
+    spread = np.std(_means(thrust, fixed.start, fixed.width), axis=0)
+    why_not = {
+        AXES[axis]: _why_not(motion, axis, moved=bool(spread.any()))
+        for axis in range(6)
+        if axis not in names
+    }
+    excited = spread > _LEAST_EXCITED * _largest_thrust(packed)
+    return RunLikelihood(run.name, axes, -late, idle, spread, excited, why_not)
+
+
+def _why_not(motion: RunMotion, axis: int, *, moved: bool) -> str:
+    if not motion.sources[axis]:
+        return "no acceleration along it was measured"
+    if not moved:
+        return "no thruster was commanded"
+    return "too little of the run has all that its equation needs"
+
+
+def _largest_thrust(packed: PackedVehicle) -> FloatArray:
+    kind = read(packed.vector, "thruster_type")[: len(packed.thruster_names)].astype(int)
+    return np.abs(packed.thrust_tables).max(axis=(1, 2, 3))[kind]
+
+
+def _fixed(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> _Fixed:
+    """Integrate all that does not depend on the delay over the intervals."""
+    period = motion.period_s
+    width = max(round(max(_INTERVAL_S, motion.reading_s) / period), 1)
+    start = np.arange(0, run.time_s.size - width, width)
+    hull, matrix = hull_wrench(packed, motion.attitude, motion.measured_nu)
+    mean_hull = 0.5 * (_means(hull, start, width) + _means(hull, start + 1, width))
+    gained = (motion.run_up[start + width] - motion.run_up[start]) / (width * period)
+    left = gained @ matrix.T - mean_hull
+    known = motion.known & run.valid["command"][:, None]
+    measured = np.array([source != "" for source in motion.sources])
+    for axis in range(6):
+        # the equation holds the accelerations of the axes that its mass is coupled to
+        for other in np.flatnonzero((np.abs(matrix[axis]) > 1e-9) & measured):
+            known[:, axis] &= motion.known[:, other]
+    whole = _means(known.astype(float), start, width) > 1.0 - 0.5 / width
+    whole &= known[start + width]
+    terms = tuple(_terms(motion, axis)[start] for axis in range(6))
+    return _Fixed(start, width, left, whole, terms)
+
+
+def _terms(motion: RunMotion, axis: int) -> FloatArray:
+    """Terms (m, t) of an axis that are known at each row, beside the thrusters."""
+    nu = motion.nu
+    columns = [np.ones(len(nu)), nu[:, axis], np.abs(nu[:, axis]) * nu[:, axis]]
+    if motion.has_attitude:
+        columns += list(motion.down.T)
+    p, q = (k for k in range(3) if k != axis % 3)
+    if axis >= 3:
+        columns.append(nu[:, 3 + p] * nu[:, 3 + q])
+        if motion.has_velocity.all():
+            columns.append(nu[:, p] * nu[:, q])
+    elif motion.has_velocity.all():
+        columns += [nu[:, p] * nu[:, 3 + q], nu[:, q] * nu[:, 3 + p]]
+    return np.stack(columns, axis=1)
+
+
+def _thrust(
+    packed: PackedVehicle, motion: RunMotion, run: RunTable, delay_s: float
+) -> FloatArray:
+    """Thrust (m, n) of the model for the commands of a run, later by a delay."""
+    command = np.nan_to_num(run.values["command"])
+    late = np.maximum(np.arange(len(command)) - round(delay_s / motion.period_s), 0)
+    actuator = actuator_states(packed, command[late], motion.period_s)
+    return thruster_wrench(packed, 0.5 * (actuator[:-1] + actuator[1:]), motion.measured_nu)[1]
+
+
+def _means(signal: FloatArray, start: IntArray, width: int) -> FloatArray:
+    """Means (k, ...) of a signal (m, ...) over `width` rows from each start."""
+    total = np.concatenate([np.zeros((1, *signal.shape[1:])), np.cumsum(signal, axis=0)])
+    last = len(signal)
+    return np.asarray((total[np.minimum(start + width, last)] - total[start]) / width)
+
+
+def _all_axes(
+    fixed: _Fixed,
+    thrust: FloatArray,
+    arms: FloatArray,
+    motion: RunMotion,
+    passes: int = 1,
+) -> list[_Solved]:
+    now = _means(thrust, fixed.start, fixed.width)
+    solved = [_axis(fixed, now, axis, arms[axis], motion, passes) for axis in range(6)]
+    return [one for one in solved if one is not None]
+
+
+def _without_idle(
+    fixed: _Fixed,
+    thrust: FloatArray,
+    arms: FloatArray,
+    motion: RunMotion,
+    solved: list[_Solved],
+) -> tuple[tuple[float, float], FloatArray, list[_Solved]]:
+    """Take the thrust off the first and last seconds where the run is more probable without."""
+    count = len(thrust)
+    idle = [0.0, 0.0]
+    for end in (0, 1):
+        best = (sum(one.cost for one in solved) - 2.0 * _IDLE_NATS, 0.0, thrust, solved)
+        for seconds in _IDLE_S:
+            rows = round(seconds / motion.period_s)
+            if rows > _MOST_IDLE * count:
+                break
+            part = slice(0, rows) if end == 0 else slice(count - rows, count)
+            if not thrust[part].any():
+                continue
+            without = thrust.copy()
+            without[part] = 0.0
+            again = _all_axes(fixed, without, arms, motion)
+            best = min(
+                best,
+                (sum(one.cost for one in again), seconds, without, again),
+                key=lambda one: one[0],
+            )
+        _, idle[end], thrust, solved = best
+        if idle[end]:
+            rest = idle[end] + _AFTER_IDLE_S
+            at = fixed.start * motion.period_s
+            over = at < rest if end == 0 else at > len(thrust) * motion.period_s - rest
+            fixed.known[over] = False
+    return (idle[0], idle[1]), thrust, solved
+
+
+def _axis(
+    fixed: _Fixed, now: FloatArray, axis: int, lever: FloatArray, motion: RunMotion, passes: int
+) -> _Solved | None:
+    """Regress one axis on the thrusts of now, given all that was known before."""
+    count = now.shape[1]
+    moved = np.flatnonzero(np.ptp(now, axis=0) > 0.0)
+    before = max(_BEFORE_THRUST, _BEFORE_LEFT)
+    rows = np.arange(before, len(now))
+    kept = fixed.known[:, axis]
+    for k in range(before + 1):
+        rows = rows[kept[rows - k]]
+    left = fixed.left[:, axis]
+    terms = [fixed.terms[axis][rows]]
+    terms += [left[rows - k, None] for k in range(1, _BEFORE_LEFT + 1)]
+    plain = sum(part.shape[1] for part in terms)
+    terms += [now[rows - k][:, moved] for k in range(1, _BEFORE_THRUST + 1)]
+    known = np.concatenate(terms, axis=1)
+    if not moved.size or len(rows) < known.shape[1] + moved.size + _FEWEST_SPARE:
+        return None
+    response, signal = left[rows], float(np.std(left[rows]))
+    if signal == 0.0:
+        return None
+    size = np.maximum(np.sqrt(np.mean(known**2, axis=0)), 1e-12)
+    held = np.full(known.shape[1], _BEFORE_STD * max(float(np.abs(lever).max()), 1e-3))
+    held[:plain] = _TERM_STD * signal / size[:plain]
+    weight = np.ones(len(rows))
+    noise, bare = float(np.var(response)), float(np.var(response))
+    for again in range(passes):
+        if again:
+            scale = float(np.median(np.abs(error))) / 0.6745
+            weight = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(error), 1e-300))
+            weight *= _bounded(partial)
+        partial, rest, bare = _less_known(known, size, held, now[rows][:, moved], response, weight, noise)
+        beta, noise, error = _solve(partial, rest, weight, known.shape[1])
+    information, vector = np.zeros((count, count)), np.zeros(count)
+    block = rows // max(round(_BLOCK_S / (fixed.width * motion.period_s)), 1)
+    part = (weight[:, None] * partial).T @ partial / noise
+    # no run is so long that a curve or an inflow that is off would average out
+    course = _COURSE**2 * float(np.mean((now[rows] * lever) ** 2, axis=0).sum())
+    course = 1.0 + float(weight.sum()) * course / noise
+    part = _widened(part, (weight * error / noise)[:, None] * partial, block) / course
+    information[np.ix_(moved, moved)] = part
+    vector[moved] = part @ beta
+    blocks = int(np.unique(block).size)
+    likelihood = AxisLikelihood(
+        axis, information, vector, max(blocks - 1, 1), len(rows), noise**0.5, motion.sources[axis]
+    )
+    cost = float(weight.sum()) * float(np.log(max(noise, 1e-300)))
+    return _Solved(likelihood, cost, float(beta @ part @ beta))
+
+
+def _bounded(partial: FloatArray) -> FloatArray:
+    """Weights (k,) of rows that bound how much of the answer rests on a single one."""
+    normal = partial.T @ partial
+    normal[np.diag_indices_from(normal)] += 1e-9 * max(float(np.trace(normal)), 1e-300)
+    leverage = np.sum(partial * np.linalg.solve(normal, partial.T).T, axis=1)
+    return np.minimum(1.0, _LEVERAGE * leverage.mean() / np.maximum(leverage, 1e-300))
+
+
+def _less_known(  # noqa: PLR0917  one system of equations
+    known: FloatArray,
+    size: FloatArray,
+    held: FloatArray,
+    thrust: FloatArray,
+    response: FloatArray,
+    weight: FloatArray,
+    noise: float,
+) -> tuple[FloatArray, FloatArray, float]:
+    """Take what the known terms explain off the thrusts and the left side."""
+    scaled = known / size
+    weighted = weight[:, None] * scaled
+    normal = scaled.T @ weighted
+    # a whisker for terms that go together: what each of them gets is of no account
+    normal[np.diag_indices_from(normal)] += noise / (held * size) ** 2 + 1e-9 * len(response)
+    both = np.column_stack([thrust, response])
+    both = both - scaled @ np.linalg.solve(normal, weighted.T @ both)
+    return both[:, :-1], both[:, -1], float(np.mean(both[:, -1] ** 2))
+
+
+def _solve(
+    partial: FloatArray, rest: FloatArray, weight: FloatArray, terms: int
+) -> tuple[FloatArray, float, FloatArray]:
+    """Solve for beta; also the variance of what it leaves, and that."""
+    weighted = weight[:, None] * partial
+    normal = partial.T @ weighted
+    normal[np.diag_indices_from(normal)] += 1e-9 * max(float(np.trace(normal)), 1e-300)
+    beta = np.linalg.solve(normal, weighted.T @ rest)
+    error = rest - partial @ beta
+    degrees = max(float(weight.sum()) - partial.shape[1] - terms, 1.0)
+    return beta, max(float((weight * error**2).sum()) / degrees, 1e-300), error
+
+
+def _widened(information: FloatArray, scores: FloatArray, label: IntArray) -> FloatArray:
+    """Take from each direction what its scores vary more over blocks than independent ones do."""
+    _, where = np.unique(label, return_inverse=True)
+    blocks = int(where.max()) + 1
+    size, axes = np.linalg.eigh(0.5 * (information + information.T))
+    sums = np.zeros((blocks, scores.shape[1]))
+    np.add.at(sums, where, scores)
+    more = np.sum((sums @ axes) ** 2, axis=0) * blocks / max(blocks - 1, 1)
+    ratio = np.maximum(more / np.maximum(size, 1e-12 * max(float(size[-1]), 1e-300)), 1.0)
+    return np.asarray((axes * (np.maximum(size, 0.0) / ratio)) @ axes.T)
