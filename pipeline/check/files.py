@@ -6,7 +6,7 @@ from functools import cached_property
 from pathlib import Path
 
 from pipeline.check.bench_files import READERS, RawFile, kind_by_content, read_together
-from pipeline.check.findings import FileFinding, Findings, VehicleFinding
+from pipeline.check.findings import FileFinding, Findings, RunFinding, VehicleFinding
 from pipeline.check.pool_runs import (
     files_of_runs,
     is_log,
@@ -15,6 +15,7 @@ from pipeline.check.pool_runs import (
     read_run,
     strays,
 )
+from pipeline.check.thruster_gains import gains_of_checked
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
 from pipeline.passed_over import passed_over
@@ -29,6 +30,7 @@ from pipeline.plan import (
     printable,
     vehicle_at,
 )
+from pipeline.records.run_table import RunTable
 from pipeline.vehicle.frames import frame_shown
 from pipeline.vehicle.load import load_vehicle, vehicle_notes
 from pipeline.vehicle.schema import Vehicle
@@ -83,7 +85,7 @@ def check_paths(
         When a path does not exist, or is empty.
     """
     findings = Findings()
-    reader = _Reader(findings, vehicle_file, tell)
+    reader = _Reader(findings, vehicle_file, tell, raw)
     for text in paths:
         if not text:  # Path("") is the current folder
             raise UsageError('a path is "", and names nothing: is a variable of the shell not set?')
@@ -105,8 +107,13 @@ class _Reader:
     """
 
     def __init__(
-        self, findings: Findings, vehicle_file: Path | None, tell: Callable[[str], None]
+        self,
+        findings: Findings,
+        vehicle_file: Path | None,
+        tell: Callable[[str], None],
+        raw: Path,
     ) -> None:
+        self._raw = raw
         self._findings = findings
         self._vehicle_file = vehicle_file
         self._tell = tell
@@ -198,10 +205,22 @@ class _Reader:
             if self._is_whole(group[0].path.parent):
                 self._findings.problems += of_folder
         self._findings.files += [found[file.path] for file in self._files.values()]
+        tables: list[tuple[RunFinding, RunTable | None, Path | None]] = []
         for path, vehicle in self._runs.values():
             self._tell(str(path))
             by = "folder" if path.absolute().parent.name == POOL else "suffix"
-            self._findings.runs.append(read_run(path, vehicle, by))
+            finding, table = read_run(path, vehicle, by)
+            self._findings.runs.append(finding)
+            tables.append((finding, table, self._file_of(vehicle)))
+        if any(file is not None for _, _, file in tables):
+            self._tell("gains of the thrusters")
+        self._findings.gains += gains_of_checked(tables, self._raw)
+
+    def _file_of(self, vehicle: Vehicle) -> Path | None:
+        """Return the file of a vehicle that was read; None of one that stands in."""
+        return next(
+            (path for path, known in self._vehicles.items() if known is vehicle and path), None
+        )
 
     def _groups(self) -> list[list[RawFile]]:
         """Return the files by folder, kind and vehicle; a kind told by content is told first."""

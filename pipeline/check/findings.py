@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from pipeline.errors import Problem
+from pipeline.records.gains import ThrusterGains
 from pipeline.records.measurements import SheetRead
 from pipeline.records.pool_run import PoolRunRecord
 from pipeline.records.run_notes import RunNotes
@@ -55,6 +56,15 @@ class RunFinding:
 
 
 @dataclass(frozen=True)
+class GainsFinding:
+    """Gains of the thrusters in the runs of one vehicle, or why there are none."""
+
+    vehicle_file: str
+    gains: ThrusterGains | None = None
+    why_not: str = ""
+
+
+@dataclass(frozen=True)
 class NotesFinding:
     """Notes that were asked for without their run."""
 
@@ -71,6 +81,7 @@ class Findings:
     files: list[FileFinding] = field(default_factory=list)
     runs: list[RunFinding] = field(default_factory=list)
     notes: list[NotesFinding] = field(default_factory=list)
+    gains: list[GainsFinding] = field(default_factory=list)
     problems: list[Problem] = field(default_factory=list)
     """What belongs to no single file, such as the codes that a folder lacks."""
 

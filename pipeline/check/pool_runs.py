@@ -4,10 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 from pipeline.check.findings import NotesFinding, RunFinding
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import CannotComputeError, InputError, Place, Problem
 from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, log_beside
-from pipeline.ingest.pool_run import read_pool_run, summarize
+from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.plan import POOL, VEHICLE_FILE, is_raw
+from pipeline.records.run_table import RunTable
+from pipeline.stages.runs_to_identify import RATE_HZ
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
 from pipeline.vehicle.schema import Vehicle
 
@@ -24,7 +26,7 @@ def is_notes(path: Path) -> bool:
     return path.absolute().parent.name == POOL or log_beside(path) is not None
 
 
-def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> RunFinding:
+def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> tuple[RunFinding, RunTable | None]:
     """Read a log as the workflow would.
 
     Parameters
@@ -40,13 +42,21 @@ def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> RunFinding:
     -------
     RunFinding
         With the one reason why it cannot be read, or its record and what is wrong with it.
+    RunTable or None
+        Its channels on one time base, where they can be put onto one.
     """
     try:
-        record = summarize(read_pool_run(path, vehicle, path.parent))
+        run = read_pool_run(path, vehicle, path.parent)
+        record = summarize(run)
     except InputError as error:
-        return RunFinding(str(path), kind_from, None, (_shown_at(path.parent, error.problem),))
+        problems = (_shown_at(path.parent, error.problem),)
+        return RunFinding(str(path), kind_from, None, problems), None
     problems = tuple(_shown_at(path.parent, problem) for problem in record.problems)
-    return RunFinding(str(path), kind_from, record, problems)
+    try:
+        table = resample(run, RATE_HZ, by_step=True)
+    except CannotComputeError:
+        table = None
+    return RunFinding(str(path), kind_from, record, problems), table
 
 
 def read_notes_alone(path: Path) -> NotesFinding:

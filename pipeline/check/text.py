@@ -3,11 +3,13 @@
 from dataclasses import asdict
 from typing import Any
 
-from pipeline.check.findings import FileFinding, Findings, VehicleFinding
+from pipeline.check.findings import FileFinding, Findings, GainsFinding, VehicleFinding
 from pipeline.check.run_text import notes_text, run_text
+from pipeline.check.thruster_gains import summary
 from pipeline.errors import Problem
 from pipeline.provenance import canonical_json
 from pipeline.records.measurements import ColumnRead
+from pipeline.stages.gains_text import gains_text
 
 _MAX_CODES = 40
 
@@ -18,6 +20,7 @@ def as_text(findings: Findings) -> str:
     blocks += [_file(file) for file in findings.files]
     blocks += [run_text(run) for run in findings.runs]
     blocks += [notes_text(notes) for notes in findings.notes]
+    blocks += [_gains(found) for found in findings.gains]
     problems = sorted(
         findings.all_problems, key=lambda p: ("error", "warning", "note").index(p.severity)
     )
@@ -61,9 +64,16 @@ def to_json(findings: Findings) -> str:
             {"file": one.file, "notes": one.notes and one.notes.model_dump(mode="json")}
             for one in findings.notes
         ],
+        "gains": [summary(one) for one in findings.gains],
         "problems": [_problem(problem) for problem in findings.all_problems],
     }
     return canonical_json(body)
+
+
+def _gains(found: GainsFinding) -> str:
+    if found.gains is None:
+        return f"Gains of the thrusters: not computed, {found.why_not}"
+    return "\n".join(gains_text(found.gains))
 
 
 def _problem(problem: Problem) -> dict[str, Any]:

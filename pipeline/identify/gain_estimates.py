@@ -1,8 +1,8 @@
 r"""From the likelihoods of runs to gains: of an axis, of a thruster, pooled over runs.
 
-On an axis beta_i ~ N(b_i, (3 b_i)^2) where the file gives thruster i a lever b_i, wide enough to say
-nothing; where it gives none, beta_i ~ N(0, (t L)^2) with L the typical lever of the axis and t the
-one of a grid under which the run is most probable (empirical Bayes).
+On an axis beta_i ~ N(b_i, (3 b_i)^2) where the file gives thruster i a lever b_i, wide enough to
+say nothing; where it gives none, beta_i ~ N(0, (t L)^2) with L the typical lever of the axis and t
+the one of a grid under which the run is most probable (empirical Bayes).
 
 Of a thruster, on all axes together: beta_ia = b_ia (1 + d_a) (g_i + e_ia), with d_a a factor common
 to an axis (its mass and inertia are as uncertain as the file says) and e_ia what levers and curves
@@ -89,10 +89,7 @@ def log_evidence(
     _, log_det = np.linalg.slogdet(inner)
     spread = np.linalg.solve(inner, covariance)
     return float(
-        vector @ mean
-        - 0.5 * mean @ information @ mean
-        + 0.5 * rest @ spread @ rest
-        - 0.5 * log_det
+        vector @ mean - 0.5 * mean @ information @ mean + 0.5 * rest @ spread @ rest - 0.5 * log_det
     )
 
 
@@ -102,10 +99,7 @@ def axis_gains(axis: AxisLikelihood, levers: FloatArray) -> Estimates:
     size = np.where(there, np.abs(lever), typical(levers)[axis.axis])
     mean = np.where(there, lever, 0.0)
     best = max(
-        (
-            np.diag(np.where(there, PRIOR_STD * size, coupled * size) ** 2)
-            for coupled in _COUPLED
-        ),
+        (np.diag(np.where(there, PRIOR_STD * size, coupled * size) ** 2) for coupled in _COUPLED),
         key=lambda covariance: log_evidence(axis.information, axis.vector, mean, covariance),
     )
     inner = np.eye(len(mean)) + best @ axis.information

@@ -1,27 +1,36 @@
 """What the gains of runs show: dead, weak, reversed, swapped and coupled thrusters, by test.
 
-Every question that is asked of a set of runs is a `_Question` with a p-value; all of them are counted
-together (`gain_tests.rejected`), and only what is rejected is told.
+Every question that is asked of a set of runs has a p-value; all of them are counted together
+(`gain_tests.rejected`), and only what is rejected is told.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from pipeline.effects.effect import AXES
 from pipeline.identify.gain_estimates import WIDEST, pool
+from pipeline.identify.gain_sentences import Question, sentence
 from pipeline.identify.gain_tests import (
     ORDINARY_COUPLING,
     adjusted,
+    against_all,
     log_ratio,
     moved_apart,
     other_layouts,
     rejected,
     tail,
 )
-from pipeline.identify.thruster_gains import ALL, GainSet, RunGains, pooled_gains
-from pipeline.records.gains import FindingKind, GainFinding, GainReference
+from pipeline.identify.thruster_gains import (
+    ALL,
+    GainSet,
+    References,
+    RunGains,
+    Sound,
+    pooled_gains,
+)
+from pipeline.records.gains import FindingKind, GainFinding
 from pipeline.records.intervals import student_95
 
 #: A thruster is dead where its interval holds 0 and ends below this share of what is expected.
@@ -29,32 +38,15 @@ _DEAD = 0.35
 _IDLE_S = 0.9
 
 
-@dataclass(frozen=True)
-class _Question:
-    """One comparison: what would be found, in which runs, and how unlikely it is by chance."""
-
-    kind: FindingKind
-    p: float
-    runs: tuple[str, ...]
-    thrusters: tuple[str, ...] = ()
-    axis: str | None = None
-    value: float | None = None
-    ci95: tuple[float, float] | None = None
-    expected: float | None = None
-    against: str = ""
-
-
-def findings_of(
-    asked: GainSet, sound: Mapping[tuple[str, str], GainReference]
-) -> list[GainFinding]:
+def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
     """Ask all questions of a set of runs, and tell what stands.
 
     Parameters
     ----------
     asked : GainSet
         The runs.
-    sound : mapping
-        (thruster, axis) -> what sound runs gave; empty without a reference.
+    sound : Sound
+        Runs that are known to be sound; a run is compared with the others of them.
     """
     questions = [
         *_thrusters(asked, sound),
@@ -66,7 +58,9 @@ def findings_of(
     p = [one.p for one in questions]
     stand, chances = rejected(p), adjusted(p)
     found = [
-        (one, float(chance)) for one, chance, ok in zip(questions, chances, stand, strict=True) if ok
+        (one, float(chance))
+        for one, chance, ok in zip(questions, chances, stand, strict=True)
+        if ok
     ]
     kept = _without_consequences([one for one, _ in found])
     chance_of = {id(one): chance for one, chance in found}
@@ -74,19 +68,20 @@ def findings_of(
     return [*merged, *_idle(asked)]
 
 
-def _thrusters(
-    asked: GainSet, sound: Mapping[tuple[str, str], GainReference]
-) -> list[_Question]:
+def _thrusters(asked: GainSet, known: Sound) -> list[Question]:
     """Ask of each thruster in each run, and in all, whether it gives what is expected."""
-    questions: list[_Question] = []
+    questions: list[Question] = []
     for run in asked.runs:
         told = run.likelihood
+        sound = known.apart_from(told.run)
         half = run.joint.half_width()
         judged = told.excited & (half < WIDEST)
         # what runs differ by that nobody logged is ordinary too: of the others, for want of more
         rest = replace(asked, runs=tuple(one for one in asked.runs if one is not run))
         apart = {
-            name: one.between for (name, axis), (one, _) in pooled_gains(rest).items() if axis == ALL
+            name: one.between
+            for (name, axis), (one, _) in pooled_gains(rest).items()
+            if axis == ALL
         }
         for i in np.flatnonzero(judged):
             questions += _of_thruster(
@@ -100,10 +95,9 @@ def _thrusters(
                 float(run.joint.degrees[i]),
                 apart.get(asked.names[i], 0.0),
             )
-    together = {
-        name: one for (name, axis), one in pooled_gains(asked).items() if axis == ALL
-    }
+    together = {name: one for (name, axis), one in pooled_gains(asked).items() if axis == ALL}
     if len(asked.runs) > 1:
+        sound = known.apart_from(*(run.likelihood.run for run in asked.runs))
         value = np.array([together[n][0].mean if n in together else 0.0 for n in asked.names])
         std = np.array([together[n][0].std if n in together else 1.0 for n in asked.names])
         judged = np.array([n in together and len(together[n][1]) > 1 for n in asked.names])
@@ -116,7 +110,7 @@ def _thrusters(
 
 def _of_thruster(  # noqa: PLR0917  one thruster among the others
     asked: GainSet,
-    sound: Mapping[tuple[str, str], GainReference],
+    sound: References,
     i: int,
     runs: tuple[str, ...],
     value: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
@@ -124,9 +118,13 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     judged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
     degrees: float,
     between_runs: float = 0.0,
-) -> list[_Question]:
+) -> list[Question]:
     name = asked.names[i]
-    usual, scatter, other = np.ones(len(asked.names)), np.zeros(len(asked.names)), "the vehicle file"
+    usual, scatter, other = (
+        np.ones(len(asked.names)),
+        np.zeros(len(asked.names)),
+        "the vehicle file",
+    )
     scatter[:] = asked.doubt.axis
     mine = sound.get((name, ALL))
     if mine is not None and mine.ci95[0] > 0.0:
@@ -146,7 +144,9 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
         middle = float(np.median(ratios))
         if middle > 0.2:
             expected *= middle
-            doubt = expected * float(np.hypot(apart, max(common.std, common.between / len(others) ** 0.5)))
+            doubt = expected * float(
+                np.hypot(apart, max(common.std, common.between / len(others) ** 0.5))
+            )
             other = other if mine is not None else "the others"
     doubt = float(np.hypot(doubt, between_runs if mine is None else 0.0))
     factor = student_95(max(int(degrees), 1))
@@ -173,12 +173,12 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     }
     below = min(2.0 * min(less, less_than_half), 1.0)
     return [
-        _Question(kind, below, **figures),  # type: ignore[arg-type]
-        _Question("strong", more, **figures),  # type: ignore[arg-type]
+        Question(kind, below, **figures),  # type: ignore[arg-type]
+        Question("strong", more, **figures),  # type: ignore[arg-type]
     ]
 
 
-def _layouts(asked: GainSet) -> list[_Question]:
+def _layouts(asked: GainSet) -> list[Question]:
     """Ask whether thrusters are exchanged, or an axis counts the other way."""
     questions = []
     for other in other_layouts(asked.levers):
@@ -188,10 +188,14 @@ def _layouts(asked: GainSet) -> list[_Question]:
         ]
         total = sum(ratio for ratio, _ in ratios)
         runs = tuple(run for ratio, run in ratios if ratio > 1.0)
+        p = float(np.exp(min(-total, 0.0)))
+        if other.axis is not None:
+            likelihoods = [run.likelihood for run in asked.runs]
+            p = max(p, against_all(likelihoods, asked.levers[other.axis], other.axis))
         questions.append(
-            _Question(
+            Question(
                 "swapped" if other.kind == "swapped" else "axis_reversed",
-                float(np.exp(min(-total, 0.0))),
+                p,
                 runs or tuple(run for _, run in ratios),
                 tuple(asked.names[i] for i in other.thrusters),
                 None if other.axis is None else AXES[other.axis],
@@ -200,7 +204,7 @@ def _layouts(asked: GainSet) -> list[_Question]:
     return questions
 
 
-def _couplings(asked: GainSet) -> list[_Question]:
+def _couplings(asked: GainSet) -> list[Question]:
     """Ask whether a thruster moves an axis that its lever says it cannot."""
     questions = []
     for (name, axis), (one, runs) in pooled_gains(asked, ORDINARY_COUPLING / 4.0).items():
@@ -209,9 +213,15 @@ def _couplings(asked: GainSet) -> list[_Question]:
         beyond = max(abs(one.mean) - ORDINARY_COUPLING, 0.0)
         degrees = float(one.degrees or 30)
         questions.append(
-            _Question(
+            Question(
                 "coupled",
-                min(2.0 * tail(-beyond, float(np.hypot(one.std, one.between / len(runs) ** 0.5)), degrees), 1.0),
+                min(
+                    2.0
+                    * tail(
+                        -beyond, float(np.hypot(one.std, one.between / len(runs) ** 0.5)), degrees
+                    ),
+                    1.0,
+                ),
                 runs,
                 (name,),
                 axis,
@@ -222,10 +232,10 @@ def _couplings(asked: GainSet) -> list[_Question]:
     return questions
 
 
-def _headings(asked: GainSet) -> list[_Question]:
+def _headings(asked: GainSet) -> list[Question]:
     """Ask whether the heading turns against the commands."""
     return [
-        _Question(
+        Question(
             "heading_reversed",
             run.heading.p_negative,
             (run.likelihood.run,),
@@ -237,12 +247,11 @@ def _headings(asked: GainSet) -> list[_Question]:
     ]
 
 
-def _common_scales(
-    asked: GainSet, sound: Mapping[tuple[str, str], GainReference]
-) -> list[_Question]:
+def _common_scales(asked: GainSet, known: Sound) -> list[Question]:
     """Ask whether all thrusters of a run give more or less than in the reference, alike."""
     questions = []
     for run in asked.runs:
+        sound = known.apart_from(run.likelihood.run)
         ratios, widths, scatter = _ratios(asked, run, sound)
         if len(ratios) < 2:
             continue
@@ -254,7 +263,7 @@ def _common_scales(
         if one.between > 0.5 * abs(one.mean - 1.0):
             continue
         questions.append(
-            _Question(
+            Question(
                 "common_scale",
                 min(2.0 * tail(-abs(one.mean - 1.0), spread, max(degrees, 8.0)), 1.0),
                 (run.likelihood.run,),
@@ -267,13 +276,18 @@ def _common_scales(
 
 
 def _ratios(
-    asked: GainSet, run: RunGains, sound: Mapping[tuple[str, str], GainReference]
+    asked: GainSet, run: RunGains, sound: References
 ) -> tuple[list[float], list[float], list[float]]:
     half = run.joint.half_width()
     ratios, widths, scatter = [], [], []
     for i, name in enumerate(asked.names):
         known = sound.get((name, ALL))
-        if known is None or known.ci95[0] <= 0.0 or not run.likelihood.excited[i] or half[i] >= WIDEST:
+        if (
+            known is None
+            or known.ci95[0] <= 0.0
+            or not run.likelihood.excited[i]
+            or half[i] >= WIDEST
+        ):
             continue
         own = (known.ci95[1] - known.ci95[0]) / 4.0
         ratios.append(float(run.joint.value[i]) / known.mean)
@@ -282,7 +296,7 @@ def _ratios(
     return ratios, widths, scatter
 
 
-def _without_consequences(found: Sequence[_Question]) -> list[_Question]:
+def _without_consequences(found: Sequence[Question]) -> list[Question]:
     """Drop what a clearer finding explains: exchanged thrusters look dead, reversed and coupled."""
     layouts = sorted(
         (one for one in found if one.kind in {"swapped", "axis_reversed"}), key=lambda one: one.p
@@ -302,9 +316,9 @@ def _without_consequences(found: Sequence[_Question]) -> list[_Question]:
     return kept
 
 
-def _merged(kept: Sequence[_Question], chance_of: Mapping[int, float]) -> list[GainFinding]:
+def _merged(kept: Sequence[Question], chance_of: Mapping[int, float]) -> list[GainFinding]:
     """Make one finding of the same thing in several runs."""
-    groups: dict[tuple[str, tuple[str, ...], str | None], list[_Question]] = {}
+    groups: dict[tuple[str, tuple[str, ...], str | None], list[Question]] = {}
     for one in kept:
         kind = "weak" if one.kind in {"dead", "reversed"} else one.kind
         groups.setdefault((kind, one.thrusters, one.axis), []).append(one)
@@ -322,7 +336,7 @@ def _merged(kept: Sequence[_Question], chance_of: Mapping[int, float]) -> list[G
                 value=clearest.value,
                 ci95=clearest.ci95,
                 p_value=min(chance_of[id(one)] for one in rows),
-                text=_sentence(clearest, runs),
+                text=sentence(clearest, runs),
             )
         )
     return sorted(found, key=lambda one: one.p_value)
@@ -332,7 +346,9 @@ def _idle(asked: GainSet) -> list[GainFinding]:
     found = []
     for run in asked.runs:
         begin, end = run.likelihood.idle_s
-        parts = [f"its first {begin:g} s"] * (begin > _IDLE_S) + [f"its last {end:g} s"] * (end > _IDLE_S)
+        parts = [f"its first {begin:g} s"] * (begin > _IDLE_S) + [f"its last {end:g} s"] * (
+            end > _IDLE_S
+        )
         if parts:
             found.append(
                 GainFinding(
@@ -340,63 +356,9 @@ def _idle(asked: GainSet) -> list[GainFinding]:
                     runs=(run.likelihood.run,),
                     p_value=float(np.exp(-15.0)),
                     text=(
-                        f"{run.likelihood.run}: the commands of {' and '.join(parts)} moved nothing, "
-                        "as if the drives were not armed; they were left out."
+                        f"{run.likelihood.run}: the commands of {' and '.join(parts)} moved "
+                        "nothing, as if the drives were not armed; they were left out."
                     ),
                 )
             )
     return found
-
-
-def _sentence(one: _Question, runs: Sequence[str]) -> str:
-    names, where = " and ".join(one.thrusters), _where(runs)
-    figure = ""
-    if one.value is not None and one.ci95 is not None:
-        low, high = one.ci95
-        figure = f"{one.value:.2f} [{low:.2f}, {high:.2f}]"
-    match one.kind:
-        case "dead":
-            return f"{names} gives nothing: {figure} of what its file says, {where}."
-        case "reversed":
-            return f"{names} pushes the other way: {figure} of what its file says, {where}."
-        case "weak" | "strong":
-            word = "less" if one.kind == "weak" else "more"
-            return (
-                f"{names} gives {word} than expected: {figure} of what its file says, where "
-                f"{one.against} let expect {one.expected:.2f}, {where}."
-            )
-        case "swapped":
-            return (
-                f"{names} look exchanged: each moves the vehicle as the other should, {where}. "
-                "Check the order of the commands and the wiring."
-            )
-        case "axis_reversed":
-            return (
-                f"{one.axis}: what was measured goes against every thruster, {where}. Check the sign "
-                "and the axes of the sensor, then the directions of the thrusters."
-            )
-        case "coupled":
-            return (
-                f"{names} moves {one.axis}, which its place and direction say it cannot: {figure} of a "
-                f"typical thruster there, {where}."
-            )
-        case "heading_reversed":
-            return (
-                f"the heading counts the other way: its rate goes against the yaw moment of the "
-                f"commands (correlation {one.value:.2f}), {where}. Check the sign of the heading; or "
-                "the thrusters that turn the vehicle are reversed, or exchanged."
-            )
-        case _:
-            return (
-                f"all thrusters give {figure} of what they gave in {one.against}, alike, {where}: no "
-                "single thruster's fault. Look at the supply, the pilot's gain, the mass."
-            )
-
-
-def _where(runs: Sequence[str]) -> str:
-    if len(runs) == 1:
-        return f"in {runs[0]}"
-    if len(runs) <= 3:
-        return f"in {', '.join(runs)}"
-    return f"in {len(runs)} runs ({', '.join(runs[:2])}, ...)"
-

@@ -3,10 +3,10 @@ r"""Tests of gains: one number a question, a p-value each, all of them counted t
 *Weak, strong*: a thruster's gain against what the others (or the reference) let expect, with the
 scatter that is ordinary. *Dead, reversed* are what the interval of such a thruster says. *Swapped*,
 *axis reversed*: the evidence of all axes for levers that are exchanged, or turned over, over that
-for the file's levers with any gain. The evidence ratio of a hypothesis exceeds k with a chance of at
-most 1 / k where the other is true (Markov's inequality; Wasserman, Ramdas and Balakrishnan 2020,
-PNAS 117(29), 16880-16890), so that 1 / ratio is a p-value. *Coupled*: a force along an axis that the
-file gives no lever on, beyond `ORDINARY_COUPLING` of a typical thruster.
+for the file's levers with any gain. The evidence ratio of a hypothesis exceeds k with a chance of
+at most 1 / k where the other is true (Markov's inequality; Wasserman, Ramdas and Balakrishnan 2020,
+PNAS 117(29), 16880-16890), so that 1 / ratio is a p-value. *Coupled*: a force along an axis that
+the file gives no lever on, beyond `ORDINARY_COUPLING` of a typical thruster.
 
 The family-wise rate is held by Holm 1979, Scand. J. Statist. 6(2), 65-70.
 """
@@ -27,6 +27,8 @@ FALSE_ALARMS = 0.01
 ORDINARY_COUPLING = 0.2
 #: Standard deviations of a gain under the file's levers, and under levers that are exchanged.
 _ANY_GAIN, _USUAL_GAIN = 1.0, 0.4
+#: What a thruster's effect on one axis may differ from that on the others by, and be ordinary.
+_LOOSE = 0.3
 
 
 @dataclass(frozen=True)
@@ -75,10 +77,22 @@ def _log_evidence(run: RunLikelihood, levers: FloatArray, gain_std: float, doubt
         information[part, part], vector[part], mean[part] = one.information, one.vector, lever
         design[part] = np.diag(lever)
         covariance[part, part] = doubt.axis**2 * np.outer(lever, lever) + np.diag(
-            (doubt.thruster * lever) ** 2 + (0.5 * ORDINARY_COUPLING * size[one.axis]) ** 2
+            (max(doubt.thruster, _LOOSE) * lever) ** 2 + (ORDINARY_COUPLING * size[one.axis]) ** 2
         )
     covariance += gain_std**2 * design @ design.T
     return log_evidence(information, vector, mean, covariance)
+
+
+def against_all(runs: Sequence[RunLikelihood], lever: FloatArray, axis: int) -> float:
+    """Probability of a common gain of all thrusters on an axis that is so far below zero."""
+    told = [one for run in runs for one in run.axes if one.axis == axis]
+    size = float(sum(lever @ one.information @ lever for one in told))
+    if size <= 0.0:
+        return 1.0
+    gain = float(sum(lever @ one.vector for one in told)) / size
+    degrees = sum(one.degrees for one in told)
+    # what a coupling that is ordinary makes of it is no sign of the axis
+    return tail(gain, float(np.hypot(size**-0.5, ORDINARY_COUPLING)), degrees)
 
 
 def tail(value: float, std: float, degrees: float) -> float:

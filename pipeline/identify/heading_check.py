@@ -1,4 +1,4 @@
-r"""Does the heading count the way the commands turn the vehicle?
+r"""Whether the heading counts the way the commands turn the vehicle.
 
 The yaw moment of the commands, through the model's inertia and damping in yaw, is what the rate of
 the heading should look like. Their correlation over a run needs no gain, no mass and no velocity to

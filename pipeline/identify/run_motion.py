@@ -85,7 +85,7 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
     omega, turning, turned_by = _rates(run, attitude, upright, period)
     place = np.array(sensors.dvl.position_m if sensors.dvl is not None else (0.0, 0.0, 0.0))
     velocity, moving, moved_by = _velocity(run, attitude, upright, omega, place, period)
-    has_velocity = moving.any(axis=0)
+    has_velocity = np.asarray(moving.any(axis=0), np.bool_)
     if "specific_force" in run.values and upright.any():
         lever = np.array(sensors.imu.position_m if sensors.imu is not None else (0.0, 0.0, 0.0))
         force = np.nan_to_num(run.values["specific_force"])
@@ -152,9 +152,7 @@ def _attitude(run: RunTable) -> tuple[FloatArray, BoolArray]:
 def _down(attitude: FloatArray) -> FloatArray:
     """Return the direction of down in body axes (m, 3)."""
     w, x, y, z = attitude.T
-    return np.column_stack(
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
-    )
+    return np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
 
 
 def _rates(

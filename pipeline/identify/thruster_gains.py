@@ -6,7 +6,7 @@ regressed is in `thruster_regression`, how gains follow in `gain_estimates`, the
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from pipeline.identify.gain_estimates import (
     pool,
     typical,
 )
+from pipeline.identify.gain_tests import FALSE_ALARMS
 from pipeline.identify.heading_check import HeadingCheck, heading_check
 from pipeline.identify.thruster_regression import RunLikelihood, levers, run_likelihood
 from pipeline.records.gains import GainReference, GainRun, PooledGain, ThrusterGain, ThrusterGains
@@ -124,7 +125,7 @@ def gains_of(
     uncertainty : Uncertainty, optional
         Of the vehicle file.
     reference : sequence of RunTable
-        Runs that are known to be sound; a run of the same name is not its own reference.
+        Runs that are known to be sound; one of `runs` is judged by the others.
     reference_name : str
         How to call them ("24 May"); their names if empty.
     vehicle_file_sha256 : str
@@ -135,8 +136,11 @@ def gains_of(
     ThrusterGains
     """
     asked = regress_runs(packed, sensors, runs, uncertainty)
-    names = {run.name for run in runs}
-    known = regress_runs(packed, sensors, [r for r in reference if r.name not in names], uncertainty)
+    done = {run.likelihood.run: run for run in asked.runs}
+    more = [run for run in reference if run.name not in {one.name for one in runs}]
+    other = regress_runs(packed, sensors, more, uncertainty)
+    both = tuple(done[run.name] for run in reference if run.name in done)
+    known = replace(other, runs=(*both, *other.runs))
     return gains_record(packed.name, asked, known, reference_name, vehicle_file_sha256)
 
 
@@ -147,42 +151,55 @@ def gains_record(
     reference_name: str = "",
     vehicle_file_sha256: str = "",
 ) -> ThrusterGains:
-    """Make the record of runs that were regressed, and their reference (empty: none)."""
+    """Make the record of runs that were regressed, and of sound ones (none: no reference)."""
     from pipeline.identify.gain_findings import findings_of
 
-    sound = references(known, reference_name)
-    rows = tuple(row for run in asked.runs for row in _rows(asked, run, sound))
+    sound = Sound(known, reference_name)
+    rows = tuple(
+        row for run in asked.runs for row in _rows(asked, run, sound.apart_from(run.likelihood.run))
+    )
     told = {row.thruster for row in rows if row.judged and row.moves}
     return ThrusterGains(
         vehicle=vehicle,
         vehicle_file_sha256=vehicle_file_sha256,
-        false_alarms=findings_rate(),
-        reference=_reference_name(known, reference_name) if sound else None,
+        false_alarms=FALSE_ALARMS,
+        reference=sound.called if known.runs else None,
         runs=tuple(_run_row(asked, run) for run in asked.runs),
         gains=rows,
-        pooled=tuple(_pooled(asked, sound)),
+        pooled=tuple(_pooled(asked, sound.apart_from(*(r.likelihood.run for r in asked.runs)))),
         findings=tuple(findings_of(asked, sound)),
         not_judged={name: _why(rows, name) for name in asked.names if name not in told},
         why_no_run={**asked.why_not, **known.why_not},
     )
 
 
-def findings_rate() -> float:
-    """Chance of any finding at all where every run is sound."""
-    from pipeline.identify.gain_tests import FALSE_ALARMS
-
-    return FALSE_ALARMS
+References = Mapping[tuple[str, str], GainReference]
 
 
-def _reference_name(known: GainSet, name: str) -> str:
-    return name or ", ".join(run.likelihood.run for run in known.runs)
+@dataclass(frozen=True)
+class Sound:
+    """Runs that are known to be sound, and what they gave."""
+
+    known: GainSet
+    name: str = ""
+
+    @property
+    def called(self) -> str:
+        """How they are called: their names, where nobody gave them one."""
+        return self.name or ", ".join(run.likelihood.run for run in self.known.runs)
+
+    def apart_from(self, *runs: str) -> References:
+        """Pool the gains of all but some runs: (thruster, axis) -> what they gave."""
+        kept = tuple(run for run in self.known.runs if run.likelihood.run not in runs)
+        rest = Sound(replace(self.known, runs=kept), self.name)
+        return references(rest.known, rest.called) if kept else {}
 
 
-def references(known: GainSet, name: str = "") -> dict[tuple[str, str], GainReference]:
+def references(known: GainSet, name: str) -> dict[tuple[str, str], GainReference]:
     """Pool the gains of sound runs: (thruster, axis) -> what they gave."""
     return {
         key: GainReference(
-            name=_reference_name(known, name),
+            name=name,
             runs=runs,
             mean=found.mean,
             ci95=(found.mean - found.half_width, found.mean + found.half_width),
@@ -217,9 +234,7 @@ def _judged(run: RunGains, estimates: Estimates) -> BoolArray:
     return run.likelihood.excited & (estimates.half_width() < WIDEST)
 
 
-def _rows(
-    asked: GainSet, run: RunGains, sound: Mapping[tuple[str, str], GainReference]
-) -> list[ThrusterGain]:
+def _rows(asked: GainSet, run: RunGains, sound: References) -> list[ThrusterGain]:
     found = []
     for axis, estimates in {ALL: run.joint, **run.by_axis}.items():
         judged, half = _judged(run, estimates), estimates.half_width()
@@ -267,9 +282,7 @@ def against(
     )
 
 
-def _pooled(
-    asked: GainSet, sound: Mapping[tuple[str, str], GainReference]
-) -> list[PooledGain]:
+def _pooled(asked: GainSet, sound: References) -> list[PooledGain]:
     found = []
     for (name, axis), (one, runs) in sorted(pooled_gains(asked).items()):
         moves = axis == ALL or bool(asked.moves[AXES.index(axis), asked.names.index(name)])
@@ -288,6 +301,36 @@ def _pooled(
             )
         )
     return found
+
+
+def against_day(
+    pooled: Sequence[PooledGain], sound: Sequence[PooledGain], name: str
+) -> tuple[PooledGain, ...]:
+    """Compare pooled gains with those of sound runs of another day.
+
+    Parameters
+    ----------
+    pooled, sound : sequence of PooledGain
+        Of the day that is asked, and of the other.
+    name : str
+        What the other day is called.
+    """
+    known = {
+        (one.thruster, one.axis): GainReference(
+            name=name,
+            runs=one.runs,
+            mean=one.value,
+            ci95=one.ci95,
+            between_runs=one.between_runs,
+        )
+        for one in sound
+    }
+    found = []
+    for one in pooled:
+        half = (one.ci95[1] - one.ci95[0]) / 2.0
+        mine = against(known.get((one.thruster, one.axis)), one.value, half / 2.0, half)
+        found.append(one.model_copy(update={"reference": mine if one.moves else None}))
+    return tuple(found)
 
 
 def _run_row(asked: GainSet, run: RunGains) -> GainRun:

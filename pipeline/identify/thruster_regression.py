@@ -7,18 +7,20 @@ measured motion, T_i the model's thrust of thruster i for its commands):
 .. math:: \frac{(M\,\Delta\nu)_a}{H} - \bar h_a
           = \sum_i \beta_{ia} \bar T_i(t - \delta) + \text{what was known before} + e
 
-The file says beta_ia = b_ia, the lever of thruster i on axis a. *What was known before* is, each with
-a coefficient of its own: a constant, drag, the direction of down, products of velocities, and of the
-intervals before the left side and the thrust of every thruster. So a beta is the answer to what a
-thruster does *now* that nothing before told. A controller makes commands of disturbances: over many
-seconds a thrust that holds against one looks as if it did nothing, whatever the thruster gives; over
-one interval only the thrust can answer to itself. The price is that slow commands tell little.
+The file says beta_ia = b_ia, the lever of thruster i on axis a. *What was known before* is, each
+with a coefficient of its own: a constant, drag, the direction of down, products of velocities, and
+of the intervals before the left side and the thrust of every thruster. So a beta is the answer to
+what a thruster does *now* that nothing before told. A controller makes commands of disturbances:
+over many seconds a thrust that holds against one looks as if it did nothing, whatever the thruster
+gives; over one interval only the thrust can answer to itself. The price is that slow commands tell
+little.
 
 The delay delta of a run is the one of a grid at which the thrusts of now tell most. Commands that
 are logged before the drives are armed, or after, do nothing: where the run is more probable without
 thrust in its first or last seconds, they take no part. Rows far off what the rest says count less
-(Huber). What correlation is left widens the covariance, direction by direction (blocks of `_BLOCK_S`, whose
-number gives the degrees of freedom).
+(Huber), and so do rows on which an answer would rest alone (Mallows). What correlation is left
+widens the covariance, direction by direction (blocks of `_BLOCK_S`, whose number gives the degrees
+of freedom).
 
 What comes out of an axis is not an estimate but its likelihood as far as it depends on beta:
 commands that always go together leave a direction without information, and whoever combines axes
@@ -34,11 +36,11 @@ Ljung 1999, System Identification, section 13.4 (direct method in closed loop).
 from dataclasses import dataclass
 
 import numpy as np
-
 from threadpoolctl import threadpool_limits
 
 from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
+from pipeline.identify.partial_regression import bounded, less_known, solve, widened
 from pipeline.identify.run_motion import RunMotion, run_motion
 from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable
@@ -68,8 +70,6 @@ _BLOCK_S = 2.0
 _TERM_STD, _BEFORE_STD = 5.0, 1.0
 #: Rows this many robust standard deviations off count less.
 _HUBER, _PASSES = 3.0, 3
-#: A row whose leverage is so many times the mean counts less.
-_LEVERAGE = 3.0
 #: What the model's thrust is wrong by in its own course, as a share of its size. [1]
 _COURSE = 0.001
 #: Fewest rows beyond the terms that an axis is asked with.
@@ -104,8 +104,8 @@ class AxisLikelihood:
 class RunLikelihood:
     """All axes of a run that say something.
 
-    `thrust_std` (n,) is how much each thrust of the model varied [N], `excited` (n,) whether that is
-    enough to be judged by; `idle_s` seconds at start and end in which the commands did nothing.
+    `thrust_std` (n,) is how much each thrust of the model varied [N], `excited` (n,) whether that
+    is enough to be judged by; `idle_s` seconds at start and end whose commands did nothing.
     """
 
     run: str
@@ -210,7 +210,7 @@ def _why_not(motion: RunMotion, axis: int, *, moved: bool) -> str:
 
 def _largest_thrust(packed: PackedVehicle) -> FloatArray:
     kind = read(packed.vector, "thruster_type")[: len(packed.thruster_names)].astype(int)
-    return np.abs(packed.thrust_tables).max(axis=(1, 2, 3))[kind]
+    return np.asarray(np.abs(packed.thrust_tables).max(axis=(1, 2, 3))[kind], float)
 
 
 def _fixed(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> _Fixed:
@@ -250,9 +250,7 @@ def _terms(motion: RunMotion, axis: int) -> FloatArray:
     return np.stack(columns, axis=1)
 
 
-def _thrust(
-    packed: PackedVehicle, motion: RunMotion, run: RunTable, delay_s: float
-) -> FloatArray:
+def _thrust(packed: PackedVehicle, motion: RunMotion, run: RunTable, delay_s: float) -> FloatArray:
     """Thrust (m, n) of the model for the commands of a run, later by a delay."""
     command = np.nan_to_num(run.values["command"])
     late = np.maximum(np.arange(len(command)) - round(delay_s / motion.period_s), 0)
@@ -315,7 +313,7 @@ def _without_idle(
     return (idle[0], idle[1]), thrust, solved
 
 
-def _axis(
+def _axis(  # noqa: PLR0917  one equation
     fixed: _Fixed, now: FloatArray, axis: int, lever: FloatArray, motion: RunMotion, passes: int
 ) -> _Solved | None:
     """Regress one axis on the thrusts of now, given all that was known before."""
@@ -341,21 +339,23 @@ def _axis(
     held = np.full(known.shape[1], _BEFORE_STD * max(float(np.abs(lever).max()), 1e-3))
     held[:plain] = _TERM_STD * signal / size[:plain]
     weight = np.ones(len(rows))
-    noise, bare = float(np.var(response)), float(np.var(response))
-    for again in range(passes):
-        if again:
-            scale = float(np.median(np.abs(error))) / 0.6745
-            weight = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(error), 1e-300))
-            weight *= _bounded(partial)
-        partial, rest, bare = _less_known(known, size, held, now[rows][:, moved], response, weight, noise)
-        beta, noise, error = _solve(partial, rest, weight, known.shape[1])
+    noise = float(np.var(response))
+    system = (known, size, held, now[rows][:, moved], response)
+    partial, rest = less_known(*system, weight, noise)
+    beta, noise, error = solve(partial, rest, weight, known.shape[1])
+    for _ in range(passes - 1):
+        scale = float(np.median(np.abs(error))) / 0.6745
+        weight = np.minimum(1.0, _HUBER * scale / np.maximum(np.abs(error), 1e-300))
+        weight *= bounded(partial)
+        partial, rest = less_known(*system, weight, noise)
+        beta, noise, error = solve(partial, rest, weight, known.shape[1])
     information, vector = np.zeros((count, count)), np.zeros(count)
     block = rows // max(round(_BLOCK_S / (fixed.width * motion.period_s)), 1)
     part = (weight[:, None] * partial).T @ partial / noise
     # no run is so long that a curve or an inflow that is off would average out
     course = _COURSE**2 * float(np.mean((now[rows] * lever) ** 2, axis=0).sum())
     course = 1.0 + float(weight.sum()) * course / noise
-    part = _widened(part, (weight * error / noise)[:, None] * partial, block) / course
+    part = widened(part, (weight * error / noise)[:, None] * partial, block) / course
     information[np.ix_(moved, moved)] = part
     vector[moved] = part @ beta
     blocks = int(np.unique(block).size)
@@ -364,56 +364,3 @@ def _axis(
     )
     cost = float(weight.sum()) * float(np.log(max(noise, 1e-300)))
     return _Solved(likelihood, cost, float(beta @ part @ beta))
-
-
-def _bounded(partial: FloatArray) -> FloatArray:
-    """Weights (k,) of rows that bound how much of the answer rests on a single one."""
-    normal = partial.T @ partial
-    normal[np.diag_indices_from(normal)] += 1e-9 * max(float(np.trace(normal)), 1e-300)
-    leverage = np.sum(partial * np.linalg.solve(normal, partial.T).T, axis=1)
-    return np.minimum(1.0, _LEVERAGE * leverage.mean() / np.maximum(leverage, 1e-300))
-
-
-def _less_known(  # noqa: PLR0917  one system of equations
-    known: FloatArray,
-    size: FloatArray,
-    held: FloatArray,
-    thrust: FloatArray,
-    response: FloatArray,
-    weight: FloatArray,
-    noise: float,
-) -> tuple[FloatArray, FloatArray, float]:
-    """Take what the known terms explain off the thrusts and the left side."""
-    scaled = known / size
-    weighted = weight[:, None] * scaled
-    normal = scaled.T @ weighted
-    # a whisker for terms that go together: what each of them gets is of no account
-    normal[np.diag_indices_from(normal)] += noise / (held * size) ** 2 + 1e-9 * len(response)
-    both = np.column_stack([thrust, response])
-    both = both - scaled @ np.linalg.solve(normal, weighted.T @ both)
-    return both[:, :-1], both[:, -1], float(np.mean(both[:, -1] ** 2))
-
-
-def _solve(
-    partial: FloatArray, rest: FloatArray, weight: FloatArray, terms: int
-) -> tuple[FloatArray, float, FloatArray]:
-    """Solve for beta; also the variance of what it leaves, and that."""
-    weighted = weight[:, None] * partial
-    normal = partial.T @ weighted
-    normal[np.diag_indices_from(normal)] += 1e-9 * max(float(np.trace(normal)), 1e-300)
-    beta = np.linalg.solve(normal, weighted.T @ rest)
-    error = rest - partial @ beta
-    degrees = max(float(weight.sum()) - partial.shape[1] - terms, 1.0)
-    return beta, max(float((weight * error**2).sum()) / degrees, 1e-300), error
-
-
-def _widened(information: FloatArray, scores: FloatArray, label: IntArray) -> FloatArray:
-    """Take from each direction what its scores vary more over blocks than independent ones do."""
-    _, where = np.unique(label, return_inverse=True)
-    blocks = int(where.max()) + 1
-    size, axes = np.linalg.eigh(0.5 * (information + information.T))
-    sums = np.zeros((blocks, scores.shape[1]))
-    np.add.at(sums, where, scores)
-    more = np.sum((sums @ axes) ** 2, axis=0) * blocks / max(blocks - 1, 1)
-    ratio = np.maximum(more / np.maximum(size, 1e-12 * max(float(size[-1]), 1e-300)), 1.0)
-    return np.asarray((axes * (np.maximum(size, 0.0) / ratio)) @ axes.T)

@@ -3,6 +3,7 @@
 from typing import Literal
 
 from pipeline.records.base import Record
+from pipeline.records.gains import ThrusterGains
 
 Interval = tuple[float, float]
 
@@ -200,3 +201,5 @@ class Identification(Record):
     """Axis -> why the slope was not computed along it."""
     warnings: tuple[str, ...]
     elapsed_s: float
+    gains: ThrusterGains | None = None
+    """Of each thruster in each run, held-out ones too, against the vehicle file."""

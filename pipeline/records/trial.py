@@ -5,6 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from pipeline.records.base import Record
+from pipeline.records.gains import PooledGain, ThrusterGains
 from pipeline.records.identification import IdentifiedParameter, VehicleIdentification
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.pool_run import PoolRunRecord
@@ -91,6 +92,9 @@ class RunTrial(Record):
     why_not: str = ""
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    gains: ThrusterGains | None = None
+    """Of this run alone, against the vehicle file."""
+    why_no_gains: str = ""
     files: dict[str, str] = Field(default_factory=dict)
 
 
@@ -118,6 +122,11 @@ class TrialDay(Record):
     identification: VehicleIdentification | None = None
     why_not: str = ""
     notes: tuple[str, ...] = ()
+    gains: ThrusterGains | None = None
+    """Of all runs of the day, against the vehicle file and those that are called healthy."""
+    sound_gains: tuple[PooledGain, ...] = ()
+    """Over the day's runs that their notes call healthy: what later days are told against."""
+    why_no_gains: str = ""
 
     @property
     def settled(self) -> bool:
@@ -170,5 +179,7 @@ class PageReceipt(Record):
     runs: tuple[RunLine, ...] = ()
     parameters: tuple[IdentifiedParameter, ...] = ()
     """Of a day: what its runs tell, for the trend on the vehicle's page."""
+    gains: tuple[PooledGain, ...] = ()
+    """Of a day: what its thrusters gave, for the table on the vehicle's page."""
     settled: bool = True
     """Of a day: false where its fit did not settle, so that its parameters are not to be used."""

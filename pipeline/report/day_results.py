@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pipeline.records.gains import PooledGain
 from pipeline.records.trial import DayTables, PageReceipt, SpeedChange, TrialDay
 from pipeline.vehicle.schema import Vehicle
 
@@ -25,6 +26,8 @@ class DayResults:
     earlier: Mapping[str, TrialDay] = field(default_factory=dict)
     runs: tuple[PageReceipt, ...] = ()
     links: Mapping[str, str] = field(default_factory=dict)
+    compared: tuple[PooledGain, ...] = ()
+    """The day's gains against those of the last sound day before."""
     tables: DayTables | None = None
     tables_before: DayTables | None = None
     provenance: dict[str, str] = field(default_factory=dict)

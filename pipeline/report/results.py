@@ -11,6 +11,7 @@ from pipeline.records.fits import (
     PropellerFit,
     StaticCharacteristic,
 )
+from pipeline.records.gains import PooledGain
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.measurements import (
     LoadTestRecord,
@@ -38,6 +39,7 @@ class TrialDayLink:
     runs: tuple[tuple[str, str], ...] = ()
     parameters: tuple[IdentifiedParameter, ...] = ()
     settled: bool = True
+    gains: tuple[PooledGain, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from pipeline.report.blocks import Section
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import fixed, general, plural
 from pipeline.report.run_results import RunResults
+from pipeline.report.sections.gains import run_gains_section
 from pipeline.report.sections.run_comparison import commands_figure, comparison_section
 from pipeline.report.sections.run_health import (
     manoeuvres_section,
@@ -43,6 +44,7 @@ def run_page(results: RunResults, crumbs: tuple[tuple[str, str], ...], assets: s
         run_health_section(results),
         manoeuvres,
         comparison_section(results),
+        run_gains_section(results.trial),
         Section("provenance", "Provenance", (provenance_table(results.provenance),)),
     )
     return render(

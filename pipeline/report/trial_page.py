@@ -12,6 +12,7 @@ from pipeline.report.figures.trend import TREND_TITLE, apart, trend_blocks, unse
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
 from pipeline.report.run_page import status_text, tone
+from pipeline.report.sections.gains import day_gains_section, gain_warnings
 from pipeline.report.sections.tables import provenance_table
 
 #: Said instead of any comparison of such a fit.
@@ -37,6 +38,7 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
         _identified(results),
         _trend(results),
         _quality(results),
+        day_gains_section(results),
         _tables(results),
         Section("provenance", "Provenance", (provenance_table(results.provenance),)),
     )
@@ -77,6 +79,7 @@ def day_warnings(results: DayResults) -> tuple[str, ...]:
         found.append(f"Not read: {', '.join(trial.broken)}. The pages of the runs say why.")
     if trial.why_not and results.vehicle.model is not None:
         found.append(f"No parameters were identified: {trial.why_not}")
+    found += gain_warnings(trial.gains)
     fit = trial.identification
     if fit is not None and not fit.converged:
         found.append(_UNSETTLED)

@@ -13,6 +13,7 @@ from pipeline.report.sections.closing import (
     provenance_section,
 )
 from pipeline.report.sections.drive import drive_section
+from pipeline.report.sections.gains import vehicle_gains_section
 from pipeline.report.sections.gap import gap_section
 from pipeline.report.sections.inputs import inputs_section
 from pipeline.report.sections.inverse import inverse_section
@@ -33,6 +34,7 @@ INDEX_HREF = "../index.html"
 SECTIONS = (
     warnings_section,
     trials_section,
+    vehicle_gains_section,
     inputs_section,
     propeller_section,
     drive_section,

@@ -26,7 +26,8 @@ from pipeline.records.identification import (
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
-from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
+from pipeline.stages.gains import gains_of_runs
+from pipeline.stages.runs_to_identify import find_logs, healthy_runs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.sensor_schema import Sensors
@@ -124,6 +125,11 @@ def identify_runs(
         straight_line=lines,
         why_no_straight_line=no_lines,
         warnings=(*notes, *more),
+        gains=gains_of_runs(
+            one,
+            [*tables, *(table for _, table in judged)],
+            healthy_runs([*fitted, *judged]),
+        ),
         elapsed_s=round(time.perf_counter() - begin, 2),
     )
     result = folder / RESULT_FILE

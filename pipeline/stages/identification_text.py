@@ -8,6 +8,7 @@ from pipeline.records.identification import (
     StraightLineIdentification,
     VehicleIdentification,
 )
+from pipeline.stages.gains_text import gains_text
 
 
 def identification_text(found: Identification) -> str:
@@ -21,6 +22,8 @@ def identification_text(found: Identification) -> str:
     elif found.why_no_whole_vehicle:
         lines += ["", f"No whole-vehicle fit: {found.why_no_whole_vehicle}"]
     lines += ["", *_straight(found.straight_line, found.why_no_straight_line)]
+    if found.gains is not None:
+        lines += ["", *gains_text(found.gains)]
     return "\n".join(lines)
 
 

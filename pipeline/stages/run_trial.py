@@ -20,6 +20,7 @@ from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, RunTrial, StoredRun
 from pipeline.simulate.pack import PackedVehicle
+from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.known_of_run import with_known
 from pipeline.stages.run_table_file import read_tables, write_tables
@@ -53,7 +54,7 @@ def run(job: Job) -> str:
         except CannotComputeError as error:
             if is_of_the_machine(error):
                 raise
-            found = found.model_copy(update={"why_not": str(error)})
+            found = found.model_copy(update={"why_not": str(error), "why_no_gains": str(error)})
         return found.model_copy(update={"warnings": trial_warnings(found)})
 
     for left in (_arrays(job), _overlay(job)):
@@ -71,6 +72,9 @@ def _overlay(job: Job) -> Path:
 
 def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) -> RunTrial:
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
+    found = found.model_copy(
+        update={"gains": gains_of_runs(one, [replace(table, name=stored.run)])}
+    )
     sensors = one.vehicle.sensors or Sensors()
     table = with_known(table, stored.notes, one)
     flights = fly_trial(one.packed, sensors, table)

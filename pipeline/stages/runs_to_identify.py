@@ -18,6 +18,7 @@ from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
 from pipeline.stages.known_of_run import with_known
 from pipeline.stages.simulated_vehicle import SimulatedVehicle
+from pipeline.vehicle.run_notes import notes_file, read_run_notes
 
 #: Rate of the tables that the fits work on. [Hz]
 RATE_HZ = 50.0
@@ -119,6 +120,16 @@ def read_run(
         warnings=tuple(dict.fromkeys((*warnings, *table.notes))),
     )
     return read, table
+
+
+def healthy_runs(runs: Sequence[tuple[RunRead, RunTable]]) -> list[RunTable]:
+    """Return the runs whose notes say ``healthy: true``."""
+    found = []
+    for read, table in runs:
+        file = notes_file(Path(read.file))
+        if file is not None and read_run_notes(file, str(file)).healthy is True:
+            found.append(table)
+    return found
 
 
 def _of_this_vehicle(run: PoolRun, one: SimulatedVehicle, place: Place) -> None:

@@ -10,6 +10,7 @@ from pipeline.identify.day_choice import choose_stretches
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun, TrialDay
+from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.known_of_run import with_known
 from pipeline.stages.run_table_file import read_tables
@@ -40,7 +41,7 @@ def run(job: Job) -> str:
         try:
             return _identified(job, stored, day)
         except CannotComputeError as error:
-            return day.model_copy(update={"why_not": str(error)})
+            return day.model_copy(update={"why_not": str(error), "why_no_gains": str(error)})
 
     return write_record(job, compute)
 
@@ -54,6 +55,14 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
         tables.append(table)
     if not tables:
         raise CannotComputeError("No log of this day could be read.")
+    healthy = {one.run for one in stored if one.notes is not None and one.notes.healthy is True}
+    sound = [table for table in tables if table.name in healthy]
+    day = day.model_copy(
+        update={
+            "gains": gains_of_runs(one, tables, sound),
+            "sound_gains": gains_of_runs(one, sound).pooled if sound else (),
+        }
+    )
     code_max = np.abs(one.packed.code_limits).max(axis=1)
     chosen, used, passed = choose_stretches(tables, code_max, BUDGET_S)
     day = day.model_copy(update={"used": used, "passed_over": passed})

@@ -1,7 +1,11 @@
 """A trial day's fit, runs and tables, and the days before -> its page and a receipt."""
 
+from collections.abc import Mapping
+
+from pipeline.identify.thruster_gains import against_day
 from pipeline.plan import report_file
 from pipeline.provenance import file_digest
+from pipeline.records.gains import PooledGain
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
 from pipeline.report.day_results import DayResults
 from pipeline.report.links import address_from
@@ -31,6 +35,7 @@ def run(job: Job) -> str:
             earlier={name: one for name, one in trials.items() if name < day},
             runs=runs,
             links={one.name: address_from(page, next(iter(one.files))) for one in runs},
+            compared=_compared(trials, day),
             tables=None if now is None else now.record,
             tables_before=None if before is None else before.record,
             provenance={
@@ -59,10 +64,20 @@ def run(job: Job) -> str:
             parameters=()
             if fit is None
             else tuple(one for one in fit.parameters if one.identified),
+            gains=() if results.trial.gains is None else results.trial.gains.pooled,
             settled=results.trial.settled,
         )
 
     return write_record(job, compute)
+
+
+def _compared(trials: Mapping[str, TrialDay], day: str) -> tuple[PooledGain, ...]:
+    """Compare the day's gains with those of the last day before whose runs were called healthy."""
+    mine = trials.get(day)
+    before = [name for name, one in sorted(trials.items()) if name < day and one.sound_gains]
+    if mine is None or mine.gains is None or not before:
+        return ()
+    return against_day(mine.gains.pooled, trials[before[-1]].sound_gains, before[-1])
 
 
 def _line(results: DayResults, errors: int, warnings: int) -> str:

@@ -108,6 +108,7 @@ def _trials(job: Job, page: Path) -> tuple[TrialDayLink, ...]:
             ),
             one.parameters,
             one.settled,
+            one.gains,
         )
         for one in receipts
         if one is not None

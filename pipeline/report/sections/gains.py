@@ -1,0 +1,182 @@
+"""What each thruster gives on each axis: on the pages of a run, a trial day and a vehicle."""
+
+from collections.abc import Mapping, Sequence
+
+from pipeline.language import as_it_is
+from pipeline.records.gains import PooledGain, ThrusterGain, ThrusterGains
+from pipeline.records.trial import RunTrial
+from pipeline.report.blocks import Block, Paragraph, Section, Table
+from pipeline.report.day_results import DayResults
+from pipeline.report.figures.gains import Bar, gains_figure
+from pipeline.report.numbers import fixed
+from pipeline.report.results import VehicleResults
+
+TITLE, ANCHOR = "Gains of the thrusters", "gains"
+_ALL = "all"
+_NOTE = (
+    "1: the thruster moves the axis as the vehicle file says, 0: not at all, below 0: the other "
+    "way. All: the one gain that fits all axes together. 95 % intervals; –: nothing to tell (no "
+    "lever, not commanded, or only together with others)."
+)
+_DAYS = 6
+
+Row = ThrusterGain | PooledGain
+
+
+def run_gains_section(trial: RunTrial | None) -> Section:
+    """Show the gains of one run.
+
+    Parameters
+    ----------
+    trial : RunTrial or None
+        The run against the model; None where the log could not be read.
+    """
+    if trial is None or trial.gains is None:
+        why = "the log could not be read." if trial is None else trial.why_no_gains
+        return _absent(why)
+    gains = trial.gains
+    rows = {(row.thruster, row.axis): row for row in gains.gains if row.judged and row.moves}
+    return Section(ANCHOR, TITLE, (*_blocks(gains, rows), *_delays(gains)))
+
+
+def day_gains_section(results: DayResults) -> Section:
+    """Show the gains of a day's runs together, against the last sound day where there is one."""
+    gains = results.trial.gains
+    if gains is None:
+        return _absent(results.trial.why_no_gains)
+    pooled = results.compared or gains.pooled
+    rows: dict[tuple[str, str], Row] = {
+        (one.thruster, one.axis): one for one in pooled if one.moves
+    }
+    blocks = [*_blocks(gains, rows)]
+    told = [one for one in gains.gains if one.axis == _ALL and one.judged]
+    if len(gains.runs) > 1 and told:
+        blocks.append(_by_run(gains, told))
+    return Section(ANCHOR, TITLE, tuple(blocks))
+
+
+def vehicle_gains_section(results: VehicleResults) -> Section:
+    """Show what each thruster gave on each trial day, the latest last."""
+    days = [day for day in results.trials if day.gains][-_DAYS:]
+    if not days:
+        return _absent("no trial day tells them.")
+    cells = {(one.thruster, day.name): one for day in days for one in day.gains if one.axis == _ALL}
+    names = list(dict.fromkeys(thruster.name for thruster in results.vehicle.thrusters))
+    table = Table(
+        "Gain of each thruster on all axes together, by trial day",
+        ("Thruster", *(day.name for day in days)),
+        tuple((name, *(_cell(cells.get((name, day.name))) for day in days)) for name in names),
+        verbatim_columns=frozenset({0}),
+        note=_NOTE,
+    )
+    latest = [cells[name, days[-1].name] for name in names if (name, days[-1].name) in cells]
+    figure = gains_figure(
+        "fig-gains",
+        [Bar(one.thruster, one.value, one.ci95) for one in latest],
+        f"What each thruster gave on {days[-1].name}, the latest trial day",
+    )
+    return Section(ANCHOR, TITLE, (figure, table))
+
+
+def gain_warnings(gains: ThrusterGains | None) -> list[str]:
+    """Return the findings that a page begins with.
+
+    Parameters
+    ----------
+    gains : ThrusterGains or None
+        Of a run or a day.
+    """
+    if gains is None:
+        return []
+    return [one.text for one in gains.findings if one.kind != "idle_commands"]
+
+
+def _absent(why: str) -> Section:
+    text = f"Not computed: {why}" if why else "Not computed."
+    return Section(ANCHOR, TITLE, (Paragraph(text),), available=False)
+
+
+def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> list[Block]:
+    if not gains.runs:
+        return [Paragraph(f"Not computed: {'; '.join(gains.why_no_run.values())}")]
+    blocks: list[Block] = [
+        Paragraph(one.text, tone="note" if one.kind == "idle_commands" else "warning")
+        for one in gains.findings
+    ]
+    if not blocks:
+        rate = f"{100 * gains.false_alarms:g} %"
+        blocks.append(
+            Paragraph(f"Nothing out of the ordinary (false alarms: {rate} of such sets).")
+        )
+    names = list(gains.runs[0].thrust_std_n)
+    axes = [_ALL, *(a for a in _axes(gains) if any((name, a) in rows for name in names))]
+    told = [rows[name, _ALL] for name in names if (name, _ALL) in rows]
+    if told:
+        bars = [
+            Bar(one.thruster, one.value, one.ci95)
+            for one in told
+            if one.value is not None and one.ci95
+        ]
+        blocks.append(
+            gains_figure("fig-gains", bars, "What each thruster gives, on all axes together")
+        )
+    against = any(one.reference is not None and one.reference.ratio is not None for one in told)
+    known = next((one.reference.name for one in told if one.reference is not None), "")
+    header = ("Thruster", *axes, *([f"Of what it gave in {as_it_is(known)}"] if against else []))
+    table = tuple(
+        (
+            name,
+            *(_cell(rows.get((name, axis))) for axis in axes),
+            *([_ratio(rows.get((name, _ALL)))] if against else []),
+        )
+        for name in names
+    )
+    blocks.append(
+        Table("Gain of each thruster", header, table, verbatim_columns=frozenset({0}), note=_NOTE)
+    )
+    if gains.not_judged:
+        told_why = "; ".join(f"{as_it_is(name)}: {why}" for name, why in gains.not_judged.items())
+        blocks.append(Paragraph(f"Not judged: {told_why}."))
+    return blocks
+
+
+def _axes(gains: ThrusterGains) -> list[str]:
+    return list(dict.fromkeys(row.axis for row in gains.gains if row.axis != _ALL))
+
+
+def _delays(gains: ThrusterGains) -> list[Block]:
+    return [
+        Paragraph(
+            f"The commands act {fixed(run.delay_s, 2)} s later than the model's lag says.",
+            tone="note",
+        )
+        for run in gains.runs
+        if run.delay_s > 0.0
+    ]
+
+
+def _by_run(gains: ThrusterGains, told: Sequence[ThrusterGain]) -> Table:
+    names = list(gains.runs[0].thrust_std_n)
+    cells = {(one.run, one.thruster): one for one in told}
+    return Table(
+        "The same run by run, all axes together",
+        ("Run", *names),
+        tuple(
+            (run.run, *(_cell(cells.get((run.run, name))) for name in names)) for run in gains.runs
+        ),
+        verbatim_columns=frozenset({0}),
+    )
+
+
+def _cell(row: Row | None) -> str:
+    if row is None or row.value is None or row.ci95 is None:
+        return "–"
+    return f"{fixed(row.value, 2)} ({fixed(row.ci95[0], 2)} to {fixed(row.ci95[1], 2)})"
+
+
+def _ratio(row: Row | None) -> str:
+    known = None if row is None else row.reference
+    if known is None or known.ratio is None or known.ratio_ci95 is None:
+        return "–"
+    low, high = known.ratio_ci95
+    return f"{fixed(known.ratio, 2)} ({fixed(low, 2)} to {fixed(high, 2)})"
