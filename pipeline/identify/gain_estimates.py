@@ -14,6 +14,7 @@ with the variance of Hartung and Knapp 2001, Stat. Med. 20, 3875-3889, never nar
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -28,6 +29,12 @@ WIDEST = 1.0
 #: A lever below this share of the largest of the axis is none.
 LEAST_LEVER = 0.02
 _COUPLED = (0.02, 0.06, 0.2, 0.6, 1.5)
+
+
+@cache
+def half_factor(degrees: float) -> float:
+    """Half-width of a 95 % interval in standard errors, for degrees of freedom of 1 or more."""
+    return student_95(max(int(degrees), 1))
 
 
 @dataclass(frozen=True)
@@ -48,7 +55,7 @@ class Estimates:
 
     def half_width(self) -> FloatArray:
         """Half of the 95 % intervals."""
-        factor = np.array([student_95(max(int(d), 1)) for d in self.degrees.ravel()])
+        factor = np.array([half_factor(float(d)) for d in self.degrees.ravel()])
         return np.asarray(self.std * factor.reshape(self.std.shape))
 
 

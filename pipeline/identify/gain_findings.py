@@ -16,7 +16,7 @@ from pipeline.identify.gain_tests import (
     ORDINARY_COUPLING,
     adjusted,
     against_all,
-    log_ratio,
+    log_ratios,
     moved_apart,
     other_layouts,
     rejected,
@@ -35,7 +35,6 @@ from pipeline.records.intervals import student_95
 
 #: A thruster is dead where its interval holds 0 and ends below this share of what is expected.
 _DEAD = 0.35
-_IDLE_S = 0.9
 
 
 def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
@@ -64,8 +63,7 @@ def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
     ]
     kept = _without_consequences([one for one, _ in found])
     chance_of = {id(one): chance for one, chance in found}
-    merged = _merged(kept, chance_of)
-    return [*merged, *_idle(asked)]
+    return _merged(kept, chance_of)
 
 
 def _thrusters(asked: GainSet, known: Sound) -> list[Question]:
@@ -181,11 +179,10 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
 def _layouts(asked: GainSet) -> list[Question]:
     """Ask whether thrusters are exchanged, or an axis counts the other way."""
     questions = []
-    for other in other_layouts(asked.levers):
-        ratios = [
-            (log_ratio(run.likelihood, asked.levers, other.levers, asked.doubt), run.likelihood.run)
-            for run in asked.runs
-        ]
+    layouts = other_layouts(asked.levers)
+    by_run = [log_ratios(run.likelihood, asked.levers, layouts, asked.doubt) for run in asked.runs]
+    for k, other in enumerate(layouts):
+        ratios = [(own[k], run.likelihood.run) for own, run in zip(by_run, asked.runs, strict=True)]
         total = sum(ratio for ratio, _ in ratios)
         runs = tuple(run for ratio, run in ratios if ratio > 1.0)
         p = float(np.exp(min(-total, 0.0)))
@@ -340,25 +337,3 @@ def _merged(kept: Sequence[Question], chance_of: Mapping[int, float]) -> list[Ga
             )
         )
     return sorted(found, key=lambda one: one.p_value)
-
-
-def _idle(asked: GainSet) -> list[GainFinding]:
-    found = []
-    for run in asked.runs:
-        begin, end = run.likelihood.idle_s
-        parts = [f"its first {begin:g} s"] * (begin > _IDLE_S) + [f"its last {end:g} s"] * (
-            end > _IDLE_S
-        )
-        if parts:
-            found.append(
-                GainFinding(
-                    kind="idle_commands",
-                    runs=(run.likelihood.run,),
-                    p_value=float(np.exp(-15.0)),
-                    text=(
-                        f"{run.likelihood.run}: the commands of {' and '.join(parts)} moved "
-                        "nothing, as if the drives were not armed; they were left out."
-                    ),
-                )
-            )
-    return found

@@ -57,11 +57,12 @@ def other_layouts(levers: FloatArray) -> list[Layout]:
     return found
 
 
-def log_ratio(run: RunLikelihood, levers: FloatArray, other: FloatArray, doubt: Doubt) -> float:
+def log_ratios(
+    run: RunLikelihood, levers: FloatArray, others: Sequence[Layout], doubt: Doubt
+) -> list[float]:
     """Log evidence of other levers over the file's with any gains, of one run."""
-    return _log_evidence(run, other, _USUAL_GAIN, doubt) - _log_evidence(
-        run, levers, _ANY_GAIN, doubt
-    )
+    file = _log_evidence(run, levers, _ANY_GAIN, doubt)
+    return [_log_evidence(run, other.levers, _USUAL_GAIN, doubt) - file for other in others]
 
 
 def _log_evidence(run: RunLikelihood, levers: FloatArray, gain_std: float, doubt: Doubt) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.identify.thruster_regression import levers
+from pipeline.identify.thruster_regression import SETTLING_S, levers
 from pipeline.physics.parameters import read
 from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
@@ -38,7 +38,6 @@ def heading_check(
     packed: PackedVehicle,
     run: RunTable,
     delay_s: float,
-    idle_s: tuple[float, float] = (0.0, 0.0),
 ) -> HeadingCheck | None:
     """Compare the yaw moment of the commands with the rate of the heading.
 
@@ -50,8 +49,6 @@ def heading_check(
         With commands and attitude.
     delay_s : float
         How late the commands act beyond the model's lag. [s]
-    idle_s : tuple of 2 floats
-        Seconds at start and end whose commands did nothing. [s]
 
     Returns
     -------
@@ -65,7 +62,7 @@ def heading_check(
     roll_pitch_yaw = angles(run.values["attitude"])
     known = run.valid["attitude"] & np.isfinite(roll_pitch_yaw).all(axis=1)
     known &= (np.abs(np.nan_to_num(roll_pitch_yaw[:, 1])) < _STEEPEST) & run.valid["command"]
-    known &= (run.time_s >= idle_s[0]) & (run.time_s <= run.time_s[-1] - idle_s[1])
+    known &= run.time_s - run.time_s[0] >= SETTLING_S
     yaw = np.unwrap(np.nan_to_num(roll_pitch_yaw[:, 2]))
     width = max(round(_STEP_S / period), 1)
     start = np.arange(0, yaw.size - width, width)

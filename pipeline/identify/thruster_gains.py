@@ -36,6 +36,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 #: Axis of a gain that all axes tell together.
 ALL = "all"
 _LEAST_DOUBT = 0.02
+#: Fewer sound runs do not tell what runs differ by: at least so much is taken.
+_MANY, _FEW_BETWEEN = 4, 0.1
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def regress_runs(
         size = typical(arms)
         by_axis = {one.name: axis_gains(one, arms) for one in told.axes if size[one.axis] > 0.0}
         joint = joint_gains(told, arms, doubt)
-        heading = heading_check(packed, run, told.delay_s, told.idle_s)
+        heading = heading_check(packed, run, told.delay_s)
         found.append(RunGains(told, by_axis, joint, heading))
     return GainSet(packed.thruster_names, arms, doubt, tuple(found), why_not)
 
@@ -197,6 +199,7 @@ class Sound:
 
 def references(known: GainSet, name: str) -> dict[tuple[str, str], GainReference]:
     """Pool the gains of sound runs: (thruster, axis) -> what they gave."""
+    least = max(known.doubt.thruster, 0.0 if len(known.runs) >= _MANY else _FEW_BETWEEN)
     return {
         key: GainReference(
             name=name,
@@ -205,7 +208,7 @@ def references(known: GainSet, name: str) -> dict[tuple[str, str], GainReference
             ci95=(found.mean - found.half_width, found.mean + found.half_width),
             between_runs=found.between,
         )
-        for key, (found, runs) in pooled_gains(known, known.doubt.thruster).items()
+        for key, (found, runs) in pooled_gains(known, least).items()
     }
 
 
@@ -338,7 +341,6 @@ def _run_row(asked: GainSet, run: RunGains) -> GainRun:
     return GainRun(
         run=told.run,
         delay_s=told.delay_s,
-        idle_s=told.idle_s,
         thrust_std_n=dict(zip(asked.names, told.thrust_std.tolist(), strict=True)),
         why_not_axes=told.why_not,
         heading_correlation=None if run.heading is None else run.heading.correlation,

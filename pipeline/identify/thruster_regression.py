@@ -15,12 +15,11 @@ over many seconds a thrust that holds against one looks as if it did nothing, wh
 gives; over one interval only the thrust can answer to itself. The price is that slow commands tell
 little.
 
-The delay delta of a run is the one of a grid at which the thrusts of now tell most. Commands that
-are logged before the drives are armed, or after, do nothing: where the run is more probable without
-thrust in its first or last seconds, they take no part. Rows far off what the rest says count less
-(Huber), and so do rows on which an answer would rest alone (Mallows). What correlation is left
-widens the covariance, direction by direction (blocks of `_BLOCK_S`, whose number gives the degrees
-of freedom).
+The delay delta of a run is the one of a grid at which the thrusts of now tell most. The first
+seconds take no part: controllers run, and their commands are logged, before the drives are armed.
+Rows far off what the rest says count less (Huber), and so do rows on which an answer would rest
+alone (Mallows). What correlation is left widens the covariance, direction by direction (blocks of
+`_BLOCK_S`, whose number gives the degrees of freedom).
 
 What comes out of an axis is not an estimate but its likelihood as far as it depends on beta:
 commands that always go together leave a direction without information, and whoever combines axes
@@ -56,12 +55,8 @@ _INTERVAL_S = 0.2
 DELAYS_S = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5)
 #: By what factor and difference another delay has to tell more than the file's lag alone.
 _FILE_LAG = (1.25, 20.0)
-#: Seconds at either end that are tried without thrust, and what a run has to be more probable by.
-_IDLE_S = (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0)
-_IDLE_NATS = 40.0
-_MOST_IDLE = 0.4
-#: Seconds beside them that are left out as well. [s]
-_AFTER_IDLE_S = 0.4
+#: Seconds at the start that take no part. [s]
+SETTLING_S = 3.0
 #: Intervals before, of the thrusts and of the left side.
 _BEFORE_THRUST, _BEFORE_LEFT = 3, 3
 #: Sums of scores over blocks of this length tell what correlation is left. [s]
@@ -105,13 +100,12 @@ class RunLikelihood:
     """All axes of a run that say something.
 
     `thrust_std` (n,) is how much each thrust of the model varied [N], `excited` (n,) whether that
-    is enough to be judged by; `idle_s` seconds at start and end whose commands did nothing.
+    is enough to be judged by.
     """
 
     run: str
     axes: tuple[AxisLikelihood, ...]
     delay_s: float
-    idle_s: tuple[float, float]
     thrust_std: FloatArray
     excited: BoolArray
     why_not: dict[str, str]
@@ -134,10 +128,9 @@ class _Fixed:
 
 @dataclass(frozen=True)
 class _Solved:
-    """One axis, solved: its likelihood and -2 log of how probable its left side is."""
+    """One axis, solved: its likelihood."""
 
     likelihood: AxisLikelihood
-    cost: float
     told: float
     """What the thrusts of now take off the cost."""
 
@@ -186,7 +179,6 @@ def _run_likelihood(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> 
         told = told if delay else _FILE_LAG[0] * told + _FILE_LAG[1]
         tried.append((told, -delay, thrust, solved))
     _, late, thrust, solved = max(tried, key=lambda one: one[:2])
-    idle, thrust, solved = _without_idle(fixed, thrust, arms, motion, solved)
     solved = _all_axes(fixed, thrust, arms, motion, _PASSES)
     axes = tuple(one.likelihood for one in solved)
     names = {one.axis for one in axes}
@@ -197,7 +189,7 @@ def _run_likelihood(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> 
         if axis not in names
     }
     excited = spread > _LEAST_EXCITED * _largest_thrust(packed)
-    return RunLikelihood(run.name, axes, -late, idle, spread, excited, why_not)
+    return RunLikelihood(run.name, axes, -late, spread, excited, why_not)
 
 
 def _why_not(motion: RunMotion, axis: int, *, moved: bool) -> str:
@@ -230,6 +222,7 @@ def _fixed(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> _Fixed:
             known[:, axis] &= motion.known[:, other]
     whole = _means(known.astype(float), start, width) > 1.0 - 0.5 / width
     whole &= known[start + width]
+    whole[run.time_s[start] - run.time_s[0] < SETTLING_S] = False
     terms = tuple(_terms(motion, axis)[start] for axis in range(6))
     return _Fixed(start, width, left, whole, terms)
 
@@ -275,42 +268,6 @@ def _all_axes(
     now = _means(thrust, fixed.start, fixed.width)
     solved = [_axis(fixed, now, axis, arms[axis], motion, passes) for axis in range(6)]
     return [one for one in solved if one is not None]
-
-
-def _without_idle(
-    fixed: _Fixed,
-    thrust: FloatArray,
-    arms: FloatArray,
-    motion: RunMotion,
-    solved: list[_Solved],
-) -> tuple[tuple[float, float], FloatArray, list[_Solved]]:
-    """Take the thrust off the first and last seconds where the run is more probable without."""
-    count = len(thrust)
-    idle = [0.0, 0.0]
-    for end in (0, 1):
-        best = (sum(one.cost for one in solved) - 2.0 * _IDLE_NATS, 0.0, thrust, solved)
-        for seconds in _IDLE_S:
-            rows = round(seconds / motion.period_s)
-            if rows > _MOST_IDLE * count:
-                break
-            part = slice(0, rows) if end == 0 else slice(count - rows, count)
-            if not thrust[part].any():
-                continue
-            without = thrust.copy()
-            without[part] = 0.0
-            again = _all_axes(fixed, without, arms, motion)
-            best = min(
-                best,
-                (sum(one.cost for one in again), seconds, without, again),
-                key=lambda one: one[0],
-            )
-        _, idle[end], thrust, solved = best
-        if idle[end]:
-            rest = idle[end] + _AFTER_IDLE_S
-            at = fixed.start * motion.period_s
-            over = at < rest if end == 0 else at > len(thrust) * motion.period_s - rest
-            fixed.known[over] = False
-    return (idle[0], idle[1]), thrust, solved
 
 
 def _axis(  # noqa: PLR0917  one equation
@@ -362,5 +319,4 @@ def _axis(  # noqa: PLR0917  one equation
     likelihood = AxisLikelihood(
         axis, information, vector, max(blocks - 1, 1), len(rows), noise**0.5, motion.sources[axis]
     )
-    cost = float(weight.sum()) * float(np.log(max(noise, 1e-300)))
-    return _Solved(likelihood, cost, float(beta @ part @ beta))
+    return _Solved(likelihood, float(beta @ part @ beta))

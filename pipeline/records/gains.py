@@ -17,7 +17,6 @@ FindingKind = Literal[
     "axis_reversed",
     "heading_reversed",
     "common_scale",
-    "idle_commands",
 ]
 
 
@@ -77,8 +76,6 @@ class GainRun(Record):
     run: str
     delay_s: float
     """How late the commands act beyond the model's lag."""
-    idle_s: tuple[float, float]
-    """Seconds at start and end whose commands did nothing."""
     thrust_std_n: dict[str, float]
     why_not_axes: dict[str, str] = Field(default_factory=dict)
     heading_correlation: float | None = None

@@ -88,7 +88,7 @@ def gain_warnings(gains: ThrusterGains | None) -> list[str]:
     """
     if gains is None:
         return []
-    return [one.text for one in gains.findings if one.kind != "idle_commands"]
+    return [one.text for one in gains.findings]
 
 
 def _absent(why: str) -> Section:
@@ -99,10 +99,7 @@ def _absent(why: str) -> Section:
 def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> list[Block]:
     if not gains.runs:
         return [Paragraph(f"Not computed: {'; '.join(gains.why_no_run.values())}")]
-    blocks: list[Block] = [
-        Paragraph(one.text, tone="note" if one.kind == "idle_commands" else "warning")
-        for one in gains.findings
-    ]
+    blocks: list[Block] = [Paragraph(one.text, tone="warning") for one in gains.findings]
     if not blocks:
         rate = f"{100 * gains.false_alarms:g} %"
         blocks.append(
