@@ -3,7 +3,7 @@ r"""Whether the heading counts the way the commands turn the vehicle.
 The yaw moment of the commands, through the model's inertia and damping in yaw, is what the rate of
 the heading should look like. Their correlation over a run needs no gain, no mass and no velocity to
 be of the right size. How many independent samples it is worth follows from the autocorrelations
-(Bartlett 1946): n (1 - a b) / (1 + a b) with a, b those of neighbouring samples; Fisher's z then
+(Bartlett 1946): n / (1 + 2 sum (1 - k / n) a_k b_k) with a_k, b_k those at lag k; Fisher's z then
 gives the chance of a correlation as negative where there is none.
 """
 
@@ -72,8 +72,7 @@ def heading_check(
     if start.size < 4 * _FEWEST or not measured.std() or meant.std() < 1e-3:
         return None
     correlation = float(np.corrcoef(measured, meant)[0, 1])
-    together = _neighbour(measured) * _neighbour(meant)
-    samples = max(start.size * (1.0 - together) / (1.0 + together), 4.0)
+    samples = _worth(measured, meant)
     if samples < _FEWEST:
         return None
     from scipy import stats
@@ -105,7 +104,15 @@ def _expected_rate(
     return np.asarray(lfilter([period / max(inertia, 1e-9)], [1.0, -keep], moment))
 
 
-def _neighbour(values: FloatArray) -> float:
-    """Autocorrelation of neighbouring samples, 0 to 0.99."""
+def _worth(first: FloatArray, second: FloatArray) -> float:
+    """Count the independent samples that a correlation of two series is worth, at least 4."""
+    count = first.size
+    lags = np.arange(1, count // 4)
+    both = np.array([_at_lag(first, k) * _at_lag(second, k) for k in lags])
+    return float(max(count / max(1.0 + 2.0 * float((1.0 - lags / count) @ both), 1.0), 4.0))
+
+
+def _at_lag(values: FloatArray, lag: int) -> float:
+    """Autocorrelation at a lag."""
     rest = values - values.mean()
-    return float(np.clip(rest[1:] @ rest[:-1] / max(float(rest @ rest), 1e-300), 0.0, 0.99))
+    return float(rest[lag:] @ rest[:-lag] / max(float(rest @ rest), 1e-300))
