@@ -36,34 +36,28 @@ def sentence(one: Question, runs: Sequence[str]) -> str:
         low, high = one.ci95
         figure = f"{one.value:.2f} [{low:.2f}, {high:.2f}]"
     expected = "" if one.expected is None else f"{one.expected:.2f}"
+    names, where, against = " and ".join(one.thrusters), _where(runs), one.against
+    value = "" if one.value is None else f"{one.value:.2f}"
     said = {
-        "dead": "{names} gives nothing: {figure} of what the vehicle file says, {where}.",
-        "reversed": "{names} pushes the other way: {figure} of what the file says, {where}.",
-        "weak": "{names} gives less than expected: {figure} of what the vehicle file says, where "
-        "{against} let expect {expected}, {where}.",
-        "strong": "{names} gives more than expected: {figure} of what the vehicle file says, where "
-        "{against} let expect {expected}, {where}.",
-        "swapped": "{names} look exchanged: each moves the vehicle as the other should, {where}. "
+        "dead": f"{names} gives nothing: {figure} of what the vehicle file says, {where}.",
+        "reversed": f"{names} pushes the other way: {figure} of what the file says, {where}.",
+        "weak": f"{names} gives less than expected: {figure} of what the vehicle file says, "
+        f"where {against} let expect {expected}, {where}.",
+        "strong": f"{names} gives more than expected: {figure} of what the vehicle file says, "
+        f"where {against} let expect {expected}, {where}.",
+        "swapped": f"{names} look exchanged: each moves the vehicle as the other should, {where}. "
         "Check the order of the commands and the wiring.",
-        "axis_reversed": "{axis}: what was measured goes against every thruster, {where}. Check "
-        "the sign and the axes of the sensor, then the directions of the thrusters.",
-        "coupled": "{names} moves {axis}, which by its place and direction it cannot: {figure} of "
-        "a typical thruster there, {where}.",
+        "axis_reversed": f"{one.axis}: what was measured goes against every thruster, {where}. "
+        "Check the sign and the axes of the sensor, then the directions of the thrusters.",
+        "coupled": f"{names} moves {one.axis}, which by its place and direction it cannot: "
+        f"{figure} of a typical thruster there, {where}.",
         "heading_reversed": "the heading counts the other way: its rate goes against the yaw "
-        "moment of the commands (correlation {value}), {where}. Check the sign of the heading; or "
+        f"moment of the commands (correlation {value}), {where}. Check the sign of the heading; or "
         "the thrusters that turn the vehicle are reversed, or exchanged.",
-        "common_scale": "all thrusters give {figure} of what they gave in {against}, alike, "
-        "{where}: no single thruster's fault. Look at the supply, the pilot's gain, the mass.",
+        "common_scale": f"all thrusters give {figure} of what they gave in {against}, alike, "
+        f"{where}: no single thruster's fault. Look at the supply, the pilot's gain, the mass.",
     }
-    return said[one.kind].format(
-        names=" and ".join(one.thrusters),
-        figure=figure,
-        where=_where(runs),
-        against=one.against,
-        expected=expected,
-        axis=one.axis,
-        value="" if one.value is None else f"{one.value:.2f}",
-    )
+    return said[one.kind]
 
 
 def _where(runs: Sequence[str]) -> str:

@@ -17,13 +17,15 @@ from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray
+from pipeline.types import FloatArray, IntArray
 
 YAW = 5
 _STEP_S = 0.2
 _FEWEST = 8.0
 #: Beyond this pitch a heading turns without a yaw rate. [rad]
 _STEEPEST = 1.0
+#: A gyroscope agrees with the heading from this correlation on.
+_AGREES = 0.5
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,17 @@ def heading_check(
     from scipy import stats
 
     z = float(np.arctanh(np.clip(correlation, -0.999, 0.999))) * (samples - 3.0) ** 0.5
-    return HeadingCheck(correlation, float(stats.norm.cdf(z)))
+    # where a gyroscope turns with the heading, it is not the heading that counts the other way
+    agrees = _with_gyroscope(run, start + width // 2, measured) > _AGREES
+    return HeadingCheck(correlation, 1.0 if agrees else float(stats.norm.cdf(z)))
+
+
+def _with_gyroscope(run: RunTable, rows: IntArray, measured: FloatArray) -> float:
+    """Correlation of the rate of the heading with a measured yaw rate; 0 without one."""
+    if "angular_velocity" not in run.values:
+        return 0.0
+    rate = np.nan_to_num(run.values["angular_velocity"][rows, 2])
+    return float(np.corrcoef(rate, measured)[0, 1]) if rate.std() > 0.0 else 0.0
 
 
 def _expected_rate(
