@@ -76,11 +76,10 @@ def posterior_of(solution: Solution) -> Posterior:
 
     problem, reduced = solution.problem, solution.reduced
     count = problem.size
-    inverse = np.linalg.inv(reduced.information + reduced.prior)
-    inverse = (inverse + inverse.T) / 2
+    gain, inverse = _gain_and_covariance(solution)
     shares, influences = [], []
     for piece in reduced.pieces:
-        own = inverse[:count, piece.index]
+        own = gain[:count, piece.index]
         shares.append(np.einsum("ij,jk,ik->i", own, piece.information, own))
         influences.append(own @ piece.score)
     run_of = np.array([window.run for window in problem.stack.windows])
@@ -98,6 +97,28 @@ def posterior_of(solution: Solution) -> Posterior:
     inflation = np.sqrt(ratio)
     covariance = inverse[:count, :count]
     return _with_intervals(solution, covariance, inflation)
+
+
+def _gain_and_covariance(solution: Solution) -> tuple[FloatArray, FloatArray]:
+    """How scores move the estimates of (x, s), and the covariance of what those are off by.
+
+    One matrix, the inverse of information and prior, where nothing is held. What is held learns
+    nothing; it is as uncertain as before, and what the others are off by for that is counted
+    (consider parameters; Schmidt 1966).
+    """
+    problem = solution.problem
+    matrix = solution.reduced.information + solution.reduced.prior
+    free = problem.free(len(matrix))
+    gain = np.zeros_like(matrix)
+    own = np.linalg.inv(matrix[np.ix_(free, free)])
+    gain[np.ix_(free, free)] = (own + own.T) / 2
+    if free.all():
+        return gain, gain
+    held = np.flatnonzero(~free)
+    prior = np.linalg.inv(problem.precision)[np.ix_(held, held)]
+    moved = -gain[:, free] @ matrix[np.ix_(free, held)]
+    moved[held] = np.eye(held.size)
+    return gain, gain + moved @ prior @ moved.T
 
 
 def _with_intervals(solution: Solution, covariance: FloatArray, inflation: FloatArray) -> Posterior:
@@ -126,16 +147,18 @@ def _middle(problem: Problem, covariance: FloatArray, known: FloatArray) -> Floa
     """How far the middle of the posterior (p + q,) lies from its likeliest point.
 
     `known` (p,) is the variance that is left of each parameter if the thrust is known: one less it
-    is what the data tell of it. All but the lag of the thrusters are in proportion to the thrust.
+    is what the data tell of it. All but the lag of the thrusters and the share of their inflow are
+    in proportion to the thrust.
     """
     thrust = problem.thrust
     if not thrust.gains:
         return np.zeros(len(covariance))
     begin = len(problem.parameters)
-    forces = np.array([parameter.unit != "s" for parameter in problem.parameters])
+    forces = np.array([parameter.unit not in {"s", "1"} for parameter in problem.parameters])
     told = float(np.sum((1.0 - known)[forces]))
     lean = told * thrust.share / thrust.gains
-    return np.asarray(covariance[:, begin : begin + thrust.gains].sum(axis=1) * lean)
+    moved = covariance[:, begin : begin + thrust.gains].sum(axis=1) * lean
+    return np.where(problem.free(len(covariance)), moved, 0.0)
 
 
 def _by_chance(shares: FloatArray) -> FloatArray:
