@@ -27,10 +27,9 @@ import numpy as np
 
 from pipeline.identify.bounds import cut_off, cut_std
 from pipeline.identify.output_error import Solution
-from pipeline.identify.thrust_doubt import ThrustDoubt
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import Problem
-from pipeline.records.identification import Correlation, IdentifiedParameter, ThrustFound
+from pipeline.records.identification import Correlation, IdentifiedParameter
 from pipeline.records.intervals import NORMAL_95
 from pipeline.types import BoolArray, FloatArray
 
@@ -240,41 +239,6 @@ def identified_parameters(
                     parameters[partner].name,
                     float(correlation[i, partner]) if others[partner] > 0 else 0.0,
                 ),
-            )
-        )
-    return tuple(found)
-
-
-def thrust_found(
-    doubt: ThrustDoubt, steps: FloatArray, posterior: Posterior
-) -> tuple[ThrustFound, ...]:
-    """List what the fit made of the thrust: factors [1], and errors of the curves at knots [N].
-
-    Parameters
-    ----------
-    doubt : ThrustDoubt
-        The unknowns.
-    steps : ndarray, shape (p + q,)
-        All unknowns at the solution; those of the thrust come last.
-    posterior : Posterior
-        Their covariance.
-    """
-    begin = steps.size - doubt.size
-    deviations = np.sqrt(np.diag(posterior.covariance))[begin:] * posterior.inflation[begin:]
-    found = []
-    for i, (name, unit, scale) in enumerate(
-        zip(doubt.names, doubt.units, doubt.scales.tolist(), strict=True)
-    ):
-        moved = float(steps[begin + i] + posterior.middle[begin + i])
-        value = (1.0 if i < doubt.gains else 0.0) + scale * moved
-        half = NORMAL_95 * scale * float(deviations[i])
-        found.append(
-            ThrustFound(
-                name=name,
-                unit=unit,
-                value=value,
-                ci95=(value - half, value + half),
-                prior_std=scale,
             )
         )
     return tuple(found)
