@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.parameter_intervals import identified_parameters
 from pipeline.identify.thrust_doubt import thrust_doubt
 from pipeline.identify.vehicle_fit import fit_vehicle
 from pipeline.identify.vehicle_parameters import (
@@ -113,12 +112,12 @@ def one_seed(campaign: Campaign, seed: int, threads: int = 1) -> dict[str, Any]:
         uncertainty=model_of(campaign.vehicle).uncertainty,
         hold_out=False,
         threads=threads,
+        correct=False,
     )
-    found = identified_parameters(fit.parameters, fit.solution.point.steps, fit.posterior)
     return {
         "seed": seed,
         "elapsed_s": round(time.perf_counter() - begin, 2),
-        "converged": fit.solution.converged,
+        "converged": fit.settled,
         "parameters": {
             p.name: {
                 "truth": float(true),
@@ -129,7 +128,7 @@ def one_seed(campaign: Campaign, seed: int, threads: int = 1) -> dict[str, Any]:
                 "identified": p.identified,
                 "inflation": p.inflation,
             }
-            for p, true in zip(found, truth.values, strict=True)
+            for p, true in zip(fit.found, truth.values, strict=True)
         },
     }
 

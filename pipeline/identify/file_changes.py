@@ -5,10 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipeline.identify.vehicle_parameters import AXES
-from pipeline.records.identification import IdentifiedParameter
+from pipeline.records.identification import IdentifiedParameter, ThrustFound
 from pipeline.simulate.pack_hull import added_mass_matrix
 from pipeline.types import FloatArray
 from pipeline.vehicle.frames import Change, changes_as_stated
+from pipeline.vehicle.hull_shares import share_changes
 from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.schema import Vehicle
 
@@ -16,15 +17,18 @@ _CENTRE = ("trim_x", "trim_y", "metacentric_height")
 
 
 def file_changes(
-    vehicle: Vehicle, model: Model, found: tuple[IdentifiedParameter, ...]
+    vehicle: Vehicle,
+    model: Model,
+    found: tuple[IdentifiedParameter, ...],
+    thrust: tuple[ThrustFound, ...] = (),
 ) -> tuple[dict[str, Change], tuple[str, ...]]:
     """Say what to change in the vehicle file so that it gives the identified model.
 
-    All fitted values are written: they are one joint estimate, and a parameter that the runs hardly
-    tell of stays near what the file said. Buoyancy becomes displaced volume, the heights between
-    the centres become the place of the centre of buoyancy, ballast and payloads on board taken off
-    both. Where the lift of the hull holds the Munk moment, its slopes are moved so that the moment
-    of both together stays what it was in the fit.
+    Written is what stands, with the values of the fit in which everything else was held at what the
+    file says; the factors of the thrusters become their thrust deduction. Buoyancy becomes
+    displaced volume, the heights between the centres become the place of the centre of buoyancy,
+    ballast and payloads on board taken off both. Where the lift of the hull holds the Munk moment, its slopes
+    are moved so that the moment of both together stays what it was in the fit.
 
     Parameters
     ----------
@@ -34,6 +38,8 @@ def file_changes(
         Its model section.
     found : tuple of IdentifiedParameter
         Parameters of the whole-vehicle fit.
+    thrust : tuple of ThrustFound
+        What it made of the thrust.
 
     Returns
     -------
@@ -42,13 +48,18 @@ def file_changes(
     tuple of str
         What could not be written as it was found.
     """
-    values = {one.name: one.value for one in found}
+    values = {
+        one.name: one.value if one.file_value is None else one.file_value
+        for one in found
+        if one.stands
+    }
     changes: dict[str, Change] = {}
     damping, notes = _damping(values)
     changes |= damping
     changes |= _added_mass(model, values)
     changes |= _hydrostatics(vehicle, model, values)
     changes |= _lags(vehicle, model, values)
+    changes |= _shares(vehicle, model, found, thrust)
     return changes_as_stated(changes, vehicle.frame), notes
 
 
@@ -160,3 +171,27 @@ def _lags(vehicle: Vehicle, model: Model, values: Mapping[str, float]) -> dict[s
     mean = sum(stated[drive] for drive in drives) / len(drives)
     factor = max(values["thruster_lag"], 0.0) / mean
     return {f"model.thrusters.{drive}.lag_s": lag * factor for drive, lag in stated.items()}
+
+
+def _shares(
+    vehicle: Vehicle,
+    model: Model,
+    found: tuple[IdentifiedParameter, ...],
+    thrust: tuple[ThrustFound, ...],
+) -> dict[str, Change]:
+    """Wake fraction with its standard uncertainty, and the thrust that each thruster has left."""
+    names = [one.name for one in vehicle.thrusters]
+    changes: dict[str, Change] = {}
+    for one in found:
+        if one.name == "wake_fraction" and one.stands and one.prior_value < 1.0:
+            value = one.value if one.file_value is None else one.file_value
+            by = (1.0 - value) / (1.0 - one.prior_value)
+            left = [by * (1.0 - model.wake_fraction.of(name)) for name in names]
+            changes |= share_changes(model.wake_fraction, names, left, one.std)
+    factors = {one.name: one.file_value for one in thrust if one.file_value is not None}
+    own = [factors.get(f"thrust_{name}", 1.0) for name in names]
+    if any(factor != 1.0 for factor in own):
+        stated = [1.0 - model.thrust_deduction.of(name) for name in names]
+        left = [factor * share for factor, share in zip(own, stated, strict=True)]
+        changes |= share_changes(model.thrust_deduction, names, left)
+    return changes

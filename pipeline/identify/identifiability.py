@@ -166,13 +166,17 @@ def _left(
 def cannot_identify(
     found: Sequence[IdentifiedParameter], gains: Sequence[ManoeuvreGain] | None
 ) -> tuple[str, ...]:
-    """One sentence for each parameter that the runs do not identify; `gains` None: not sought."""
+    """One sentence for each parameter that does not stand; `gains` None: none were sought."""
     if gains is None:
-        return tuple(f"{one.name}: {one.reason}." for one in found if not one.identified)
+        return tuple(f"{one.name}: {one.reason}." for one in found if not one.stands)
     by_name = {gain.parameter: gain for gain in gains}
     sentences = []
     for parameter in found:
+        if parameter.stands:
+            continue
         if parameter.identified:
+            # told, and contradicted: another manoeuvre is not what lacks
+            sentences.append(f"{parameter.name}: {parameter.reason}.")
             continue
         gain = by_name.get(parameter.name)
         if gain is None:

@@ -84,6 +84,8 @@ class Solution:
     converged: bool
     beyond: FloatArray
     """(p,) how far beyond the bounds the unbounded optimum of the last step lies; zero inside."""
+    last_step: FloatArray
+    """(p,) the last step before it was shortened, in prior standard deviations."""
     out_of_steps: bool = False
     """Whether the steps were used up before the fit had settled."""
 
@@ -214,6 +216,8 @@ def solve(
             "at the start of the windows; check units and signs of the channels"
         )
     iteration, gain, out_of_steps = 0, np.inf, False
+    # what is held stays at what the file says
+    point = replace(point, steps=np.where(problem.free(problem.size), point.steps, 0.0))
     while iteration < most_steps:
         iteration += 1
         if iteration == 1 and before_this is not None:
@@ -223,7 +227,7 @@ def solve(
         soft = softness_of(problem.stack, found.residual)
         weights = HUBER / np.maximum(np.abs(found.residual) / soft, HUBER) / soft**2
         reduced, back = reduce_windows(problem, found, point, weights)
-        step, gain, beyond = _shared_step(problem, reduced, point)
+        step, gain, beyond, whole = _shared_step(problem, reduced, point)
         before = total_cost(problem, found.residual, soft, point)
         point, cost = _search(problem, point, before, soft, step, _moves(reduced, step, back))
         # a step that promises little was the last one; so was one that led nowhere
@@ -237,16 +241,27 @@ def solve(
     # settled is what promises less than one unit of a cost of so many
     converged = gain < max(1.0, 0.0 if out_of_steps else smallest_gain)
     return Solution(
-        problem, point, reduced, found, gain, cost, iteration, converged, beyond, out_of_steps
+        problem,
+        point,
+        reduced,
+        found,
+        gain,
+        cost,
+        iteration,
+        converged,
+        beyond,
+        whole,
+        out_of_steps,
     )
 
 
 def _shared_step(
     problem: Problem, reduced: Reduced, point: Point
-) -> tuple[FloatArray, float, FloatArray]:
+) -> tuple[FloatArray, float, FloatArray, FloatArray]:
     """Gauss-Newton step of (x, s) with their priors and bounds, and what it promises off the cost.
 
-    Third comes how far the step of x without bounds lies from it.
+    Third comes how far the step of x without bounds lies from it, last that of x before it was
+    shortened.
     """
     now = np.concatenate([point.steps, point.shared])
     pull = reduced.gradient - reduced.prior @ now
@@ -254,13 +269,15 @@ def _shared_step(
     count = point.steps.size
     lowest = np.full(now.size, -np.inf)
     lowest[:count] = problem.lowest - point.steps
-    step, beyond = bounded_step(matrix, pull, lowest)
-    longest = float(np.abs(step[:count]).max(initial=0.0))
+    step, beyond, free = np.zeros(now.size), np.zeros(now.size), problem.free(now.size)
+    step[free], beyond[free] = bounded_step(matrix[np.ix_(free, free)], pull[free], lowest[free])
+    whole = step[:count].copy()
+    longest = float(np.abs(whole).max(initial=0.0))
     # far from the solution the linear model is not to be believed for long ways
     step *= min(1.0, LONGEST_STEP / max(longest, 1e-12))
     # einsum, not matmul: BLAS would start threads of its own
     gain = float(2.0 * step @ pull - np.einsum("i,ij,j->", step, matrix, step))
-    return step, gain, beyond[:count]
+    return step, gain, beyond[:count], whole
 
 
 def _moves(

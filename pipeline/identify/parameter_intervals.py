@@ -27,10 +27,9 @@ import numpy as np
 
 from pipeline.identify.bounds import cut_off, cut_std
 from pipeline.identify.output_error import Solution
-from pipeline.identify.thrust_doubt import ThrustDoubt
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import Problem
-from pipeline.records.identification import Correlation, IdentifiedParameter, ThrustFound
+from pipeline.records.identification import Correlation, IdentifiedParameter
 from pipeline.records.intervals import NORMAL_95
 from pipeline.types import BoolArray, FloatArray
 
@@ -76,11 +75,10 @@ def posterior_of(solution: Solution) -> Posterior:
 
     problem, reduced = solution.problem, solution.reduced
     count = problem.size
-    inverse = np.linalg.inv(reduced.information + reduced.prior)
-    inverse = (inverse + inverse.T) / 2
+    gain, inverse = _gain_and_covariance(solution)
     shares, influences = [], []
     for piece in reduced.pieces:
-        own = inverse[:count, piece.index]
+        own = gain[:count, piece.index]
         shares.append(np.einsum("ij,jk,ik->i", own, piece.information, own))
         influences.append(own @ piece.score)
     run_of = np.array([window.run for window in problem.stack.windows])
@@ -98,6 +96,28 @@ def posterior_of(solution: Solution) -> Posterior:
     inflation = np.sqrt(ratio)
     covariance = inverse[:count, :count]
     return _with_intervals(solution, covariance, inflation)
+
+
+def _gain_and_covariance(solution: Solution) -> tuple[FloatArray, FloatArray]:
+    """How scores move the estimates of (x, s), and the covariance of what those are off by.
+
+    One matrix, the inverse of information and prior, where nothing is held. What is held learns
+    nothing; it is as uncertain as before, and what the others are off by for that is counted
+    (consider parameters; Schmidt 1966).
+    """
+    problem = solution.problem
+    matrix = solution.reduced.information + solution.reduced.prior
+    free = problem.free(len(matrix))
+    gain = np.zeros_like(matrix)
+    own = np.linalg.inv(matrix[np.ix_(free, free)])
+    gain[np.ix_(free, free)] = (own + own.T) / 2
+    if free.all():
+        return gain, gain
+    held = np.flatnonzero(~free)
+    prior = np.linalg.inv(problem.precision)[np.ix_(held, held)]
+    moved = -gain[:, free] @ matrix[np.ix_(free, held)]
+    moved[held] = np.eye(held.size)
+    return gain, gain + moved @ prior @ moved.T
 
 
 def _with_intervals(solution: Solution, covariance: FloatArray, inflation: FloatArray) -> Posterior:
@@ -126,16 +146,18 @@ def _middle(problem: Problem, covariance: FloatArray, known: FloatArray) -> Floa
     """How far the middle of the posterior (p + q,) lies from its likeliest point.
 
     `known` (p,) is the variance that is left of each parameter if the thrust is known: one less it
-    is what the data tell of it. All but the lag of the thrusters are in proportion to the thrust.
+    is what the data tell of it. All but the lag of the thrusters and the share of their inflow are
+    in proportion to the thrust.
     """
     thrust = problem.thrust
     if not thrust.gains:
         return np.zeros(len(covariance))
     begin = len(problem.parameters)
-    forces = np.array([parameter.unit != "s" for parameter in problem.parameters])
+    forces = np.array([parameter.unit not in {"s", "1"} for parameter in problem.parameters])
     told = float(np.sum((1.0 - known)[forces]))
     lean = told * thrust.share / thrust.gains
-    return np.asarray(covariance[:, begin : begin + thrust.gains].sum(axis=1) * lean)
+    moved = covariance[:, begin : begin + thrust.gains].sum(axis=1) * lean
+    return np.where(problem.free(len(covariance)), moved, 0.0)
 
 
 def _by_chance(shares: FloatArray) -> FloatArray:
@@ -217,41 +239,6 @@ def identified_parameters(
                     parameters[partner].name,
                     float(correlation[i, partner]) if others[partner] > 0 else 0.0,
                 ),
-            )
-        )
-    return tuple(found)
-
-
-def thrust_found(
-    doubt: ThrustDoubt, steps: FloatArray, posterior: Posterior
-) -> tuple[ThrustFound, ...]:
-    """List what the fit made of the thrust: factors [1], and errors of the curves at knots [N].
-
-    Parameters
-    ----------
-    doubt : ThrustDoubt
-        The unknowns.
-    steps : ndarray, shape (p + q,)
-        All unknowns at the solution; those of the thrust come last.
-    posterior : Posterior
-        Their covariance.
-    """
-    begin = steps.size - doubt.size
-    deviations = np.sqrt(np.diag(posterior.covariance))[begin:] * posterior.inflation[begin:]
-    found = []
-    for i, (name, unit, scale) in enumerate(
-        zip(doubt.names, doubt.units, doubt.scales.tolist(), strict=True)
-    ):
-        moved = float(steps[begin + i] + posterior.middle[begin + i])
-        value = (1.0 if i < doubt.gains else 0.0) + scale * moved
-        half = NORMAL_95 * scale * float(deviations[i])
-        found.append(
-            ThrustFound(
-                name=name,
-                unit=unit,
-                value=value,
-                ci95=(value - half, value + half),
-                prior_std=scale,
             )
         )
     return tuple(found)

@@ -5,6 +5,8 @@ The vehicle file states one number, the standard uncertainty u of a thruster's t
 - a factor 1 + u g_i for each thruster. Half of its variance is common to all thrusters of a
   characteristic (one bench test, one fit), half is each thruster's own (one specimen against
   another): corr(g_i, g_j) = 1/2, and 0 between thrusters of different characteristics;
+- where the file states a width of the thrust deduction, all factors share that, too: with s its
+  standard uncertainty the factor has the standard deviation sqrt(u^2 + s^2);
 - the shape of the characteristic T(N, V): at 0.1, 0.3 and 0.6 of the largest code, at rest and at
   half its highest speed, it may be off by u / 4 of its largest thrust, straight between. Small
   thrusts are where a bench is worst, and a factor cannot say so: 0.2 N is 0.5 % of 42 N and a fifth
@@ -71,6 +73,11 @@ class ThrustDoubt:
         """Prior standard deviations (q,) in those units."""
         return np.concatenate([np.full(self.gains, self.share), self.errors_n])
 
+    @property
+    def lowest_step(self) -> float:
+        """Smallest factor, in steps from 1."""
+        return (_SMALLEST_FACTOR - 1.0) / self.share if self.gains else -np.inf
+
     @cached_property
     def precision(self) -> FloatArray:
         """Inverse of the prior's covariance (q, q)."""
@@ -117,12 +124,15 @@ def thrust_doubt(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustDoubt
         Factors of all thrusters; knots of the characteristics whose thrust is static. Where the
         torque balance is solved in time the thrust is the propeller's, and has a factor alone.
     """
-    share, count = uncertainty.thrust, len(packed.thruster_names)
+    bench, hull = uncertainty.thrust, packed.context.deduction_std or 0.0
+    share, count = float(np.hypot(bench, hull)), len(packed.thruster_names)
     if share <= 0.0 or not count:
         return NO_DOUBT
     kinds = read(packed.vector, "thruster_type")[:count].astype(int)
     alike = np.where(kinds[:, None] == kinds, ALIKE, 0.0)
     np.fill_diagonal(alike, 1.0)
+    if hull > 0.0:
+        alike = (bench**2 * alike + hull**2) / share**2
     in_time = read(packed.vector, "rotor_inertia")[:count] > 0.0
     names = [f"thrust_{name}" for name in packed.thruster_names]
     curves: list[FloatArray] = []
@@ -130,7 +140,7 @@ def thrust_doubt(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustDoubt
     for kind in np.unique(kinds[~in_time]).tolist():
         first = int(np.flatnonzero(kinds == kind)[0])
         largest_code = float(read(packed.vector, "code_max")[first])
-        error_n = CURVE_SHARE * share * float(packed.thrust_tables[kind][:, 0].max())
+        error_n = CURVE_SHARE * bench * float(packed.thrust_tables[kind][:, 0].max())
         added = _curves(packed, kind, largest_code, error_n)
         names += [f"curve_{kind}_at_{place}" for place in added]
         errors_n += [error_n] * len(added)

@@ -12,17 +12,23 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
 from pipeline.identify.output_error import MOST_STEPS, SMALLEST_GAIN, Solution, solve
-from pipeline.identify.parameter_intervals import Posterior, posterior_of
+from pipeline.identify.parameter_intervals import (
+    Posterior,
+    identified_parameters,
+    posterior_of,
+)
 from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.standing import Halves, at_rest, halves_of, with_standing
 from pipeline.identify.thrust_doubt import thrust_doubt
 from pipeline.identify.vehicle_parameters import FreeParameter, PriorWidths, free_parameters
-from pipeline.identify.window_derivatives import Problem, residuals
+from pipeline.identify.window_derivatives import Point, Problem, residuals
 from pipeline.identify.window_outputs import (
     Stack,
     simulate_windows,
     stack_windows,
 )
 from pipeline.identify.windows import Window, cut
+from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
@@ -31,12 +37,16 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: One window in so many is kept from the fit to judge it, where no hold-out run is given.
 HOLDOUT_EVERY = 6
+#: Of so many windows one is kept all the same.
+FEWEST_WINDOWS = 3
 #: Windows of the first stage are so much shorter, but not below `SHORTEST_WINDOW_S`.
 SHORTER, SHORTEST_WINDOW_S = 4.0, 2.0
 #: Residuals beyond this times the stated noise widen it; the fit is then repeated.
 NOISE_TOLERANCE = 1.15
 SETTLED = 1.05
 _MOST_REPEATS = 3
+#: Times that parameters are held because the fit does not come to rest in them.
+_MOST_ROUNDS = 3
 #: Until the noise has settled, a step that promises less than this times the readings is the last.
 ROUGH_GAIN = 0.001
 #: Correlation of residuals from which they count as going together, and the most that is believed.
@@ -57,6 +67,12 @@ class Fit:
     window_s: float
     steps: int
     """Gauss-Newton steps in all."""
+    found: tuple[IdentifiedParameter, ...]
+    halves: Halves
+    settled: bool
+    """Whether it came to rest in all that is not held."""
+    filed: Solution | None = None
+    """The fit behind the corrected vehicle file: what stands, and factors of the thrust."""
     out_of_steps: bool = False
     """Whether it was stopped because the steps that it was given were used up."""
 
@@ -90,6 +106,7 @@ def fit_vehicle(
     window_s: float | None = None,
     threads: int = 2,
     most_steps: int | None = None,
+    correct: bool = True,
 ) -> Fit:
     """Fit alone, without judging it; parameters as `identify_vehicle`."""
     steps = _Steps(most_steps)
@@ -104,7 +121,7 @@ def fit_vehicle(
     held = [
         window
         for number, window in enumerate(windows)
-        if hold_out and len(windows) >= HOLDOUT_EVERY and number % HOLDOUT_EVERY == 3
+        if hold_out and _is_kept(number, len(windows))
     ]
     short = max(length / SHORTER, SHORTEST_WINDOW_S)
     first = [
@@ -131,17 +148,94 @@ def fit_vehicle(
     stack = stack_windows(packed, kept, channels)
     problem = replace(problem, stack=stack, shared=run_nuisance(stack, len(runs)))
     scale = solution.problem.stack.scale
-    solution = _settled(problem, channels, scale, steps, solution.point.steps)
+    begin = replace(problem.origin(), steps=solution.point.steps)
+    solution = _settled(problem, channels, scale, steps, begin)
+    solution, before = _at_rest(solution, channels, steps)
+    posterior = posterior_of(solution)
+    halves = halves_of(solution, posterior)
+    judged = with_standing(
+        parameters,
+        before or identified_parameters(parameters, solution.point.steps, posterior),
+        at_rest(solution, posterior),
+        halves,
+    )
+    filed = _filed(solution, judged, channels, steps) if correct and not steps.used_up else None
     return Fit(
         solution,
-        posterior_of(solution),
+        posterior,
         parameters,
         channels,
         tuple(w for w in windows if (w.run, w.begin_s) in held_at),
         length,
         steps.taken,
+        judged,
+        halves,
+        bool(at_rest(solution, posterior).all()),
+        filed,
         steps.used_up and solution.out_of_steps,
     )
+
+
+def _is_kept(number: int, count: int) -> bool:
+    """Whether a window is kept from the fit; of few windows it is one in the middle."""
+    if count >= HOLDOUT_EVERY:
+        return number % HOLDOUT_EVERY == 3
+    return count >= FEWEST_WINDOWS and number == count // 2
+
+
+def _at_rest(
+    solution: Solution, channels: Sequence[ChannelNoise], steps: _Steps
+) -> tuple[Solution, tuple[IdentifiedParameter, ...]]:
+    """Hold parameters in which the fit does not come to rest, and go on with the others.
+
+    Second comes what was found of all, of those that are held from when they were free; empty where
+    nothing had to be held.
+    """
+    kept: dict[int, IdentifiedParameter] = {}
+    for _ in range(_MOST_ROUNDS):
+        posterior = posterior_of(solution)
+        parameters = solution.problem.parameters
+        restless = np.flatnonzero(~at_rest(solution, posterior)[: len(parameters)]).tolist()
+        now = identified_parameters(parameters, solution.point.steps, posterior)
+        found = tuple(kept.get(i, one) for i, one in enumerate(now))
+        if not restless or steps.used_up:
+            return solution, found if kept else ()
+        kept |= {
+            i: now[i].model_copy(
+                update={"identified": False, "reason": "the fit did not come to rest in it"}
+            )
+            for i in restless
+        }
+        solution = _holding(solution, frozenset(restless), channels, steps)
+    now = identified_parameters(parameters, solution.point.steps, posterior_of(solution))
+    return solution, tuple(kept.get(i, one) for i, one in enumerate(now))
+
+
+def _holding(
+    solution: Solution, more: frozenset[int], channels: Sequence[ChannelNoise], steps: _Steps
+) -> Solution:
+    """Go on from a solution with more of the unknowns held at what the vehicle file says."""
+    problem = replace(solution.problem, held=solution.problem.held | more)
+    own = np.where(problem.free(problem.size), solution.point.steps, 0.0)
+    begin = replace(solution.point, steps=own)
+    return _settled(problem, channels, problem.stack.scale, steps, begin)
+
+
+def _filed(
+    solution: Solution,
+    found: Sequence[IdentifiedParameter],
+    channels: Sequence[ChannelNoise],
+    steps: _Steps,
+) -> Solution:
+    """Fit again what a vehicle file can say: parameters that stand, factors of the thrust.
+
+    The shape of the thrust curves has no key: the rest is fitted to the stated one.
+    """
+    count, thrust = len(found), solution.problem.thrust
+    aside = {i for i, one in enumerate(found) if not one.stands}
+    aside |= set(range(count + thrust.gains, count + thrust.size))
+    aside -= solution.problem.held
+    return _holding(solution, frozenset(aside), channels, steps) if aside else solution
 
 
 def _settled(
@@ -149,7 +243,7 @@ def _settled(
     channels: Sequence[ChannelNoise],
     scale: dict[str, float],
     steps: _Steps,
-    begin_at: FloatArray | None = None,
+    begin_at: Point | None = None,
     *,
     smallest_gain: float = SMALLEST_GAIN,
 ) -> Solution:
@@ -168,8 +262,7 @@ def _settled(
         if solution is not None:
             begin = solution.point
         else:
-            begin = now.origin()
-            begin = begin if begin_at is None else replace(begin, steps=begin_at)
+            begin = now.origin() if begin_at is None else begin_at
         if not np.isfinite(residuals(now, begin)).all():
             # what short windows found runs away over long ones
             begin = now.origin()

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.effects.library import candidates
 from pipeline.physics.parameters import read
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
@@ -80,7 +81,8 @@ def free_parameters(
     -------
     tuple of FreeParameter
         ``added_mass_<axis>``, ``linear_damping_<axis>``, ``quadratic_damping_<axis>``,
-        ``residual_buoyancy``, ``metacentric_height``, ``trim_x``, ``trim_y``, ``thruster_lag``.
+        ``residual_buoyancy``, ``metacentric_height``, ``trim_x``, ``trim_y``, ``thruster_lag``,
+        ``wake_fraction``.
     """
     wide = PriorWidths() if widths is None else widths
     found = [
@@ -88,6 +90,7 @@ def free_parameters(
         *_dampings(packed, max(wide.damping, uncertainty.damping)),
         *_hydrostatics(packed.vector, wide, uncertainty),
         *_lags(packed, wide.lag),
+        *_inflows(packed),
     ]
     return tuple(p for p in found if only is None or p.name in only)
 
@@ -124,11 +127,12 @@ def _added_masses(packed: PackedVehicle, share: float) -> list[FreeParameter]:
     stated = np.diag(read(packed.vector, "added_mass")).copy()
     own = _inertias(packed)
 
+    smallest = _SMALLEST_SHARE * np.where(stated > 0, stated, own)
+
     def writer(axis: int) -> Callable[[FloatArray, float], None]:
         def write_value(vector: FloatArray, value: float) -> None:
             matrix = read(vector, "added_mass")
-            smallest = _SMALLEST_SHARE * (stated[axis] if stated[axis] > 0 else own[axis])
-            wanted = max(value, smallest)
+            wanted = max(value, float(smallest[axis]))
             if matrix[axis, axis] > 0.0:
                 root = np.sqrt(wanted / matrix[axis, axis])
                 matrix[axis, :] *= root
@@ -145,6 +149,7 @@ def _added_masses(packed: PackedVehicle, share: float) -> list[FreeParameter]:
             float(stated[axis]),
             share * float(stated[axis] if stated[axis] > 0 else own[axis]),
             writer(axis),
+            min(float(smallest[axis]), float(stated[axis])),
         )
         for axis, name in enumerate(AXES)
     ]
@@ -275,6 +280,35 @@ def _lags(packed: PackedVehicle, share: float) -> list[FreeParameter]:
             "time constant of the thrusters, mean over them",
             mean,
             share * mean,
+            write_value,
+            _SMALLEST_SHARE * mean,
+        )
+    ]
+
+
+def _inflows(packed: PackedVehicle) -> list[FreeParameter]:
+    """One wake fraction for all thrusters, in the proportion stated; where thrust falls with speed.
+
+    Its width is what the file states of it.
+    """
+    effect = candidates(packed.context).get("advance_speed_loss")
+    stated = packed.context.inflow_share
+    width = effect.parameters[0].ordinary if effect is not None else 0.0
+    if width <= 0.0:
+        return []
+    count = len(packed.thruster_names)
+    own = read(packed.vector, "inflow_fraction")[:count].copy()
+
+    def write_value(vector: FloatArray, value: float) -> None:
+        read(vector, "inflow_fraction")[:count] = own * ((1.0 - value) / stated)
+
+    return [
+        FreeParameter(
+            "wake_fraction",
+            "1",
+            "share of the inflow that does not reach the blades, mean over the thrusters",
+            1.0 - stated,
+            width,
             write_value,
         )
     ]

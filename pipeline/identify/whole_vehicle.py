@@ -12,22 +12,24 @@ import numpy as np
 
 from pipeline.identify.black_box import fit_black_box
 from pipeline.identify.channel_noise import QUANTITIES
+from pipeline.identify.file_judgement import (
+    NOT_CORRECTED,
+    as_filed,
+    channels_worse,
+    worse_than_before,
+)
 from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
 from pipeline.identify.output_error import Solution
-from pipeline.identify.parameter_intervals import (
-    close_pairs,
-    identified_parameters,
-    thrust_found,
-)
+from pipeline.identify.parameter_intervals import close_pairs
+from pipeline.identify.thrust_found import deduction_found, thrust_found
 from pipeline.identify.unused_channels import notes_on_unused
 from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_vehicle
-from pipeline.identify.vehicle_parameters import PriorWidths, vector_with
+from pipeline.identify.vehicle_parameters import PriorWidths
 from pipeline.identify.window_prediction import prediction_quality
 from pipeline.identify.windows import cut
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     ChannelNoiseFound,
-    ChannelQuality,
     ThrustFound,
     VehicleIdentification,
 )
@@ -39,9 +41,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: Residuals beyond so many times the stated noise are more than a sensor that was misjudged.
 MODEL_ERROR = 2.0
-#: A fit that lowers the error of the vehicle file by this share gains something; a corrected file
-#: that keeps less than this share of the gain needs the thrust that the fit found.
-GAINED, KEPT = 0.1, 0.5
+#: A thrust further from the stated one than this many of its stated widths is to be looked at.
+FAR_OFF = 3.0
 
 
 def identify_vehicle(
@@ -57,6 +58,7 @@ def identify_vehicle(
     suggest: bool = True,
     threads: int = 2,
     most_steps: int | None = None,
+    correct: bool = True,
 ) -> VehicleIdentification:
     """Identify a vehicle's model from runs.
 
@@ -85,6 +87,8 @@ def identify_vehicle(
     most_steps : int, optional
         Gauss-Newton steps that the fit may take in all; it ends where it stands when they are used
         up, and the notes say so.
+    correct : bool
+        Whether to fit, beside what was found, what a corrected vehicle file is to have.
 
     Returns
     -------
@@ -107,16 +111,20 @@ def identify_vehicle(
         window_s=window_s,
         threads=threads,
         most_steps=most_steps,
+        correct=correct,
     )
-    solution = fit.solution
+    solution, filed = fit.solution, fit.filed
     windows, judged_by = list(fit.held_out), runs
     offsets: FloatArray | None = solution.problem.shared.offsets(solution.point.shared)
     if holdout:
         judged_by, offsets = _with_channels_of(fit, holdout), None
         windows = cut(packed, judged_by, fit.channels, fit.window_s)
         windows = chained_windows(solution.packed, solution.vector, windows)
-    found = identified_parameters(fit.parameters, solution.point.steps, fit.posterior)
-    thrust = thrust_found(solution.problem.thrust, solution.point.steps, fit.posterior)
+    found, thrust = as_filed(
+        fit.found,
+        thrust_found(solution.problem.thrust, solution.point.steps, fit.posterior, fit.halves),
+        filed,
+    )
     code_max = np.abs(packed.code_limits).max(axis=1)
     quality = prediction_quality(
         packed,
@@ -127,10 +135,11 @@ def identify_vehicle(
         fit_black_box(runs, solution.problem.stack.windows, code_max),
         offsets=offsets,
         found=solution.packed,
-        corrected=vector_with(packed.vector, fit.parameters, np.array([p.value for p in found])),
+        corrected=None if filed is None else filed.vector,
         threads=threads,
     )
-    gains = best_manoeuvres(packed, sensors, fit.solution, found, threads) if suggest else None
+    gains = best_manoeuvres(packed, sensors, solution, found, threads) if suggest else None
+    why_no_file = worse_than_before(quality) if filed is not None else NOT_CORRECTED
     return VehicleIdentification(
         vehicle=packed.name,
         runs=tuple(run.name for run in runs),
@@ -140,18 +149,22 @@ def identify_vehicle(
         window_s=fit.window_s,
         readings=int(solution.residual.size),
         iterations=fit.steps,
-        converged=solution.converged,
+        converged=fit.settled,
         thrust_uncertainty=doubts.thrust,
         parameters=found,
         thrust=thrust,
+        thrust_deduction=deduction_found(packed, solution, fit.posterior),
+        why_no_file=why_no_file,
         correlations=close_pairs(fit.parameters, fit.posterior),
         cannot_identify=cannot_identify(found, gains),
         next_manoeuvres=gains or (),
         noise=_noise_found(solution),
         quality=quality,
-        # of a fit that did not settle no file is written
-        notes=_notes(packed, runs, fit)
-        + (_thrust_notes(quality, thrust) if solution.converged else ()),
+        notes=(
+            *_notes(packed, runs, fit),
+            *_thrust_notes(packed, thrust),
+            *(() if why_no_file else channels_worse(quality)),
+        ),
     )
 
 
@@ -185,7 +198,7 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
         (
             "Thrust is as uncertain as the vehicle file states: a factor for each thruster and the "
             "shape of the curves are fitted beside the parameters and integrated out of their "
-            "intervals. They are no result and no part of a corrected vehicle file."
+            "intervals. A corrected vehicle file has the factors, and the curves as they were."
         ),
         (
             "Added mass and dry mass act as one sum: the dry mass of the vehicle file is taken as "
@@ -222,7 +235,7 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
             f"The fit was stopped after {fit.steps} steps, before it had settled. Take other runs, "
             "or let it go on as long as it needs with `rig2sea identify`."
         )
-    if not fit.solution.converged:
+    if not fit.settled:
         notes.append("The fit did not settle: do not use these values.")
     short = [run.name for run in runs if run.time_s.size and run.time_s[-1] < fit.window_s]
     if short:
@@ -230,28 +243,30 @@ def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[s
     return tuple(notes)
 
 
-def _thrust_notes(
-    quality: Sequence[ChannelQuality], thrust: Sequence[ThrustFound]
-) -> tuple[str, ...]:
-    """Say where the fit predicts better only by a thrust that no vehicle file takes over."""
-    lost = []
-    for one in quality:
-        fit, file, written = one.rmse_identified, one.rmse_vehicle_file, one.rmse_corrected_file
-        if fit is None or file is None or fit > (1.0 - GAINED) * file:
-            continue
-        if written is None or file - written < KEPT * (file - fit):
-            lost.append(one.channel)
-    factors = [one for one in thrust if one.unit == "1"]
-    if not lost or not factors:
-        return ()
-    worst = max(factors, key=lambda one: abs(one.value - 1.0))
-    return (
+def _thrust_notes(packed: PackedVehicle, thrust: Sequence[ThrustFound]) -> tuple[str, ...]:
+    """Name the thrusters, and the curves, whose thrust is far from what the file states."""
+    notes = [
         (
-            f"The corrected vehicle file predicts {', '.join(lost)} hardly better than the file "
-            "before, or worse: what the fit gains there is in the thrust that it found beside the "
-            "parameters, and no vehicle file takes that over. Farthest off is "
-            f"{worst.name}, at {worst.value:.2f} of the stated thrust: look at that thruster. If "
-            "it is sound, give it a drive of its own with that thrust in vehicle.yaml and identify "
-            "again."
-        ),
-    )
+            f"{one.name.removeprefix('thrust_')} gives {one.value:.2f} ({one.ci95[0]:.2f} to "
+            f"{one.ci95[1]:.2f}) of the stated thrust, {one.widths:.1f} times its stated "
+            "uncertainty off. Look at that thruster, its propeller and its commands; if it is as "
+            "it should be, its thrust in the vehicle file is not."
+        )
+        for one in thrust
+        if one.unit == "1" and one.widths > FAR_OFF
+    ]
+    curves = [one for one in thrust if one.unit == "N" and one.widths > FAR_OFF]
+    if curves:
+        worst = max(curves, key=lambda one: one.widths)
+        notes.append(
+            f"The curve of thrust against command is of another shape than stated: {worst.name} is "
+            f"off by {worst.value:+.3g} N, {worst.widths:.1f} times what the stated uncertainty of "
+            "the thrust allows. Give the characteristic in vehicle.yaml another exponent or dead "
+            "zone, or a bollard-pull test of its own, and identify again."
+        )
+    if len(notes) > 1 and len(notes) >= len(packed.thruster_names):
+        notes.append(
+            "All thrusters are off: the supply, a gain between pilot and thrusters, or the "
+            "characteristic of the drive is not what the file states."
+        )
+    return tuple(notes)

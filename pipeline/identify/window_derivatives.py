@@ -16,7 +16,7 @@ from pipeline.identify.window_outputs import (
     whitened,
 )
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray
 
 #: Prior standard deviations of a window's first state about what was measured there: position
 #: [m], attitude [rad], linear and angular velocity [m/s, rad/s]. Wide: the readings decide.
@@ -42,11 +42,19 @@ class Problem:
     shared: RunNuisance
     threads: int = 2
     thrust: ThrustDoubt = NO_DOUBT
+    held: frozenset[int] = frozenset()
+    """Which of x stay at what the vehicle file says."""
 
     @property
     def size(self) -> int:
         """Number of the unknowns x."""
         return len(self.parameters) + self.thrust.size
+
+    def free(self, count: int) -> BoolArray:
+        """Which of the first unknowns of (x, s) are not held, (count,)."""
+        found = np.ones(count, bool)
+        found[list(self.held)] = False
+        return found
 
     @cached_property
     def precision(self) -> FloatArray:
@@ -63,6 +71,8 @@ class Problem:
         for i, parameter in enumerate(self.parameters):
             if parameter.lowest is not None:
                 found[i] = (parameter.lowest - parameter.nominal) / parameter.prior_std
+        gains = slice(len(self.parameters), len(self.parameters) + self.thrust.gains)
+        found[gains] = self.thrust.lowest_step
         return found
 
     @property

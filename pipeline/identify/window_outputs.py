@@ -10,13 +10,14 @@ from functools import cached_property
 
 import numpy as np
 
-from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.windows import Window
 from pipeline.physics.cross_matrix import cross_matrix
+from pipeline.simulate.kernel import RK4
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import run
-from pipeline.simulate.vector_under import vector_under
+from pipeline.simulate.pieces import Pieces
+from pipeline.simulate.pieces_under import Alike, alike_pieces, run_alike
+from pipeline.simulate.run import largest_step_s
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Quantities whose constant offset is estimated, one a run: columns among a run's offsets.
@@ -89,6 +90,32 @@ class Stack:
         lengths = [len(window.command) + 1 for window in self.windows]
         stretch = np.repeat(np.arange(len(self.windows)), lengths)
         return tuple(lines_of(rows, stretch) for rows in self.rows)
+
+    @cached_property
+    def pieces(self) -> Pieces:
+        """Every window as one stretch; rows are the stacked samples."""
+        windows = self.windows
+        bounds = np.concatenate([[0], np.cumsum([len(w.command) for w in windows])])
+        steps_s = np.array([w.step_s for w in windows])
+        return Pieces(np.concatenate([w.command for w in windows]), bounds, steps_s)
+
+    @cached_property
+    def alike(self) -> tuple[Alike, ...]:
+        """Windows by what is known of their runs."""
+        return alike_pieces(self.pieces, [w.conditions for w in self.windows])
+
+    @cached_property
+    def outside(self) -> FloatArray | None:
+        """Known force from outside at every step (steps, 6), the cables'; None without any."""
+        own = [w.outside for w in self.windows]
+        if all(one is None for one in own):
+            return None
+        return np.concatenate(
+            [
+                np.zeros((len(w.command), 6)) if one is None else one
+                for w, one in zip(self.windows, own, strict=True)
+            ]
+        )
 
     @property
     def starts(self) -> FloatArray:
@@ -195,28 +222,17 @@ def simulate_windows(
     Each is simulated under its own conditions and known force. A window whose simulation runs away
     holds NaN from its start.
     """
-    states, rates = [], []
-    for window, start in zip(stack.windows, starts, strict=True):
-        count = len(window.command) + 1
-        state, rate = np.full((count, 13), np.nan), np.full((count, 6), np.nan)
-        try:
-            found = run(
-                stack.packed,
-                window.command,
-                dt_s=window.step_s,
-                vector=vector_under(window.conditions, vector),
-                start=start,
-                external=window.outside,
-            )
-        except CannotComputeError:
-            pass
-        else:
-            if np.abs(found.nu).max() <= _FASTEST:
-                state = np.concatenate([found.position_ned_m, found.quaternion, found.nu], axis=1)
-                rate = found.nu_dot
-        states.append(state)
-        rates.append(rate)
-    return np.concatenate(states), np.concatenate(rates)
+    pieces = stack.pieces
+    forces = np.zeros((len(pieces.commands), 6)) if stack.outside is None else stack.outside
+    states, rates = run_alike(
+        stack.packed, pieces, stack.alike, vector, starts, forces, method=RK4
+    )
+    size = np.abs(states[:, 7:13]).max(axis=1)
+    lost = ~(np.maximum.reduceat(size, pieces.first_row) <= _FASTEST)
+    lost |= pieces.steps_s > largest_step_s(stack.packed, vector)
+    rows = np.repeat(lost, pieces.last_row - pieces.first_row + 1)
+    states[rows], rates[rows] = np.nan, np.nan
+    return states[:, :13], rates
 
 
 def innovations(

@@ -14,7 +14,10 @@ class IdentifiedParameter(Record):
     `std` and `ci95` hold with the thrust as uncertain as the vehicle file states;
     `ci95_thrust_known` is what would be left if the thrust were what the fit made of it.
     `posterior_over_prior` near 1: the runs say nothing that the vehicle file did not. `identified`
-    is false above the limit of the fit, and `reason` says why or how well.
+    is false above the limit of the fit. What `stands` is identified, the fit came to rest in it,
+    and two `halves` of the runs agree; `reason` says why not, or how well it is known.
+    `file_value` is what the corrected vehicle file has: that of a fit in which all that does not
+    stand is held at `prior_value`.
     """
 
     name: str
@@ -31,12 +34,16 @@ class IdentifiedParameter(Record):
     """Factor on the Fisher standard deviation, for residuals that go together."""
     identified: bool
     reason: str
+    stands: bool = True
+    halves: Interval | None = None
+    file_value: float | None = None
 
 
 class ThrustFound(Record):
     """What the fit made of an unknown of the thrust: a factor (unit 1), or an error of a curve (N).
 
-    No result: the prior `prior_std` is most of what is known of it.
+    `widths` is how many of its stated standard deviations `prior_std` it lies from the bench. The
+    factor of a thruster is a result; `file_value` is the one behind the corrected vehicle file.
     """
 
     name: str
@@ -44,6 +51,9 @@ class ThrustFound(Record):
     value: float
     ci95: Interval
     prior_std: float
+    widths: float = 0.0
+    halves: Interval | None = None
+    file_value: float | None = None
 
 
 class Correlation(Record):
@@ -109,9 +119,14 @@ class VehicleIdentification(Record):
     readings: int
     iterations: int
     converged: bool
+    """Whether the fit came to rest in everything that it found."""
     thrust_uncertainty: float
     parameters: tuple[IdentifiedParameter, ...]
     thrust: tuple[ThrustFound, ...] = ()
+    thrust_deduction: ThrustFound | None = None
+    """Share of the thrust that the hull takes, mean over the thrusters; from their factors."""
+    why_no_file: str = ""
+    """Why no corrected vehicle file is written; empty where one is."""
     correlations: tuple[Correlation, ...]
     cannot_identify: tuple[str, ...]
     """One plain sentence a parameter."""

@@ -43,6 +43,8 @@ def run_pieces(
     vector: FloatArray,
     starts: FloatArray,
     external: FloatArray,
+    *,
+    method: int | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """States (m + k, STATE) and accelerations (m + k, 6) of all stretches.
 
@@ -60,11 +62,14 @@ def run_pieces(
         First states.
     external : ndarray, shape (m, 6)
         Force [N] and moment [N m] from outside, held for each step.
+    method : int, optional
+        Of the kernel; the fastest that is good enough for short steps otherwise.
     """
     count = len(packed.thruster_names)
     rows = len(pieces.commands) + len(starts)
     # without turning shafts a step of a few hundredths of a second is short: two slopes suffice
-    method = RK4 if shafts_turn(vector) else MIDPOINT
+    if method is None:
+        method = RK4 if shafts_turn(vector) else MIDPOINT
     padded = np.zeros((len(pieces.commands), MOST_THRUSTERS))
     padded[:, :count] = pieces.commands
     states, accelerations = np.empty((rows, STATE)), np.empty((rows, 6))

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from pydantic import ValidationError
 
 from pipeline import __version__
-from pipeline.errors import CannotComputeError
+from pipeline.errors import CannotComputeError, InputError
 from pipeline.identify.channel_noise import QUANTITIES
 from pipeline.identify.file_changes import file_changes
 from pipeline.identify.smoothing import Method as Smoothing
@@ -29,15 +30,22 @@ from pipeline.simulate.context import model_of
 from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.runs_to_identify import find_logs, healthy_runs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
-from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.load import validated
+from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
 from pipeline.vehicle.write_back import updated_vehicle_text
+from pipeline.vehicle.yaml_text import parse
 
 Method = Literal["both", "whole-vehicle", "straight-line"]
 RESULT_FILE, CORRECTED_FILE = "identification.json", "vehicle_identified.yaml"
 _NO_SENSORS = (
     "the vehicle file has no sensors: section; noise is taken from the residuals and every sensor "
     "is taken to sit at the origin."
+)
+_NO_NUMBERS = (
+    "the fit led to numbers that are none: what was measured and the model have nothing to do with "
+    "each other. See what `rig2sea check` says of the runs, and check units and signs of the "
+    "channels"
 )
 
 
@@ -113,7 +121,7 @@ def identify_runs(
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "identification"
-    text, more = _corrected(one, whole, [table.name for table in tables])
+    text, more = _corrected(one, whole, [table.name for table in tables], folder)
     record = Identification(
         vehicle=one.name,
         vehicle_file_sha256=one.file_digest,
@@ -160,8 +168,8 @@ def _whole(
         )
     except CannotComputeError as error:
         return None, str(error)
-    except np.linalg.LinAlgError as error:
-        return None, f"the equations of the fit have no solution ({error})"
+    except (np.linalg.LinAlgError, ValidationError):
+        return None, _NO_NUMBERS
     return found, ""
 
 
@@ -198,36 +206,46 @@ def _lines(
             )
         except CannotComputeError as error:
             why_not[axis] = str(error)
+        except (np.linalg.LinAlgError, ValidationError):
+            why_not[axis] = _NO_NUMBERS
     return tuple(found), why_not
 
 
 def _corrected(
-    one: SimulatedVehicle, whole: VehicleIdentification | None, runs: Sequence[str]
+    one: SimulatedVehicle,
+    whole: VehicleIdentification | None,
+    runs: Sequence[str],
+    folder: Path,
 ) -> tuple[str | None, tuple[str, ...]]:
     """Text of the corrected vehicle file, and what to say of it."""
     if whole is None:
         return None, ()
-    if not whole.converged:
-        return None, ("The fit did not settle: no corrected vehicle file was written.",)
-    changes, notes = file_changes(one.vehicle, model_of(one.vehicle), whole.parameters)
-    known = [p.name for p in whole.parameters if p.identified]
-    left = [p.name for p in whole.parameters if not p.identified]
+    if whole.why_no_file:
+        return None, (f"No corrected vehicle file was written: {whole.why_no_file}.",)
+    model = model_of(one.vehicle)
+    changes, notes = file_changes(one.vehicle, model, whole.parameters, whole.thrust)
+    known = [p.name for p in whole.parameters if p.stands]
+    left = [p.name for p in whole.parameters if not p.stands]
     lines = [
         f"Corrected by rig2sea {__version__} identify from {', '.join(runs)}.",
         f"Identified: {', '.join(known) or 'nothing'}.",
     ]
     if left:
-        lines.append(f"Hardly told by these runs, near what the file said: {', '.join(left)}.")
+        lines.append(f"Not told by these runs, and left as the file had it: {', '.join(left)}.")
     lines += [f"Changed {path}." for path in sorted(changes)]
     try:
         original = one.file.read_text(encoding="utf-8")
-        return updated_vehicle_text(original, changes, "\n".join(lines)), notes
-    except CannotComputeError as error:
-        return None, (*notes, f"No corrected vehicle file was written: {error}.")
+        text = updated_vehicle_text(original, changes, "\n".join(lines))
+        # a file that no command would read is none
+        shown_as = str(folder / CORRECTED_FILE)
+        validated(Vehicle, parse(text.encode(), shown_as), shown_as)
+    except (CannotComputeError, InputError) as error:
+        return None, (*notes, f"No corrected vehicle file was written: {error}")
+    return text, notes
 
 
 def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:
-    """Write the corrected file, never over the engineer's own, and read it back."""
+    """Write the corrected file, never over the engineer's own."""
     path = folder / CORRECTED_FILE
     if text is None:
         # what an earlier identification left would pass for this one's
@@ -236,7 +254,6 @@ def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> P
     if path.exists() and path.samefile(one.file):
         raise CannotComputeError(f"{path} is the vehicle file itself; choose another folder (--to)")
     write_atomically(path, text)
-    load_vehicle(path)
     return path
 
 

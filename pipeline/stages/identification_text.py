@@ -34,19 +34,24 @@ def _whole(fit: VehicleIdentification) -> list[str]:
             f"Whole-vehicle fit: {fit.windows} windows of {fit.window_s:.0f} s, {fit.readings} "
             f"readings; {settled} after {fit.iterations} steps"
         ),
-        f"  {'parameter':25} {'value':>10} {'95 % interval':>23} {'vehicle file':>21}  unit",
+        (
+            f"  {'parameter':25} {'value':>10} {'95 % interval':>23} {'vehicle file':>21} "
+            f"{'corrected':>10}  unit"
+        ),
     ]
     for one in fit.parameters:
         low, high = one.ci95
         prior = f"{one.prior_value:.4g} +- {one.prior_std:.2g}"
-        mark = " " if one.identified else "?"
+        mark = " " if one.stands else "?"
+        filed = "as it was" if not one.stands or one.file_value is None else f"{one.file_value:.4g}"
         lines.append(
-            f"{mark} {one.name:25} {one.value:10.4g} {low:10.4g} ... {high:<8.4g} {prior:>21}  "
-            f"{one.unit}"
+            f"{mark} {one.name:25} {one.value:10.4g} {low:10.4g} ... {high:<8.4g} {prior:>21} "
+            f"{filed:>10}  {one.unit}"
         )
     lines.append("  The intervals hold what the uncertainty of the bench's thrust does.")
+    lines += _thrust(fit)
     if fit.cannot_identify:
-        lines += ["", "? These runs cannot identify:"]
+        lines += ["", "? Of these the runs do not tell enough to use them:"]
         lines += [f"  {sentence}" for sentence in fit.cannot_identify]
     if fit.correlations:
         pairs = ", ".join(
@@ -55,6 +60,22 @@ def _whole(fit: VehicleIdentification) -> list[str]:
         lines += ["", f"Hardly told apart: {pairs}"]
     lines += ["", *_quality(fit.quality, fit.holdout)]
     return [*lines, *(f"note: {note}" for note in fit.notes)]
+
+
+def _thrust(fit: VehicleIdentification) -> list[str]:
+    """Factors of the thrusters on what the file states, and the share that the hull takes."""
+    factors = [one for one in fit.thrust if one.unit == "1"]
+    if not factors:
+        return []
+    lines = ["", f"  {'thrust over the stated one':25} {'value':>10} {'95 % interval':>23}"]
+    total = () if fit.thrust_deduction is None else (fit.thrust_deduction,)
+    for one in (*factors, *total):
+        low, high = one.ci95
+        lines.append(
+            f"  {one.name.removeprefix('thrust_') if one in factors else one.name:25} "
+            f"{one.value:10.3f} {low:10.3f} ... {high:<8.3f}"
+        )
+    return lines
 
 
 def _quality(quality: Sequence[ChannelQuality], holdout: Sequence[str]) -> list[str]:
@@ -79,7 +100,10 @@ def _quality(quality: Sequence[ChannelQuality], holdout: Sequence[str]) -> list[
         )
         cells = " ".join(f"{'-' if n is None else f'{n:.3g}':>10}" for n in numbers)
         lines.append(f"  {one.channel:18} {cells}  {one.unit}")
-    lines.append("  Corrected: the values found in the vehicle file, without the thrust found.")
+    lines.append(
+        "  Corrected: the vehicle file with what stands and the factors of the thrusters, without "
+        "the curves found."
+    )
     return lines
 
 

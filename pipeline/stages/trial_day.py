@@ -80,6 +80,7 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
             uncertainty=doubts or Uncertainty(),
             suggest=False,
             most_steps=MOST_STEPS,
+            correct=False,
         )
     except (CannotComputeError, np.linalg.LinAlgError) as error:
         return day.model_copy(update={"why_not": f"The fit failed: {error}"})

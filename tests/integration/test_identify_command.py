@@ -40,11 +40,11 @@ def test_values_intervals_and_a_vehicle_file_come_out(logs: Path, tmp_path: Path
     by_name = {one["name"]: one for one in record["whole_vehicle"]["parameters"]}
     heave = by_name["added_mass_heave"]
     assert heave["value"] == pytest.approx(18.68, rel=0.05)
-    assert heave["identified"]
+    assert heave["stands"]
     written = load_vehicle(tmp_path / "vehicle_identified.yaml")
     assert written.model is not None
     assert written.model.added_mass.diagonal is not None
-    assert written.model.added_mass.diagonal[2] == pytest.approx(heave["value"], rel=1e-6)
+    assert written.model.added_mass.diagonal[2] == pytest.approx(heave["file_value"], rel=1e-6)
     own = (Path(bundled_vehicle("rov8")) / "vehicle.yaml").read_text(encoding="utf-8")
     assert "# Table A1: metacentric height 10 mm" in own
     kept = (tmp_path / "vehicle_identified.yaml").read_text(encoding="utf-8")

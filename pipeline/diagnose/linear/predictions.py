@@ -5,7 +5,6 @@ that a window is made of, each simulated from where the motion is at its begin. 
 samples of windows; a piece knows which samples are its own.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -24,11 +23,10 @@ from pipeline.identify.window_outputs import (
 )
 from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.physics.parameters import offset, read, slot
-from pipeline.records.run_conditions import Conditions
 from pipeline.simulate.applied_wrench import actuator_states
-from pipeline.simulate.kernel import BODY, STATE
-from pipeline.simulate.pieces import Pieces, run_pieces
-from pipeline.simulate.vector_under import vector_under
+from pipeline.simulate.kernel import BODY
+from pipeline.simulate.pieces import Pieces
+from pipeline.simulate.pieces_under import Alike, alike_pieces, run_alike
 from pipeline.types import FloatArray, IntArray
 
 #: Slots that decide what the drives are at when a window starts.
@@ -45,17 +43,6 @@ _DRIVE_SLOTS = (
 _SENSOR_SLOTS = ("dvl_scale", "dvl_rotation", "dvl_delay", "dvl_lever_arm")
 #: Sets of drives whose states are kept: long runs of many thrusters fill the memory.
 _DRIVES_KEPT = 12
-
-
-@dataclass(frozen=True)
-class Alike:
-    """Stretches of a layout under the same conditions, with the steps and rows that are theirs."""
-
-    conditions: Conditions
-    stretches: IntArray
-    pieces: Pieces
-    steps: IntArray
-    rows: IntArray
 
 
 @dataclass(frozen=True)
@@ -84,16 +71,10 @@ class Bench:
         """Number of windows."""
         return len(self.stack.windows)
 
-    @cached_property
+    @property
     def whole(self) -> Pieces:
         """Every window as one stretch; rows are the stacked samples."""
-        windows = self.stack.windows
-        bounds = np.concatenate([[0], np.cumsum([len(w.command) for w in windows])])
-        return Pieces(
-            np.concatenate([w.command for w in windows]),
-            bounds,
-            np.array([w.step_s for w in windows]),
-        )
+        return self.stack.pieces
 
     @cached_property
     def cut(self) -> Pieces:
@@ -119,27 +100,9 @@ class Bench:
         return found
 
     @cached_property
-    def outside(self) -> FloatArray | None:
-        """Known force from outside at every step (steps, 6), the cables'; None without any."""
-        own = [w.outside for w in self.stack.windows]
-        if all(one is None for one in own):
-            return None
-        return np.concatenate(
-            [
-                np.zeros((len(w.command), 6)) if one is None else one
-                for w, one in zip(self.stack.windows, own, strict=True)
-            ]
-        )
-
-    @cached_property
-    def whole_alike(self) -> tuple[Alike, ...]:
-        """Windows by what is known of their runs."""
-        return _alike(self.whole, [w.conditions for w in self.stack.windows])
-
-    @cached_property
     def cut_alike(self) -> tuple[Alike, ...]:
         """Pieces by what is known of their runs."""
-        return _alike(
+        return alike_pieces(
             self.cut, [w.conditions for w in self.stack.windows for _ in range(self.pieces)]
         )
 
@@ -236,7 +199,7 @@ def simulate_windows(
     begin = starts.copy()
     if other_drives(vector, packed.vector):
         begin[:, BODY : BODY + count] = drives_at(bench, vector, window_begins(bench)[:-1])
-    return Motion(*_simulate(bench, bench.whole, bench.whole_alike, vector, begin, forces))
+    return Motion(*_simulate(bench, bench.whole, bench.stack.alike, vector, begin, forces))
 
 
 def simulate_cut(
@@ -254,45 +217,10 @@ def _simulate(  # noqa: PLR0917 - two callers
     starts: FloatArray,
     forces: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Simulate a layout, each run as it is known to have been: its parameters, its cable's force.
-
-    `vector` is the vehicle's, whatever ran with more ballast or less.
-    """
-    packed = bench.stack.packed
-    if bench.outside is not None:
-        forces = forces + bench.outside
-    if len(alike) == 1:
-        return run_pieces(packed, layout, vector_under(alike[0].conditions, vector), starts, forces)
-    count = len(layout.commands) + len(starts)
-    states, rates = np.empty((count, STATE)), np.empty((count, 6))
-    for one in alike:
-        states[one.rows], rates[one.rows] = run_pieces(
-            packed,
-            one.pieces,
-            vector_under(one.conditions, vector),
-            starts[one.stretches],
-            forces[one.steps],
-        )
-    return states, rates
-
-
-def _alike(layout: Pieces, conditions: Sequence[Conditions]) -> tuple[Alike, ...]:
-    """Sort the stretches of a layout by their conditions."""
-    found = []
-    for known in dict.fromkeys(conditions):
-        own = np.array([k for k, one in enumerate(conditions) if one == known])
-        first, end = layout.bounds[own], layout.bounds[own + 1]
-        steps = np.concatenate([np.arange(a, b) for a, b in zip(first, end, strict=True)])
-        rows = np.concatenate(
-            [np.arange(a + k, b + k + 1) for k, a, b in zip(own, first, end, strict=True)]
-        )
-        pieces = Pieces(
-            layout.commands[steps],
-            np.concatenate([[0], np.cumsum(end - first)]),
-            layout.steps_s[own],
-        )
-        found.append(Alike(known, own, pieces, steps, rows))
-    return tuple(found)
+    """Simulate a layout, each run as it is known to have been, pulled by its cable."""
+    if bench.stack.outside is not None:
+        forces = forces + bench.stack.outside
+    return run_alike(bench.stack.packed, layout, alike, vector, starts, forces)
 
 
 def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatArray]:

@@ -8,6 +8,7 @@ import pytest
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.coverage import Campaign, simulated_runs
+from pipeline.identify.file_changes import file_changes
 from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.identify.window_prediction import difference
@@ -67,10 +68,10 @@ def identified(
     )
 
 
-def test_the_file_that_is_handed_out_is_judged_without_the_thrust_that_was_fitted(
+def test_the_file_that_is_handed_out_has_the_thrust_that_was_fitted(
     vehicle: Vehicle, packed: PackedVehicle, sensors: Sensors
 ) -> None:
-    """A vertical thruster gives 85 %: the fit takes it up in its factor, no file does."""
+    """A vertical thruster gives 85 %: the fit says so, warns, and so does the file it writes."""
     vector = packed.vector.copy()
     vertical = int(np.argmax(np.abs(read(vector, "thruster_direction")[:, 2])))
     read(vector, "thrust_gain")[vertical] *= 0.85
@@ -82,10 +83,22 @@ def test_the_file_that_is_handed_out_is_judged_without_the_thrust_that_was_fitte
     assert rates.rmse_corrected_file is not None
     assert rates.rmse_vehicle_file is not None
     assert rates.rmse_identified < 0.2 * rates.rmse_vehicle_file
-    assert rates.rmse_corrected_file == pytest.approx(rates.rmse_vehicle_file, rel=0.1)
-    (note,) = [text for text in found.notes if "hardly better than the file" in text]
-    assert "angular_velocity" in note
-    assert f"thrust_{packed.thruster_names[vertical]}" in note
+    assert rates.rmse_corrected_file < 0.25 * rates.rmse_vehicle_file
+    assert found.why_no_file == ""
+    (weak,) = [one for one in found.thrust if one.widths > 3.0 and one.unit == "1"]
+    assert weak.name == f"thrust_{packed.thruster_names[vertical]}"
+    # all of them together are only as well known as the dry mass tells
+    upright = np.flatnonzero(np.abs(read(vector, "thruster_direction")[:, 2]) > 0.9)
+    names = [f"thrust_{packed.thruster_names[i]}" for i in upright if i != vertical]
+    others = np.mean([one.value for one in found.thrust if one.name in names])
+    assert weak.value / others == pytest.approx(0.85, abs=0.04)
+    (note,) = [text for text in found.notes if "times its stated uncertainty off" in text]
+    assert note.startswith(packed.thruster_names[vertical])
+    # what is written is the vehicle of that fit
+    assert vehicle.model is not None
+    changes, _ = file_changes(vehicle, vehicle.model, found.parameters, found.thrust)
+    written = changes[f"model.thrust_deduction.thrusters.{packed.thruster_names[vertical]}"]
+    assert written == pytest.approx(1.0 - (weak.file_value or 0.0))
     (line,) = [text for text in _quality(found.quality, found.holdout) if "angular_vel" in text]
     assert line.split()[1:4] == [
         f"{value:.3g}"
@@ -98,7 +111,7 @@ def test_without_a_doubt_in_the_thrust_both_are_one(
 ) -> None:
     found = identified(packed, sensors, two_runs[0], two_runs[1:])
     assert all(q.rmse_corrected_file == q.rmse_identified for q in found.quality)
-    assert not any("hardly better than the file" in text for text in found.notes)
+    assert found.thrust == ()
 
 
 @pytest.mark.parametrize("quantity", ["depth", "velocity"])

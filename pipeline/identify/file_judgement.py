@@ -1,0 +1,93 @@
+"""What goes into a corrected vehicle file, and whether it predicts well enough to be written."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.identify.output_error import Solution
+from pipeline.identify.vehicle_parameters import values_from_steps
+from pipeline.records.identification import ChannelQuality, IdentifiedParameter, ThrustFound
+
+#: Why there is none where none was asked for.
+NOT_CORRECTED = "no corrected file was fitted"
+#: What a vehicle file is for first: where one of these was measured, the others are only told.
+FIRST = ("velocity", "angular_velocity")
+#: Beyond this share more error on windows that took no part a channel is predicted worse.
+WORSE = 0.05
+
+
+def as_filed(
+    found: Sequence[IdentifiedParameter], thrust: Sequence[ThrustFound], filed: Solution | None
+) -> tuple[tuple[IdentifiedParameter, ...], tuple[ThrustFound, ...]]:
+    """Add to parameters and thrust the values that the corrected vehicle file has."""
+    if filed is None:
+        return tuple(found), tuple(thrust)
+    problem, steps = filed.problem, filed.point.steps
+    values = values_from_steps(problem.parameters, steps[: len(found)]).tolist()
+    moved = (problem.thrust.scales * steps[len(found) :]).tolist()
+    return (
+        tuple(
+            one.model_copy(update={"file_value": value})
+            for one, value in zip(found, values, strict=True)
+        ),
+        tuple(
+            one.model_copy(update={"file_value": by + (1.0 if one.unit == "1" else 0.0)})
+            for one, by in zip(thrust, moved, strict=True)
+        ),
+    )
+
+
+def worse_than_before(quality: Sequence[ChannelQuality]) -> str:
+    """Say why a corrected file is not to be used; empty where it predicts no worse than before.
+
+    Errors on windows that took no part, of velocity and angular velocity where they were measured:
+    none may be larger by more than `WORSE`, nor all together (mean of the logarithms of the
+    ratios). Nor may all channels together be predicted worse.
+    """
+    if not quality:
+        return (
+            "no window was left to judge it by; give longer runs, or a run that takes no part "
+            "(--holdout RUN)"
+        )
+    first = [one for one in quality if one.channel in FIRST] or list(quality)
+    for one in first:
+        if one.rmse_corrected_file is None:
+            return f"with it the prediction of {one.channel} runs away"
+        if one.rmse_vehicle_file is not None and _ratio(one) > 1.0 + WORSE:
+            return _told(one)
+    for part in (first, quality):
+        if np.mean([np.log(_ratio(one)) for one in part]) > 0.0:
+            return _told(max(part, key=_ratio))
+    return ""
+
+
+def channels_worse(quality: Sequence[ChannelQuality]) -> tuple[str, ...]:
+    """Name the channels that a file which is good enough predicts worse than the one before."""
+    worse = [one.channel for one in quality if _ratio(one) > 1.0 + WORSE]
+    if not worse:
+        return ()
+    return (
+        (
+            f"The corrected vehicle file predicts {', '.join(worse)} worse than the file before, "
+            "and the rest better."
+        ),
+    )
+
+
+def _ratio(one: ChannelQuality) -> float:
+    """Error of the corrected file over that of the one before, the sensor's noise in both."""
+    after, before = one.rmse_corrected_file, one.rmse_vehicle_file
+    if before is None:
+        # whatever does not run away is better
+        return 1.0
+    if after is None:
+        return 10.0
+    return float(np.hypot(after, one.sensor_noise) / np.hypot(before, one.sensor_noise))
+
+
+def _told(one: ChannelQuality) -> str:
+    return (
+        f"it predicts {one.channel} worse than the file before on what took no part: "
+        f"{one.rmse_corrected_file or 0.0:.3g} against {one.rmse_vehicle_file or 0.0:.3g} "
+        f"{one.unit} (rms) over {one.horizon_s:.0f} s"
+    )

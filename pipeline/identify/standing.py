@@ -1,0 +1,150 @@
+r"""Does a fitted parameter stand? Told by the runs, come to rest, and alike in halves of them.
+
+- *Told*: the runs leave less than `NOT_IDENTIFIED` of the prior's standard deviation.
+- *At rest*: the last step of the fit would have moved it by less than `AT_REST` of its standard
+  deviation, or the fit as a whole promised nothing more.
+- *Alike*: the runs (the windows of one run) are parted in two, and each half makes its own
+  estimate, one Gauss-Newton step from the joint one. With G = (I + P)^{-1} of each half, I its
+  information and P the prior, the two differ by chance with the covariance
+
+  .. math:: G_1 + G_2 - G_1 P G_2 - G_2 P G_1,
+
+  widened as the intervals are; beyond `APART` of its standard deviations they contradict each
+  other. Runs of another vehicle state (ballast, supply, a pilot's gain) or a model that lacks a
+  term do that.
+
+What stands is used. What does not is held at what the vehicle file says while the rest is fitted
+again, for the corrected file.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.identify.output_error import Solution
+from pipeline.identify.parameter_intervals import Posterior
+from pipeline.identify.vehicle_parameters import FreeParameter
+from pipeline.identify.window_outputs import Stack
+from pipeline.records.identification import IdentifiedParameter
+from pipeline.types import BoolArray, FloatArray
+
+#: Share of its standard deviation that the last step may still move what is at rest.
+AT_REST = 0.3
+#: Halves of the runs further apart than this many standard deviations contradict each other.
+APART = 3.0
+
+
+@dataclass(frozen=True)
+class Halves:
+    """Estimates (p + q,) of two halves, in prior standard deviations, and how far they are apart.
+
+    `apart` is counted in standard deviations of the difference.
+    """
+
+    first: FloatArray
+    second: FloatArray
+    apart: FloatArray
+
+
+def at_rest(solution: Solution, posterior: Posterior) -> BoolArray:
+    """Tell which unknowns (p + q,) the fit has come to rest in; what is held is."""
+    if solution.converged:
+        return np.ones(solution.problem.size, bool)
+    wide = posterior.inflation * np.sqrt(np.diag(posterior.covariance))
+    return np.asarray(np.abs(solution.last_step) <= AT_REST * wide)
+
+
+def halves_of(solution: Solution, posterior: Posterior) -> Halves:
+    """Estimate everything from each half of the runs.
+
+    Parameters
+    ----------
+    solution : Solution
+        The joint fit.
+    posterior : Posterior
+        How uncertain it is.
+    """
+    problem, reduced = solution.problem, solution.reduced
+    size, count = len(reduced.prior), problem.size
+    free = problem.free(size)
+    prior = reduced.prior[np.ix_(free, free)]
+    now = np.concatenate([solution.point.steps, solution.point.shared])[free]
+    in_first = _first_half(problem.stack)
+    gains, moved = [], []
+    for wanted in (True, False):
+        information, score = np.zeros((size, size)), np.zeros(size)
+        for piece, first in zip(reduced.pieces, in_first, strict=True):
+            if first == wanted:
+                information[np.ix_(piece.index, piece.index)] += piece.information
+                score[piece.index] += piece.score
+        gain = np.linalg.inv(information[np.ix_(free, free)] + prior)
+        gains.append((gain + gain.T) / 2)
+        moved.append(gains[-1] @ (score[free] - prior @ now))
+    one, other = gains
+    crossed = np.einsum("ij,jk,ki->i", one, prior, other)
+    variance = np.maximum(np.diag(one) + np.diag(other) - 2.0 * crossed, 1e-300)
+    found = np.zeros((3, size))
+    found[0, free], found[1, free] = moved
+    found[2, free] = np.abs(moved[0] - moved[1]) / np.sqrt(variance)
+    steps = solution.point.steps
+    lowest = problem.lowest
+    return Halves(
+        np.maximum(steps + found[0, :count], lowest),
+        np.maximum(steps + found[1, :count], lowest),
+        found[2, :count] / posterior.inflation,
+    )
+
+
+def _first_half(stack: Stack) -> list[bool]:
+    """Which windows are in the first half: whole runs, each to the half that has fewer windows."""
+    runs = [window.run for window in stack.windows]
+    different = list(dict.fromkeys(runs))
+    if len(different) == 1:
+        return [2 * number < len(runs) for number in range(len(runs))]
+    halves: tuple[set[int], set[int]] = (set(), set())
+    sizes = [0, 0]
+    for run in sorted(different, key=lambda one: -runs.count(one)):
+        smaller = int(sizes[1] < sizes[0])
+        halves[smaller].add(run)
+        sizes[smaller] += runs.count(run)
+    return [run in halves[0] for run in runs]
+
+
+def with_standing(
+    parameters: Sequence[FreeParameter],
+    found: Sequence[IdentifiedParameter],
+    rest: BoolArray,
+    halves: Halves,
+) -> tuple[IdentifiedParameter, ...]:
+    """Add to what was found of each parameter whether it stands, and if not, why.
+
+    Parameters
+    ----------
+    parameters : sequence of FreeParameter
+        All of the fit.
+    found : sequence of IdentifiedParameter
+        What the fit made of each.
+    rest : ndarray, shape (p + q,)
+        Which of the unknowns are at rest.
+    halves : Halves
+        What each half of the runs says.
+    """
+    judged = []
+    for i, (parameter, one) in enumerate(zip(parameters, found, strict=True)):
+        first, second = (
+            parameter.nominal + parameter.prior_std * float(half[i])
+            for half in (halves.first, halves.second)
+        )
+        stands, reason = one.identified, one.reason
+        if stands and not rest[i]:
+            stands, reason = False, "the fit did not come to rest in it"
+        elif stands and halves.apart[i] > APART:
+            stands = False
+            reason = (
+                f"halves of the runs contradict each other: {first:.3g} and {second:.3g} "
+                f"{parameter.unit}, {halves.apart[i]:.1f} standard deviations apart"
+            )
+        update = {"stands": stands, "reason": reason, "halves": (first, second)}
+        judged.append(one.model_copy(update=update))
+    return tuple(judged)
