@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 from pipeline import __version__
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import QUANTITIES
@@ -26,6 +24,7 @@ from pipeline.records.identification import (
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
+from pipeline.stages.no_solution import with_reason
 from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.vehicle.load import load_vehicle
@@ -141,21 +140,20 @@ def _whole(
         return None, "not asked for (--method straight-line)"
     model = model_of(one.vehicle)
     try:
-        found = identify_vehicle(
-            one.packed,
-            one.vehicle.sensors or Sensors(),
-            tables,
-            uncertainty=model.uncertainty,
-            holdout=judged,
-            only=_names(request, one),
-            window_s=request.window_s,
-            suggest=request.suggest,
-            threads=request.threads,
-        )
+        with with_reason("the whole-vehicle fit"):
+            found = identify_vehicle(
+                one.packed,
+                one.vehicle.sensors or Sensors(),
+                tables,
+                uncertainty=model.uncertainty,
+                holdout=judged,
+                only=_names(request, one),
+                window_s=request.window_s,
+                suggest=request.suggest,
+                threads=request.threads,
+            )
     except CannotComputeError as error:
         return None, str(error)
-    except np.linalg.LinAlgError as error:
-        return None, f"the equations of the fit have no solution ({error})"
     return found, ""
 
 
@@ -181,15 +179,15 @@ def _lines(
     found, why_not = [], {}
     for axis in AXES:
         try:
-            found.append(
-                straight_line(
+            with with_reason(f"the slope along {axis}"):
+                line = straight_line(
                     one.packed,
                     one.vehicle.sensors or Sensors(),
                     tables,
                     axis=axis,
                     method=request.smoother,
                 )
-            )
+            found.append(line)
         except CannotComputeError as error:
             why_not[axis] = str(error)
     return tuple(found), why_not
