@@ -40,7 +40,8 @@ def _refuse_run(case: Case, run: RunTable) -> None:
     if not was_measured(run, "command"):
         raise CannotComputeError(
             f"{run.name}: no commands of the thrusters were recorded, so there is nothing to "
-            "simulate. Map the command topic in the vehicle file (pool: command)."
+            "simulate. Map their topic in the vehicle file: under pool: channels:, quantity "
+            "thruster_command."
         )
     columns = run.values["command"].shape[1]
     if columns != count:

@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from pipeline.records.run_table import RunTable
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -45,6 +47,7 @@ _UNITS = {
 }
 
 
+_OF_THRUSTERS = ("command", "shaft_speed")
 #: What a fit can use of a run.
 QUANTITIES = tuple(_FLOORS)
 
@@ -104,5 +107,12 @@ def channel_noise(sensors: Sensors, runs: Sequence[RunTable]) -> tuple[ChannelNo
 
 
 def was_measured(run: RunTable, quantity: str) -> bool:
-    """Whether a run holds a quantity, valid at some time."""
-    return quantity in run.values and bool(run.valid[quantity].any())
+    """Whether a run holds a quantity, valid at some time with all of its components.
+
+    Of what each thruster has one is enough.
+    """
+    if quantity not in run.values:
+        return False
+    there = np.isfinite(run.values[quantity])
+    some = there.any(axis=1) if quantity in _OF_THRUSTERS else there.all(axis=1)
+    return bool((run.valid[quantity] & some).any())

@@ -254,7 +254,7 @@ def _starts(
             problem = Problem(stack, (), packed.vector, shared, threads)
             try:
                 fitted = solve(problem, smallest_gain=0.5)
-            except CannotComputeError:
+            except (CannotComputeError, np.linalg.LinAlgError):
                 continue
             for number, start in zip(numbers, problem.starts(fitted.point.starts), strict=True):
                 found[number] = start

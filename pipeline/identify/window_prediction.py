@@ -159,7 +159,7 @@ def _errors(  # noqa: PLR0917 - one caller
     problem = Problem(lead, (), vector, shared, threads)
     try:
         fitted = solve(problem, smallest_gain=0.5)
-    except CannotComputeError:
+    except (CannotComputeError, np.linalg.LinAlgError):
         # the model runs away within the lead already
         return [np.full((rows.sample.size, 1), np.nan) for rows in whole.rows]
     return innovations(whole, vector, problem.starts(fitted.point.starts), offsets)

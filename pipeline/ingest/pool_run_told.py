@@ -53,8 +53,8 @@ def told_of(
         share = 100.0 * counts[mark] / channel.time_ns.size
         what = (
             f"{name} ({channel.topic}): {counts[mark]} of {channel.time_ns.size} readings "
-            f"({share:.2g} %) are marked {mark.replace('_', ' ')}: {MARKS[mark]}; the first at "
-            f"{at:.3f} s."
+            f"({_two_figures(share)} %) are marked {mark.replace('_', ' ')}: {MARKS[mark]}; the "
+            f"first at {at:.3f} s."
         )
         plain = mark in _PLAIN_MARKS and share < 5.0
         severity: Literal["note", "warning"] = "note" if plain else "warning"
@@ -72,6 +72,15 @@ def told_of(
         what = f"{name} ({channel.topic}): {', '.join(constant)} never changes."
         found.append(Problem("warning", place, what))
     return found
+
+
+def _two_figures(percent: float) -> str:
+    """Write a percentage to two figures, and a hundred as what it is.
+
+    >>> _two_figures(0.1234), _two_figures(41.7), _two_figures(99.7)
+    ('0.12', '42', '100')
+    """
+    return f"{percent:.2g}" if percent < 10.0 else f"{percent:.0f}"
 
 
 def _is_constant(values: FloatArray) -> bool:

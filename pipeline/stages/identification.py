@@ -6,9 +6,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-from pydantic import ValidationError
-
 from pipeline import __version__
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.identify.channel_noise import QUANTITIES
@@ -28,6 +25,7 @@ from pipeline.records.identification import (
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.stages.gains import gains_of_runs
+from pipeline.stages.no_solution import with_reason
 from pipeline.stages.runs_to_identify import find_logs, healthy_runs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.vehicle.load import validated
@@ -41,11 +39,6 @@ RESULT_FILE, CORRECTED_FILE = "identification.json", "vehicle_identified.yaml"
 _NO_SENSORS = (
     "the vehicle file has no sensors: section; noise is taken from the residuals and every sensor "
     "is taken to sit at the origin."
-)
-_NO_NUMBERS = (
-    "the fit led to numbers that are none: what was measured and the model have nothing to do with "
-    "each other. See what `rig2sea check` says of the runs, and check units and signs of the "
-    "channels"
 )
 
 
@@ -155,21 +148,20 @@ def _whole(
         return None, "not asked for (--method straight-line)"
     model = model_of(one.vehicle)
     try:
-        found = identify_vehicle(
-            one.packed,
-            one.vehicle.sensors or Sensors(),
-            tables,
-            uncertainty=model.uncertainty,
-            holdout=judged,
-            only=_names(request, one),
-            window_s=request.window_s,
-            suggest=request.suggest,
-            threads=request.threads,
-        )
+        with with_reason("the whole-vehicle fit"):
+            found = identify_vehicle(
+                one.packed,
+                one.vehicle.sensors or Sensors(),
+                tables,
+                uncertainty=model.uncertainty,
+                holdout=judged,
+                only=_names(request, one),
+                window_s=request.window_s,
+                suggest=request.suggest,
+                threads=request.threads,
+            )
     except CannotComputeError as error:
         return None, str(error)
-    except (np.linalg.LinAlgError, ValidationError):
-        return None, _NO_NUMBERS
     return found, ""
 
 
@@ -195,19 +187,17 @@ def _lines(
     found, why_not = [], {}
     for axis in AXES:
         try:
-            found.append(
-                straight_line(
+            with with_reason(f"the slope along {axis}"):
+                line = straight_line(
                     one.packed,
                     one.vehicle.sensors or Sensors(),
                     tables,
                     axis=axis,
                     method=request.smoother,
                 )
-            )
+            found.append(line)
         except CannotComputeError as error:
             why_not[axis] = str(error)
-        except (np.linalg.LinAlgError, ValidationError):
-            why_not[axis] = _NO_NUMBERS
     return tuple(found), why_not
 
 

@@ -21,6 +21,7 @@ from pipeline.provenance import (
     write_envelope,
 )
 from pipeline.records.base import Record
+from pipeline.stages.no_solution import with_reason
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
@@ -175,7 +176,8 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
     problems: tuple[Problem, ...] = ()
     digests = job.input_digests()
     try:
-        record = compute()
+        with with_reason(TITLES.get(job.stage, job.stage)):
+            record = compute()
     except NotMeasuredError as error:
         why_not = str(error)
     except CannotComputeError as error:

@@ -23,6 +23,7 @@ from pipeline.simulate.pack import PackedVehicle
 from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.known_of_run import with_known
+from pipeline.stages.no_solution import with_reason
 from pipeline.stages.run_table_file import read_tables, write_tables
 from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.vehicle.schema import Vehicle
@@ -50,7 +51,8 @@ def run(job: Job) -> str:
             without_commands_s=_without_commands(table),
         )
         try:
-            found = _simulated(job, stored, table, found)
+            with with_reason("the comparison with the model"):
+                found = _simulated(job, stored, table, found)
         except CannotComputeError as error:
             if is_of_the_machine(error):
                 raise

@@ -156,8 +156,10 @@ def _without_dead(table: RunTable, without: Sequence[str]) -> tuple[RunTable, li
     for quantity in (*QUANTITIES, "command"):
         if quantity not in table.values or quantity in without:
             continue
-        values = table.values[quantity][table.valid[quantity]]
-        if values.size and np.isfinite(values).all() and np.ptp(values, axis=0).max() > 0.0:
+        measured = table.values[quantity]
+        known = np.isfinite(measured).all(axis=1) & table.valid[quantity]
+        values = measured[known]
+        if values.size and np.ptp(values, axis=0).max() > 0.0:
             continue
         if quantity == "command":
             warnings.append(
@@ -168,8 +170,18 @@ def _without_dead(table: RunTable, without: Sequence[str]) -> tuple[RunTable, li
             warnings.append(f"{table.name}: {quantity} never changes and is left out.")
         else:
             dead.append(quantity)
+            if np.isfinite(measured[table.valid[quantity]]).any():
+                warnings.append(
+                    f"{table.name}: {quantity} has no reading with all of its components and is "
+                    "left out."
+                )
     kept = {name: values for name, values in table.values.items() if name not in dead}
-    valid = {name: flags for name, flags in table.valid.items() if name not in dead}
+    valid = {
+        # a reading that lacks a component is none
+        name: flags & np.isfinite(kept[name]).all(axis=1) if name in QUANTITIES else flags
+        for name, flags in table.valid.items()
+        if name not in dead
+    }
     reading = {name: marks for name, marks in table.reading.items() if name not in dead}
     off_row = {name: off for name, off in table.off_row.items() if name not in dead}
     return replace(table, values=kept, valid=valid, reading=reading, off_row=off_row), warnings

@@ -13,6 +13,7 @@ from pipeline.records.trial import StoredRun, TrialDay
 from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.known_of_run import with_known
+from pipeline.stages.no_solution import with_reason
 from pipeline.stages.run_table_file import read_tables
 from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.vehicle.model_schema import Uncertainty
@@ -73,16 +74,17 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
     model = one.vehicle.model
     doubts = model.uncertainty if model is not None else None
     try:
-        found = identify_vehicle(
-            one.packed,
-            one.vehicle.sensors or Sensors(),
-            chosen,
-            uncertainty=doubts or Uncertainty(),
-            suggest=False,
-            most_steps=MOST_STEPS,
-            correct=False,
-        )
-    except (CannotComputeError, np.linalg.LinAlgError) as error:
+        with with_reason("the whole-vehicle fit"):
+            found = identify_vehicle(
+                one.packed,
+                one.vehicle.sensors or Sensors(),
+                chosen,
+                uncertainty=doubts or Uncertainty(),
+                suggest=False,
+                most_steps=MOST_STEPS,
+                correct=False,
+            )
+    except CannotComputeError as error:
         return day.model_copy(update={"why_not": f"The fit failed: {error}"})
     notes = [*one.notes, *(note for t in chosen if t.known is not None for note in t.known.notes)]
     return day.model_copy(update={"identification": found, "notes": tuple(notes)})

@@ -26,8 +26,9 @@ def shrink(  # noqa: PLR0917 - one caller
     """Held-out gap before and after, by channel and over all.
 
     Over all, a channel's errors count in units of its healthy floor, so the floor is 1; the
-    interval is of a bootstrap over windows. Readings further ahead than `within_s` do not count:
-    where a window is held out between others, what is predicted beyond its end took part.
+    interval is of a bootstrap over windows, none where fewer than two were held out. Readings
+    further ahead than `within_s` do not count: where a window is held out between others, what is
+    predicted beyond its end took part.
 
     `spread` is the mean square of what healthy vehicles differ by from the model before, and
     `spread_after` from that with the answer. Where the latter is larger the errors after count over
@@ -74,7 +75,8 @@ def shrink(  # noqa: PLR0917 - one caller
     places = np.flatnonzero(held_out)
     generator = np.random.default_rng(seed)
     closed = []
-    for _ in range(_RESAMPLINGS):
+    # of one window, or none, there is nothing to draw from
+    for _ in range(_RESAMPLINGS if places.size > 1 else 0):
         drawn = np.bincount(_blocks(generator, places), minlength=windows).astype(float)
         value = _closed(overall("before", drawn), overall("after", drawn))
         if value is not None:
@@ -93,8 +95,11 @@ def shrink(  # noqa: PLR0917 - one caller
 
 
 def _blocks(generator: np.random.Generator, places: IntArray) -> IntArray:
-    """Draw as many windows as there are, neighbours together (moving blocks, Kunsch 1989)."""
-    length = min(_BLOCK, places.size)
+    """Draw as many windows as there are, neighbours together (moving blocks, Kunsch 1989).
+
+    Of so few that they make one block each is drawn by itself: one block would be all of them.
+    """
+    length = min(_BLOCK, max(places.size // 2, 1))
     firsts = generator.integers(0, places.size - length + 1, -(-places.size // length))
     drawn: IntArray = places[(firsts[:, None] + np.arange(length)).ravel()]
     return drawn[: places.size]

@@ -50,9 +50,12 @@ def noise_found(model: LinearModel, residual: FloatArray) -> dict[str, NoiseFoun
         joined = inside[1:] == inside[:-1]
         product = float(np.mean((clipped[1:] * clipped[:-1])[joined])) if joined.any() else 0.0
         lag1 = product / max(variance, 1e-12)
-        widen = np.sqrt(max(variance, 1.0) if variance > VARIANCE[1] else 1.0)
+        # what so many readings that go together tell, against as many of the stated noise: where
+        # they scatter less than stated, there is room for some of that
+        told = variance
         if lag1 > LAG1:
-            widen *= np.sqrt((1.0 + lag1) / max(1.0 - lag1, 0.1))
+            told *= (1.0 + lag1) / max(1.0 - lag1, 0.1)
+        widen = np.sqrt(told) if told > VARIANCE[1] else 1.0
         found[rows.channel.quantity] = NoiseFound(variance, lag1, float(min(widen, _MOST)))
     return found
 

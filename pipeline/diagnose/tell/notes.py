@@ -38,8 +38,9 @@ def notes_on(case: Case, found: Search, top: Candidate) -> tuple[str, ...]:
             "moves the vehicle: everything else was asked with that known"
         )
     notes.extend(
-        f"{name}: readings scatter more than stated (variance {one.variance:.2f}, lag-1 "
-        f"{one.lag1:.2f}); they count as if their noise were {one.widen:.2f} times larger"
+        f"{name}: readings scatter more than stated, or go together (variance "
+        f"{one.variance:.2f}, lag-1 {one.lag1:.2f}); they count as if their noise were "
+        f"{one.widen:.2f} times larger"
         for name, one in found.noise.items()
         if one.widen > 1.0
     )

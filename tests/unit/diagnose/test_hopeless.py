@@ -66,6 +66,10 @@ def test_a_usable_case_passes(case: Case) -> None:
             lambda case: changed(case, velocity=np.ones_like(case.runs[0].values["velocity"])),
             "frozen",
         ),
+        (
+            lambda case: changed(case, command=np.full((1601, 8), np.nan)),
+            "quantity thruster_command",
+        ),
     ],
 )
 def test_hopeless_data_are_refused_with_the_reason(

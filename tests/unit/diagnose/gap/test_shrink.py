@@ -108,3 +108,11 @@ def test_windows_are_drawn_with_their_neighbours() -> None:
     assert drawn.size == 9
     assert (np.diff(drawn)[::2] == 1).all()
     assert _blocks(np.random.default_rng(0), np.array([4])).tolist() == [4]
+    few = {tuple(_blocks(np.random.default_rng(k), np.array([2, 3]))) for k in range(20)}
+    assert few == {(2, 2), (2, 3), (3, 2), (3, 3)}
+
+
+def test_where_nothing_was_held_out_nothing_is_told() -> None:
+    """Runs too short for a third window: no figures, and no division by zero."""
+    found = shrink(forecast(6.0), forecast(2.0), spread(3.0), np.zeros(WINDOWS, bool), "")
+    assert (found.gap_closed, found.ci95, dict(found.channels)) == (None, None, {})
