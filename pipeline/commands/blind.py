@@ -1,6 +1,7 @@
 """``rig2sea blind``."""
 
 import json
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,9 @@ from pipeline.command_options import AS_JSON, OUT, RAW, NumberRange
 from pipeline.language import translate
 
 if TYPE_CHECKING:
+    from pipeline.blind.rates import Rate
     from pipeline.stages.blind_campaign import BlindResult
+    from pipeline.stages.measured_campaign import MeasuredRequest
 
 
 @click.command()
@@ -28,6 +31,13 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path, file_okay=False),
     metavar="DIR",
     help="Folder of the campaign: labels, verdicts, scores.  [default: processed/blind]",
+)
+@click.option(
+    "--measured",
+    "data",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    metavar="DATA",
+    help="Put effects into measured runs instead: DATA has a folder for each vehicle.",
 )
 @click.option(
     "--vehicle",
@@ -73,6 +83,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
     only: tuple[int, ...],
     seed: int,
     to: Path | None,
+    data: Path | None,
     vehicles: tuple[str, ...],
     resume: bool,
     processes: int,
@@ -87,7 +98,9 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
     r"""Check the diagnosis blindly: make cases, diagnose them, open the labels, score.
 
     The cases come from a simulator of their own that shares nothing with the one that the
-    diagnosis fits. A campaign can be stopped with Ctrl-C at any time and resumed.
+    diagnosis fits, or from runs that were measured (--measured): there the logged commands are
+    rewritten, so that they claim what a vehicle with an effect would have needed. A campaign can be
+    stopped with Ctrl-C at any time and resumed.
 
     \b
     Examples:
@@ -95,11 +108,29 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
       rig2sea blind --cases 848 --seed 1 --to blind-848 --page docs/blind_check.md
       rig2sea blind --cases 848 --seed 1 --to blind-848 --resume
       rig2sea blind --only 368 --seed 1 --to one-case --keep-logs
+      rig2sea blind --measured data --cases 120 --to measured --resume
     """
     from pipeline.stages.blind_campaign import BlindRequest, run_campaign
     from pipeline.stages.blind_case import BlindPlace
     from pipeline.stages.blind_subjects import USUAL
+    from pipeline.stages.measured_campaign import MeasuredRequest
 
+    if data is not None:
+        if vehicles or keep_logs:
+            raise click.UsageError(
+                "--vehicle and --keep-logs belong to generated cases, not to --measured."
+            )
+        measured = MeasuredRequest(
+            data,
+            to or out / "processed" / "blind_measured",
+            cases,
+            seed,
+            resume=resume,
+            processes=processes,
+            only=only,
+        )
+        _measured(measured, page, as_json=as_json)
+        return
     request = BlindRequest(
         cases,
         BlindPlace(
@@ -117,10 +148,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
         only=only,
     )
 
-    def said(done: int, wanted: int, line: str) -> None:
-        click.echo(f"[{done}/{wanted}] {translate(line)}", err=True)
-
-    result = run_campaign(request, said)
+    result = run_campaign(request, _said)
     if page is not None:
         from pipeline.stages.blind_page import write_page
 
@@ -135,9 +163,36 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
         raise click.exceptions.Exit(1)
 
 
-def _text(result: "BlindResult") -> str:
-    lines = [f"{result.done} of {result.wanted} cases done, {result.not_made} could not be flown"]
-    for one in result.score.goals:
+def _said(done: int, wanted: int, line: str) -> None:
+    click.echo(f"[{done}/{wanted}] {translate(line)}", err=True)
+
+
+def _measured(request: "MeasuredRequest", page: Path | None, *, as_json: bool) -> None:
+    """Run the campaign on measured runs."""
+    from pipeline.stages.measured_campaign import run_measured
+
+    result = run_measured(request, _said)
+    if page is not None:
+        from pipeline.stages.measured_page import write_page
+
+        write_page(result, request, page)
+    if as_json:
+        click.echo(json.dumps(result.to_json(), indent=1))
+    else:
+        lines = [
+            f"{result.done} of {result.wanted} cases done, {result.not_made} could not be made"
+        ]
+        lines += _rates(result.score.goals)
+        click.echo(translate("\n".join([*lines, str(result.to)])))
+        if page is not None:
+            click.echo(str(page))
+    if result.done < result.wanted:  # stopped: a script must not take it for a whole campaign
+        raise click.exceptions.Exit(1)
+
+
+def _rates(rates: "Iterable[Rate]") -> list[str]:
+    lines = []
+    for one in rates:
         if one.share is None or one.low is None or one.high is None:
             continue
         met = {None: "", True: ", met", False: ", NOT met"}[one.met]
@@ -146,6 +201,12 @@ def _text(result: "BlindResult") -> str:
             f"  {one.stratum}: {one.question}: {one.yes} of {one.cases} = {one.share:.1%} "
             f"[{one.low:.1%}, {one.high:.1%}]{goal}"
         )
+    return lines
+
+
+def _text(result: "BlindResult") -> str:
+    lines = [f"{result.done} of {result.wanted} cases done, {result.not_made} could not be flown"]
+    lines += _rates(result.score.goals)
     lines += [
         f"  {figure.question}; {figure.stratum}: median {figure.median:.3g}, "
         f"p90 {figure.p90:.3g} of {figure.cases}  (goal {figure.goal})"

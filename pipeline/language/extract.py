@@ -39,7 +39,8 @@ _SILENT = (
     "stages/bundled_runs.py",
     "stages/coverage_campaign.py",
     "stages/diagnosis_calibration.py",
-    "stages/measured_withheld",
+    "stages/measured_page.py",
+    "stages/measured_score.py",
     "workflow/engine.py",
 )
 #: Errors for programmers: they never reach a person as they are.

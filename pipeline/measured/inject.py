@@ -37,8 +37,8 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 #: Effects of the readings: nothing that is commanded explains them.
 READINGS = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
-#: Halvings of the range of codes: to a thousandth of a code where the range is 800.
-_HALVINGS = 20
+#: Halvings of the range of codes: to a hundredth of a code where the range is 800.
+_HALVINGS = 16
 #: Rows over which a jump through the dead zone is eased, and what is one: a share of full code.
 _EASED_ROWS, _JUMP = 3, 0.02
 #: How long a level is held of commands that are written for a thruster that stood still. [s]
@@ -186,15 +186,16 @@ def _pushed(
     packed: PackedVehicle, vector: FloatArray, codes: FloatArray, moved: MeasuredMotion
 ) -> tuple[FloatArray, FloatArray]:
     """Wrench (m, 6) and thrusts (m, n) of codes that act."""
-    return thruster_wrench(packed, codes, moved.nu - _water(vector, moved), vector=vector)
+    return thruster_wrench(packed, codes, _flow(vector, moved), vector=vector)
 
 
-def _water(vector: FloatArray, moved: MeasuredMotion) -> FloatArray:
-    """Velocity of the water in body axes (m, 6)."""
-    found = np.zeros((len(moved.state), 6))
-    turn = Rotation.from_quat(moved.state[:, [4, 5, 6, 3]])
-    found[:, :3] = turn.apply(read(vector, "current"), inverse=True)
-    return found
+def _flow(vector: FloatArray, moved: MeasuredMotion) -> FloatArray:
+    """Velocity relative to the water, body axes (m, 6)."""
+    flow = moved.nu.copy()
+    if read(vector, "current").any():
+        turn = Rotation.from_quat(moved.state[:, [4, 5, 6, 3]])
+        flow[:, :3] -= turn.apply(read(vector, "current"), inverse=True)
+    return flow
 
 
 def layout(packed: PackedVehicle, vector: FloatArray) -> FloatArray:
@@ -245,9 +246,10 @@ def _acting_for(  # noqa: PLR0917 - one caller
     """
     low = np.broadcast_to(packed.code_limits[:, 0], acting.shape).copy()
     high = np.broadcast_to(packed.code_limits[:, 1], acting.shape).copy()
+    flow = _flow(vector, moved)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        _, thrust = _pushed(packed, vector, middle, moved)
+        _, thrust = thruster_wrench(packed, middle, flow, vector=vector)
         less = thrust < asked
         low, high = np.where(less, middle, low), np.where(less, high, middle)
     # outside the dead zone on the side that is asked for

@@ -1,6 +1,7 @@
 """From commands to the codes that act, which lag them, and back."""
 
 import numpy as np
+from scipy.signal import lfilter
 
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.simulate.kernel_codes import codes_that_act
@@ -26,11 +27,14 @@ def lagged(
     """
     left = _left(packed, vector, period_s)
     aims = settled(vector, commands)
-    found, now = np.empty_like(aims), aims[0].copy()
-    half = np.sqrt(left)
-    for row, aim in enumerate(aims):
-        found[row] = aim + (now - aim) * half
-        now = aim + (now - aim) * left
+    found = np.empty_like(aims)
+    for column, kept in enumerate(left):
+        own = aims[:, column]
+        # where the code is at the start of each row, then half a row on
+        rest = np.array([kept * own[0]])
+        ends, _ = lfilter([1.0 - kept], [1.0, -kept], own, zi=rest)
+        begins = np.concatenate([own[:1], ends[:-1]])
+        found[:, column] = own + (begins - own) * np.sqrt(kept)
     return found
 
 

@@ -6,7 +6,7 @@ sealed labels and the verdicts lie beside them.
 
 import json
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,9 +14,9 @@ from typing import Any
 from pipeline.blind.score import CampaignScore, score_campaign
 from pipeline.blind.verdict_score import CaseScore
 from pipeline.effects.discovery import module_names
-from pipeline.errors import InputError, Place
-from pipeline.provenance import code_digest, write_atomically
+from pipeline.provenance import code_digest
 from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
+from pipeline.stages.campaign_folder import HEADER_FILE, claim_folder, read_header
 from pipeline.stages.many_cases import as_they_come
 from pipeline.stages.result_lines import appending, read_lines
 from pipeline.stages.stopping import stopped_by_sigterm
@@ -122,7 +122,7 @@ def summary(lines: list[dict[str, Any]], request: BlindRequest) -> BlindResult:
         len(numbers),
         sum("not_made" in line for line in asked),
         request.place.to,
-        str(_read_header(request.place.to / "campaign.json").get("code", "")),
+        str(read_header(request.place.to / HEADER_FILE, SCHEMA).get("code", "")),
     )
 
 
@@ -137,47 +137,7 @@ def _claim(request: BlindRequest, lines_file: Path) -> None:
         "run_s": place.run_s,
         "code": code_digest(*_MODULES, *module_names()),
     }
-    file = place.to / "campaign.json"
-    if lines_file.is_file() and not request.resume:
-        raise InputError.at(
-            Place(str(lines_file)),
-            "there is a campaign in this folder already.",
-            remedy="Give --resume to go on with it, or another folder with --to.",
-        )
-    if lines_file.is_file() and file.is_file():
-        before = _read_header(file)
-        differ = [key for key in header if before.get(key) != header[key]]
-        if differ:
-            raise InputError.at(
-                Place(str(file)),
-                f"the campaign in this folder has another {', '.join(differ)}.",
-                expected="the same seed, vehicles and program: its cases would not be alike.",
-                remedy="Begin a new campaign in another folder with --to.",
-            )
-    try:
-        write_atomically(file, json.dumps(header, indent=1))
-    except InputError as error:
-        # the folder of a campaign has an option of its own
-        remedy = error.problem.remedy.replace("--out", "--to")
-        raise InputError(replace(error.problem, remedy=remedy)) from None
-
-
-def _read_header(file: Path) -> dict[str, Any]:
-    fault = "is not the header of a campaign."
-    try:
-        header = json.loads(file.read_text(encoding="utf-8"))
-        if isinstance(header, dict):
-            return header
-    except OSError as error:
-        fault = f"cannot be read: {error.strerror}."
-    except (ValueError, RecursionError):
-        pass
-    raise InputError.at(
-        Place(str(file)),
-        fault,
-        expected=f'a JSON object with "schema": "{SCHEMA}".',
-        remedy="Put the file back that was there, or begin in another folder with --to.",
-    )
+    claim_folder(lines_file, header, resume=request.resume)
 
 
 def _line_text(line: dict[str, Any]) -> str:

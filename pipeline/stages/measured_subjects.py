@@ -5,7 +5,9 @@ Two public data sets are known by the names of their folders, and their vehicle 
 package: ``brov2_tank_mocap`` (tank) and ``exjobbrov_pool`` (pool).
 """
 
+import io
 import runpy
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,7 +92,9 @@ def _logs(folder: Path) -> list[Path]:
 def _converted(folder: Path, target: Path) -> list[Path]:
     """Make the logs of the tank runs, which are published as arrays."""
     if not _logs(target):
-        runpy.run_path(str(_with_package(_CONVERTER)))["main"]([str(folder), "--to", str(target)])
+        with redirect_stdout(io.StringIO()):  # what it says is for a person who converts
+            main = runpy.run_path(str(_with_package(_CONVERTER)))["main"]
+            main([str(folder), "--to", str(target)])
     logs = _logs(target)
     if not logs:
         raise InputError.at(

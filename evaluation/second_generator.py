@@ -1,0 +1,268 @@
+"""``python -m evaluation.second_generator``: the diagnosis on vehicles of another simulator.
+
+    python -m evaluation.second_generator --cases 60 --seed 1 --to DIR --resume
+
+One line a case in ``cases.jsonl``; a campaign that was stopped goes on with ``--resume``.
+"""
+
+import argparse
+import json
+import shutil
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from evaluation.cases import SecondCase, make_case
+from pipeline.blind.goals import at_least, at_most
+from pipeline.blind.label import CaseLabel, TrueEffect
+from pipeline.blind.rates import Rate, rate
+from pipeline.blind.score import confusion
+from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore, score_case
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.engine import diagnose
+from pipeline.effects.discovery import module_names
+from pipeline.errors import CannotComputeError, InputError
+from pipeline.provenance import code_digest, write_atomically
+from pipeline.report.figures.blind import confusion_picture, rates_picture
+from pipeline.stages.campaign_folder import claim_folder
+from pipeline.stages.measured_page import goal_table, picture_rows
+from pipeline.stages.page_block import write_block
+from pipeline.stages.result_lines import appending, read_lines
+from pipeline.stages.runs_to_identify import read_run
+from pipeline.stages.simulated_vehicle import load_simulated
+
+SCHEMA = "rig2sea/second_generator/1"
+BLOCK = "the second generator"
+Diagnose = Callable[[SecondCase], Mapping[str, Any]]
+
+
+def diagnose_files(case: SecondCase) -> Mapping[str, Any]:
+    """Read what was written and diagnose it, as the command does."""
+    one = load_simulated(str(case.folder), case.folder.parent, case.folder.parent)
+
+    def tables(names: Sequence[str]) -> tuple[Any, ...]:
+        return tuple(
+            read_run(case.folder / "pool" / f"{name}.mcap", one, case.folder.parent)[1]
+            for name in names
+        )
+
+    try:
+        record = diagnose(
+            Case(
+                one.name,
+                one.vehicle,
+                one.packed,
+                tables(case.runs),
+                tables(case.holdout),
+                tables(case.healthy),
+            ),
+            threads=1,
+        )
+    except CannotComputeError as error:
+        return {"refused": str(error)}
+    content: dict[str, Any] = record.model_dump(mode="json", exclude={"series"})
+    return content
+
+
+def run_case(
+    number: int, seed: int, to: Path, judged: Diagnose, *, keep: bool = False
+) -> dict[str, Any]:
+    """Make a case, have it diagnosed, and score the answer."""
+    case = make_case(number, seed, to)
+    began = time.perf_counter()
+    try:
+        content = judged(case)
+    except Exception as error:  # noqa: BLE001 - a fault of the program is no right answer, and told
+        content = {"refused": f"fault of the program: {type(error).__name__}: {error}"[:500]}
+    elapsed_s = time.perf_counter() - began
+    name = case.folder.name
+    write_atomically(to / "verdicts" / f"{name}.json", json.dumps(content))
+    if not keep:
+        shutil.rmtree(case.folder)
+    score = score_case(name, label_of(case, seed), content, elapsed_s=elapsed_s)
+    return {
+        "number": number,
+        "exact": case.exact,
+        "parameters": {} if case.fault is None else case.fault.parameters,
+        "thruster": None if case.fault is None else case.fault.thruster,
+        "held_out": list(case.holdout),
+        "score": score.model_dump(mode="json"),
+    }
+
+
+def label_of(case: SecondCase, seed: int) -> CaseLabel:
+    """Say what was done, as the labels of the generated blind check do."""
+    fault = case.fault
+    effects: tuple[TrueEffect, ...] = ()
+    if fault is not None:
+        effects = (
+            TrueEffect(
+                effect=fault.effect,
+                parameters=fault.parameters,
+                thruster=fault.thruster,
+                axes=fault.axes,
+            ),
+        )
+    return CaseLabel(
+        vehicle=case.craft.name,
+        kind=case.kind,
+        effects=effects,
+        trouble="snag" if case.kind == "outside" else None,
+        wanted_ratio=case.wanted,
+        gap_ratio=max(case.ratios.values(), default=1.0),
+        channel_ratios=case.ratios,
+        healthy_floor={},
+        manoeuvres="open loop",
+        healthy_runs=len(case.healthy),
+        seed=seed,
+    )
+
+
+def rates_of(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
+    """Count the answers against the goals, and by size and vehicle."""
+    single = [one for one in scores if one.kind == "single"]
+    clear = [one for one in single if one.gap_ratio >= 3.0]
+    small = [one for one in single if HARDLY_A_GAP <= one.gap_ratio < 3.0]
+    found = [
+        rate("right effect first", "single, gap >= 3", (o.first_right for o in clear), ">= 90 %",
+             at_least(0.90)),
+        rate("truth in the answer set", "single, gap >= 3", (o.in_set for o in clear), ">= 97 %",
+             at_least(0.97)),
+        rate("false alarm", "none", (o.false_alarm for o in scores), "<= 1 %", at_most(0.01)),
+        rate("surely wrong", "single", (o.confidently_wrong for o in single)),
+        rate("right effect first", f"single, gap {HARDLY_A_GAP:g}-3",
+             (o.first_right for o in small)),
+        rate("truth in the answer set", f"single, gap {HARDLY_A_GAP:g}-3",
+             (o.in_set for o in small)),
+        rate("right thruster or axis", "single, gap >= 3", (o.detail_right for o in clear)),
+        rate("unknown caught", "a line that catches", (o.unknown_right for o in scores)),
+        rate("95 % intervals cover the truth", "right answers",
+             (one.inside for o in scores for one in o.intervals)),
+    ]  # fmt: skip
+    for healthy, word in ((True, "with healthy runs"), (False, "without healthy runs")):
+        part = [one for one in clear if one.healthy == healthy]
+        found.append(rate("right effect first", f"gap >= 3, {word}", (o.first_right for o in part)))
+    for vehicle in sorted({one.vehicle for one in clear}):
+        part = [one for one in clear if one.vehicle == vehicle]
+        found.append(
+            rate("right effect first", f"gap >= 3, {vehicle}", (o.first_right for o in part))
+        )
+    return tuple(found)
+
+
+def write_page(lines: Sequence[Mapping[str, Any]], command: str, code: str, page: Path) -> None:
+    """Write tables and pictures of the campaign into its part of a page."""
+    scores = _scores(lines)
+    rates = rates_of(scores)
+    images = page.parent / "images"
+    images.mkdir(parents=True, exist_ok=True)
+    table = confusion(scores, lambda one: "+".join(one.verdict))
+    write_atomically(images / "second-rates.svg", rates_picture(picture_rows(rates)))
+    write_atomically(
+        images / "second-confusion.svg",
+        confusion_picture(table.truths, table.answers, table.counts),
+    )
+    rows = [_row(line, score) for line, score in zip(lines, scores, strict=True)]
+    text = [
+        f"{len(lines)} cases by the program with the digest {code}. Again with",
+        "",
+        f"    {command}",
+        "",
+        *goal_table(rates),
+        "![Rates with their bounds; orange: the goal is missed](images/second-rates.svg)",
+        "![Truth against answer](images/second-confusion.svg)",
+        "",
+        "| case | vehicle | as its file | truth | gap | healthy runs | answer | p | beside it |",
+        "|---|---|---|---|---|---|---|---|---|",
+        *rows,
+    ]
+    write_block(page, BLOCK, "A second generator", "\n".join(text))
+
+
+def _row(line: Mapping[str, Any], score: CaseScore) -> str:
+    truth = " + ".join(f"`{name}`" for name in score.truth)
+    truth += f" {line['thruster']}" if line["thruster"] else ""
+    told = "refused" if score.refused else " + ".join(f"`{name}`" for name in score.verdict)
+    return (
+        f"| {line['number']} | {score.vehicle} | {'yes' if line['exact'] else 'no'} | {truth} "
+        f"| {score.gap_ratio:.1f} | {'yes' if score.healthy else 'no'} | {told} "
+        f"| {score.probability:.2f} | {', '.join(f'`{name}`' for name in score.ambiguous_with)} |"
+    )
+
+
+def _scores(lines: Sequence[Mapping[str, Any]]) -> list[CaseScore]:
+    return [CaseScore.model_validate_json(json.dumps(line["score"])) for line in lines]
+
+
+def run_campaign(
+    numbers: Sequence[int],
+    seed: int,
+    to: Path,
+    judged: Diagnose = diagnose_files,
+    *,
+    resume: bool = False,
+    keep: bool = False,
+) -> list[dict[str, Any]]:
+    """Run the cases that are not done yet; returns the lines of all that are.
+
+    Raises
+    ------
+    InputError
+        When the folder holds a campaign and `resume` is not set, or another campaign.
+    """
+    file = to / "cases.jsonl"
+    claim_folder(file, {"schema": SCHEMA, "seed": seed, "code": digest()}, resume=resume)
+    done = {line["number"]: line for line in read_lines(file)}
+    with appending(file) as append:
+        for number in numbers:
+            if number in done:
+                continue
+            line = run_case(number, seed, to, judged, keep=keep)
+            append(line)
+            done[number] = line
+            score = line["score"]
+            print(
+                f"case {number}: {score['vehicle']}, {'+'.join(score['truth'])} at "
+                f"{score['gap_ratio']:.1f}: {'+'.join(score['verdict'])} "
+                f"{score['probability']:.2f}, {score['elapsed_s']:.0f} s",
+                flush=True,
+            )
+    return [done[number] for number in numbers if number in done]
+
+
+def digest() -> str:
+    """Digest of the program that makes the cases and diagnoses them."""
+    return code_digest("pipeline.diagnose.engine", *module_names())
+
+
+def main() -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--cases", type=int, default=24)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--to", type=Path, required=True)
+    parser.add_argument("--resume", action="store_true")
+    parser.add_argument("--keep-logs", action="store_true")
+    parser.add_argument("--page", type=Path, help="page with a place for the result")
+    asked = parser.parse_args()
+    try:
+        lines = run_campaign(
+            range(asked.cases), asked.seed, asked.to, resume=asked.resume, keep=asked.keep_logs
+        )
+        command = (
+            f"python -m evaluation.second_generator --cases {asked.cases} --seed {asked.seed} "
+            "--to DIR"
+        )
+        if asked.page is not None:
+            write_page(lines, command, digest(), asked.page)
+    except InputError as error:
+        raise SystemExit(str(error)) from None
+    for one in rates_of(_scores(lines)):
+        if one.share is not None:
+            goal = f"  (goal {one.goal})" if one.goal else ""
+            print(f"{one.stratum}: {one.question}: {one.yes} of {one.cases}{goal}")
+
+
+if __name__ == "__main__":
+    main()
