@@ -101,8 +101,11 @@ def test_thrust_is_the_reference_but_for_rounding(
     wanted = reference_thrust(characteristic, code, np.array(speed / ONE))
     assert (np.diff(got) >= 0).all()
     assert np.abs(got / ONE - wanted).max() <= tolerances(characteristic).thrust_fixed_n
-    assert (got <= fixed_point.thrust_limit(tables, speed, sign=1)).all()
-    assert (got >= fixed_point.thrust_limit(tables, speed, sign=-1)).all()
+    # against the motion the limits promise less than the row at rest gives
+    if speed >= 0:
+        assert (got <= fixed_point.thrust_limit(tables, speed, sign=1)).all()
+    if speed <= 0:
+        assert (got >= fixed_point.thrust_limit(tables, speed, sign=-1)).all()
 
 
 @firmware_cases.unhurried
