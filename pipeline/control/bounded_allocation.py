@@ -90,14 +90,69 @@ def allocation_of(position_m: FloatArray, direction: FloatArray) -> Allocation:
     )
 
 
+class Arithmetic:
+    """Floating point; the firmware's fixed point has the same operations (`allocator_model`).
+
+    Numbers of a demand, a limit or a thrust are *large*, entries of the matrices *small*; `bits`
+    are those of a small number's fixed-point format, of no meaning here.
+    """
+
+    zero: Any
+    one: Any
+    epsilon: Any
+    half_epsilon: Any
+
+    def __init__(self, dtype: type[np.floating[Any]] = np.float64) -> None:
+        self.dtype: type[Any] = dtype
+        self.zero, self.one = dtype(0), dtype(1)
+        self.epsilon, self.half_epsilon = dtype(EPSILON), dtype(EPSILON / 2)
+
+    def small(self, values: object, bits: int) -> Floats:  # noqa: ARG002 (a format has bits)
+        """Constants of a matrix."""
+        return np.asarray(values, self.dtype)
+
+    def large(self, values: object) -> Floats:
+        """Constants in newtons or newton metres."""
+        return np.asarray(values, self.dtype)
+
+    def times(self, large: Floats, small: Floats, bits: int) -> Floats:  # noqa: ARG002
+        """Product."""
+        return np.asarray(large * small)
+
+    def square(self, x: Floats, y: Floats) -> Floats:
+        """Product of two entries of the scaled matrix."""
+        return np.asarray(x * y)
+
+    def share(self, room: Floats, size: Floats) -> Floats:
+        """Room over a size that is larger."""
+        return np.asarray(room / size)
+
+    def factor(self, x: Floats, pivot: Floats) -> Floats:
+        """Entry of L."""
+        return np.asarray(x / pivot)
+
+    def solved(self, y: Floats, pivot: Floats) -> Floats:
+        """Solution before the back substitution."""
+        return np.asarray(y / pivot)
+
+    @property
+    def solution_bits(self) -> int:
+        """Format of the product of the solution and an entry."""
+        return 0
+
+    def released(self, pull: Floats, release: Floats) -> Floats:
+        """Step of a thruster let go by itself."""
+        return np.asarray(pull * release)
+
+
 def bounded_thrusts(
     allocation: Allocation,
     wrench: Floats,
-    low_n: Floats,
-    high_n: Floats,
+    low: Floats,
+    high: Floats,
     *,
     largest_n: float,
-    dtype: type[np.floating[Any]] = np.float64,
+    arithmetic: Arithmetic | None = None,
 ) -> tuple[Floats, BoolArray]:
     """Thrusts (m, n) for wrenches (m, 6) within limits (m, n), and where a limit cut (m,).
 
@@ -107,20 +162,21 @@ def bounded_thrusts(
         Of the arrangement.
     wrench : ndarray, shape (m, 6)
         SNAME. [N], [N m]
-    low_n, high_n : ndarray, shape (m, n)
+    low, high : ndarray, shape (m, n)
         Limits, low <= 0 <= high. [N]
     largest_n : float
         Largest limit of all: the unit of what is large and small. [N]
-    dtype : type
-        Arithmetic; single precision does what the C code does.
+    arithmetic : Arithmetic, optional
+        Double precision unless the firmware's is wanted.
     """
-    a, inverse = allocation.scaled.astype(dtype), allocation.inverse.astype(dtype)
-    scale, release = allocation.scale.astype(dtype), allocation.release.astype(dtype)
-    smallest = dtype(SMALLEST_STEP * largest_n)
-    low, high = low_n.astype(dtype), high_n.astype(dtype)
-    tau = limited_demand(allocation, wrench, largest_n, dtype)
-    target = tau * scale
-    thrust = np.stack([_dot(inverse[i], tau) for i in range(allocation.count)], axis=1)
+    do = Arithmetic() if arithmetic is None else arithmetic
+    a, count = do.small(allocation.scaled, 30), allocation.count
+    inverse, scale = do.small(allocation.inverse, 24), do.small(allocation.scale, 24)
+    release, smallest = do.small(allocation.release, 8), do.large(SMALLEST_STEP * largest_n)
+    most = do.large(largest_demand(allocation, largest_n))
+    tau = np.clip(wrench, -most, most)
+    target = do.times(tau, scale, 24)
+    thrust = np.stack([_dot(do, tau, inverse[i], 24) for i in range(count)], axis=1)
     held = (thrust < low) | (thrust > high)
     cut: BoolArray = held.any(axis=1)
     work = np.flatnonzero(cut)
@@ -129,90 +185,88 @@ def bounded_thrusts(
         if not work.size:
             break
         t, lo, hi, fixed = thrust[work], low[work], high[work], held[work]
-        step = _step(a, _left(a, target[work], t), fixed)
-        room = np.where(step > 0, hi - t, lo - t)
-        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            shares = np.where(~fixed & (np.abs(step) > np.abs(room)), room / step, dtype(1))
+        step = _step(do, a, _left(do, a, target[work], t), fixed)
+        size, room = np.abs(step), np.where(step > 0, hi - t, t - lo)
+        blocked = ~fixed & (size > room)
+        shares = np.where(blocked, do.share(room, np.where(blocked, size, do.one)), do.one)
         rows, first = np.arange(work.size), np.argmin(shares, axis=1)
         share = shares[rows, first]
-        stopped = (~fixed & (np.abs(step) > np.abs(room)))[rows, first] & (share < 1)
-        moved = np.clip(t + share[:, None] * step, lo, hi)
+        stopped = share < do.one
+        moved = np.clip(t + do.times(step, share[:, None], 30), lo, hi)
         moved[rows[stopped], first[stopped]] = np.where(
             step[rows, first] > 0, hi[rows, first], lo[rows, first]
         )[stopped]
         fixed[rows[stopped], first[stopped]] = True
-        left = _left(a, target[work], moved)
-        pull = np.stack([_dot(a[:, i], left) for i in range(allocation.count)], axis=1) * release
-        inward = np.where(moved >= hi, -pull, pull)
-        inside = np.where(moved >= hi, moved - lo, hi - moved) > smallest
-        inward = np.where(fixed & inside, inward, dtype(0))
+        left = _left(do, a, target[work], moved)
+        pull = np.stack([_dot(do, left, a[:, i], 30) for i in range(count)], axis=1)
+        pull = do.released(pull, release)
+        at_high = moved >= hi
+        inside = np.where(at_high, moved - lo, hi - moved) > smallest
+        inward = np.where(fixed & inside, np.where(at_high, -pull, pull), do.zero)
         best = np.argmax(inward, axis=1)
         freed = ~stopped & (inward[rows, best] > smallest)
         fixed[rows[freed], best[freed]] = False
         thrust[work], held[work] = moved, fixed
-        still = np.abs(step).max(axis=1) <= smallest
+        still = size.max(axis=1) <= smallest
         work = work[stopped | freed | ~still]
     return thrust, cut
 
 
-def limited_demand(
-    allocation: Allocation, wrench: Floats, largest_n: float, dtype: type[np.floating[Any]]
-) -> Floats:
-    """Demands held to what an axis could use; nothing of an axis out of reach."""
-    with np.errstate(divide="ignore"):
-        most = np.where(
-            allocation.scale > 0, LARGEST_DEMAND * largest_n / allocation.scale, 0.0
-        ).astype(dtype)
-    return np.clip(wrench.astype(dtype), -most, most)
+def largest_demand(allocation: Allocation, largest_n: float) -> FloatArray:
+    """Most that a demand counts as on each axis (6,), 0 on one out of reach. [N], [N m]."""
+    scale = allocation.scale
+    return np.divide(LARGEST_DEMAND * largest_n, scale, out=np.zeros(6), where=scale > 0)
 
 
-def _dot(row: Floats, columns: Floats) -> Floats:
-    """Sum of products in order, as C does it: row (k,) with columns (m, k)."""
-    total = row[0] * columns[:, 0]
-    for k in range(1, row.size):
-        total = total + row[k] * columns[:, k]
-    return np.asarray(total)
+def _dot(do: Arithmetic, large: Floats, small: Floats, bits: int) -> Floats:
+    """Sum of products in order, as C does it: columns (m, k) with a row (k,)."""
+    total = do.times(large[:, 0], small[0], bits)
+    for k in range(1, small.size):
+        total = total + do.times(large[:, k], small[k], bits)
+    return total
 
 
-def _left(a: Floats, target: Floats, thrust: Floats) -> Floats:
-    """What is left of the demand, (m, 6)."""
+def _left(do: Arithmetic, a: Floats, target: Floats, thrust: Floats) -> Floats:
+    """Take what the thrusts give off the demand, (m, 6)."""
     left = target.copy()
     for i in range(a.shape[1]):
-        left = left - a[:, i] * thrust[:, i : i + 1]
+        left = left - do.times(thrust[:, i : i + 1], a[:, i], 30)
     return left
 
 
-def _step(a: Floats, left: Floats, held: BoolArray) -> Floats:
-    """Solve for the step (m, n) of the free thrusters by L D L^T of six equations."""
-    one = a.dtype.type
+def _step(do: Arithmetic, a: Floats, left: Floats, held: BoolArray) -> Floats:
+    """Step (m, n) of the free thrusters."""
     m, n = held.shape
-    gram = [[np.full(m, one(EPSILON if i == j else 0)) for j in range(i + 1)] for i in range(6)]
+    gram = [[np.full(m, do.epsilon if i == j else do.zero) for j in range(i + 1)] for i in range(6)]
     for k in range(n):
-        free = np.where(held[:, k], one(0), one(1))
         for i in range(6):
             for j in range(i + 1):
-                gram[i][j] = gram[i][j] + free * (a[i, k] * a[j, k])
-    lower = [[np.zeros(m, a.dtype)] * 6 for _ in range(6)]
-    pivot: list[Floats] = []
+                added = do.square(a[i, k], a[j, k])
+                gram[i][j] = gram[i][j] + np.where(held[:, k], do.zero, added)
+    found = _solve(do, gram, left)
+    bits = do.solution_bits
+    return np.stack(
+        [np.where(held[:, i], do.zero, _dot(do, found, a[:, i], bits)) for i in range(n)], axis=1
+    )
+
+
+def _solve(do: Arithmetic, gram: list[list[Floats]], left: Floats) -> Floats:
+    """Solve six symmetric equations (lower triangle of `gram`) by L D L^T, (m, 6)."""
+    lower: list[list[Floats]] = [[do.zero] * 6 for _ in range(6)]
     for j in range(6):
-        column = {}
         for i in range(j, 6):
-            value = gram[i][j]
             for k in range(j):
-                value = value - (lower[i][k] * pivot[k]) * lower[j][k]
-            column[i] = value
-        pivot.append(np.maximum(column[j], one(EPSILON / 2)))
+                product = do.times(do.times(gram[k][k], lower[i][k], 24), lower[j][k], 24)
+                gram[i][j] = gram[i][j] - product
+        gram[j][j] = np.maximum(gram[j][j], do.half_epsilon)
         for i in range(j + 1, 6):
-            lower[i][j] = column[i] / pivot[j]
-    y: list[Floats] = []
+            lower[i][j] = do.factor(gram[i][j], gram[j][j])
+    x = [left[:, i] for i in range(6)]
     for i in range(6):
-        value = left[:, i]
         for k in range(i):
-            value = value - lower[i][k] * y[k]
-        y.append(value)
-    solved = [y[i] / pivot[i] for i in range(6)]
+            x[i] = x[i] - do.times(x[k], lower[i][k], 24)
+    x = [do.solved(x[i], gram[i][i]) for i in range(6)]
     for i in range(5, -1, -1):
         for k in range(i + 1, 6):
-            solved[i] = solved[i] - lower[k][i] * solved[k]
-    found = np.stack(solved, axis=1)
-    return np.stack([np.where(held[:, i], one(0), _dot(a[:, i], found)) for i in range(n)], axis=1)
+            x[i] = x[i] - do.times(x[k], lower[k][i], 24)
+    return np.stack(x, axis=1)

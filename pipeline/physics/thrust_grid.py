@@ -143,7 +143,7 @@ def thrust_limits(
     +-T_max(V) as the paper takes it: against the motion no more is promised than along it. In
     reverse the thrust at `code_min`.
     """
-    speed = np.atleast_1d(np.asarray(speed_mps, float))
+    speed = np.asarray(speed_mps, float).ravel()
     zero, size = np.zeros_like(speed), np.abs(speed)
     forward, at_rest = positive.at_speed(size)[0], positive.at_speed(zero)[0]
     forward = np.where(speed < 0, np.minimum(forward, at_rest), forward)

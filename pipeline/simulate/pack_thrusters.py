@@ -38,7 +38,7 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
         )
     }
     rows["code_max"][:], rows["code_min"][:] = 1.0, -1.0
-    rows["thrust_gain"][:] = 1.0
+    rows["thrust_gain"][:], rows["reverse_gain"] = 1.0, np.ones(MOST_THRUSTERS)
     model = model_of(vehicle)
     falls = model.terms.thrust_falls_with_speed
     position, direction = np.zeros((MOST_THRUSTERS, 3)), np.zeros((MOST_THRUSTERS, 3))
@@ -53,9 +53,11 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
         rows["lag"][i] = drive.lag_s
         rows["rotor_inertia"][i] = _inertia(drive)
         rows["inflow_fraction"][i] = 1.0 - model.wake_fraction.of(thruster.name) if falls else 0.0
-        rows["thrust_gain"][i] = 1.0 - model.thrust_deduction.of(thruster.name)
+        deduction = model.thrust_deduction.of(thruster.name)
+        rows["thrust_gain"][i] = thruster.gain_ahead * (1.0 - deduction)
         rows["code_max"][i] = vehicle.drives[thruster.drive].code_max
         rows["code_min"][i] = vehicle.drives[thruster.drive].code_min
+        rows["reverse_gain"][i] = thruster.gain_reverse / thruster.gain_ahead
         position[i] = thruster.position_m
         direction[i] = np.array(thruster.direction) / np.linalg.norm(thruster.direction)
     write(vector, "thruster_count", float(len(vehicle.thrusters)))

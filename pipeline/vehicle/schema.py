@@ -61,6 +61,9 @@ class Thruster(Section):
     drive: Name
     position_m: Vector3
     direction: Vector3
+    gain_ahead: Annotated[float, Field(ge=0.05, le=20)] = 1.0
+    """Thrust of this one over that of the characteristic, at positive codes."""
+    gain_reverse: Annotated[float, Field(ge=0.05, le=20)] = 1.0
 
     @model_validator(mode="after")
     def _direction_is_a_unit_vector(self) -> Self:
