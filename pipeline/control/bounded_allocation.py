@@ -23,7 +23,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from pipeline.types import BoolArray, FloatArray
 
@@ -38,7 +37,8 @@ _NO_REACH = 1e-6
 #: Singular values below this share of the largest are none.
 _RANK = 1e-6
 
-Floats = npt.NDArray[Any]
+#: Arrays of one of the arithmetics: floats of either precision, or integers.
+Floats = Any
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Allocation:
     @property
     def count(self) -> int:
         """How many thrusters."""
-        return self.matrix.shape[1]
+        return int(self.matrix.shape[1])
 
     def weighted_error(self, thrust_n: FloatArray, wrench: FloatArray) -> FloatArray:
         """Root of the sum of squared errors (m,) as scaled, of thrusts (m, n)."""
@@ -177,7 +177,7 @@ def bounded_thrusts(
     tau = np.clip(wrench, -most, most)
     target = do.times(tau, scale, 24)
     thrust = np.stack([_dot(do, tau, inverse[i], 24) for i in range(count)], axis=1)
-    held = (thrust < low) | (thrust > high)
+    held: BoolArray = np.asarray((thrust < low) | (thrust > high), bool)
     cut: BoolArray = held.any(axis=1)
     work = np.flatnonzero(cut)
     thrust = np.where(cut[:, None], np.clip(thrust, low, high), thrust)

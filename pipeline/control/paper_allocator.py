@@ -33,8 +33,9 @@ class PaperAllocator:
     and the autopilot stops its integrals while a demand is cut.
 
     With `direction` (n, 3) every thruster is taken at the inflow along it (its length less than 1
-    in the wake), as the exported allocator does; without, the stern ones at V_x as in the paper and the bow one at rest. `gain`
-    (n, 2) is the thrust of each over that of the inverse, ahead and in reverse.
+    in the wake), as the exported allocator does; without, the stern ones at V_x as in the paper and
+    the bow one at rest. `gain` (n, 2) is the thrust of each over that of the inverse, ahead and in
+    reverse.
     """
 
     allocator: Allocator
@@ -87,6 +88,16 @@ class PaperAllocator:
             cut = cut or not low[bow] <= up <= high[bow]
         code = self.inverse.code(thrust / np.where(thrust < 0.0, gain[:, 1], gain[:, 0]), along)
         return rounded(code) if self.round_codes else code, thrust, cut
+
+
+def inflow_of_velocity(vehicle: Vehicle) -> FloatArray:
+    """(n, 3): what makes the inflow speed of each thruster of u, v, w, wake fraction included."""
+    direction = np.array([one.direction for one in vehicle.thrusters], float)
+    unit = direction / np.linalg.norm(direction, axis=1)[:, None]
+    if vehicle.model is None:
+        return np.asarray(unit)
+    wake = [vehicle.model.wake_fraction.of(one.name) for one in vehicle.thrusters]
+    return np.asarray((1.0 - np.array(wake))[:, None] * unit)
 
 
 def rest_inverse(record: InverseCharacteristic, vehicle: Vehicle) -> Inverse:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.control.bounded_allocation import Allocation, allocation_of
+from pipeline.control.paper_allocator import inflow_of_velocity
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import FirmwareCharacteristic
 from pipeline.types import FloatArray
@@ -23,8 +24,9 @@ class AllocatorLayout:
 
     `direction` (n, 3) unit vectors; `flow` (n, 3) what makes the inflow speed of each of the
     velocity, the direction less its wake fraction; `gain` (n, 2) thrust of each over that of the
-    tables, ahead and in reverse, thrust deduction included; `largest_n` the unit of the bounded allocation, a power of two [N]; `stern` (4,) and
-    `bow` indices into the thrusters, where eq. (6) divides the demand.
+    tables, ahead and in reverse, thrust deduction included; `largest_n` the unit of the bounded
+    allocation, a power of two [N]; `stern` (4,) and `bow` indices into the thrusters, where eq. (6)
+    divides the demand.
     """
 
     names: tuple[str, ...]
@@ -79,9 +81,7 @@ def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -
     direction = np.array([one.direction for one in vehicle.thrusters], float)
     direction /= np.linalg.norm(direction, axis=1)[:, None]
     gain = np.array([(one.gain_ahead, one.gain_reverse) for one in vehicle.thrusters], float)
-    wake = np.zeros(len(names))
     if vehicle.model is not None:
-        wake = np.array([vehicle.model.wake_fraction.of(name) for name in names])
         deduction = np.array([vehicle.model.thrust_deduction.of(name) for name in names])
         gain *= 1.0 - deduction[:, None]
     allocation = allocation_of(position, np.where(np.abs(direction) < _ZERO, 0.0, direction))
@@ -102,7 +102,7 @@ def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -
         names=names,
         position_m=position,
         direction=direction,
-        flow=(1.0 - wake)[:, None] * direction,
+        flow=inflow_of_velocity(vehicle),
         gain=gain,
         allocation=allocation,
         largest_n=2.0 ** max(int(np.ceil(np.log2(strongest))), 0),

@@ -3,10 +3,7 @@
 Both take many calls at once and do for each what the C code does, in the same order.
 """
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 
 from pipeline.control.bounded_allocation import EPSILON, Arithmetic, Floats, bounded_thrusts
 from pipeline.export import fixed_point, single_precision
@@ -38,7 +35,8 @@ class FixedArithmetic(Arithmetic):
 
     def small(self, values: object, bits: int) -> IntArray:
         """Constants of a matrix, rounded."""
-        return np.rint(np.asarray(values, float) * (1 << bits)).astype(np.int64)
+        rounded: IntArray = np.rint(np.asarray(values, float) * (1 << bits)).astype(np.int64)
+        return rounded
 
     def large(self, values: object) -> IntArray:
         """Constants in newtons or newton metres, Q16.16 within an int32_t."""
@@ -75,12 +73,12 @@ class FixedArithmetic(Arithmetic):
         return _over(pull * release, 8)
 
 
-def _over(x: npt.NDArray[Any], bits: int) -> IntArray:
+def _over(x: Floats, bits: int) -> IntArray:
     """X / 2^bits towards zero, as C divides."""
     return np.asarray((x + ((x >> 63) & ((1 << bits) - 1))) >> bits)
 
 
-def _divided(x: npt.NDArray[Any], y: npt.NDArray[Any]) -> IntArray:
+def _divided(x: Floats, y: Floats) -> IntArray:
     return np.asarray(np.sign(x) * (np.abs(x) // y))
 
 
@@ -131,7 +129,8 @@ def allocate_fixed(
 
 def _told(flags: IntArray) -> IntArray:
     """Collect what holds for any thruster; whether a limit cut, the division tells."""
-    return np.bitwise_or.reduce(flags & ~FLAG["SATURATED"], axis=1)
+    told: IntArray = np.bitwise_or.reduce(flags & ~FLAG["SATURATED"], axis=1)
+    return told
 
 
 def _along(do: Arithmetic, layout: AllocatorLayout, velocity: Floats) -> Floats:

@@ -115,8 +115,9 @@ def test_extremes_of_the_arguments_give_the_limits(
 ) -> None:
     tables = fixed_point.fixed_tables(characteristic)
     for sign, end in ((1, 2**15 - 1), (-1, -(2**15))):
-        limit = fixed_point.thrust_limit(tables, speed, sign=sign)
-        assert fixed_point.thrust_from_code(tables, end, speed) == limit
+        along = sign * abs(speed)
+        limit = fixed_point.thrust_limit(tables, along, sign=sign)
+        assert fixed_point.thrust_from_code(tables, end, along) == limit
         far = fixed_point.code_from_thrust(tables, end * ONE, speed)
         assert far == fixed_point.code_from_thrust(tables, sign * (2**31 - 1), speed)
 
