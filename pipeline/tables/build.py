@@ -12,6 +12,7 @@ from pipeline.records.fits import (
     StaticCharacteristic,
     StaticRow,
 )
+from pipeline.records.intervals import largest_thrust_interval
 from pipeline.vehicle.schema import Vehicle
 
 Json = dict[str, Any]
@@ -92,18 +93,6 @@ def _table1(propeller: PropellerFit | None) -> Json | None:
     }
 
 
-def _largest_interval(row: StaticRow, inverse: InverseCharacteristic | None) -> list[float]:
-    """95 % interval of T_max: the bench's, widened by what the mooring test differs by."""
-    low, high = row.thrust_max_ci95
-    half = (high - low) / 2.0
-    if inverse is not None and inverse.family is not None:
-        for side in (inverse.family.positive, inverse.family.negative):
-            for speed_mps, widths in zip(side.speed_mps, side.half95_n, strict=True):
-                if abs(speed_mps - row.speed_mps) < 1e-9:
-                    half = max(half, widths[-1])
-    return [row.thrust_max_n - half, row.thrust_max_n + half]
-
-
 def _table2(rows: tuple[StaticRow, ...], inverse: InverseCharacteristic | None) -> Json:
     names = ("KF0", "KF1", "KF2")
     return {
@@ -113,7 +102,7 @@ def _table2(rows: tuple[StaticRow, ...], inverse: InverseCharacteristic | None) 
         "T_max_n": [row.thrust_max_n for row in rows],
         "ci95": {
             **{name: [list(row.fit.ci95[i]) for row in rows] for i, name in enumerate(names)},
-            "T_max_n": [_largest_interval(row, inverse) for row in rows],
+            "T_max_n": [list(largest_thrust_interval(row, inverse)) for row in rows],
         },
     }
 
@@ -142,7 +131,9 @@ def _table4(inverse: InverseCharacteristic, static: StaticCharacteristic | None)
     names = ("KN0", "KN1", "KN2", "KN3")
     # T_max of Table 4 is that of Table 2, and so is what is known of it
     largest = (
-        {row.speed_mps: _largest_interval(row, inverse) for row in static.table2} if static else {}
+        {row.speed_mps: list(largest_thrust_interval(row, inverse)) for row in static.table2}
+        if static
+        else {}
     )
     return {
         "speed_mps": [row.speed_mps for row in rows],
