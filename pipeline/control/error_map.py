@@ -80,7 +80,7 @@ def allocation_map(
         Tables 3 and 4 and the firmware form. Without Table 3 the mooring variant uses the row at
         rest of the firmware grid.
     static : StaticCharacteristic
-        The real thruster.
+        The real thruster, where `inverse` has no family in which measurements have a part.
     compensated_by : {"firmware", "cubic"}
         N(T, V) by the monotone grid, or by eq. (8).
     round_codes : bool
@@ -105,7 +105,11 @@ def allocation_map(
         )
     allocator, dead = vehicle.allocator, vehicle.tables.thrust_dead_n
     codes = {"code_min": vehicle.drive.code_min, "code_max": vehicle.drive.code_max}
-    thruster = RealThruster.from_record(static)
+    thruster = (
+        RealThruster.from_record(static)
+        if inverse.family is None
+        else RealThruster.from_family(inverse.family)
+    )
     compensated: Inverse = (
         firmware_grid(inverse)
         if compensated_by == "firmware"

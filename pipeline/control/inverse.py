@@ -12,7 +12,7 @@ import numpy as np
 
 from pipeline.control.allocation import ThrustLimits
 from pipeline.errors import CannotComputeError
-from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust, thrust_from_code
+from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust, thrust_limits
 from pipeline.records.fits import FirmwareBranch, InverseCharacteristic, PolynomialFit
 from pipeline.types import ArrayLike, FloatArray
 
@@ -63,15 +63,6 @@ def _reverse_within_codes(
     reverse = np.linspace(0.0, largest_n, _THRUSTS)
     reverse = reverse[code(-reverse) > smallest]
     return float(reverse[-1]) if reverse.size else 0.0
-
-
-def _limits_under_way(rest: ThrustLimits, along: ThrustLimits, speed_mps: float) -> ThrustLimits:
-    """+-T_max(V) as the paper takes it: against the motion no more is promised than along it."""
-    if speed_mps > 0.0:
-        return ThrustLimits(along.forward_n, min(rest.reverse_n, along.forward_n))
-    if speed_mps < 0.0:
-        return ThrustLimits(min(rest.forward_n, along.reverse_n), along.reverse_n)
-    return rest
 
 
 @dataclass(frozen=True)
@@ -190,20 +181,13 @@ class FirmwareGrid:
 
     def limits(self, speed_mps: float) -> ThrustLimits:
         """+-T_max(V), linear between the grid's speeds; in reverse T at `code_min`. [N]."""
-        speed = 0.0 if self.at_rest else speed_mps
-        rest, along = (self._limits_along(v) for v in (0.0, abs(speed)))
-        return _limits_under_way(rest, along, speed)
-
-    def _limits_along(self, speed_mps: float) -> ThrustLimits:
-        """Limits of either sign at a speed along its own thrust."""
-        forward = float(self.positive.at_speed(np.array([speed_mps]))[0][0])
-        reverse = thrust_from_code(
-            _smallest(self.code_min, self.code_max),
-            -speed_mps,
+        forward, reverse = thrust_limits(
+            0.0 if self.at_rest else speed_mps,
             positive=self.positive,
             negative=self.negative,
+            code_min=_smallest(self.code_min, self.code_max),
         )
-        return ThrustLimits(forward, -float(reverse))
+        return ThrustLimits(float(forward), -float(reverse) + 0.0)
 
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
         """N(T, V) of the grid."""
@@ -225,6 +209,7 @@ def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:
         thrust_max_n=np.array(branch.thrust_max_n),
         fraction=np.array(branch.fraction),
         code=np.array(branch.code),
+        drag_n=np.array(branch.drag_n),
     )
 
 

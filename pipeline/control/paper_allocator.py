@@ -4,9 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.control.allocate import allocate
-from pipeline.control.allocation import Demand, demanded_channels, within_reach
-from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic
+from pipeline.control.allocation import (
+    Demand,
+    ThrustLimits,
+    demanded_channels,
+    limited_channels,
+    within_reach,
+)
+from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic, rounded
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Allocator, Vehicle
@@ -26,50 +31,73 @@ class PaperAllocator:
     arm is taken to make no moment, as in eq. (5) here. Sway and roll are out of reach, and without
     a bow thruster heave as well. They are left out and not said to be cut: they always would be,
     and the autopilot stops its integrals while a demand is cut.
+
+    With `direction` (n, 3) every thruster is taken at the inflow along it (its length less than 1
+    in the wake), as the exported allocator does; without, the stern ones at V_x as in the paper and
+    the bow one at rest. `gain` (n, 2) is the thrust of each over that of the inverse, ahead and in
+    reverse.
     """
 
     allocator: Allocator
     inverse: Inverse
     thruster_names: tuple[str, ...]
     round_codes: bool = True
+    direction: FloatArray | None = None
+    gain: FloatArray | None = None
 
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
         """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether a limit cut it."""
         codes, _, cut = self.decide(demand, nu_relative)
         return codes, cut
 
+    def along(self, nu_relative: FloatArray) -> FloatArray:
+        """Speed at which each thruster is taken, (n,). [m/s]."""
+        if self.direction is not None:
+            return np.asarray(self.direction @ nu_relative[:3])
+        a = self.allocator
+        stern = [name in {a.upper, a.lower, a.left, a.right} for name in self.thruster_names]
+        return np.where(stern, float(nu_relative[0]), 0.0)
+
     def decide(
         self, demand: FloatArray, nu_relative: FloatArray
     ) -> tuple[FloatArray, FloatArray, bool]:
         """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut."""
-        allocator, speed = self.allocator, float(nu_relative[0])
+        a, names = self.allocator, self.thruster_names
+        along, gain = self.along(nu_relative), self.gain
+        if gain is None:
+            gain = np.ones((len(names), 2))
+        found = [self.inverse.limits(float(speed)) for speed in along]
+        low = -np.array([one.reverse_n for one in found]) * gain[:, 1]
+        high = np.array([one.forward_n for one in found]) * gain[:, 0]
         heave, pitch, up = 0.0, float(demand[4]), 0.0
-        if allocator.bow is not None:
-            arms = (allocator.bow_arm_m or 0.0) + allocator.stern_arm_m
-            up = (pitch - allocator.stern_arm_m * float(demand[2])) / arms
+        if a.bow is not None:
+            arms = (a.bow_arm_m or 0.0) + a.stern_arm_m
+            up = (pitch - a.stern_arm_m * float(demand[2])) / arms
             stern_up = -float(demand[2]) - up
-            heave, pitch = -up, -stern_up * allocator.stern_arm_m
+            heave, pitch = -up, -stern_up * a.stern_arm_m
         wanted = Demand(float(demand[0]), pitch, float(demand[5]), heave)
-        given = allocate(
-            wanted, speed, allocator=allocator, inverse=self.inverse, round_codes=self.round_codes
-        )
-        reached = within_reach(
-            demanded_channels(wanted, allocator), self.inverse.limits(speed), allocator
-        )
-        rest = self.inverse.limits(0.0)
-        cut = not bool(reached) or not -rest.reverse_n <= up <= rest.forward_n
-        roles = (allocator.upper, allocator.lower, allocator.left, allocator.right)
-        code = dict(zip(roles, given.stern_code.tolist(), strict=True))
-        thrust = dict(zip(roles, given.stern_thrust_n.tolist(), strict=True))
-        if allocator.bow is not None:
-            code[allocator.bow] = float(given.bow_code)
-            thrust[allocator.bow] = float(given.bow_thrust_n)
-        names = self.thruster_names
-        return (
-            np.array([code.get(name, 0.0) for name in names]),
-            np.array([thrust.get(name, 0.0) for name in names]),
-            cut,
-        )
+        stern = [names.index(role) for role in (a.upper, a.lower, a.left, a.right)]
+        limits = ThrustLimits(float(high[stern].min()), float(-low[stern].max()))
+        channels = demanded_channels(wanted, a)
+        thrust = np.zeros(len(names))
+        thrust[stern] = limited_channels(channels, limits, a).stern_thrust_n()
+        cut = not bool(within_reach(channels, limits, a))
+        if a.bow is not None:
+            bow = names.index(a.bow)
+            thrust[bow] = np.clip(up, low[bow], high[bow])
+            cut = cut or not low[bow] <= up <= high[bow]
+        code = self.inverse.code(thrust / np.where(thrust < 0.0, gain[:, 1], gain[:, 0]), along)
+        return rounded(code) if self.round_codes else code, thrust, cut
+
+
+def inflow_of_velocity(vehicle: Vehicle) -> FloatArray:
+    """(n, 3): what makes the inflow speed of each thruster of u, v, w, wake fraction included."""
+    direction = np.array([one.direction for one in vehicle.thrusters], float)
+    unit = direction / np.linalg.norm(direction, axis=1)[:, None]
+    if vehicle.model is None:
+        return np.asarray(unit)
+    wake = [vehicle.model.wake_fraction.of(one.name) for one in vehicle.thrusters]
+    return np.asarray((1.0 - np.array(wake))[:, None] * unit)
 
 
 def rest_inverse(record: InverseCharacteristic, vehicle: Vehicle) -> Inverse:

@@ -6,17 +6,17 @@ from typing import Self
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.fits import StaticCharacteristic, ThrustFamily
 from pipeline.types import ArrayLike, BoolArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
 class RealThruster:
-    """Bilinear T(N, V) over the record's grid, symmetric in sign.
+    """Bilinear T(N, V) over the grid of a record, symmetric in sign unless `reverse_n` is given.
 
-    `speed_mps` (v,), `code` (c,), `thrust_n` (v, c), where dead nodes hold the live ones'
-    straight continuation below zero, so that the edge of the dead zone lies where that crosses
-    zero and not at the next node. The result is never negative along the code.
+    `speed_mps` (v,), `code` (c,), `thrust_n`, `reverse_n` (v, c), where dead nodes hold the live
+    ones' straight continuation below zero, so that the edge of the dead zone lies where that
+    crosses zero and not at the next node. The result is never negative along the code.
 
     Against the motion the row at rest holds: the mooring branch, the project's model.
     """
@@ -24,6 +24,19 @@ class RealThruster:
     speed_mps: FloatArray
     code: FloatArray
     thrust_n: FloatArray
+    reverse_n: FloatArray | None = None
+
+    @classmethod
+    def from_family(cls, family: ThrustFamily) -> Self:
+        """Take both signs of what is known best; up to the speed that both have."""
+        ahead, astern = family.positive, family.negative
+        rows = min(len(ahead.speed_mps), len(astern.speed_mps))
+        code = np.array(ahead.code)
+        both = [
+            np.array([_continued(code, t, t > 0.0) for t in np.array(side.thrust_n)[:rows]])
+            for side in (ahead, astern)
+        ]
+        return cls(np.array(ahead.speed_mps[:rows]), code, *both)
 
     @classmethod
     def from_record(cls, static: StaticCharacteristic) -> Self:
@@ -58,11 +71,14 @@ class RealThruster:
         along = np.maximum(np.sign(codes) * speed, 0.0)
         row, row_share = _place(along, self.speed_mps)
         column, column_share = _place(np.abs(codes), self.code)
-        t = self.thrust_n
+        t = np.stack([self.thrust_n, self.thrust_n if self.reverse_n is None else self.reverse_n])
+        side = (codes < 0.0).astype(np.int64)
         next_row = np.minimum(row + 1, len(self.speed_mps) - 1)
         next_column = np.minimum(column + 1, len(self.code) - 1)
-        low = (1 - column_share) * t[row, column] + column_share * t[row, next_column]
-        high = (1 - column_share) * t[next_row, column] + column_share * t[next_row, next_column]
+        low = (1 - column_share) * t[side, row, column] + column_share * t[side, row, next_column]
+        high = (1 - column_share) * t[side, next_row, column] + column_share * t[
+            side, next_row, next_column
+        ]
         size = (1 - row_share) * low + row_share * high
         # below the first code of the grid nothing is known: no thrust at code 0 at least
         size = np.where(codes == 0.0, 0.0, np.maximum(size, 0.0))

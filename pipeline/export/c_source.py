@@ -12,8 +12,9 @@ import numpy.typing as npt
 from pipeline.control.inverse import thrust_grid
 from pipeline.export import c_text
 from pipeline.export.fixed_point import FixedBranch, FixedTables, fixed_tables
+from pipeline.export.grid_check import FLAGS
 from pipeline.export.single_precision import SingleBranch, SingleTables, single_tables
-from pipeline.physics.thrust_grid import thrust_from_code
+from pipeline.physics.thrust_grid import thrust_limits
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 
 
@@ -48,11 +49,11 @@ def render_header(
 ) -> str:
     """Return the text of ``<vehicle>_thruster.h``; `failed_checks` of the tables are told in it."""
     positive, negative = characteristic.positive, characteristic.negative
-    reverse = thrust_from_code(
-        characteristic.code_min,
+    _, reverse = thrust_limits(
         -np.asarray(negative.speed_mps),
         positive=thrust_grid(positive),
         negative=thrust_grid(negative),
+        code_min=characteristic.code_min,
     )
     return render(
         "thruster.h.j2",
@@ -60,26 +61,49 @@ def render_header(
         code_min=characteristic.code_min,
         code_max=characteristic.code_max,
         dead_n=characteristic.thrust_dead_n,
-        # + 0.0: a minus before zero is a sign of nothing
-        thrust_min=float(reverse.min()) + 0.0,
+        thrust_min=float(reverse.min()),
         thrust_max=max(positive.thrust_max_n),
+        # + 0.0: a minus before zero is a sign of nothing
         speed_min=-negative.speed_mps[-1] + 0.0,
         speed_max=positive.speed_mps[-1],
         reverses=characteristic.code_min < 0,
+        at_rest_only=characteristic.at_rest_only,
+        tested=characteristic.fastest_tested_mps,
+        voltage=characteristic.supply_voltage_v,
+        sources=_comment_lines(["from " + ", ".join(characteristic.sources)])
+        if characteristic.sources
+        else [],
+        basis=[_BASIS[positive.basis], _BASIS[negative.basis]],
+        reverse_measured=negative.basis == "measured" and characteristic.code_min < 0,
+        flags=FLAGS,
         mirrored=_mirrors(characteristic),
-        failed_checks=[
-            line
-            for check in failed_checks
-            for line in textwrap.wrap(c_text.c_comment(check), c_text.WIDTH - 5)
-        ],
+        failed_checks=_comment_lines(failed_checks),
     )
+
+
+_BASIS = {
+    "measured": "measured at rest",
+    "calculated": "calculated from drive and propeller",
+    "mirrored": "mirrored",
+    None: "not told",
+}
+
+
+def _comment_lines(texts: Sequence[str]) -> list[str]:
+    return [
+        line for text in texts for line in textwrap.wrap(c_text.c_comment(text), c_text.WIDTH - 5)
+    ]
 
 
 def _mirrors(characteristic: FirmwareCharacteristic) -> bool:
     """Tell whether the negative branch is the positive one once more: nothing of it was tested."""
     negative = characteristic.negative
     return negative == characteristic.positive.model_copy(
-        update={"sign": negative.sign, "against_motion": negative.against_motion}
+        update={
+            "sign": negative.sign,
+            "against_motion": negative.against_motion,
+            "basis": negative.basis,
+        }
     )
 
 
@@ -90,6 +114,8 @@ def render_source(identity: Identity, characteristic: FirmwareCharacteristic) ->
         identity,
         single=_single_block(characteristic, single_tables(characteristic)),
         fixed=_fixed_block(characteristic, fixed_tables(characteristic)),
+        single_tested=c_text.float_literal(characteristic.fastest_tested_mps),
+        fixed_tested=c_text.unsigned_literal(fixed_tables(characteristic).tested_q16),
     )
 
 
@@ -183,6 +209,7 @@ def _single_block(
             _Table("thrust_max", f"{name}_thrust_max_n_f32", "T_max. [N]", branch.thrust_max_n),
             _Table("fraction", f"{name}_fraction_f32", "Thrust / T_max. [-]", branch.fraction),
             _Table("code", f"{name}_code_f32", "Magnitude of the code. [-]", branch.code),
+            _Table("drag", f"{name}_drag_n_f32", "Drag at code 0. [N]", branch.drag_n),
         )
 
     return _block(
@@ -212,6 +239,7 @@ def _fixed_block(characteristic: FirmwareCharacteristic, fixed: FixedTables) -> 
                 "fraction", f"{name}_fraction_q30", f"Thrust / T_max; {q30}.", branch.fraction_q30
             ),
             _Table("code", f"{name}_code_q16", f"Magnitude of the code; {q16}.", branch.code_q16),
+            _Table("drag", f"{name}_drag_q16", f"Drag at code 0; {q16} N.", branch.drag_q16),
         )
 
     return _block(

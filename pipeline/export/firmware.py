@@ -5,11 +5,13 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from pipeline.errors import CannotComputeError, writing_remedy
+from pipeline.export.allocator_layout import AllocatorLayout
+from pipeline.export.allocator_source import render_allocator_header, render_allocator_source
 from pipeline.export.c_source import Identity, render_header, render_source
 from pipeline.export.c_text import c_identifier
 from pipeline.export.grid_check import check_characteristic
 from pipeline.export.self_test import render_self_test
-from pipeline.export.table_files import render_csv, render_json
+from pipeline.export.table_files import render_csv, render_json, render_tables_csv
 from pipeline.records.fits import FirmwareCharacteristic
 
 
@@ -21,6 +23,7 @@ def write_firmware(
     tool_version: str,
     folder: Path,
     tables: dict[str, object] | None,
+    layout: AllocatorLayout | None = None,
 ) -> tuple[Path, ...]:
     """Write C99 header, source and self-test, JSON and CSV; the same bytes for the same input.
 
@@ -36,12 +39,15 @@ def write_firmware(
     folder : Path
         Where to; made if it does not exist.
     tables : dict or None
-        Tables 1-4, carried along in the JSON file; the header tells the checks that they failed.
+        Tables 1-4, carried along in the JSON file and in a CSV of their own; the header tells the
+        checks that they failed.
+    layout : AllocatorLayout, optional
+        Of the vehicle, for the allocator; without it there is none.
 
     Returns
     -------
     tuple of Path
-        Header, source, self-test, JSON, CSV.
+        Header, source, self-test, JSON, CSV, tables; header and source of the allocator.
 
     Raises
     ------
@@ -58,9 +64,13 @@ def write_firmware(
         f"{stem}.h": render_header(identity, characteristic, _failed_checks(tables)),
         f"{stem}.c": render_source(identity, characteristic),
         f"{stem}_self_test.c": render_self_test(identity, characteristic),
-        f"{stem}.json": render_json(identity, characteristic, tables),
+        f"{stem}.json": render_json(identity, characteristic, tables, layout),
         f"{stem}.csv": render_csv(identity, characteristic),
+        f"{name}_tables.csv": render_tables_csv(identity, tables, layout),
     }
+    if layout is not None:
+        contents[f"{name}_allocator.h"] = render_allocator_header(identity, layout)
+        contents[f"{name}_allocator.c"] = render_allocator_source(identity, layout)
     try:
         return _write_all(contents, folder)
     except OSError as error:

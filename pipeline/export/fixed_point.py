@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.export.grid_check import largest_negative
+from pipeline.export.grid_check import FLAG, largest_negative
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 from pipeline.types import IntArray
 
@@ -42,6 +42,7 @@ class FixedBranch:
     thrust_max_q16: IntArray
     fraction_q30: IntArray
     code_q16: IntArray
+    drag_q16: IntArray
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class FixedTables:
     thrust_dead_q16: int
     code_min: int
     code_max: int
+    tested_q16: int
     positive: FixedBranch
     negative: FixedBranch
 
@@ -61,6 +63,7 @@ def fixed_tables(characteristic: FirmwareCharacteristic) -> FixedTables:
         thrust_dead_q16=int(np.floor(characteristic.thrust_dead_n * Q16_ONE)),
         code_min=characteristic.code_min,
         code_max=characteristic.code_max,
+        tested_q16=int(np.rint(characteristic.fastest_tested_mps * Q16_ONE)),
         positive=_fixed_branch(characteristic.positive, characteristic.code_max),
         negative=_fixed_branch(characteristic.negative, largest_negative(characteristic)),
     )
@@ -75,6 +78,7 @@ def _fixed_branch(branch: FirmwareBranch, code_max: int) -> FixedBranch:
         thrust_max_q16=quantised(branch.thrust_max_n, Q16_ONE),
         fraction_q30=quantised(branch.fraction, Q30_ONE),
         code_q16=quantised(np.clip(branch.code, 0.0, code_max), Q16_ONE),
+        drag_q16=quantised(branch.drag_n or np.zeros(len(branch.speed_mps)), Q16_ONE),
     )
 
 
@@ -116,6 +120,16 @@ def _locate(knots: IntArray, x: IntArray) -> _Place:
     )
 
 
+def _at(values: IntArray, place: _Place) -> IntArray:
+    return _between(values[place.low], values[place.high], place.share)
+
+
+def _drag_at(branch: FixedBranch, speed: IntArray) -> IntArray:
+    """Drag of the undriven propeller at speeds of either sign."""
+    knots = np.broadcast_to(branch.speed_q16, (len(speed), len(branch.speed_q16)))
+    return _at(branch.drag_q16, _locate(knots, np.abs(speed)))
+
+
 def _along(speed: IntArray, sign: int) -> IntArray:
     """Speed along the thrust; against the motion the row at rest holds."""
     return np.maximum(sign * speed, 0)
@@ -124,9 +138,7 @@ def _along(speed: IntArray, sign: int) -> IntArray:
 def _row_at(branch: FixedBranch, along: IntArray) -> tuple[IntArray, IntArray]:
     """T_max shape (m,) and codes shape (m, k) at speeds along the thrust, shape (m,)."""
     place = _locate(np.broadcast_to(branch.speed_q16, (len(along), len(branch.speed_q16))), along)
-    largest = _between(
-        branch.thrust_max_q16[place.low], branch.thrust_max_q16[place.high], place.share
-    )
+    largest = _at(branch.thrust_max_q16, place)
     codes = _between(branch.code_q16[place.low], branch.code_q16[place.high], place.share[:, None])
     return largest, codes
 
@@ -183,26 +195,57 @@ def thrust_from_code(
     Returns
     -------
     ndarray of int64
-        Thrust in Q16.16, zero inside the dead zone. [N]
+        Thrust in Q16.16; inside the dead zone the drag's share. [N]
     """
     held = np.maximum(np.asarray(code, np.int64), tables.code_min)
     codes, speed = np.broadcast_arrays(held, np.asarray(speed_q16, np.int64))
     thrust = np.zeros(codes.shape, np.int64)
     for sign, branch in ((1, tables.positive), (-1, tables.negative)):
-        mask = sign * codes > 0
-        largest, knots = _row_at(branch, _along(speed[mask], sign))
-        place = _locate(knots, sign * codes[mask] * Q16_ONE)
+        mask = (sign * codes > 0) | ((codes == 0) & (sign * speed > 0))
+        along, size = _along(speed[mask], sign), sign * codes[mask] * Q16_ONE
+        largest, knots = _row_at(branch, along)
+        place = _locate(knots, size)
         fraction = _between(
             branch.fraction_q30[place.low], branch.fraction_q30[place.high], place.share
         )
-        thrust[mask] = sign * _between(np.zeros_like(largest), largest, fraction)
+        driven, drag = (
+            _between(np.zeros_like(largest), largest, fraction),
+            _drag_at(branch, speed[mask]),
+        )
+        edge = knots[:, 0]
+        inside = size < edge
+        share = _ratio(np.where(inside, size, 0), np.maximum(edge, 1))
+        dragged = np.where(inside, -_between(drag, np.zeros_like(drag), share), driven)
+        thrust[mask] = sign * np.where(along > 0, dragged, np.maximum(driven, drag))
     return thrust
 
 
 def thrust_limit(tables: FixedTables, speed_q16: IntLike, *, sign: int) -> npt.NDArray[np.int64]:
     """Do what ``<vehicle>_thrust_max_q`` (sign 1) and ``_min_q`` (sign -1) do, to the bit."""
+    speed = np.asarray(speed_q16, np.int64)
     if sign < 0:
-        return thrust_from_code(tables, tables.code_min, speed_q16)
-    speed = np.atleast_1d(np.asarray(speed_q16, np.int64))
-    largest, _ = _row_at(tables.positive, _along(speed, 1))
-    return largest.reshape(np.shape(speed_q16))
+        along, rest = (thrust_from_code(tables, tables.code_min, v) for v in (-np.abs(speed), 0))
+        return np.minimum(np.where(speed > 0, np.maximum(along, rest), along), 0)
+    size = np.abs(speed).reshape(-1)
+    limit, at_rest = (
+        _row_at(tables.positive, v)[0].reshape(speed.shape) for v in (size, np.zeros_like(size))
+    )
+    return np.where(speed < 0, np.minimum(limit, at_rest), limit)
+
+
+def thrust_flags(
+    tables: FixedTables, thrust_q16: IntLike, speed_q16: IntLike
+) -> npt.NDArray[np.int64]:
+    """Do what ``<vehicle>_thruster_flags_q`` does."""
+    thrust, speed = np.broadcast_arrays(
+        np.asarray(thrust_q16, np.int64), np.asarray(speed_q16, np.int64)
+    )
+    most, least = (thrust_limit(tables, speed, sign=sign) for sign in (1, -1))
+    live = np.abs(thrust) > tables.thrust_dead_q16
+    flags: npt.NDArray[np.int64] = (
+        FLAG["SATURATED"] * ((thrust > most) | (thrust < least))
+        + FLAG["OUT_OF_TESTED_RANGE"] * (np.abs(speed) > tables.tested_q16)
+        + FLAG["IN_DEAD_ZONE"] * (~live & (thrust != 0))
+        + FLAG["AGAINST_THE_MOTION"] * (live & (np.sign(thrust) * np.sign(speed) < 0))
+    )
+    return flags

@@ -14,7 +14,12 @@ from pipeline.export import c_text
 from pipeline.export.c_source import Identity, render
 from pipeline.export.fixed_point import Q16_ONE
 from pipeline.export.grid_check import LARGEST_CODE
-from pipeline.physics.thrust_grid import ThrustGrid, code_from_thrust, thrust_from_code
+from pipeline.physics.thrust_grid import (
+    ThrustGrid,
+    code_from_thrust,
+    thrust_from_code,
+    thrust_limits,
+)
 from pipeline.records.fits import FirmwareCharacteristic
 from pipeline.types import FloatArray, IntArray
 
@@ -89,14 +94,17 @@ def reference(characteristic: FirmwareCharacteristic) -> Reference:
         negative=negative,
         thrust_dead_n=characteristic.thrust_dead_n,
     )
+    largest, smallest = thrust_limits(
+        speed[:, 0], positive=positive, negative=negative, code_min=code_min
+    )
     return Reference(
         speed_q16=speed_q16,
         code=code,
         thrust_n=thrust_n,
         thrust_q16=thrust_q16,
         unrounded_code=np.maximum(unrounded, code_min),
-        thrust_max_n=positive.at_speed(np.maximum(speed[:, 0], 0.0))[0],
-        thrust_min_n=thrust_from_code(code_min, speed[:, 0], positive=positive, negative=negative),
+        thrust_max_n=largest,
+        thrust_min_n=smallest,
     )
 
 
@@ -170,9 +178,12 @@ def _slopes(grid: ThrustGrid) -> tuple[float, float]:
     if len(grid.speed_mps) == 1:
         return newtons_per_code, 0.0
     width = np.diff(grid.speed_mps)
+    drag_per_code = float((grid.drag_at(grid.speed_mps) / np.maximum(grid.code[:, 0], 1e-9)).max())
+    drag_per_speed = float((np.diff(grid.drag_at(grid.speed_mps)) / width).max())
+    newtons_per_code = max(newtons_per_code, drag_per_code)
     by_limit = np.abs(np.diff(grid.thrust_max_n)) / width
     by_code = newtons_per_code * np.abs(np.diff(grid.code, axis=0)).max(axis=1) / width
-    return newtons_per_code, float((by_limit + by_code).max())
+    return newtons_per_code, float((by_limit + by_code).max()) + drag_per_speed
 
 
 def _code_errors(grid: ThrustGrid) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.export.grid_check import largest_negative
+from pipeline.export.grid_check import FLAG, largest_negative
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
 from pipeline.types import IntArray
 
@@ -31,6 +31,7 @@ class SingleBranch:
     thrust_max_n: Float32Array
     fraction: Float32Array
     code: Float32Array
+    drag_n: Float32Array
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class SingleTables:
     thrust_dead_n: np.float32
     code_min: int
     code_max: int
+    tested_mps: np.float32
     positive: SingleBranch
     negative: SingleBranch
 
@@ -53,6 +55,7 @@ def single_tables(characteristic: FirmwareCharacteristic) -> SingleTables:
         thrust_dead_n=dead,
         code_min=characteristic.code_min,
         code_max=characteristic.code_max,
+        tested_mps=np.float32(characteristic.fastest_tested_mps),
         positive=_single_branch(characteristic.positive, characteristic.code_max),
         negative=_single_branch(characteristic.negative, largest_negative(characteristic)),
     )
@@ -64,6 +67,7 @@ def _single_branch(branch: FirmwareBranch, code_max: int) -> SingleBranch:
         thrust_max_n=np.asarray(branch.thrust_max_n, np.float32),
         fraction=np.asarray(branch.fraction, np.float32),
         code=np.clip(branch.code, 0.0, code_max).astype(np.float32),
+        drag_n=np.asarray(branch.drag_n or np.zeros(len(branch.speed_mps)), np.float32),
     )
 
 
@@ -102,9 +106,19 @@ def _locate(knots: Float32Array, x: Float32Array) -> _Place:
 def _row_at(branch: SingleBranch, along: Float32Array) -> tuple[Float32Array, Float32Array]:
     """T_max shape (m,) and codes shape (m, k) at speeds along the thrust, shape (m,)."""
     place = _locate(np.broadcast_to(branch.speed_mps, (len(along), len(branch.speed_mps))), along)
-    largest = _between(branch.thrust_max_n[place.low], branch.thrust_max_n[place.high], place.share)
+    largest = _at(branch.thrust_max_n, place)
     codes = _between(branch.code[place.low], branch.code[place.high], place.share[:, None])
     return largest, codes
+
+
+def _at(values: Float32Array, place: _Place) -> Float32Array:
+    return _between(values[place.low], values[place.high], place.share)
+
+
+def _drag_at(branch: SingleBranch, speed: Float32Array) -> Float32Array:
+    """Drag of the undriven propeller at speeds of either sign."""
+    knots = np.broadcast_to(branch.speed_mps, (len(speed), len(branch.speed_mps)))
+    return _at(branch.drag_n, _locate(knots, np.abs(speed)))
 
 
 def _along(speed: Float32Array, sign: int) -> Float32Array:
@@ -166,28 +180,56 @@ def thrust_from_code(
     Returns
     -------
     ndarray of float32
-        Thrust; zero inside the dead zone and where the speed is not a number. [N]
+        Thrust; inside the dead zone the drag's share; zero where the speed is not a number. [N]
     """
     held = np.maximum(np.asarray(code, np.int64), tables.code_min)
     codes, speed = np.broadcast_arrays(held, np.asarray(speed_mps, np.float32))
     thrust = np.zeros(codes.shape, np.float32)
     for sign, branch in ((1, tables.positive), (-1, tables.negative)):
-        mask = (sign * codes > 0) & ~np.isnan(speed)
-        largest, knots = _row_at(branch, _along(speed[mask], sign))
+        mask = ((sign * codes > 0) | ((codes == 0) & (sign * speed > 0))) & ~np.isnan(speed)
+        along = _along(speed[mask], sign)
+        largest, knots = _row_at(branch, along)
         place = _locate(knots, (sign * codes[mask]).astype(np.float32))
         fraction = _between_rising(
             branch.fraction[place.low], branch.fraction[place.high], place.share
         )
-        thrust[mask] = np.float32(sign) * (fraction * largest)
-    return thrust
+        driven, drag = fraction * largest, _drag_at(branch, speed[mask])
+        size, edge = (sign * codes[mask]).astype(np.float32), knots[:, 0]
+        inside = size < edge
+        share = size / np.where(inside, edge, np.float32(1))
+        dragged = np.where(inside, -_between(drag, np.zeros_like(drag), share), driven)
+        thrust[mask] = np.float32(sign) * np.where(along > 0, dragged, np.maximum(driven, drag))
+    return thrust + np.float32(0)
 
 
 def thrust_limit(tables: SingleTables, speed_mps: Float32Like, *, sign: int) -> Float32Array:
     """Do what ``<vehicle>_thrust_max_f32`` (sign 1) and ``_min_f32`` (sign -1) do."""
+    speed = np.asarray(speed_mps, np.float32)
     if sign < 0:
-        return thrust_from_code(tables, tables.code_min, speed_mps)
-    speed = np.atleast_1d(np.asarray(speed_mps, np.float32))
-    known = ~np.isnan(speed)
-    limit = np.zeros(speed.shape, np.float32)
-    limit[known] = _row_at(tables.positive, _along(speed[known], 1))[0]
-    return limit.reshape(np.shape(speed_mps))
+        along, rest = (thrust_from_code(tables, tables.code_min, v) for v in (-np.abs(speed), 0.0))
+        least = np.where(speed > 0, np.maximum(along, rest), along)
+        return np.where(np.isnan(speed), np.float32(0), np.minimum(least, np.float32(0)))
+    size = np.where(np.isnan(speed), np.float32(0), np.abs(speed)).reshape(-1)
+    limit, at_rest = (
+        _row_at(tables.positive, v)[0].reshape(speed.shape) for v in (size, np.zeros_like(size))
+    )
+    limit = np.where(speed < 0, np.minimum(limit, at_rest), limit)
+    return np.where(np.isnan(speed), np.float32(0), limit)
+
+
+def thrust_flags(
+    tables: SingleTables, thrust_n: Float32Like, speed_mps: Float32Like
+) -> npt.NDArray[np.int64]:
+    """Do what ``<vehicle>_thruster_flags_f32`` does."""
+    thrust, speed = np.broadcast_arrays(
+        np.asarray(thrust_n, np.float32), np.asarray(speed_mps, np.float32)
+    )
+    most, least = (thrust_limit(tables, speed, sign=sign) for sign in (1, -1))
+    live = np.abs(thrust) > tables.thrust_dead_n
+    flags = (
+        FLAG["SATURATED"] * ((thrust > most) | (thrust < least))
+        + FLAG["OUT_OF_TESTED_RANGE"] * (np.abs(speed) > tables.tested_mps)
+        + FLAG["IN_DEAD_ZONE"] * (~live & (thrust != 0))
+        + FLAG["AGAINST_THE_MOTION"] * (live & (np.sign(thrust) * np.sign(speed) < 0))
+    )
+    return np.where(np.isnan(thrust) | np.isnan(speed), FLAG["NOT_A_NUMBER"], flags)

@@ -56,21 +56,36 @@ def instructions_per_call(source: Path) -> dict[str, int]:
     Counted by running the library in the emulator; ``calibration_4000`` is the count of a block
     of exactly 4000 instructions, and good to one tick of 40.
     """
+    return _counted([source], "count_instructions.c", source)
+
+
+def allocator_instructions(source: Path) -> dict[str, int]:
+    """Return mean and largest number of instructions of a call of the allocator beside `source`.
+
+    Over demands from nothing to several times what the thrusters can and speeds either way.
+    """
+    allocator = source.with_name(f"{source.stem.removesuffix(_STEM_END)}_allocator.c")
+    return _counted([source, allocator], "count_allocator.c", source)
+
+
+def _counted(sources: Sequence[Path], program: str, source: Path) -> dict[str, int]:
     identifier = _identifier(source)
     with tempfile.TemporaryDirectory() as folder:
-        program = Path(folder) / "count.elf"
+        image = Path(folder) / "count.elf"
         emulator.link_program(
-            [source, emulator.SUPPORT / "count_instructions.c"],
-            program,
+            [*sources, emulator.SUPPORT / program],
+            image,
             flags=(
                 f"-I{source.parent}",
                 f"-DTHRUSTER={identifier}",
-                f'-DTHRUSTER_HEADER="{source.stem}.h"',
+                f'-DTHRUSTER_HEADER="{sources[-1].stem}.h"',
+                f"-DCOUNT={identifier.upper()}_THRUSTER_COUNT",
             ),
         )
-        command = emulator.emulation_command(program, count_instructions=True)
+        command = emulator.emulation_command(image, count_instructions=True)
         printed = emulator.run_tool(command)
-    return {name: int(count) for name, count in map(str.split, printed.splitlines())}
+    lines = (line.rpartition(" ") for line in printed.splitlines())
+    return {name: int(count) for name, _, count in lines}
 
 
 def _identifier(source: Path) -> str:
@@ -87,7 +102,10 @@ def report(source: Path) -> str:
         for variant, size in flash_sizes(source).items()
     ]
     lines += ["", "instructions per call"]
-    lines += [f"  {name:<22} {count:5d}" for name, count in instructions_per_call(source).items()]
+    counts = instructions_per_call(source)
+    if source.with_name(f"{source.stem.removesuffix(_STEM_END)}_allocator.c").is_file():
+        counts |= allocator_instructions(source)
+    lines += [f"  {name:<22} {count:7d}" for name, count in counts.items()]
     return "\n".join(lines)
 
 

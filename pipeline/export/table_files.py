@@ -3,8 +3,11 @@
 import csv
 import io
 import json
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from pipeline.errors import CannotComputeError
+from pipeline.export.allocator_layout import AllocatorLayout
 from pipeline.export.c_source import Identity
 from pipeline.export.fixed_point import Q16_ONE, Q30_ONE, FixedBranch, fixed_tables
 from pipeline.records.fits import FirmwareCharacteristic
@@ -18,6 +21,7 @@ def render_json(
     identity: Identity,
     characteristic: FirmwareCharacteristic,
     tables: dict[str, object] | None,
+    layout: AllocatorLayout | None = None,
 ) -> str:
     """Return the text of ``<vehicle>_thruster.json``: keys sorted, numbers at full precision.
 
@@ -29,6 +33,8 @@ def render_json(
         The grid; it is written as it is and as the fixed-point source holds it.
     tables : dict or None
         Tables 1-4 of the vehicle, carried along under ``tables``.
+    layout : AllocatorLayout, optional
+        Thrusters, B and portions, under ``allocator``.
 
     Raises
     ------
@@ -56,6 +62,7 @@ def render_json(
             "negative": _fixed_branch(fixed.negative),
         },
         "tables": tables,
+        "allocator": None if layout is None else _allocator(layout),
     }
     try:
         return json.dumps(content, allow_nan=False, indent=1, sort_keys=True) + "\n"
@@ -63,6 +70,56 @@ def render_json(
         raise CannotComputeError(
             f"The tables of {identity.vehicle} cannot be written as JSON: {error}."
         ) from error
+
+
+def _allocator(layout: AllocatorLayout) -> dict[str, object]:
+    return {
+        "thrusters": list(layout.names),
+        "position_m": layout.position_m.tolist(),
+        "direction": layout.direction.tolist(),
+        "gain": layout.gain.tolist(),
+        "matrix": layout.allocation.matrix.tolist(),
+        "inverse": layout.allocation.inverse.tolist(),
+        "geometry": None if layout.paper is None else layout.paper.model_dump(mode="json"),
+    }
+
+
+def render_tables_csv(
+    identity: Identity, tables: dict[str, object] | None, layout: AllocatorLayout | None
+) -> str:
+    """Return the text of ``<vehicle>_tables.csv``: one row a number of Tables 1-4, B, portions.
+
+    Columns: vehicle, tables_digest, table, row (a speed [m/s], a sign, an axis), name, value,
+    ci95_low, ci95_high; coefficients in the units of the paper's tables.
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow((*_COLUMNS[:2], "table", "row", "name", "value", "ci95_low", "ci95_high"))
+    names = [neutral_cell(identity.vehicle), neutral_cell(identity.tables_digest)]
+    for table in ("table1", "table2", "table3", "table4"):
+        found = (tables or {}).get(table)
+        for row, name, value, interval in _numbers(found if isinstance(found, dict) else {}):
+            writer.writerow([*names, table, row, name, value, *interval])
+    if layout is not None:
+        for axis, values in zip("XYZKMN", layout.allocation.matrix.tolist(), strict=True):
+            for name, value in zip(layout.names, values, strict=True):
+                writer.writerow([*names, "B", axis, neutral_cell(name), value + 0.0, "", ""])
+        if layout.paper is not None:
+            for name, portion in layout.paper.portions.model_dump().items():
+                writer.writerow([*names, "portions", "", name, portion, "", ""])
+    return text.getvalue()
+
+
+def _numbers(table: dict[str, Any]) -> Iterator[tuple[object, str, float, Sequence[object]]]:
+    """Every number of one of the tables with its row, name and interval."""
+    speeds, intervals = table.get("speed_mps"), table.get("ci95") or {}
+    for key, values in table.items():
+        if key in {"speed_mps", "ci95"} or not isinstance(values, list):
+            continue
+        known = intervals.get(key) or [None] * len(values)
+        for place, (value, interval) in enumerate(zip(values, known, strict=True)):
+            row, name = (speeds[place], key) if speeds else (key, f"{key}{place}")
+            yield row, name, value, interval or ("", "")
 
 
 def _fixed_branch(branch: FixedBranch) -> dict[str, object]:

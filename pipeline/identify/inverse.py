@@ -3,16 +3,11 @@
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.firmware_grid import (
-    Family,
-    family_curves,
-    grid_from_family,
-    grid_from_mooring,
-    within_dead_thrust,
-)
+from pipeline.identify.firmware_grid import firmware_grid, within_dead_thrust
 from pipeline.identify.mooring_inverse import fit_table3, gap_at_rest, points_for_tables
 from pipeline.identify.round_trip import monotone_checks, round_trips, trip_checks
 from pipeline.identify.speed_inverse import fit_table4_row
+from pipeline.identify.thrust_family import Family, both_signs, family_curves, family_record
 from pipeline.records.fits import (
     Check,
     FirmwareCharacteristic,
@@ -39,10 +34,10 @@ def inverse_characteristic(
 ) -> InverseCharacteristic:
     """Compute everything that turns a wanted thrust into a code.
 
-    With the static family: Table 4 and a firmware grid over speed, the negative sign mirrored
-    (Kostenko 2023, eq. 8). With mooring data: Table 3 by sign. With mooring data alone: a firmware
-    grid at rest, each sign from its own points. A drive that takes no negative code is asked for
-    none.
+    With the static family: Table 4, and a firmware grid over speed. With mooring data: Table 3 by
+    sign; what was measured at rest corrects the grid, each sign by its own points, and alone gives
+    one at rest. A sign that was not measured mirrors the other (Kostenko 2023, eq. 8). A drive that
+    takes no negative code is asked for none.
 
     Parameters
     ----------
@@ -69,30 +64,23 @@ def inverse_characteristic(
     positive = _table3(points, 1, dead_n, notes)
     reverses = vehicle.drive.code_min < 0
     negative = _table3(points, -1, dead_n, notes) if reverses else None
-    family = family_curves(static, dead_n) if static is not None else None
-    if static is not None and family is not None:
-        table4 = _table4(static, family, dead_n, notes)
-        firmware: FirmwareCharacteristic | None = grid_from_family(family, vehicle)
-        if reverses:
-            notes.append(
-                "Negative codes mirror positive ones (Kostenko 2023, eq. 8): the bench tested the "
-                "drive in one direction only."
-            )
-    else:
-        table4 = ()
-        if static is not None:
-            notes.append(_why_no_family(static, dead_n))
-        firmware = _firmware_at_rest(points, vehicle, notes)
+    calculated = family_curves(static, dead_n) if static is not None else None
+    table4 = (
+        () if static is None or calculated is None else _table4(static, calculated, dead_n, notes)
+    )
+    if calculated is None:
+        _why_at_rest_only(static, points, dead_n, notes)
+    families, firmware = _firmware(static, calculated, points, vehicle, notes)
     if firmware is None and positive is None and negative is None:
         raise CannotComputeError(" ".join(notes))
     checks: list[Check] = []
     trips: tuple[RoundTrip, ...] = ()
     if static is not None and points:
         checks.extend(_gap_check(points, static))
-    if firmware is not None:
-        if family is not None:
-            trips = round_trips(family, table4, firmware, vehicle.published)
-            checks.extend(trip_checks(trips, table4, family.curves[0].thrust_max_n))
+    if firmware is not None and families is not None:
+        if calculated is not None:
+            trips = round_trips(families, calculated, table4, firmware, vehicle.published)
+            checks.extend(trip_checks(trips, table4, calculated.curves[0].thrust_max_n))
         else:
             checks.append(_reach_check(firmware))
         checks.extend(monotone_checks(firmware))
@@ -104,6 +92,7 @@ def inverse_characteristic(
         round_trip=trips,
         checks=tuple(checks),
         explanations=tuple(notes),
+        family=None if families is None else family_record(families, static),
     )
 
 
@@ -132,20 +121,38 @@ def _table3(
         return None
 
 
-def _firmware_at_rest(
-    points: tuple[MooringPoint, ...], vehicle: Vehicle, notes: list[str]
-) -> FirmwareCharacteristic | None:
-    if not points:
-        return None
-    notes.append(
-        "Without the static family the tables hold at rest only: the speed of the vehicle takes "
-        "thrust away, and nothing here says how much."
-    )
+def _why_at_rest_only(
+    static: StaticCharacteristic | None,
+    points: tuple[MooringPoint, ...],
+    dead_n: float,
+    notes: list[str],
+) -> None:
+    if static is not None:
+        notes.append(_why_no_family(static, dead_n))
+    if points:
+        notes.append(
+            "Without the static family the tables hold at rest only: the speed of the vehicle "
+            "takes thrust away, and nothing here says how much."
+        )
+
+
+def _firmware(
+    static: StaticCharacteristic | None,
+    calculated: Family | None,
+    points: tuple[MooringPoint, ...],
+    vehicle: Vehicle,
+    notes: list[str],
+) -> tuple[tuple[Family, Family] | None, FirmwareCharacteristic | None]:
+    """Return the families and their grid; a reason in the notes where there is none."""
+    if calculated is None and not points:
+        return None, None
     try:
-        return grid_from_mooring(points, vehicle)
+        families = both_signs(calculated, points, reverses=vehicle.drive.code_min < 0, notes=notes)
+        source = static if calculated is not None else None
+        return families, firmware_grid(families, vehicle, source, points)
     except CannotComputeError as error:
         notes.append(f"No firmware tables: {error}.")
-        return None
+        return None, None
 
 
 def _table4(

@@ -3,8 +3,8 @@
 import numpy as np
 
 from pipeline.control.inverse import thrust_grid
-from pipeline.identify.firmware_grid import Family
 from pipeline.identify.speed_inverse import cubic_code
+from pipeline.identify.thrust_family import Family
 from pipeline.physics.propeller import polynomial
 from pipeline.physics.thrust_grid import code_from_thrust
 from pipeline.records.fits import Check, FirmwareCharacteristic, RoundTrip, SpeedInverse
@@ -18,7 +18,8 @@ FIRMWARE_LIMIT_N, FIRMWARE_LIMIT_SHARE = 0.1, 0.002
 
 
 def round_trips(
-    family: Family,
+    families: tuple[Family, Family],
+    calculated: Family,
     table4: tuple[SpeedInverse, ...],
     firmware: FirmwareCharacteristic,
     published: Published | None,
@@ -27,8 +28,10 @@ def round_trips(
 
     Parameters
     ----------
-    family : Family
-        Curves T(N) by speed: the judge.
+    families : tuple of Family
+        Curves T(N) of both signs by speed: the judges of the grid.
+    calculated : Family
+        The judge of the cubics.
     table4 : tuple of SpeedInverse
         The cubics, tried at their own speeds.
     firmware : FirmwareCharacteristic
@@ -37,21 +40,26 @@ def round_trips(
         Printed Tables 2 and 4, sent through each other.
     """
     dead_n = firmware.thrust_dead_n
-    positive, negative = thrust_grid(firmware.positive), thrust_grid(firmware.negative)
+    grids = {"positive": thrust_grid(firmware.positive), "negative": thrust_grid(firmware.negative)}
     trips = []
-    for speed, curve in zip(family.speed_mps.tolist(), family.curves, strict=True):
-        wanted = np.linspace(dead_n, curve.thrust_max_n, TRIP_POINTS)[1:]
-        code = code_from_thrust(
-            wanted, speed, positive=positive, negative=negative, thrust_dead_n=dead_n
-        )
-        rounded = np.minimum(np.round(code), firmware.code_max)
+    for speed, cubic in zip(calculated.speed_mps.tolist(), calculated.curves, strict=True):
         row = next((r for r in table4 if abs(r.speed_mps - speed) < 1e-9), None)
+        wanted = np.linspace(dead_n, cubic.thrust_max_n, TRIP_POINTS)[1:]
+        off, codes = [], []
+        for sign, family in zip((1.0, -1.0), families, strict=True):
+            curve = family.at(speed)
+            if speed > family.speed_mps[-1] or curve.thrust_max_n <= dead_n:
+                continue
+            own = np.linspace(dead_n, curve.thrust_max_n, TRIP_POINTS)[1:]
+            code = sign * code_from_thrust(sign * own, sign * speed, thrust_dead_n=dead_n, **grids)
+            off.append(_largest(curve.thrust(code) - own))
+            codes.append(_largest(np.minimum(np.round(code), curve.code[-1]) - curve.code_at(own)))
         trips.append(
             RoundTrip(
                 speed_mps=speed,
-                cubic_n=_largest(curve.thrust(cubic_code(row, wanted)) - wanted) if row else None,
-                firmware_n=_largest(curve.thrust(code) - wanted),
-                firmware_rounded_codes=_largest(rounded - curve.code_at(wanted)),
+                cubic_n=_largest(cubic.thrust(cubic_code(row, wanted)) - wanted) if row else None,
+                firmware_n=max(off, default=0.0),
+                firmware_rounded_codes=max(codes, default=0.0),
                 published_n=_published_trip(published, speed, dead_n),
             )
         )

@@ -1,5 +1,7 @@
 """The static characteristic T(N, V): torque balance of the fitted propeller and drive."""
 
+from typing import Literal
+
 import numpy as np
 
 from pipeline.errors import CannotComputeError
@@ -12,16 +14,25 @@ from pipeline.identify.propagation import (
 )
 from pipeline.identify.static_checks import explain_status, grid_checks
 from pipeline.identify.table2 import FEWEST_LIVE_CODES, table2_row
-from pipeline.identify.working_grid import solve_grid
-from pipeline.physics.torque_balance import OpenWaterPropeller
-from pipeline.records.fits import DriveFit, Matrix, PropellerFit, StaticCharacteristic
+from pipeline.identify.working_grid import WorkingGrid, solve_grid
+from pipeline.physics.opposed_thrust import free_propeller_drag
+from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero
+from pipeline.records.fits import (
+    DriveFit,
+    FasterRows,
+    Matrix,
+    PropellerFit,
+    StaticCharacteristic,
+)
 from pipeline.records.intervals import drive_degrees
 from pipeline.types import FloatArray
 from pipeline.units import rpm_to_rps, rps_to_rpm
 from pipeline.vehicle.schema import Vehicle
 
-#: Spacing of the grid of speeds. [m/s]
-SPEED_STEP_MPS = 0.1
+#: Spacing of the grid of speeds, and of the rows beyond the tables. [m/s]
+SPEED_STEP_MPS, FASTER_STEP_MPS = 0.1, 0.2
+#: Beyond the tables the balance is followed up to this many times their last speed.
+FASTER_REACH = 3.0
 #: The two errors are compared where the thrust is larger than this [N], or than this share of the
 #: largest for a small propeller.
 CLEAR_THRUST_N, CLEAR_SHARE = 1.0, 0.1
@@ -93,6 +104,14 @@ def static_characteristic(
         monte_carlo_draws=DRAWS,
         monte_carlo_ratio=ratio,
         checks=grid_checks(family.thrust_n, family.status, ratio, DRAWS),
+        faster=_faster(model, propeller, drive, code, float(speed[-1])),
+        free_drag_ns2pm2=_free_drag(model.propeller),
+        sources=tuple(
+            sorted(
+                {p.source.file for p in propeller.thrust.points if p.source}
+                | set(drive.torque_scale_by_file)
+            )
+        ),
         explanations=(
             *explain_status(
                 family.status,
@@ -114,6 +133,45 @@ def static_characteristic(
 
 def _matrix(values: FloatArray) -> Matrix:
     return tuple(tuple(row) for row in values.tolist())
+
+
+def _faster(
+    model: ThrusterModel, propeller: PropellerFit, drive: DriveFit, code: FloatArray, last: float
+) -> FasterRows | None:
+    """Follow the balance beyond the tables for as long as the largest code gives thrust."""
+    steps = np.arange(int(np.ceil((FASTER_REACH - 1.0) * last / FASTER_STEP_MPS)) + 1)
+    speed = np.round(last + FASTER_STEP_MPS * steps, 9)
+
+    def solved(speeds: FloatArray, codes: FloatArray) -> WorkingGrid:
+        at = np.concatenate([[0.0], speeds])
+        return solve_grid(model, propeller, drive, speed_mps=at, code=codes)
+
+    top = solved(speed, code[code >= min(drive.code_range[1] - 1.0, code[-2:][0])])
+    thrust, status = top.thrust_n[1:, -1], top.status[1:, -1]
+    stops = np.flatnonzero((thrust <= 0.0) | (status == "no_working_point"))
+    count = int(stops[0]) if stops.size else len(speed)
+    if count <= 1:
+        return None
+    ends: Literal["no thrust", "no working point", "search ends"] = "search ends"
+    if stops.size:
+        ends = "no thrust" if status[count] != "no_working_point" else "no working point"
+    grid = solved(speed[1:count], code)
+    untested = np.flatnonzero(status[:count] != "live")
+    tested = int(untested[0]) - 1 if untested.size else count - 1
+    return FasterRows(
+        speed_mps=tuple(speed[1:count].tolist()),
+        thrust_n=_matrix(grid.thrust_n[1:]),
+        thrust_std_n=_matrix(grid.thrust_std_n[1:]),
+        tested_mps=float(speed[max(tested, 0)]),
+        ends=ends,
+    )
+
+
+def _free_drag(propeller: OpenWaterPropeller) -> float:
+    """Drag of the freely turning propeller at 1 m/s, 0 where the curves do not tell it. [N]."""
+    if not np.isfinite(first_zero(propeller.torque_coefficients)):
+        return 0.0
+    return max(float(free_propeller_drag(1.0, propeller)), 0.0)
 
 
 def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -> ThrusterModel:

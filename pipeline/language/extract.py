@@ -28,6 +28,7 @@ _SILENT = (
     "language/",
     "effects/catalogue.py",
     "export/c_",
+    "export/allocator_source.py",
     "export/self_test.py",
     "export/size_report.py",
     "export/ros2_messages.py",

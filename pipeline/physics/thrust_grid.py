@@ -5,11 +5,13 @@ fractions of it. Between speeds and between fractions everything is linear, so t
 N(T, V) and T(N, V) are exact inverses of each other, both are monotone in T and N as long as the
 rows rise, and a controller without a floating-point unit can evaluate them.
 
-Speed is counted along the thrust: reverse thrust meets V = -speed. Against the motion the row at
-rest holds (see docs/methods for why and how well).
+Speed is counted along the thrust: reverse thrust meets V = -speed. A propeller that is driven
+slower than the water goes drags: inside the dead zone the thrust falls straight from zero at its
+edge to the drag of the freely turning propeller at code 0. Against the motion the row at rest
+holds, or that drag where it is more (decision 0011 says why and how well).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,13 +24,21 @@ class ThrustGrid:
 
     `speed_mps` shape (v,), from 0, rising; `thrust_max_n` shape (v,), positive; `fraction` shape
     (f,), rising from 0 to 1; `code` shape (v, f), positive magnitudes, rows rising strictly, the
-    first column the edge of the dead zone, the last the largest code.
+    first column the edge of the dead zone, the last the largest code; `drag_n` shape (v,), the drag
+    at code 0, or empty for none.
     """
 
     speed_mps: FloatArray
     thrust_max_n: FloatArray
     fraction: FloatArray
     code: FloatArray
+    drag_n: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def drag_at(self, speed_mps: FloatArray) -> FloatArray:
+        """Drag of the undriven propeller at speeds of either sign; held beyond the last. [N]."""
+        if not self.drag_n.size:
+            return np.zeros_like(speed_mps)
+        return np.asarray(np.interp(np.abs(speed_mps), self.speed_mps, self.drag_n))
 
     def at_speed(self, speed_mps: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Interpolate to speeds shape (m,): T_max shape (m,) and code rows shape (m, f)."""
@@ -94,7 +104,7 @@ def code_from_thrust(
 def thrust_from_code(
     code: ArrayLike, speed_mps: ArrayLike, *, positive: ThrustGrid, negative: ThrustGrid
 ) -> FloatArray:
-    """Forward characteristic T(N, V), the exact inverse of `code_from_thrust`.
+    """Forward characteristic T(N, V), the inverse of `code_from_thrust` where the code drives.
 
     Parameters
     ----------
@@ -106,15 +116,40 @@ def thrust_from_code(
     Returns
     -------
     ndarray
-        Thrust; zero inside the dead zone. [N]
+        Thrust; inside the dead zone zero at rest and the drag's share under way. [N]
     """
     codes, speed = np.broadcast_arrays(np.asarray(code, float), np.asarray(speed_mps, float))
     thrust = np.zeros(codes.shape)
     for sign, grid in ((1.0, positive), (-1.0, negative)):
-        mask = sign * codes > 0
+        mask = (sign * codes > 0) | ((codes == 0) & (sign * speed > 0))
         if not mask.any():
             continue
-        largest, rows = grid.at_speed(np.maximum(sign * speed[mask], 0.0))
+        along, size = sign * speed[mask], sign * codes[mask]
+        largest, rows = grid.at_speed(np.maximum(along, 0.0))
         values = np.broadcast_to(grid.fraction, rows.shape)
-        thrust[mask] = sign * largest * _interpolate_rows(sign * codes[mask], rows, values)
-    return thrust
+        driven = largest * _interpolate_rows(size, rows, values)
+        drag, edge = grid.drag_at(along), rows[:, 0]
+        idle = drag * (1.0 - size / np.maximum(edge, 1e-12))
+        driven = np.where((along > 0) & (size < edge), -idle, driven)
+        thrust[mask] = sign * np.where(along > 0, driven, np.maximum(driven, drag))
+    return thrust + 0.0
+
+
+def thrust_limits(
+    speed_mps: ArrayLike, *, positive: ThrustGrid, negative: ThrustGrid, code_min: float
+) -> tuple[FloatArray, FloatArray]:
+    """Largest and most negative thrust that an allocator may ask for at a speed. [N].
+
+    +-T_max(V) as the paper takes it: against the motion no more is promised than along it. In
+    reverse the thrust at `code_min`.
+    """
+    speed = np.asarray(speed_mps, float).ravel()
+    zero, size = np.zeros_like(speed), np.abs(speed)
+    forward, at_rest = positive.at_speed(size)[0], positive.at_speed(zero)[0]
+    forward = np.where(speed < 0, np.minimum(forward, at_rest), forward)
+    reverse, rest = (
+        thrust_from_code(code_min, v, positive=positive, negative=negative) for v in (-size, zero)
+    )
+    reverse = np.minimum(np.where(speed > 0, np.maximum(reverse, rest), reverse), 0.0)
+    shape = np.shape(speed_mps)
+    return forward.reshape(shape), reverse.reshape(shape) + 0.0

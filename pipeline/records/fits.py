@@ -140,6 +140,20 @@ class StaticRow(Record):
     """Modes m of the thrust's covariance along `mode_code`: Cov(T) = sum m m^T. [N]"""
 
 
+class FasterRows(Record):
+    """The family beyond the tables, up to the speed at which the largest code gives no thrust.
+
+    `ends` says why there are no more rows; `tested_mps` is the highest speed of all at which the
+    working point of the largest code lies within what was measured.
+    """
+
+    speed_mps: Vector
+    thrust_n: Matrix
+    thrust_std_n: Matrix
+    tested_mps: float
+    ends: Literal["no thrust", "no working point", "search ends"]
+
+
 class StaticCharacteristic(Record):
     """The static family T(N, V): working points of drive and propeller on a grid.
 
@@ -163,6 +177,39 @@ class StaticCharacteristic(Record):
     """Smallest and largest ratio of Monte Carlo to analytic standard error over the grid."""
     checks: tuple[Check, ...]
     explanations: tuple[str, ...]
+    faster: FasterRows | None = None
+    """The balance beyond the tabulated speeds; Table 2 and the simulation end before."""
+    free_drag_ns2pm2: float = 0.0
+    """Drag of the freely turning propeller over V^2; 0 where K_M(J) never falls to zero."""
+    sources: tuple[str, ...] = ()
+    """Files that the two fits are from."""
+
+
+Basis = Literal["measured", "calculated", "mirrored"]
+
+
+class SignedFamily(Record):
+    """One sign of thrust T(N, V), magnitudes, matrices indexed [speed][code].
+
+    `half95_n` is the half-width of the 95 % interval: the noise of the bench, and where the mooring
+    test and the calculation differ at rest, that difference.
+    """
+
+    sign: Literal[1, -1]
+    basis: Basis
+    speed_mps: Vector
+    code: Vector
+    thrust_n: Matrix
+    half95_n: Matrix
+
+
+class ThrustFamily(Record):
+    """The best knowledge of T(N, V): measured at rest where it was, calculated under way."""
+
+    positive: SignedFamily
+    negative: SignedFamily
+    free_drag_ns2pm2: float = 0.0
+    """Drag of the freely turning propeller over V^2. [N s^2/m^2]"""
 
 
 class SpeedInverse(Record):
@@ -188,6 +235,9 @@ class FirmwareBranch(Record):
     code: Matrix
     against_motion: str
     """How thrust against the motion is modelled, for the report."""
+    drag_n: Vector = ()
+    """Drag at code 0 at each speed, falling to zero at the edge of the dead zone; empty: none."""
+    basis: Basis | None = None
 
 
 class FirmwareCharacteristic(Record):
@@ -202,6 +252,23 @@ class FirmwareCharacteristic(Record):
     code_min: int = Field(default_factory=lambda known: -int(known["code_max"]), le=0)
     positive: FirmwareBranch
     negative: FirmwareBranch
+    tested_mps: float | None = None
+    """Speed up to which the bench supports the tables; 0: at rest only; None: all of them."""
+    supply_voltage_v: float | None = None
+    """What the mooring test had, or the vehicle file states."""
+    sources: tuple[str, ...] = ()
+    """Raw files that the tables are from."""
+
+    @property
+    def fastest_tested_mps(self) -> float:
+        """The same as a number."""
+        tested, last = self.tested_mps, self.positive.speed_mps[-1]
+        return last if tested is None else tested
+
+    @property
+    def at_rest_only(self) -> bool:
+        """Whether the tables say nothing of what speed does to the thrust."""
+        return len(self.positive.speed_mps) == 1
 
 
 class RoundTrip(Record):
@@ -228,3 +295,5 @@ class InverseCharacteristic(Record):
     checks: tuple[Check, ...]
     explanations: tuple[str, ...]
     """What could not be computed and why, and what was assumed."""
+    family: ThrustFamily | None = None
+    """What the firmware's grid was made from; None where there is none."""

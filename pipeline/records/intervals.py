@@ -2,7 +2,14 @@
 
 import numpy as np
 
-from pipeline.records.fits import DriveFit, PolynomialFit, StaticCharacteristic
+from pipeline.records.fits import (
+    DriveFit,
+    Interval,
+    InverseCharacteristic,
+    PolynomialFit,
+    StaticCharacteristic,
+    StaticRow,
+)
 
 #: 0.975 quantile of the standard normal distribution.
 NORMAL_95 = 1.959963984540054
@@ -53,3 +60,17 @@ def static_factor(static: StaticCharacteristic, drive: DriveFit | None = None) -
     if static.table2:
         return interval_factor(static.table2[0].fit)
     return NORMAL_95 if drive is None else drive_factor(drive)
+
+
+def largest_thrust_interval(row: StaticRow, inverse: InverseCharacteristic | None) -> Interval:
+    """95 % interval of T_max: the bench's, widened by what the mooring test differs by."""
+    low, high = row.thrust_max_ci95
+    own = half = (high - low) / 2.0
+    if inverse is not None and inverse.family is not None:
+        for side in (inverse.family.positive, inverse.family.negative):
+            for speed_mps, widths in zip(side.speed_mps, side.half95_n, strict=True):
+                if abs(speed_mps - row.speed_mps) < 1e-9:
+                    half = max(half, widths[-1])
+    if half == own:
+        return low, high
+    return row.thrust_max_n - half, row.thrust_max_n + half

@@ -4,16 +4,18 @@ from dataclasses import dataclass
 
 from pipeline.physics.drive import TorqueSurface
 from pipeline.physics.torque_balance import OpenWaterPropeller
-from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.fits import StaticCharacteristic, ThrustFamily
 
 
 @dataclass(frozen=True)
 class BenchModel:
     """What the bench says about a vehicle's thruster: the static family, and its ingredients.
 
-    `propeller` and `surface` are needed where a thruster's balance is solved in time.
+    `propeller` and `surface` are needed where a thruster's balance is solved in time. With `family`
+    a thruster of the tables, too, has the thrust that was measured in place of the calculated.
     """
 
-    static: StaticCharacteristic
+    static: StaticCharacteristic | None
     propeller: OpenWaterPropeller | None = None
     surface: TorqueSurface | None = None
+    family: ThrustFamily | None = None

@@ -5,17 +5,19 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.physics.drive import drive_torque
 from pipeline.physics.parameters import MOST_THRUSTERS, write
-from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.fits import SignedFamily, StaticCharacteristic, ThrustFamily
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.context import model_of
 from pipeline.simulate.kernel_thrusters import SCREW_COLUMNS
 from pipeline.types import FloatArray
-from pipeline.vehicle.model_schema import FromBollard, ThrusterModel
+from pipeline.vehicle.model_schema import FromBollard, FromMooring, FromTables, ThrusterModel
 from pipeline.vehicle.schema import Vehicle
 
 #: Columns of a bollard characteristic's table, as many as codes from 0 to 128.
 BOLLARD_CODES = 129
 BOLLARD_SPEEDS = 41
+#: Rows of a table from the bench. [m/s]
+SPEED_STEP_MPS = 0.1
 #: Grid of the drive's torque for the balance in time.
 TORQUE_CODES = 128
 TORQUE_SPEEDS = 400
@@ -38,7 +40,7 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
         )
     }
     rows["code_max"][:], rows["code_min"][:] = 1.0, -1.0
-    rows["thrust_gain"][:] = 1.0
+    rows["thrust_gain"][:], rows["reverse_gain"] = 1.0, np.ones(MOST_THRUSTERS)
     model = model_of(vehicle)
     falls = model.terms.thrust_falls_with_speed
     position, direction = np.zeros((MOST_THRUSTERS, 3)), np.zeros((MOST_THRUSTERS, 3))
@@ -53,9 +55,11 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
         rows["lag"][i] = drive.lag_s
         rows["rotor_inertia"][i] = _inertia(drive)
         rows["inflow_fraction"][i] = 1.0 - model.wake_fraction.of(thruster.name) if falls else 0.0
-        rows["thrust_gain"][i] = 1.0 - model.thrust_deduction.of(thruster.name)
+        deduction = model.thrust_deduction.of(thruster.name)
+        rows["thrust_gain"][i] = thruster.gain_ahead * (1.0 - deduction)
         rows["code_max"][i] = vehicle.drives[thruster.drive].code_max
         rows["code_min"][i] = vehicle.drives[thruster.drive].code_min
+        rows["reverse_gain"][i] = thruster.gain_reverse / thruster.gain_ahead
         position[i] = thruster.position_m
         direction[i] = np.array(thruster.direction) / np.linalg.norm(thruster.direction)
     write(vector, "thruster_count", float(len(vehicle.thrusters)))
@@ -75,7 +79,10 @@ def thrust_table(
     characteristic = model_of(vehicle).thrusters[kind[0]].characteristic
     if isinstance(characteristic, FromBollard):
         return bollard_table(characteristic, vehicle.drives[kind[0]].code_max)
-    if bench is None:
+    if bench is not None and bench.family is not None:
+        falls = characteristic if isinstance(characteristic, FromMooring) else None
+        return family_table(bench.family, None if falls is None else falls.zero_thrust_speed_mps)
+    if bench is None or bench.static is None:
         raise CannotComputeError(
             f"drive {kind[0]} of {vehicle.name} takes its thrust from the bench tables, and there "
             f"are none; run `rig2sea run {vehicle.name}` first"
@@ -91,10 +98,14 @@ def shaft_tables(
     vehicle: Vehicle, kinds: tuple[tuple[str, str], ...], bench: BenchModel | None
 ) -> FloatArray | None:
     """Shaft speeds of the bench's family, where every thruster takes its thrust from it."""
-    if bench is None or any(
-        kind[0] == ""
-        or isinstance(model_of(vehicle).thrusters[kind[0]].characteristic, FromBollard)
-        for kind in kinds
+    if (
+        bench is None
+        or bench.static is None
+        or any(
+            kind[0] == ""
+            or not isinstance(model_of(vehicle).thrusters[kind[0]].characteristic, FromTables)
+            for kind in kinds
+        )
     ):
         return None
     rows = _regular_rows(bench.static)
@@ -105,6 +116,32 @@ def shaft_tables(
 def _regular_rows(static: StaticCharacteristic) -> list[int]:
     """Rows of the family at multiples of 0.1 m/s."""
     return [i for i, v in enumerate(static.speed_mps) if abs(v / 0.1 - round(v / 0.1)) < 1e-6]
+
+
+def family_table(
+    family: ThrustFamily, zero_thrust_speed_mps: float | None
+) -> tuple[FloatArray, float, float]:
+    """Measured thrust of both signs on a regular grid, (2, speeds, codes) [N]."""
+    sides = (family.positive, family.negative)
+    code = np.array(family.positive.code)
+    last = min(side.speed_mps[-1] for side in sides)
+    if last > 0.0:
+        rows = int(last / SPEED_STEP_MPS + 1e-6) + 1
+        speed = np.linspace(0.0, SPEED_STEP_MPS * (rows - 1), rows)
+        table = [_rows_at(side, speed) for side in sides]
+        return np.stack(table), SPEED_STEP_MPS, float(code[1] - code[0])
+    rest = np.array([side.thrust_n[0] for side in sides])[:, None, :]
+    if zero_thrust_speed_mps is None:
+        return rest, 1.0, float(code[1] - code[0])
+    speed = np.linspace(0.0, zero_thrust_speed_mps, BOLLARD_SPEEDS)
+    slope = np.sqrt(rest * rest.max(axis=2, keepdims=True)) / zero_thrust_speed_mps
+    falling = np.maximum(rest - slope * speed[None, :, None], 0.0)
+    return falling, float(speed[1]), float(code[1] - code[0])
+
+
+def _rows_at(side: SignedFamily, speed_mps: FloatArray) -> FloatArray:
+    columns = np.array(side.thrust_n).T
+    return np.stack([np.interp(speed_mps, side.speed_mps, column) for column in columns], axis=1)
 
 
 def bollard_table(characteristic: FromBollard, code_max: int) -> tuple[FloatArray, float, float]:

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Literal
 
 from pipeline.control.inverse import firmware_grid
-from pipeline.control.paper_allocator import PaperAllocator, rest_inverse
+from pipeline.control.paper_allocator import PaperAllocator, inflow_of_velocity, rest_inverse
 from pipeline.errors import CannotComputeError
 from pipeline.simulate.fly import Allocator, general_allocator
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_inverse
@@ -40,4 +40,9 @@ def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> Alloc
         )
     record = load_inverse(one.name, out)
     inverse = firmware_grid(record) if name == "paper" else rest_inverse(record, one.vehicle)
-    return PaperAllocator(geometry, inverse, one.packed.thruster_names)
+    return PaperAllocator(
+        geometry,
+        inverse,
+        one.packed.thruster_names,
+        direction=inflow_of_velocity(one.vehicle),
+    )

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from pipeline import __version__
 from pipeline.errors import CannotComputeError
+from pipeline.export.allocator_layout import AllocatorLayout, allocator_layout
 from pipeline.export.firmware import write_firmware
 from pipeline.provenance import file_digest, unwritable
 from pipeline.records.fits import InverseCharacteristic
@@ -41,6 +42,12 @@ def _write_whole(job: Job, inverse: InverseCharacteristic, folder: Path) -> Firm
         work = Path(temporary) / "firmware"
         work.mkdir()
         tables = job.tables()
+        layout: AllocatorLayout | None = None
+        notes: tuple[str, ...] = ()
+        try:
+            layout = allocator_layout(job.vehicle(), inverse.firmware)
+        except CannotComputeError as error:
+            notes = (str(error),)
         digest = tables.pop("provenance")["tables_sha256"]
         write_firmware(
             job.vehicle_name,
@@ -49,9 +56,10 @@ def _write_whole(job: Job, inverse: InverseCharacteristic, folder: Path) -> Firm
             tool_version=__version__,
             folder=work,
             tables=tables,
+            layout=layout,
         )
         files = {
             (folder / path.name).as_posix(): file_digest(path) for path in sorted(work.iterdir())
         }
         work.rename(folder)
-    return FirmwareFiles(files=files)
+    return FirmwareFiles(files=files, notes=notes)

@@ -7,6 +7,8 @@ class FirmwareFiles(Record):
     """The firmware sources of a vehicle."""
 
     files: dict[str, str]
+    notes: tuple[str, ...] = ()
+    """What the files had to do without."""
 
 
 class DayLine(Record):

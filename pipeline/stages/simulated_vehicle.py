@@ -13,6 +13,7 @@ from pipeline.records.fits import (
     InverseCharacteristic,
     PropellerFit,
     StaticCharacteristic,
+    ThrustFamily,
 )
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.context import model_of
@@ -93,9 +94,16 @@ def _bench(
     model = model_of(vehicle)
     used = [model.thrusters[drive] for drive in {one.drive for one in vehicle.thrusters}]
     in_time = any(drive.balance_in_time for drive in used)
-    if not in_time and all(drive.characteristic.kind != "tables" for drive in used):
+    kinds = {drive.characteristic.kind for drive in used}
+    if not in_time and kinds <= {"bollard"}:
         return None, ()
-    static, inputs = _result(name, out, "static", StaticCharacteristic)
+    static, family = None, None
+    inputs: dict[str, str] = {}
+    if in_time or "tables" in kinds:
+        static, inputs = _result(name, out, "static", StaticCharacteristic)
+    if "mooring" in kinds:
+        inverse, inputs = _result(name, out, "inverse", InverseCharacteristic)
+        family = measured(inverse)
     known = inputs.get(f"raw/{name}/{VEHICLE_FILE}")
     notes: tuple[str, ...] = ()
     if known != file_digest(file):
@@ -105,13 +113,30 @@ def _bench(
         )
         notes = (changed,)
     if not in_time:
-        return BenchModel(static), notes
+        return BenchModel(static, family=family), notes
     from pipeline.identify.static import thruster_model
 
     propeller, _ = _result(name, out, "propeller", PropellerFit)
     drive, _ = _result(name, out, "drive", DriveFit)
     fitted = thruster_model(propeller, drive, vehicle)
-    return BenchModel(static, fitted.propeller, fitted.surface), notes
+    return BenchModel(static, fitted.propeller, fitted.surface, family), notes
+
+
+def measured(inverse: InverseCharacteristic) -> ThrustFamily:
+    """Return the family in which a mooring test has a part.
+
+    Raises
+    ------
+    CannotComputeError
+        When nothing was measured at rest.
+    """
+    family = inverse.family
+    if family is None or "measured" not in {family.positive.basis, family.negative.basis}:
+        raise CannotComputeError(
+            '"kind: mooring" takes the thrust from the mooring test, and there is none that could '
+            "be used. " + " ".join(inverse.explanations)
+        )
+    return family
 
 
 def _result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, dict[str, str]]:

@@ -1,5 +1,6 @@
 """Vehicle, static family and inverse -> the vehicle flown with its regenerated tables."""
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from pipeline.errors import CannotComputeError
@@ -47,15 +48,21 @@ def run(job: Job) -> str:
 
         if not _from_bench(vehicle, vehicle.model):
             return validate_allocator(vehicle, pack_vehicle(vehicle))
-        static = job.needed("static", StaticCharacteristic)
-        inverse = None
-        if vehicle.allocator is not None:
-            inverse = job.needed("inverse", InverseCharacteristic)
+        # what was measured at rest is the truth at rest, whatever the simulation flies otherwise
+        inverse = job.needed("inverse", InverseCharacteristic)
+        static = job.record("static", StaticCharacteristic)
+        if static is None and _kinds(vehicle, vehicle.model) & {"tables"}:
+            static = job.needed("static", StaticCharacteristic)
+        bench = replace(
+            BenchModel(static, *_ingredients(job, vehicle, vehicle.model)), family=inverse.family
+        )
         return validate_allocator(
             vehicle,
-            pack_vehicle(vehicle, BenchModel(static, *_ingredients(job, vehicle, vehicle.model))),
-            inverse,
-            power_model(static, job.record("load_test", LoadTestRecord)),
+            pack_vehicle(vehicle, bench),
+            inverse if vehicle.allocator is not None else None,
+            None
+            if static is None
+            else power_model(static, job.record("load_test", LoadTestRecord)),
         )
 
     return write_record(job, compute)
@@ -63,8 +70,12 @@ def run(job: Job) -> str:
 
 def _from_bench(vehicle: Vehicle, model: Model) -> bool:
     """Tell whether any thruster takes its thrust from the bench."""
+    return bool(_kinds(vehicle, model) - {"bollard"})
+
+
+def _kinds(vehicle: Vehicle, model: Model) -> set[str]:
     used = [model.thrusters[one.drive] for one in vehicle.thrusters]
-    return any(one.balance_in_time or one.characteristic.kind == "tables" for one in used)
+    return {"tables" if one.balance_in_time else one.characteristic.kind for one in used}
 
 
 def _ingredients(

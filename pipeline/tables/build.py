@@ -9,10 +9,10 @@ from pipeline.records.fits import (
     InverseCharacteristic,
     PolynomialFit,
     PropellerFit,
-    SpeedInverse,
     StaticCharacteristic,
     StaticRow,
 )
+from pipeline.records.intervals import largest_thrust_interval
 from pipeline.vehicle.schema import Vehicle
 
 Json = dict[str, Any]
@@ -44,9 +44,9 @@ def build_tables(
     return {
         "vehicle": vehicle.name,
         "table1": _table1(propeller),
-        "table2": _table2(static.table2) if static else None,
+        "table2": _table2(static.table2, inverse) if static else None,
         "table3": _table3(inverse),
-        "table4": _table4(inverse.table4, static) if inverse and inverse.table4 else None,
+        "table4": _table4(inverse, static) if inverse and inverse.table4 else None,
         "quality": {
             "table1": {
                 "KT": _quality(propeller.thrust.quality),
@@ -93,7 +93,7 @@ def _table1(propeller: PropellerFit | None) -> Json | None:
     }
 
 
-def _table2(rows: tuple[StaticRow, ...]) -> Json:
+def _table2(rows: tuple[StaticRow, ...], inverse: InverseCharacteristic | None) -> Json:
     names = ("KF0", "KF1", "KF2")
     return {
         "speed_mps": [row.speed_mps for row in rows],
@@ -102,7 +102,7 @@ def _table2(rows: tuple[StaticRow, ...]) -> Json:
         "T_max_n": [row.thrust_max_n for row in rows],
         "ci95": {
             **{name: [list(row.fit.ci95[i]) for row in rows] for i, name in enumerate(names)},
-            "T_max_n": [list(row.thrust_max_ci95) for row in rows],
+            "T_max_n": [list(largest_thrust_interval(row, inverse)) for row in rows],
         },
     }
 
@@ -126,10 +126,15 @@ def _signs(inverse: InverseCharacteristic | None) -> dict[str, PolynomialFit | N
     }
 
 
-def _table4(rows: tuple[SpeedInverse, ...], static: StaticCharacteristic | None) -> Json:
+def _table4(inverse: InverseCharacteristic, static: StaticCharacteristic | None) -> Json:
+    rows = inverse.table4
     names = ("KN0", "KN1", "KN2", "KN3")
     # T_max of Table 4 is that of Table 2, and so is what is known of it
-    largest = {row.speed_mps: row.thrust_max_ci95 for row in static.table2} if static else {}
+    largest = (
+        {row.speed_mps: list(largest_thrust_interval(row, inverse)) for row in static.table2}
+        if static
+        else {}
+    )
     return {
         "speed_mps": [row.speed_mps for row in rows],
         "T_max_n": [row.thrust_max_n for row in rows],
@@ -137,7 +142,7 @@ def _table4(rows: tuple[SpeedInverse, ...], static: StaticCharacteristic | None)
         "ci95": {
             **{name: [list(row.ci95[i]) for row in rows] for i, name in enumerate(names)},
             **(
-                {"T_max_n": [list(largest[row.speed_mps]) for row in rows]}
+                {"T_max_n": [largest[row.speed_mps] for row in rows]}
                 if all(row.speed_mps in largest for row in rows)
                 else {}
             ),

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from pipeline.control.inverse import rounded
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.validation import (
@@ -128,15 +129,14 @@ def _trace(name: Variant, flight: Flight) -> Trace:
 
 
 def _codes(field: Field, flights: list[Flight]) -> CodeComparison | None:
-    """Compare the codes that were flown with those of the fixed-point firmware."""
+    """Compare the codes of the flown thrusts in floating and in fixed point."""
     fixed = field.crew.fixed
     if fixed is None:
         return None
-    # the columns without a share of surge lie across the motion and are used at rest
-    stern = field.crew.thrust_of_wrench[:, 0] != 0.0
     off = [
         np.abs(
-            fixed.code(flight.wanted_n, np.where(stern, flight.motion[:, :1], 0.0)) - flight.codes
+            fixed.code(flight.wanted_n, flight.inflow_mps)
+            - rounded(fixed.floating.code(flight.wanted_n, flight.inflow_mps))
         )
         for flight in flights
     ]

@@ -22,7 +22,7 @@ from pipeline.simulate.fly import general_allocator
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
 from pipeline.validate.flight import Decide
-from pipeline.validate.inverses import AlongAxis, FixedPoint, Remembered
+from pipeline.validate.inverses import FixedPoint, Remembered
 from pipeline.validate.plan import SURGE_PORTIONS
 from pipeline.validate.steady_tables import (
     configuration,
@@ -97,8 +97,13 @@ def general_crew(packed: PackedVehicle) -> Crew:
     )
 
 
-def paper_crew(packed: PackedVehicle, geometry: Allocator, inverse: InverseCharacteristic) -> Crew:
-    """Eq. (6) with Table 3, and with the firmware's grid.
+def paper_crew(
+    packed: PackedVehicle,
+    geometry: Allocator,
+    inverse: InverseCharacteristic,
+    direction: FloatArray,
+) -> Crew:
+    """Eq. (6) with Table 3, and with the firmware's grid at the speed along each thruster.
 
     Raises
     ------
@@ -110,16 +115,19 @@ def paper_crew(packed: PackedVehicle, geometry: Allocator, inverse: InverseChara
     names = packed.thruster_names
 
     def crew(
-        one: Inverse, *, shape: Allocator = geometry, round_codes: bool = True
+        one: Inverse,
+        *,
+        shape: Allocator = geometry,
+        round_codes: bool = True,
+        along: FloatArray | None = direction,
     ) -> PaperAllocator:
-        return PaperAllocator(shape, Remembered(one), names, round_codes)
+        return PaperAllocator(shape, Remembered(one), names, round_codes, along)
 
     floating = Remembered(grid)
     fixed = _fixed(inverse, floating)
-    along = float(np.cos(np.radians(geometry.delta_deg)))
     settings: list[tuple[str, Decide]] = [
         ("codes not rounded", crew(grid, round_codes=False)),
-        ("speed given along the thrusters' axis, V cos(delta)", crew(AlongAxis(grid, along))),
+        ("speed given as V_x for every stern thruster, as in the paper", crew(grid, along=None)),
     ]
     if fixed is not None:
         settings.append(("firmware grid in fixed point", crew(fixed)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.control.autopilot import Autopilot
+from pipeline.control.paper_allocator import inflow_of_velocity
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.validation import KeepingFlight, PortionFlight, StepFlight, Variant
@@ -61,14 +62,15 @@ class Field:
         texts: list[str] = []
         geometry: Allocator | None
         if vehicle.allocator is not None and not bollard and inverse is not None:
-            crew = paper_crew(calm, vehicle.allocator, inverse)
+            crew = paper_crew(calm, vehicle.allocator, inverse, inflow_of_velocity(vehicle))
             portions = vehicle.allocator.portions
             shares: tuple[float, ...] = (portions.surge, portions.heading, portions.pitch)
             geometry = vehicle.allocator
             texts.append(
-                "The inflow of a stern thruster is its own speed along its axis, V cos(delta) "
-                "straight ahead. The allocator is told V_x, as in the paper, and so asks for more "
-                "code than is needed; the table of settings shows the flight without that."
+                "The inflow of a thruster is its own speed along its axis, V cos(delta) straight "
+                "ahead for a stern one, and the allocator takes it there. Told V_x, as in the "
+                "paper, it asks for more code than is needed; the table of settings shows that "
+                "flight."
             )
         else:
             crew, shares, geometry = general_crew(calm), (), None

@@ -39,27 +39,6 @@ class Remembered:
 
 
 @dataclass(frozen=True)
-class AlongAxis:
-    """An inverse that is given the share of the speed that lies along the stern thrusters."""
-
-    inverse: Inverse
-    share: float
-
-    @property
-    def name(self) -> str:
-        """Say what is different."""
-        return f"{self.inverse.name}, speed along the thruster's axis"
-
-    def limits(self, speed_mps: float) -> ThrustLimits:
-        """Limits at the speed along the axis."""
-        return self.inverse.limits(self.share * speed_mps)
-
-    def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
-        """Codes at the speed along the axis."""
-        return self.inverse.code(thrust_n, self.share * np.asarray(speed_mps, float))
-
-
-@dataclass(frozen=True)
 class FixedPoint:
     """The firmware's fixed-point code, bit for bit: whole codes, limits as the C functions say."""
 

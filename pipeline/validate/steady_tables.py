@@ -84,13 +84,10 @@ def thrust_limits(packed: PackedVehicle, speed_mps: float) -> FloatArray:
     """Largest thrust forward and in reverse that each thruster can give at a surge speed. [N].
 
     Shape (2, n), both positive, at the ends of the codes; against the motion no more is promised
-    than along it. A drive without negative codes gives nothing in reverse.
+    than along it, as the firmware's limits are. A drive without negative codes gives nothing in
+    reverse.
     """
-    nu = np.zeros((2, 6))
-    nu[:, 0] = speed_mps
-    inflow = inflow_speed(packed, nu)
-    reverse, forward = np.abs(settled_thrust(packed, packed.code_limits.T.copy(), inflow))
-    both = np.minimum(forward, reverse)
-    return np.stack(
-        [np.where(inflow[1] < 0.0, both, forward), np.where(inflow[0] > 0.0, both, reverse)]
-    )
+    size = np.abs(inflow_speed(packed, np.eye(6)[:1] * speed_mps))[0]
+    codes = packed.code_limits.T.copy()
+    reverse, forward = np.abs(settled_thrust(packed, codes, np.stack([-size, size])))
+    return np.stack([forward, reverse])

@@ -33,6 +33,7 @@ __all__ = [
     "Crossflow",
     "Damping",
     "FromBollard",
+    "FromMooring",
     "FromTables",
     "HullSection",
     "HullShare",
@@ -167,6 +168,20 @@ class FromTables(ModelSection):
     kind: Literal["tables"]
 
 
+class FromMooring(ModelSection):
+    """What the mooring test of this vehicle measured, each sign apart, at the tables' voltage.
+
+    Under way it is what the torque balance makes of it where there is one. Where there is none the
+    thrust falls as T = T_rest - sqrt(T_rest T_max) V / V_0, not below 0, with V_0 the speed at
+    which the thrust at full code vanishes (the form of `bollard`); without V_0 it is that of rest
+    at every speed.
+    """
+
+    kind: Literal["mooring"]
+    zero_thrust_speed_mps: Positive | None = None
+    source: str = ""
+
+
 class FromBollard(ModelSection):
     """T = T_max q (q - V / V_0), q = s^(e/2), s = (|N| - N_dead) / (N_max - N_dead), not below 0.
 
@@ -188,7 +203,7 @@ class FromBollard(ModelSection):
 class ThrusterModel(ModelSection):
     """How a drive with its propeller behaves in the simulation."""
 
-    characteristic: Annotated[FromTables | FromBollard, Field(discriminator="kind")]
+    characteristic: Annotated[FromTables | FromMooring | FromBollard, Field(discriminator="kind")]
     lag_s: NotNegative = 0.0
     rotor_inertia_kgm2: Positive | None = None
     """Rotor, shaft and propeller with entrained water."""

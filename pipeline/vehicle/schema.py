@@ -61,6 +61,9 @@ class Thruster(Section):
     drive: Name
     position_m: Vector3
     direction: Vector3
+    gain_ahead: Annotated[float, Field(ge=0.05, le=20)] = 1.0
+    """Thrust of this one over that of the characteristic, at positive codes."""
+    gain_reverse: Annotated[float, Field(ge=0.05, le=20)] = 1.0
 
     @model_validator(mode="after")
     def _direction_is_a_unit_vector(self) -> Self:
@@ -334,9 +337,10 @@ class Vehicle(Section):
             if drive not in self.drives:
                 text = f'there is no drive "{drive}"; drives has {known}'
                 raise _fault_at(text, *path)
-            if behaviour.characteristic.kind == "tables" and drive != self.tables.drive:
+            kind = behaviour.characteristic.kind
+            if kind in {"tables", "mooring"} and drive != self.tables.drive:
                 text = (
-                    f'"kind: tables" is for the drive of the tables, '
+                    f'"kind: {kind}" is for the drive of the tables, '
                     f'which is "{self.tables.drive}"; give this one a bollard characteristic'
                 )
                 raise _fault_at(text, *path, "characteristic")

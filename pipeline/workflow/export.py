@@ -59,6 +59,8 @@ def export_firmware(request: Request, to: Path) -> Exported:
     files = _copied(sources, to)
     (vehicle,), _ = choose(request.vehicles, request.raw, request.out)
     say = Progress(sys.stderr).say
+    for note in receipt.record.notes:
+        say(note)
     for check in failed_checks_behind(vehicle, "firmware", request.out):
         say(check_line(made.vehicle, check))
     return Exported(files, made.refused)

@@ -41,11 +41,11 @@ def test_speed_errors_grow_without_compensation_only(flown: Any) -> None:  # noq
     moored, compensated = kept(flown, "mooring"), kept(flown, "compensated")
     errors = [moored[v]["speed_error_mps"] for v in SPEEDS]
     assert errors == sorted(errors)
-    assert errors[3] == pytest.approx(0.127, rel=0.1)
+    assert errors[3] == pytest.approx(0.139, rel=0.1)
     for speed in SPEEDS[1:4]:
-        assert compensated[speed]["speed_error_mps"] < moored[speed]["speed_error_mps"] / 5
+        assert compensated[speed]["speed_error_mps"] < moored[speed]["speed_error_mps"] / 20
         assert moored[speed]["wrench_gain"][0] < 0.7
-        assert compensated[speed]["wrench_gain"][0] == pytest.approx(1.07, abs=0.03)
+        assert compensated[speed]["wrench_gain"][0] == pytest.approx(1.0, abs=0.02)
 
 
 def test_course_and_depth_suffer_far_less_than_the_paper_says(flown: Any) -> None:  # noqa: ANN401
@@ -62,8 +62,8 @@ def test_a_depth_step_reaches_the_pitch_through_the_mooring_inverse(flown: Any) 
         stepped(flown, variant, "depth")[1.0]["pitch_deg"]
         for variant in ("ideal", "mooring", "compensated")
     )
-    assert moored > 2.5 * ideal
-    assert compensated < 1.2 * ideal
+    assert moored > 2.2 * ideal
+    assert compensated < 1.25 * ideal
 
 
 def test_two_metres_a_second_are_out_of_reach_of_these_portions(flown: Any) -> None:  # noqa: ANN401

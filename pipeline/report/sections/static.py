@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.records.fits import StaticCharacteristic, StaticRow
+from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic, StaticRow
+from pipeline.records.intervals import largest_thrust_interval
 from pipeline.report.blocks import (
     Block,
     Details,
@@ -61,7 +62,7 @@ def static_section(results: VehicleResults) -> Section:
     )
     if published is not None and table2 is not None:
         blocks += _difference(static, table2)
-    blocks.append(_full_code(static, published))
+    blocks.append(_full_code(static, published, results.inverse))
     if static.explanations:
         blocks += explained(static.explanations)
     return Section(ANCHOR, TITLE, tuple(blocks))
@@ -200,7 +201,11 @@ def _difference(static: StaticCharacteristic, published: PublishedTable2) -> lis
     ]
 
 
-def _full_code(static: StaticCharacteristic, published: Published | None) -> Table:
+def _full_code(
+    static: StaticCharacteristic,
+    published: Published | None,
+    inverse: InverseCharacteristic | None,
+) -> Table:
     largest = static.code[-1]
     table2 = published.table2 if published else None
     table4 = published.table4 if published else None
@@ -211,7 +216,7 @@ def _full_code(static: StaticCharacteristic, published: Published | None) -> Tab
         header += ("Published Table 4, N", "Difference, N")
     rows = []
     for row in static.table2:
-        value, interval = with_interval(row.thrust_max_n, row.thrust_max_ci95)
+        value, interval = with_interval(row.thrust_max_n, largest_thrust_interval(row, inverse))
         cells = [speed(row.speed_mps), value, interval]
         if table2 is not None:
             index = speed_index(table2.speed_mps, row.speed_mps)

@@ -39,6 +39,7 @@ def test_same_input_same_bytes(case: str, tmp_path: Path) -> None:
         "mmt300_thruster_self_test.c",
         "mmt300_thruster.json",
         "mmt300_thruster.csv",
+        "mmt300_tables.csv",
     ]
     assert [path.read_bytes() for path in first] == [path.read_bytes() for path in second]
     assert sorted((tmp_path / "a").iterdir()) == sorted(first)

@@ -61,8 +61,11 @@ def test_thrust_never_falls_with_code_and_stays_in_range(
     code = np.unique(np.linspace(-(2**15), 2**15 - 1, 300).astype(int) // 16)
     thrust = single_precision.thrust_from_code(tables, code, speed)
     assert (np.diff(thrust) >= 0).all()
-    assert thrust.max() <= single_precision.thrust_limit(tables, speed, sign=1)
-    assert thrust.min() >= single_precision.thrust_limit(tables, speed, sign=-1)
+    # against the motion the limits promise less than the row at rest gives
+    if speed >= 0:
+        assert thrust.max() <= single_precision.thrust_limit(tables, speed, sign=1)
+    if speed <= 0:
+        assert thrust.min() >= single_precision.thrust_limit(tables, speed, sign=-1)
 
 
 def test_what_is_not_a_number_gives_nothing() -> None:
@@ -91,10 +94,39 @@ def test_dead_zone_is_rounded_towards_more_thrust() -> None:
 def test_the_ends_of_int16_give_the_limits() -> None:
     """-32768 has no positive twin among the int16."""
     tables = single_precision.single_tables(CASES["table2"]())
-    ends = np.array([-(2**15), 2**15 - 1], np.int16)
-    thrust = single_precision.thrust_from_code(tables, ends, 0.5)
-    assert thrust[0] == single_precision.thrust_limit(tables, 0.5, sign=-1)
-    assert thrust[1] == single_precision.thrust_limit(tables, 0.5, sign=1)
+    for end, sign in ((-(2**15), -1), (2**15 - 1, 1)):
+        thrust = single_precision.thrust_from_code(tables, end, sign * 0.5)
+        assert thrust == single_precision.thrust_limit(tables, sign * 0.5, sign=sign)
+
+
+def test_against_the_motion_no_more_is_promised_than_along_it() -> None:
+    """Kostenko's thruster at 2 m/s: 25.4 N ahead, and in reverse as much and not the 42 of rest."""
+    tables = single_precision.single_tables(CASES["table2"]())
+    ahead = single_precision.thrust_limit(tables, 2.0, sign=1)
+    back = single_precision.thrust_limit(tables, 2.0, sign=-1)
+    assert ahead == pytest.approx(25.40, abs=0.01)
+    assert back == single_precision.thrust_from_code(tables, -127, -2.0)
+    assert -ahead <= back < -0.9 * ahead
+
+
+def test_a_propeller_slower_than_the_water_drags() -> None:
+    """Free at code 0, nothing at the edge of the dead zone, and against the motion never less."""
+    rest = CASES["table2"]()
+    drag = tuple(0.85 * v**2 for v in rest.positive.speed_mps)
+    tables = single_precision.single_tables(
+        rest.model_copy(
+            update={
+                side: getattr(rest, side).model_copy(update={"drag_n": drag})
+                for side in ("positive", "negative")
+            }
+        )
+    )
+    thrust = single_precision.thrust_from_code(tables, np.arange(-127, 128), 2.0)
+    assert thrust[127] == pytest.approx(-3.4, abs=1e-5)
+    assert thrust[127 + 29] == pytest.approx(-3.4 / 2, abs=0.01)  # the edge is at 58.1
+    assert (np.diff(thrust) >= 0).all()
+    assert single_precision.thrust_from_code(tables, 5, -2.0) == -thrust[127]
+    assert single_precision.thrust_from_code(tables, 100, -2.0) > 27
 
 
 @pytest.mark.parametrize("case", ["weak_reverse", "forward_only"])

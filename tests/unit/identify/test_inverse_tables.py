@@ -74,7 +74,9 @@ def test_many_readings_at_three_codes_make_no_cubic(mooring_from: Maker) -> None
 
 def test_round_trips_through_our_own_family(static: StaticCharacteristic, vehicle: Vehicle) -> None:
     inverse = inverse_characteristic(static, None, vehicle)
-    assert len(inverse.round_trip) == 21  # every 0.1 m/s, tabulated or between
+    assert [trip.speed_mps for trip in inverse.round_trip][:21] == pytest.approx(
+        np.arange(21) * 0.1
+    )  # every 0.1 m/s, tabulated or between
     for trip in inverse.round_trip:
         assert trip.firmware_n <= 0.1
         assert trip.firmware_rounded_codes <= 0.5 + 0.1 / 0.1  # 0.1 N is at most one code

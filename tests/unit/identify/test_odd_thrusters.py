@@ -6,13 +6,14 @@ import pytest
 from pipeline.control.inverse import thrust_grid
 from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import fit_drive
-from pipeline.identify.firmware_grid import grid_from_mooring
+from pipeline.identify.firmware_grid import firmware_grid
 from pipeline.identify.inverse import inverse_characteristic
 from pipeline.identify.linear_fit import fit_linear
 from pipeline.identify.static import static_characteristic
+from pipeline.identify.thrust_family import both_signs
 from pipeline.physics.thrust_grid import code_from_thrust
 from pipeline.records.base import Source
-from pipeline.records.fits import Check, DriveFit, PropellerFit
+from pipeline.records.fits import Check, DriveFit, FirmwareCharacteristic, PropellerFit
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, MooringPoint, MooringRecord
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Drive, Vehicle
@@ -89,11 +90,15 @@ def bollard(
     )
 
 
+def moored_grid(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> FirmwareCharacteristic:
+    return firmware_grid(both_signs(None, points, reverses=True, notes=[]), vehicle, None)
+
+
 def test_a_mooring_curve_that_levels_off_is_followed_to_its_end(vehicle: Vehicle) -> None:
     """Drives reach a limit near the largest code; the grid has knots enough there."""
     code = np.arange(0.0, 128.0)
     thrust = 40 * (1 - np.exp(-((np.maximum(code - 10, 0) / 70) ** 2)))
-    firmware = grid_from_mooring(bollard(code, thrust), vehicle)
+    firmware = moored_grid(bollard(code, thrust), vehicle)
     sent = code_from_thrust(
         thrust,
         0.0,
@@ -126,9 +131,9 @@ def test_a_thruster_that_never_exceeds_the_dead_thrust_gets_no_tables(vehicle: V
     """Every wanted thrust within its reach would give code 0, and nobody would be told."""
     weak = bollard(CODES, 0.5 * (CODES / 120.0) ** 2)
     with pytest.raises(CannotComputeError, match=r"code 120 gives 0.*dead thrust of 0.5 N"):
-        grid_from_mooring(weak, vehicle)
+        moored_grid(weak, vehicle)
     strong_enough = bollard(CODES, 0.6 * (CODES / 120.0) ** 2)
-    assert grid_from_mooring(strong_enough, vehicle).positive.thrust_max_n[0] > 0.5
+    assert moored_grid(strong_enough, vehicle).positive.thrust_max_n[0] > 0.5
 
 
 def test_a_mooring_test_that_ends_early_is_told(vehicle: Vehicle) -> None:

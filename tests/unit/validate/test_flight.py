@@ -49,9 +49,9 @@ def test_at_rest_both_fly_alike(field: Field) -> None:
 
 
 def test_speed_along_the_axis_takes_away_what_compensation_leaves(field: Field) -> None:
-    told_ahead = field.keeping("compensated", field.fly(field.crew.compensated, 1.5))
-    (along,) = (one for text, one in field.crew.settings if "axis" in text)
-    told_along = field.keeping("compensated", field.fly(along, 1.5))
+    told_along = field.keeping("compensated", field.fly(field.crew.compensated, 1.5))
+    (ahead,) = (one for text, one in field.crew.settings if "V_x" in text)
+    told_ahead = field.keeping("compensated", field.fly(ahead, 1.5))
     assert told_along.wrench_error[0] < told_ahead.wrench_error[0] / 5
 
 

@@ -6,7 +6,7 @@ from flight_cases import Bench
 
 from pipeline.control.inverse import firmware_grid, rounded
 from pipeline.validate.field import Field
-from pipeline.validate.inverses import AlongAxis, Remembered
+from pipeline.validate.inverses import Remembered
 
 
 def test_remembered_limits_are_those_at_the_nearest_millimetre_per_second(mmt300: Bench) -> None:
@@ -16,13 +16,6 @@ def test_remembered_limits_are_those_at_the_nearest_millimetre_per_second(mmt300
         assert one.limits(speed).forward_n == pytest.approx(grid.limits(speed).forward_n, abs=0.02)
         assert one.limits(speed) is one.limits(speed)
     assert one.code(12.0, 1.1) == grid.code(12.0, 1.1)
-
-
-def test_along_axis_scales_the_speed(mmt300: Bench) -> None:
-    grid = firmware_grid(mmt300.inverse)
-    one = AlongAxis(grid, 0.5)
-    assert one.code(12.0, 2.0) == grid.code(12.0, 1.0)
-    assert one.limits(2.0) == grid.limits(1.0)
 
 
 def test_fixed_point_codes_are_the_rounded_ones_of_the_grid(mmt300: Bench, field: Field) -> None:

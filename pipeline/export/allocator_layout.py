@@ -1,0 +1,142 @@
+"""What the exported allocator needs of a vehicle: thrusters, matrices, geometry of eq. (6)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.control.bounded_allocation import Allocation, allocation_of
+from pipeline.control.paper_allocator import inflow_of_velocity
+from pipeline.errors import CannotComputeError
+from pipeline.records.fits import FirmwareCharacteristic
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Allocator, Pwm, Vehicle
+
+#: Entries of the matrices are Q7.24 in the fixed-point variant.
+LARGEST_ENTRY = 127.0
+#: An entry of a matrix that should be zero. [-]
+_ZERO = 1e-12
+MOST_THRUSTERS = 12
+
+
+@dataclass(frozen=True)
+class AllocatorLayout:
+    """Thrusters in the order of the vehicle file.
+
+    `direction` (n, 3) unit vectors; `flow` (n, 3) what makes the inflow speed of each of the
+    velocity, the direction less its wake fraction; `gain` (n, 2) thrust of each over that of the
+    tables, ahead and in reverse, thrust deduction included; `largest_n` the unit of the bounded
+    allocation, a power of two [N]; `stern` (4,) and `bow` indices into the thrusters, where eq. (6)
+    divides the demand.
+    """
+
+    names: tuple[str, ...]
+    position_m: FloatArray
+    direction: FloatArray
+    flow: FloatArray
+    gain: FloatArray
+    allocation: Allocation
+    largest_n: float
+    pulse: Pwm
+    paper: Allocator | None = None
+    stern: tuple[int, ...] = ()
+    bow: int | None = None
+
+    @property
+    def count(self) -> int:
+        """How many thrusters."""
+        return len(self.names)
+
+    @property
+    def shift(self) -> int:
+        """`largest_n` as a power of two."""
+        return round(float(np.log2(self.largest_n)))
+
+
+def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -> AllocatorLayout:
+    """Take the layout from the vehicle file.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        With thrusters, all with the drive and the propeller that the tables are for.
+    characteristic : FirmwareCharacteristic
+        Of these.
+
+    Raises
+    ------
+    CannotComputeError
+        When the tables do not hold for one of the thrusters, or a matrix does not fit the formats.
+    """
+    if not vehicle.thrusters:
+        raise CannotComputeError("vehicle.yaml names no thrusters, so there is no allocator.")
+    tables = vehicle.tables
+    for one in vehicle.thrusters:
+        if (one.drive, one.propeller) != (tables.drive, tables.propeller):
+            raise CannotComputeError(
+                f"There is no allocator: thruster {one.name} has drive {one.drive} and propeller "
+                f"{one.propeller}, and the tables are for {tables.drive} and {tables.propeller}."
+            )
+    names = tuple(one.name for one in vehicle.thrusters)
+    position = np.array([one.position_m for one in vehicle.thrusters], float)
+    direction = np.array([one.direction for one in vehicle.thrusters], float)
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    gain = np.array([(one.gain_ahead, one.gain_reverse) for one in vehicle.thrusters], float)
+    if vehicle.model is not None:
+        deduction = np.array([vehicle.model.thrust_deduction.of(name) for name in names])
+        gain *= 1.0 - deduction[:, None]
+    allocation = allocation_of(position, np.where(np.abs(direction) < _ZERO, 0.0, direction))
+    for what, values in (("inverse", allocation.inverse), ("scale", allocation.scale)):
+        if np.abs(values).max() > LARGEST_ENTRY:
+            raise CannotComputeError(
+                f"There is no allocator: the {what} of the configuration matrix has an entry of "
+                f"{np.abs(values).max():.0f}, at most {LARGEST_ENTRY:.0f} is expected. Are the "
+                "thrusters' positions in metres? Do two of them lie almost in one place?"
+            )
+    strongest = float((gain * [max(characteristic.positive.thrust_max_n),
+                               max(characteristic.negative.thrust_max_n)]).max())  # fmt: skip
+    geometry = vehicle.allocator
+    roles = () if geometry is None else (
+        geometry.upper, geometry.lower, geometry.left, geometry.right
+    )  # fmt: skip
+    return AllocatorLayout(
+        names=names,
+        position_m=position,
+        direction=direction,
+        flow=inflow_of_velocity(vehicle),
+        gain=gain,
+        allocation=allocation,
+        largest_n=2.0 ** max(int(np.ceil(np.log2(strongest))), 0),
+        pulse=vehicle.columns.mooring.pwm_range,
+        paper=geometry,
+        stern=tuple(names.index(role) for role in roles),
+        bow=names.index(geometry.bow) if geometry is not None and geometry.bow else None,
+    )
+
+
+@dataclass(frozen=True)
+class PaperConstants:
+    """Constants of eqs. (5) and (6) as the C code holds them.
+
+    `surge` and `moment` make the thrust of each stern thruster from a force [N] and a moment
+    [N m]; `bow_share` = 1 / (L_s + L_b) divides heave and pitch between bow and stern.
+    """
+
+    surge: float
+    moment_1pm: float
+    stern_arm_m: float
+    bow_share_1pm: float
+    portions: tuple[float, float, float]
+    """Of surge, heading, pitch."""
+
+    @classmethod
+    def of(cls, geometry: Allocator) -> "PaperConstants":
+        """Work them out."""
+        delta = np.radians(geometry.delta_deg)
+        portions = geometry.portions
+        return cls(
+            surge=float(1.0 / (4.0 * np.cos(delta))),
+            moment_1pm=float(1.0 / (2.0 * geometry.stern_arm_m * np.sin(delta))),
+            stern_arm_m=geometry.stern_arm_m,
+            bow_share_1pm=1.0 / ((geometry.bow_arm_m or 0.0) + geometry.stern_arm_m),
+            portions=(portions.surge, portions.heading, portions.pitch),
+        )

@@ -1,0 +1,227 @@
+"""Render header and source of the allocator."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.control.bounded_allocation import (
+    MOST_STEPS,
+    SMALLEST_STEP,
+    Arithmetic,
+    Floats,
+    largest_demand,
+)
+from pipeline.export import c_text
+from pipeline.export.allocator_layout import AllocatorLayout, PaperConstants
+from pipeline.export.allocator_model import LARGEST_PAPER, FixedArithmetic
+from pipeline.export.c_source import Identity, render
+from pipeline.export.fixed_point import Q16_ONE
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Allocator
+
+
+@dataclass(frozen=True)
+class Variant:
+    """How one variant writes an operation in C; the template has the algorithm once."""
+
+    name: str
+    type: str
+    input: str
+    zero: str
+    one: str
+    epsilon: str
+    half_epsilon: str
+    smallest: str
+    shift: int
+    """Bits of the product of a matrix entry and the solution."""
+
+    def mul(self, x: str, y: str, bits: int) -> str:
+        """Product of a large and a small number; `bits` are those of the smaller one's format."""
+        if self.name == "f32":
+            return f"({x} * {y})"
+        # the entry of a table is the factor below 2^31
+        large, small = (y, x) if x.startswith(("scaled", "inverse", "lower")) else (x, y)
+        return f"times_q({large}, {small}, {bits})"
+
+    def square(self, x: str, y: str) -> str:
+        """Product of two entries of the scaled matrix."""
+        return f"({x} * {y})" if self.name == "f32" else f"(({x} * {y}) / 1073741824)"
+
+    def quotient(self, x: str, y: str) -> str:
+        """Entry of L."""
+        if self.name == "f32":
+            return f"{x} / {y}"
+        return f"held_q(({x} * 16777216) / {y}, -INT32_MAX, INT32_MAX)"
+
+    def solved(self, x: str, y: str) -> str:
+        """Division by a pivot, into the format of the solution."""
+        if self.name == "f32":
+            return f"{x} / {y}"
+        return f"({x} * ((int64_t)1 << {self.shift})) / {y}"
+
+    def share(self, room: str, size: str) -> str:
+        """Share of a step up to a limit."""
+        if self.name == "f32":
+            return f"{room} / {size}"
+        return f"({room} * 1073741824) / {size}"
+
+    def released(self, pull: str, release: str) -> str:
+        """Step that a thruster let go would make by itself."""
+        return f"{pull} * {release}" if self.name == "f32" else f"({pull} * {release}) / 256"
+
+
+def render_allocator_header(identity: Identity, layout: AllocatorLayout) -> str:
+    """Return the text of ``<vehicle>_allocator.h``."""
+    paper = layout.paper
+    places = zip(layout.names, layout.position_m, layout.direction, strict=True)
+    return render(
+        "allocator.h.j2",
+        identity,
+        **_names(identity, layout),
+        paper=paper is not None,
+        bow=paper is not None and paper.bow is not None,
+        form="" if paper is None else paper.form,
+        portions=() if paper is None else PaperConstants.of(paper).portions,
+        steps=MOST_STEPS,
+        names="{" + ", ".join(c_text.c_string(name) for name in layout.names) + "}",
+        lines=[
+            f"{i}  {name:<16} at ({_triple(at)}) m, pushes ({_triple(to)}), "
+            f"gain {layout.gain[i, 0]:g} ahead, {layout.gain[i, 1]:g} in reverse"
+            for i, (name, at, to) in enumerate(places)
+        ],
+        neutral_us=layout.pulse.neutral_us,
+        half_us=layout.pulse.half_range_us,
+    )
+
+
+def _triple(values: FloatArray) -> str:
+    return ", ".join(f"{value + 0.0:.4g}" for value in values.tolist())
+
+
+def _names(identity: Identity, layout: AllocatorLayout) -> dict[str, object]:
+    return {
+        "file": f"{identity.vehicle}_allocator",
+        "guard": f"{identity.identifier.upper()}_ALLOCATOR",
+        "thruster": identity.stem,
+        "prefix": identity.identifier.upper(),
+        "count": layout.count,
+    }
+
+
+def render_allocator_source(identity: Identity, layout: AllocatorLayout) -> str:
+    """Return the text of ``<vehicle>_allocator.c``."""
+    paper = layout.paper
+    values: dict[str, object] = {"paper": paper is not None, "steps": MOST_STEPS}
+    kinds: list[tuple[str, str, Arithmetic]] = [
+        ("f32", "float", Arithmetic(np.float32)),
+        ("q", "int64_t", FixedArithmetic(layout.shift)),
+    ]
+    arrays = []
+    for name, ctype, do in kinds:
+        bits = "" if name == "f32" else ", Q1.30"
+        arrays += [
+            _matrix(ctype, f"flow_{name if name == 'f32' else 'q30'}",
+                    do.small(layout.flow, 30), f"Inflow speed of a velocity{bits}. [-]"),
+            _matrix(ctype, f"gain_{name if name == 'f32' else 'q24'}",
+                    do.small(layout.gain, 24), "Thrust over that of the tables, ahead, reverse."),
+        ]  # fmt: skip
+    arrays.append(
+        _matrix("int64_t", "per_gain_q24", kinds[1][2].small(1 / layout.gain, 24), "Q7.24 [-]")
+    )
+    if paper is None:
+        numbers = layout.allocation
+        for name, ctype, do in kinds:
+            most = do.large(largest_demand(numbers, layout.largest_n))
+            arrays += [
+                _matrix(ctype, f"scaled_{name}", do.small(numbers.scaled, 30),
+                        "A: scale times B. [-]"),
+                _matrix(ctype, f"inverse_{name}", do.small(numbers.inverse, 24),
+                        "Thrusts of a demand. [-], [1/m]"),
+                _row(ctype, f"scale_{name}", do.small(numbers.scale, 24),
+                     "Newtons of a demand. [-], [1/m]"),
+                _row(ctype, f"release_{name}", do.small(numbers.release, 8),
+                     "One over the squared columns of A. [-]"),
+                _row(ctype, f"most_{name}", most, "Most that a demand counts as. [N], [N m]"),
+            ]  # fmt: skip
+        values["variants"] = _variants(layout, kinds)
+    else:
+        arrays.append(_row("int", "stern", np.array(layout.stern), "Upper, lower, left, right."))
+        values |= _paper_values(identity, layout, paper)
+    pulse = layout.pulse
+    return render(
+        "allocator.c.j2",
+        identity,
+        **_names(identity, layout),
+        **values,
+        arrays=arrays,
+        neutral_ns=f"(int64_t){round(1000 * pulse.neutral_us)}",
+        half_ns=f"(int64_t){round(1000 * pulse.half_range_us)}",
+    )
+
+
+def _variants(
+    layout: AllocatorLayout, kinds: Sequence[tuple[str, str, Arithmetic]]
+) -> Sequence[Variant]:
+    found = []
+    for name, ctype, do in kinds:
+        numbers = (do.zero, do.one, do.epsilon, do.half_epsilon,
+                   do.large(SMALLEST_STEP * layout.largest_n))  # fmt: skip
+        zero, one, epsilon, half, smallest = _literals(ctype, np.array(numbers))
+        found.append(
+            Variant(
+                name=name,
+                type=ctype,
+                input="float" if name == "f32" else "int32_t",
+                zero=zero,
+                one=one,
+                epsilon=epsilon,
+                half_epsilon=half,
+                smallest=smallest,
+                shift=do.solution_bits,
+            )
+        )
+    return found
+
+
+def _paper_values(
+    identity: Identity, layout: AllocatorLayout, geometry: Allocator
+) -> dict[str, object]:
+    one, scaled = PaperConstants.of(geometry), geometry.form == "scaled"
+    fixed = FixedArithmetic(layout.shift)
+    numbers = {
+        "stern_arm": one.stern_arm_m,
+        "bow_share": one.bow_share_1pm,
+        "surge": one.surge,
+        "moment": one.moment_1pm,
+        "portion_surge": one.portions[0],
+        "portion_heading": one.portions[1],
+        "portion_pitch": one.portions[2],
+    }
+    flag = "SATURATED" if scaled else "LIMITED_BY_PORTION"
+    return {
+        "f": {name: c_text.float_literal(value) for name, value in numbers.items()},
+        "q": {name: str(int(fixed.small(value, 24))) for name, value in numbers.items()},
+        "bow": layout.bow,
+        "scaled": scaled,
+        "cut_flag": f"{identity.identifier.upper()}_THRUSTER_{flag}",
+        "largest_paper": f"{LARGEST_PAPER:.1f}",
+        "largest_paper_q": f"(int64_t){int(LARGEST_PAPER) * Q16_ONE}",
+    }
+
+
+def _matrix(ctype: str, name: str, values: Floats, comment: str) -> str:
+    rows = ["{" + ", ".join(_literals(ctype, row)) + "}" for row in values]
+    body = ",\n    ".join(rows)
+    size = f"[{values.shape[0]}][{values.shape[1]}]"
+    return f"/* {comment} */\nstatic const {ctype} {name}{size} = {{\n    {body},\n}};"
+
+
+def _row(ctype: str, name: str, values: Floats, comment: str) -> str:
+    return c_text.c_array(ctype, name, [("", _literals(ctype, values))], comment=comment)
+
+
+def _literals(ctype: str, values: Floats) -> list[str]:
+    if ctype == "float":
+        return [c_text.float_literal(value + 0.0) for value in values.tolist()]
+    return [str(int(value)) for value in values.tolist()]
