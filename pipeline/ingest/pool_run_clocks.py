@@ -111,6 +111,9 @@ def _stamped(
     log_time_ns: IntArray, stamp_ns: IntArray, there: BoolArray, used: str, expected_delay_s: float
 ) -> Timing:
     rows = np.flatnonzero(there)
+    if np.ptp(log_time_ns[rows]) == 0:
+        why = "all its messages were logged at one time, as a topic is that was latched"
+        return _logged(log_time_ns, why, (f"{why}; the time of the log is used.",))
     segments, jumped = _segments(stamp_ns[rows], log_time_ns[rows])
     pace = _pace(stamp_ns[rows], log_time_ns[rows], segments)
     if abs(pace - 1.0) > _MOST_DRIFT:
@@ -283,8 +286,8 @@ def _pace(stamp_ns: IntArray, log_ns: IntArray, segments: list[tuple[int, int]])
     """
     stamps = float(sum(stamp_ns[end - 1] - stamp_ns[begin] for begin, end in segments))
     logged = float(sum(log_ns[end - 1] - log_ns[begin] for begin, end in segments))
-    if stamps == 0:
-        return float("inf")
+    if stamps == 0 or logged == 0:
+        return float("inf") if stamps == 0 else 1.0
     pace = logged / stamps
     if logged < 2e9 and 0.1 < pace < 10.0:
         return 1.0  # too short to tell drift from latency

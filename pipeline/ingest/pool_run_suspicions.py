@@ -10,6 +10,7 @@ from pipeline.ingest.pool_run_gravity import gravity_against_attitude, gravity_a
 from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_validity import LARGEST, impossible
+from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -49,8 +50,7 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     found = [*_sizes(run, place), *_impossible(run, place), *_voltage(run, vehicle, place)]
     found += [*doubtful_depths(run, vehicle, place), *gravity_against_level(run, place)]
     try:  # what follows lays the readings on a common time base
-        found += gravity_against_attitude(run, place)
-        found += _attitude_against_rate(run, place)
+        found += contradictions(run, vehicle, place)
         found += _shaft_against_command(run, place)
         found += thrusters_against_rates(run, vehicle, place)
     except CannotComputeError as error:
@@ -62,6 +62,21 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
             )
         )
     return found
+
+
+def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+    """Say where attitude, rates, specific force, velocity, depth and position contradict another.
+
+    Raises
+    ------
+    CannotComputeError
+        Where the times of the run make no table.
+    """
+    return [
+        *gravity_against_attitude(run, place),
+        *_attitude_against_rate(run, place),
+        *velocity_against_motion(run, vehicle, place),
+    ]
 
 
 def _warn(place: Place, what: str, remedy: str) -> Problem:

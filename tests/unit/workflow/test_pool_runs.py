@@ -108,4 +108,4 @@ def test_the_date_in_the_name_is_the_day_where_the_clock_was_not_set(tmp_path: P
     write_log(tmp_path / "2026-04-25 run.mcap", 40 * 10**9)
     write_log(tmp_path / "run.mcap", 40 * 10**9)
     assert day_of(tmp_path / "2026-04-25 run.mcap") == "2026-04-25"
-    assert day_of(tmp_path / "run.mcap") == "1970-01-01"
+    assert day_of(tmp_path / "run.mcap") == "undated"
