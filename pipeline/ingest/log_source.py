@@ -49,7 +49,7 @@ class LogSource(Protocol):
         """Take the wanted numbers out of it."""
 
     def facts(self) -> LogFacts:
-        """What is known of it by now."""
+        """Say what is known of it by now."""
 
 
 class _MessageFileOnDisk(MessageFile, Protocol):
@@ -80,7 +80,7 @@ class MessageLog:
         return extract(self._file, self._codecs, requests, fast=fast)
 
     def facts(self) -> LogFacts:
-        """What is known of it by now."""
+        """Say what is known of it by now."""
         file, directory = self._file, self._file.directory
         return LogFacts(
             file.place,
@@ -157,7 +157,7 @@ class TableLog:
         return {topic: _taken(self._tables[topic], one) for topic, one in requests.items()}
 
     def facts(self) -> LogFacts:
-        """What is known of it."""
+        """Say what is known of it."""
         return replace(self._facts)
 
 

@@ -89,7 +89,7 @@ def _by_stamps(
 
 
 def _factor(data: Mapping[str, TopicData], middle_ns: float) -> float:
-    """Return what one of the log's times is worth, 1 for nanoseconds. [ns]"""
+    """Return what one of the log's times is worth in nanoseconds."""
     if middle_ns >= SET_NS:
         return 1.0
     paces = [pace for one in data.values() if (pace := _pace(one)) is not None]

@@ -1,4 +1,4 @@
-"""Messages in protobuf, decoded by google.protobuf as the descriptor set in the log defines them."""
+"""Messages in protobuf, decoded by google.protobuf by the descriptor set in the log."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -115,12 +115,7 @@ class _Tree:
             raise BrokenMessageError(f"it has more than {_MOST_NUMBERS} numbers")
         return dict(self._fields(message, fields, depth))
 
-    def _fields(
-        self,
-        message: Any,
-        fields: Any,
-        depth: int,
-    ) -> Iterator[tuple[str, Any]]:
+    def _fields(self, message: Any, fields: Any, depth: int) -> Iterator[tuple[str, Any]]:  # noqa: ANN401  of google.protobuf
         for field in fields:
             value = getattr(message, field.name)
             if field.is_repeated:

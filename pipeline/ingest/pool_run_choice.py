@@ -95,13 +95,11 @@ def _rank(quantity: str) -> int:
 def _alive(group: Sequence[Source], place: Place, told: list[Problem]) -> list[Source]:
     """Leave the dead out, as long as something lives, and what has no reading at all."""
     dead = {id(one): _death(one.channel) for one in group}
-    group = [one for one in group if dead[id(one)] != _NOTHING]
-    if not group:
-        return []
-    alive = [one for one in group if not dead[id(one)]]
-    if not alive or alive[0] is group[0]:
-        return alive or list(group)
-    first = group[0]
+    readable = [one for one in group if dead[id(one)] != _NOTHING]
+    alive = [one for one in readable if not dead[id(one)]]
+    if not alive or alive[0] is readable[0]:
+        return alive or readable
+    first = readable[0]
     what = (
         f"{alive[0].name} is taken from {alive[0].channel.topic}: that of {first.channel.topic} "
         f"{dead[id(first)]}."

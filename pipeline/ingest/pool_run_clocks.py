@@ -95,6 +95,9 @@ def choose_time(
         why = "most messages have no stamp" if there.any() else "the stamps are all zero"
         told = () if wanted is None else (f"{why}; the time of the log is used.",)
         return _logged(log_time_ns, why, told)
+    if stamp_ns.size > 1 and np.ptp(log_time_ns[there]) == 0:
+        why = "all its messages were logged at one time, as a topic is that was latched"
+        return _logged(log_time_ns, why, (f"{why}; the time of the log is used.",))
     known = stamp_ns[there]
     if known.size > 2 and (known == known[0]).all():
         what = "the stamps never move on"
@@ -111,9 +114,6 @@ def _stamped(
     log_time_ns: IntArray, stamp_ns: IntArray, there: BoolArray, used: str, expected_delay_s: float
 ) -> Timing:
     rows = np.flatnonzero(there)
-    if np.ptp(log_time_ns[rows]) == 0:
-        why = "all its messages were logged at one time, as a topic is that was latched"
-        return _logged(log_time_ns, why, (f"{why}; the time of the log is used.",))
     segments, jumped = _segments(stamp_ns[rows], log_time_ns[rows])
     pace = _pace(stamp_ns[rows], log_time_ns[rows], segments)
     if abs(pace - 1.0) > _MOST_DRIFT:

@@ -33,6 +33,11 @@ _SAME = (
 _Candidate = tuple[tuple[bool, bool, int, int], TopicFound, Rule]
 #: A sensor writes more; a point that a person clicked on a map is written once.
 _FEW_MESSAGES = 10
+#: What the parts of one vehicle are called.
+_SENSORS = (
+    r"imu|ahrs|dvl|gps|ins|depth|baro|pressure|battery|thruster|motor|esc|sensor|board|front|rear|"
+    r"left|right"
+)
 #: So many topics are read to see which of them says the truth of a quantity.
 _MOST_CANDIDATES = 4
 
@@ -173,8 +178,7 @@ def namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> Name
 def _are_of_sensors(firsts: set[str], by_rest: Mapping[str, set[str]]) -> bool:
     """Tell several sensors of one vehicle, ``/imu_1/data`` and ``/imu_2/data``, from vehicles."""
     bare = {re.sub(r"[\d_]+$", "", first.lower()) for first in firsts}
-    kinds = r"imu|ahrs|dvl|gps|ins|depth|baro|pressure|battery|thruster|motor|esc|sensor|board|front|rear|left|right"
-    if all(re.search(kinds, one) for one in bare):
+    if all(re.search(_SENSORS, one) for one in bare):
         return True
     rests = [rest for rest, there in by_rest.items() if len(there) > 1]
     return len(bare) == 1 and len(firsts) > 1 and len(rests) == 1

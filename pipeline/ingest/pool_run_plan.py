@@ -267,21 +267,9 @@ def _elements(  # noqa: PLR0917  one caller
             )
         return None, stated.thrusters, numbers
     if stated.index is None and isinstance(texts, list) and texts and len(texts) == len(numbers):
-        if not thrusters or thrusters_named(texts, thrusters):
-            # another message may name more of them
-            most = len(numbers) + len(thrusters)
-            more = [(*numbers[0][:-1], number) for number in range(len(numbers), most)]
-            return ("name",), (), [*numbers, *more]
-        order = _by_number(texts)
-        if order is not None and len(texts) == len(thrusters):
-            numbers = [numbers[index] for index in order]
-            named = ", ".join(str(texts[index]) for index in order)
-            notes.append(f"elements by the numbers in their names: {named}")
-            return None, tuple(thrusters), numbers
-        doubts.append(
-            f"its elements are named {', '.join(map(str, texts[:12]))}, not as the thrusters of "
-            "the vehicle; they are taken in the order of the vehicle file"
-        )
+        by_name = _by_name(texts, numbers, thrusters, notes, doubts)
+        if by_name is not None:
+            return by_name
     if not thrusters:
         return None, tuple(f"{number + 1}" for number in range(len(numbers))), numbers
     if len(numbers) < len(thrusters):
@@ -294,6 +282,31 @@ def _elements(  # noqa: PLR0917  one caller
     if len(thrusters) > 1:
         notes.append("elements are assumed to be in the order of the thrusters of the vehicle file")
     return None, tuple(thrusters), numbers
+
+
+def _by_name(
+    texts: Sequence[Any],
+    numbers: list[Path],
+    thrusters: Sequence[str],
+    notes: list[str],
+    doubts: list[str],
+) -> tuple[Path | None, tuple[str, ...], list[Path]] | None:
+    """Say what the names in a message tell of its elements, as `_elements` does; None: nothing."""
+    if not thrusters or thrusters_named(texts, thrusters):
+        # another message may name more of them
+        most = len(numbers) + len(thrusters)
+        more = [(*numbers[0][:-1], number) for number in range(len(numbers), most)]
+        return ("name",), (), [*numbers, *more]
+    order = _by_number(texts)
+    if order is not None and len(texts) == len(thrusters):
+        named = ", ".join(str(texts[index]) for index in order)
+        notes.append(f"elements by the numbers in their names: {named}")
+        return None, tuple(thrusters), [numbers[index] for index in order]
+    doubts.append(
+        f"its elements are named {', '.join(map(str, texts[:12]))}, not as the thrusters of the "
+        "vehicle; they are taken in the order of the vehicle file"
+    )
+    return None
 
 
 def thrusters_named(texts: Sequence[str], thrusters: Sequence[str]) -> dict[str, str]:

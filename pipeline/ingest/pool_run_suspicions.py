@@ -27,6 +27,8 @@ _FACTORS = (
     (1000.0 / 9.80665, "thousandths of g"),
 )
 _TABLE_HZ = 20.0
+#: A day of comparing; a clock that jumps makes a run of many.
+_MOST_ROWS = 1_800_000
 
 
 def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
@@ -72,6 +74,9 @@ def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem
     CannotComputeError
         Where the times of the run make no table.
     """
+    rows = _TABLE_HZ * run.duration_s
+    if rows > _MOST_ROWS:
+        raise CannotComputeError(f"a table of {rows:.0f} rows is too long")
     return [
         *gravity_against_attitude(run, place),
         *_attitude_against_rate(run, place),

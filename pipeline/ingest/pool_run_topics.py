@@ -201,7 +201,7 @@ def plans_of(
     usual: Sequence[PoolChannel] = (),
     recorder: str = "",
 ) -> Plans:
-    """Make the plans that are stated, then those usual for the recorder, then those of the defaults.
+    """Make the plans that are stated, those usual for the recorder, those of the defaults.
 
     Parameters
     ----------

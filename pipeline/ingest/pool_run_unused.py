@@ -56,16 +56,22 @@ def topics_read(
 
 
 def _why_not(topic: TopicFound, instead: Mapping[str, list[str]], vehicle: Vehicle) -> str:
-    if topic.why_not:
-        return topic.why_not
-    if not topic.messages:
-        return "it has no messages"
-    if topic.name in instead:
-        return ", ".join(dict.fromkeys(instead[topic.name]))
-    if topic.name in vehicle.pool.ignore_topics:
-        return "the vehicle file says so (ignore_topics)"
-    if not vehicle.pool.defaults:
-        return "the vehicle file does not state it, and wants no defaults"
-    if re.search(NOT_MEASURED, topic.name, re.IGNORECASE):
-        return "by its name it was wanted, simulated or put together from others, not measured"
-    return "no field of it is known to hold a quantity that is still wanted"
+    known = (
+        (topic.why_not, bool(topic.why_not)),
+        ("it has no messages", not topic.messages),
+        (", ".join(dict.fromkeys(instead.get(topic.name, ()))), topic.name in instead),
+        (
+            "the vehicle file says so (ignore_topics)",
+            topic.name in vehicle.pool.ignore_topics,
+        ),
+        (
+            "the vehicle file does not state it, and wants no defaults",
+            not vehicle.pool.defaults,
+        ),
+        (
+            "by its name it was wanted, simulated or put together from others, not measured",
+            re.search(NOT_MEASURED, topic.name, re.IGNORECASE) is not None,
+        ),
+    )
+    nothing = "no field of it is known to hold a quantity that is still wanted"
+    return next((text for text, applies in known if applies), nothing)

@@ -101,7 +101,7 @@ def _readings(run: PoolRun, table: RunTable) -> tuple[FloatArray, list[_Reading]
 
 
 def _ways(values: FloatArray, rows: BoolArray) -> tuple[FloatArray, BoolArray]:
-    """Sums of values (n, k) over each window, and which windows have all their rows."""
+    """Add values (n, k) up over each window, and say which windows have all their rows."""
     begin = np.arange(0, values.shape[0] - _WINDOW, _STEP)
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
     count = np.concatenate([[0], np.cumsum(rows)])

@@ -160,7 +160,7 @@ def _built_in(name: str, wire: str) -> tuple[Field, ...] | None:
 
 def _field(name: str, kind: Any) -> Field:  # noqa: ANN401  rosbags' nested tuples
     """Turn rosbags' description of a field into ours."""
-    from rosbags.typesys.base import Nodetype
+    from rosbags.interfaces import Nodetype
 
     node, content = kind
     length = None
