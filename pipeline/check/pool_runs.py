@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, log_beside
+from pipeline.ingest.log_names import is_log_anywhere, is_log_name, log_beside
 from pipeline.ingest.pool_run import read_pool_run, summarize
 from pipeline.plan import POOL, VEHICLE_FILE, is_raw
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
@@ -14,7 +14,7 @@ from pipeline.vehicle.schema import Vehicle
 
 def is_log(path: Path) -> bool:
     """Tell a pool run from other raw files: by its folder, or its suffix."""
-    return path.absolute().parent.name == POOL or is_log_name(path.name)
+    return path.absolute().parent.name == POOL or is_log_anywhere(path.name)
 
 
 def is_notes(path: Path) -> bool:
@@ -78,7 +78,7 @@ def strays(folder: Path) -> list[Problem]:
         Problem(
             "warning",
             Place(str(path)),
-            f"there is no run {path.with_suffix(LOG_SUFFIX).name} that these notes belong to.",
+            f"there is no run {path.stem} that these notes belong to.",
             remedy="Give the notes the name of their log.",
         )
         for path in sorted(folder.iterdir())

@@ -2,8 +2,9 @@
 
 Where a number stands in a message in CDR (ROS 2) or of ROS 1 is settled by its definition and by
 the lengths of the strings and sequences before it. So the layout is worked out on one message,
-together with the places of all those lengths; every message in which they are the same has the same
-layout, and its numbers are gathered with one NumPy index each. What is left over gets a layout of its own.
+together with the places of all those lengths; every message in which they are the same has that
+layout, and its numbers are gathered with one NumPy index each. What is left over gets a layout of
+its own.
 
 Plain CDR (versions 1 and 2), both byte orders. Alignment counts from the end of the four bytes
 that say which it is; version 2 aligns 8-byte numbers to 4.

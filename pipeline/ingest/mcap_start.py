@@ -2,9 +2,13 @@
 
 import contextlib
 import re
+import sqlite3
 import struct
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
+from urllib.parse import quote
 
 from pipeline.ingest.mcap_records import (
     CHUNK,
@@ -51,6 +55,9 @@ def log_start_ns(path: Path) -> int | None:
     int or None
         Since 1970. [ns]
     """
+    ending = path.suffix.lower()
+    if ending in _FIRST_TIME:
+        return _FIRST_TIME[ending](path)
     times = _first_times(path)
     if not times or times[0] >= SET_NS:
         return times[0] if times else None
@@ -61,6 +68,58 @@ def log_start_ns(path: Path) -> int | None:
         if statistics.message_count > _MOST_HZ * span_s > 0.0:
             times += [times[0] * factor for factor in _FACTORS]
     return next((time for time in times if SET_NS <= time < LATEST_NS), times[0])
+
+
+def _of_tlog(path: Path) -> int:
+    try:
+        with path.open("rb") as file:
+            return int.from_bytes(file.read(8), "big") * 1000
+    except OSError:
+        return 0
+
+
+def _of_bag(path: Path) -> int:
+    from rosbags.rosbag1 import Reader
+
+    try:
+        with Reader(path) as reader:
+            return int(reader.start_time)
+    except Exception:  # noqa: BLE001 - what is no bag has no time
+        return 0
+
+
+def _of_db3(path: Path) -> int:
+    try:
+        address = f"file:{quote(str(path))}?mode=ro&immutable=1"
+        with closing(sqlite3.connect(address, uri=True)) as database:
+            return int(database.execute("SELECT MIN(timestamp) FROM messages").fetchone()[0] or 0)
+    except (sqlite3.Error, TypeError, ValueError):
+        return 0
+
+
+def _of_table(path: Path) -> int:
+    from pipeline.ingest.log_table import first_time_ns
+
+    return first_time_ns(path)
+
+
+def _untold(path: Path) -> int:
+    """Return that of a board that counts from its start: its day stands in the name, if at all."""
+    del path
+    return 0
+
+
+#: Ending of a log that is no MCAP -> its first time [ns since 1970], 0 where it has none.
+_FIRST_TIME: Mapping[str, Callable[[Path], int]] = {
+    ".tlog": _of_tlog,
+    ".bag": _of_bag,
+    ".db3": _of_db3,
+    ".csv": _of_table,
+    ".tsv": _of_table,
+    ".parquet": _of_table,
+    ".bin": _untold,
+    ".ulg": _untold,
+}
 
 
 def _first_times(path: Path) -> list[int]:
@@ -113,7 +172,9 @@ def _statistics(path: Path) -> StatisticsRecord | None:
 
 
 def is_closed(path: Path) -> bool:
-    """Tell whether the file ends as a log does that its writer closed."""
+    """Tell whether the file ends as a log does that its writer closed; of MCAP alone that shows."""
+    if path.suffix.lower() in _FIRST_TIME:
+        return True
     try:
         with path.open("rb") as file:
             if file.seek(0, 2) < 2 * len(MAGIC):

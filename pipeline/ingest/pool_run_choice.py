@@ -69,7 +69,7 @@ def choose_sources(
         What was chosen and why, where there was a choice.
     """
     told: list[Problem] = []
-    alive = [some for group in groups if (some := _alive(group, place, told))]
+    alive = [list(some) for group in groups if (some := _alive(group, place, told))]
     taken = {name: one for group in alive for name, one in group[0].channels.items()}
     ordered = sorted(alive, key=lambda group: _rank(group[0].channel.quantity))
     for group in ordered:
@@ -82,8 +82,8 @@ def choose_sources(
             taken[best.name] = best.channel
             what = f"{best.name} is taken from {best.channel.topic}, not {group[0].channel.topic}"
             told.append(Problem("warning", place, f"{what}: {why.rstrip('.')}."))
-    for group in groups:
-        told += _also_fitting(group, taken, place)
+    for sources in groups:
+        told += _also_fitting(sources, taken, place)
     return taken, told
 
 
