@@ -13,6 +13,7 @@ from pipeline.check.pool_runs import (
     is_notes,
     read_notes_alone,
     read_run,
+    repeated,
     strays,
 )
 from pipeline.errors import InputError, Place, Problem
@@ -202,6 +203,7 @@ class _Reader:
             self._tell(str(path))
             by = "folder" if path.absolute().parent.name == POOL else "suffix"
             self._findings.runs.append(read_run(path, vehicle, by))
+        self._findings.problems += repeated(self._findings.runs)
 
     def _groups(self) -> list[list[RawFile]]:
         """Return the files by folder, kind and vehicle; a kind told by content is told first."""

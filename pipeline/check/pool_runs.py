@@ -1,5 +1,6 @@
 """Pool runs and their notes, as a check shows them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,6 +8,7 @@ from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.log_names import is_log_anywhere, is_log_name, log_beside
 from pipeline.ingest.pool_run import read_pool_run, summarize
+from pipeline.ingest.same_run import repeated_runs
 from pipeline.plan import POOL, VEHICLE_FILE, is_raw
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
 from pipeline.vehicle.schema import Vehicle
@@ -83,6 +85,21 @@ def strays(folder: Path) -> list[Problem]:
         )
         for path in sorted(folder.iterdir())
         if is_notes(path) and log_beside(path) is None
+    ]
+
+
+def repeated(runs: Sequence[RunFinding]) -> list[Problem]:
+    """Say which logs hold the run of another, of which one counts."""
+    records = {run.file: run.record for run in runs if run.record is not None}
+    return [
+        Problem(
+            "warning",
+            Place(copy),
+            f"this is the run of {first} again: the same readings at the same times. One of the "
+            "two counts.",
+            remedy="Move one of them out of pool/.",
+        )
+        for copy, first in repeated_runs(records).items()
     ]
 
 

@@ -77,7 +77,7 @@ def _add_files(pool: Any, described: Any) -> None:  # noqa: ANN401  of google.pr
     """Add files to a pool, each after those that it needs, with what is well known and absent."""
     import importlib
 
-    waiting = {file.name or f"file {number}": file for number, file in enumerate(described)}
+    waiting = {file.name or f"file-{number}": file for number, file in enumerate(described)}
     defined = {f"{file.package}.{one.name}" for file in described for one in file.message_type}
     added = []
     for name in _WELL_KNOWN:

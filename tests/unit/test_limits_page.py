@@ -11,6 +11,7 @@ from pipeline.ingest import (
     mcap_chunk,
     mcap_directory,
     mcap_file,
+    mcap_protobuf,
     mcap_records,
     mcap_types,
     pool_run_extract,
@@ -45,6 +46,8 @@ STATED = {
     "topics": ("20 000", mcap_directory._MOST_CHANNELS),
     "a definition, a metadata record": ("1 MB each", mcap_records.MAX_SCHEMA_BYTES / _MB),
     "elements of an array in a definition": ("10 000 000", ros_definitions._MAX_LENGTH),
+    "characters of a ROS definition": ("200 000", ros_definitions._MOST_CHARACTERS),
+    "numbers of a protobuf message, sent or not": ("200 000", mcap_protobuf._MOST_NUMBERS),
     "JSON message": ("16 MB", pool_run_extract._MAX_MESSAGE_BYTES / _MB),
     "log times that count for the length of the run": (
         "7 days from the median",

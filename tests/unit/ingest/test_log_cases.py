@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from pipeline.ingest.mcap_start import day_of
-from pipeline.ingest.pool_run import read_pool_run
+from pipeline.ingest.pool_run import read_pool_run, summarize
+from pipeline.ingest.same_run import repeated_runs
 from pipeline.records.run_arrays import PoolRun
 from pipeline.vehicle.load import load_vehicle
 
@@ -172,6 +173,12 @@ def test_statistics_that_lie() -> None:
     folder = CASES.parent / "hostile"
     run = read_pool_run(folder / "stats_one_missing.mcap", ROV, folder)
     assert run.channels["depth"].time_ns.size == 40
+
+
+def test_one_run_twice() -> None:
+    names = ("same_run_twice_run", "same_run_twice_run_converted", "json_null_first")
+    found = repeated_runs({name: summarize(read(name)) for name in names})
+    assert found == {"same_run_twice_run_converted": "same_run_twice_run"}
 
 
 @pytest.mark.parametrize("path", sorted(CASES.glob("*.mcap")), ids=lambda path: path.stem)

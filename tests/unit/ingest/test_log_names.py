@@ -34,5 +34,7 @@ def test_a_run_is_found_by_its_name(pool: Path) -> None:
     assert find_logs(["dive"], boat) == [pool / "dive.MCAP"]
     assert find_logs(["dive.MCAP"], boat) == [pool / "dive.MCAP"]
     assert find_logs([str(pool)], boat) == [pool / "a.mcap", pool / "b.csv", pool / "dive.MCAP"]
-    with pytest.raises(UsageError, match=r'no run "dve".*Did you mean "dive"\? There are a, b, dive'):
+    with pytest.raises(
+        UsageError, match=r'no run "dve".*Did you mean "dive"\? There are a, b, dive'
+    ):
         find_logs(["dve"], boat)
