@@ -211,13 +211,13 @@ def _usual(units: Mapping[str, str]) -> list[PoolChannel]:
                 found += _channel(quantity, known, units, **order)
                 break
     for quantity, begins in _OF_THRUSTERS.items():
-        fields = {
+        columns = {
             match[2]: field
             for field in units
             for begin in begins
             if (match := re.fullmatch(rf"({begin})_(.+)", field)) is not None
         }
-        for thruster, field in fields.items():
+        for thruster, field in columns.items():
             found += _channel(quantity, [field], units, thrusters=(thruster,))
     return found
 
