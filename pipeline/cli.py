@@ -7,6 +7,7 @@ import io
 import os
 import sys
 from collections.abc import Callable
+from functools import wraps
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
@@ -22,7 +23,7 @@ from pipeline.command_language import (
     language_option,
     translate,
 )
-from pipeline.command_options import folder
+from pipeline.command_options import folder, keep_raw_apart
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -38,6 +39,7 @@ class _Cli(TranslatedGroup):
     def add_command(self, cmd: click.Command, name: str | None = None) -> None:
         """Add a command whose examples stand on lines of their own."""
         _keep_lines(cmd)
+        _keep_raw_apart(cmd)
         super().add_command(cmd, name)
 
     def invoke(self, ctx: click.Context) -> Any:  # noqa: ANN401 - as click has it
@@ -72,6 +74,20 @@ def _keep_lines(command: click.Command) -> None:
     r"""Turn the ``\b`` of a raw docstring into the sign by which click leaves lines as they are."""
     if command.help is not None:
         command.help = command.help.replace("\\b\n", "\b\n")
+
+
+def _keep_raw_apart(command: click.Command) -> None:
+    """Let a command run only where it does not write among raw data."""
+    run_it = command.callback
+    if run_it is None or not any(one.name in {"to", "page"} for one in command.params):
+        return
+
+    @wraps(run_it)
+    def guarded(*args: Any, **kwargs: Any) -> Any:  # noqa: ANN401 - as click has it
+        keep_raw_apart(kwargs)
+        return run_it(*args, **kwargs)
+
+    command.callback = guarded
 
 
 def _folders(command: _F) -> _F:
@@ -169,8 +185,11 @@ def check(paths: tuple[str, ...], vehicle: Path | None, raw: Path, as_json: bool
     """
     from pipeline.check.files import check_paths
     from pipeline.check.text import as_text, to_json
+    from pipeline.ingest.reading_process import in_reading_process
 
-    findings = check_paths(paths, raw=raw, vehicle_file=vehicle, tell=_tell_on_terminal)
+    findings = in_reading_process(
+        lambda: check_paths(paths, raw=raw, vehicle_file=vehicle, tell=_tell_on_terminal)
+    )
     _tell_on_terminal(None)
     click.echo(to_json(findings) if as_json else translate(as_text(findings)))
     raise click.exceptions.Exit(1 if findings.failed else 0)

@@ -1,7 +1,7 @@
 """Options that several commands have alike."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -24,6 +24,46 @@ def folder(option: str, default: str, meaning: str) -> Callable[[_F], _F]:
 RAW = folder("--raw", "raw", "Where a VEHICLE that is a name is looked for.  [default: raw]")
 OUT = folder("--out", "", "Folder that holds processed/.  [default: here]")
 AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+
+
+#: Parameters of commands that name what is written, by the user's will.
+_WRITTEN = ("to", "page")
+
+
+def keep_raw_apart(parameters: Mapping[str, Any]) -> None:
+    """Refuse to write where raw data lie, whatever command it is.
+
+    Parameters
+    ----------
+    parameters : mapping
+        Those of the command: what it writes (``--to``), where raw data are (``--raw``), vehicles.
+
+    Raises
+    ------
+    UsageError
+        If what is written would lie among raw files: inside of the raw folder, or of a folder of
+        measurements beside a vehicle file that was given by its path.
+    """
+    from pipeline.plan import POOL, RAW_KINDS, UsageError
+
+    raw = parameters.get("raw")
+    vehicles = [parameters.get(name) for name in ("vehicle", "subject", "vehicles")]
+    named = [one for some in vehicles for one in (some if isinstance(some, tuple) else (some,))]
+    paths = [Path(one) for one in named if one]
+    folders = [path.resolve() for path in paths if (path / "vehicle.yaml").is_file()]
+    for name in _WRITTEN:
+        to = parameters.get(name)
+        if not isinstance(to, Path):
+            continue
+        target = to.resolve()
+        roots = [(raw if isinstance(raw, Path) else Path("raw")).resolve()]
+        roots += [folder / kind for folder in folders for kind in (*RAW_KINDS, POOL)]
+        inside = any(root == target or root in target.parents for root in roots)
+        if inside or target in folders or target in {one / "vehicle.yaml" for one in folders}:
+            raise UsageError(
+                f"--{name} {to}: raw data lie there, and no command writes among them. "
+                "Name another place."
+            )
 
 
 class NumberRange(click.FloatRange):

@@ -11,13 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.log_names import LOG_SUFFIXES, is_log_anywhere
 
 VEHICLE_FILE = "vehicle.yaml"
 RAW_KINDS = ("load_test", "mooring", "open_water")
 #: Folder of the pool runs' logs.
 POOL = "pool"
 #: How the names of files end that a test bench or a vehicle writes.
-_DATA = frozenset({".xlsx", ".xlsm", ".xls", ".ods", ".csv", ".tsv", ".mcap", ".bag", ".db3"})
+_DATA = frozenset({".xlsx", ".xlsm", ".xls", ".ods", ".csv", ".tsv", *LOG_SUFFIXES})
 #: Stages that write an envelope of the same name, in the order in which data flow.
 RECORD_STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "allocation", "validation")
 #: Stages whose envelope is a receipt for other files.
@@ -109,14 +110,14 @@ class VehicleFolder:
         said: list[tuple[str, str, str]] = []
         for path in sorted(where.iterdir()) if where.is_dir() else ():
             if path.is_file() and is_data(path.name):
-                is_log = path.suffix.lower() == ".mcap"
+                is_log = is_log_anywhere(path.name)
                 what = "lies beside the folders of the tests, so it was not read."
                 remedy = "Move it into pool/." if is_log else "Move it into the folder of its test."
                 said.append((path.name, what, remedy))
             elif path.is_dir() and path.name not in kinds and not path.name.startswith("."):
                 data = [one for one in path.iterdir() if one.is_file() and is_data(one.name)]
                 near = difflib.get_close_matches(path.name.lower(), kinds, n=1, cutoff=0.5)
-                if data and all(one.suffix.lower() == ".mcap" for one in data):
+                if data and all(is_log_anywhere(one.name) for one in data):
                     near = [POOL]
                 what = (
                     f"holds raw files ({len(data)}) that are not read: no test has such a folder."

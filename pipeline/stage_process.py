@@ -11,7 +11,7 @@ from typing import Any
 
 from pipeline.errors import Rig2SeaError
 from pipeline.journal import Event, note
-from pipeline.plan import item_log
+from pipeline.plan import RAW_KINDS, item_log
 
 
 def run_stage(
@@ -47,7 +47,14 @@ def run_stage(
         from pipeline.stages.job import Job
 
         module = importlib.import_module(f"pipeline.stages.{stage}")
-        text: str = module.run(Job(stage, vehicle, code, inputs, outputs[0], outputs[1:]))
+        job = Job(stage, vehicle, code, inputs, outputs[0], outputs[1:])
+        text: str
+        if stage in RAW_KINDS:
+            from pipeline.ingest.reading_process import in_reading_process
+
+            text = in_reading_process(lambda: module.run(job))
+        else:
+            text = module.run(job)
     except Rig2SeaError as error:
         print(error)
         note(Event("failed", vehicle, stage, str(error), item=item))

@@ -13,6 +13,7 @@ from pipeline.check.pool_runs import (
     is_notes,
     read_notes_alone,
     read_run,
+    repeated,
     strays,
 )
 from pipeline.check.thruster_gains import gains_of_checked
@@ -214,6 +215,7 @@ class _Reader:
             tables.append((finding, table, self._file_of(vehicle)))
         if any(file is not None for _, _, file in tables):
             self._tell("gains of the thrusters")
+        self._findings.problems += repeated(self._findings.runs)
         self._findings.gains += gains_of_checked(tables, self._raw)
 
     def _file_of(self, vehicle: Vehicle) -> Path | None:

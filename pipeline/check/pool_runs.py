@@ -1,12 +1,14 @@
 """Pool runs and their notes, as a check shows them."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import CannotComputeError, InputError, Place, Problem
-from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, log_beside
+from pipeline.ingest.log_names import is_log_anywhere, is_log_name, log_beside
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
+from pipeline.ingest.same_run import repeated_runs
 from pipeline.plan import POOL, VEHICLE_FILE, is_raw
 from pipeline.records.run_table import RunTable
 from pipeline.stages.runs_to_identify import RATE_HZ
@@ -16,7 +18,7 @@ from pipeline.vehicle.schema import Vehicle
 
 def is_log(path: Path) -> bool:
     """Tell a pool run from other raw files: by its folder, or its suffix."""
-    return path.absolute().parent.name == POOL or is_log_name(path.name)
+    return path.absolute().parent.name == POOL or is_log_anywhere(path.name)
 
 
 def is_notes(path: Path) -> bool:
@@ -88,11 +90,26 @@ def strays(folder: Path) -> list[Problem]:
         Problem(
             "warning",
             Place(str(path)),
-            f"there is no run {path.with_suffix(LOG_SUFFIX).name} that these notes belong to.",
+            f"there is no run {path.stem} that these notes belong to.",
             remedy="Give the notes the name of their log.",
         )
         for path in sorted(folder.iterdir())
         if is_notes(path) and log_beside(path) is None
+    ]
+
+
+def repeated(runs: Sequence[RunFinding]) -> list[Problem]:
+    """Say which logs hold the run of another, of which one counts."""
+    records = {run.file: run.record for run in runs if run.record is not None}
+    return [
+        Problem(
+            "warning",
+            Place(copy),
+            f"this is the run of {first} again: the same readings at the same times. One of the "
+            "two counts.",
+            remedy="Move one of them out of pool/.",
+        )
+        for copy, first in repeated_runs(records).items()
     ]
 
 

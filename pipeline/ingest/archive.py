@@ -19,6 +19,7 @@ from pipeline.ingest.sheet import Limits
 _PIECE = 1 << 16
 _LOCAL_HEADER = struct.Struct("<4s5H3I2H")
 _DECLARATION = re.compile(rb"<!\s*(?:DOCTYPE|ENTITY)", re.IGNORECASE)
+_HIDDEN_XML = re.compile(rb"<(?:[\w.-]+:)?(?:sheetData|sst|si|row|c)[\s>/]")
 _CELL = re.compile(rb"<(?:\w+:)?c(?=[\s>/])")
 _ATTRIBUTES = re.compile(rb"[^<>]*")
 _REFERENCE = re.compile(rb"(?<![\w:])r\s*=\s*[\"']([A-Za-z]{1,3})([0-9]{1,10})[\"']")
@@ -97,7 +98,17 @@ def unpack(data: bytes, place: Place, limits: Limits) -> Archive:
     for entry in entries:
         content = _unpack_member(data, entry, place, limits, limits.max_unpacked_bytes - total)
         total += len(content)
-        if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
+        begins_as_xml = content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<"
+        if not begins_as_xml and _HIDDEN_XML.search(content) is not None:
+            # the reader passes over what stands before the first tag, the limits must not
+            raise InputError.at(
+                place,
+                f'its part "{entry.filename[:80]}" holds cells and does not begin as XML does, '
+                "which no spreadsheet program writes; it was not read.",
+                expected="a workbook as a spreadsheet program saves it.",
+                remedy=_SAVE_AGAIN,
+            )
+        if begins_as_xml:
             declaration = _DECLARATION.search(content)
             if declaration is not None:
                 raise InputError.at(

@@ -1,26 +1,45 @@
-"""Which files are logs of pool runs, by their names: recorders write ``.mcap`` or ``.MCAP``."""
+"""Which files are logs of pool runs, by their names; recorders write ``.mcap`` or ``.MCAP``."""
 
 from collections.abc import Iterable
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
 
-LOG_SUFFIX = ".mcap"
+#: Endings of logs that are nothing else: MCAP, bags of ROS 1 and 2, ArduPilot, PX4, tables.
+LOG_SUFFIXES = (".mcap", ".bag", ".db3", ".bin", ".tlog", ".ulg", ".parquet")
+#: And of tables, which are runs where they lie among runs, in ``pool/``.
+TABLE_SUFFIXES = (".csv", ".tsv")
+_POOL = "pool"
 
 
 def is_log_name(name: str) -> bool:
-    """Tell a log by its name.
+    """Tell a log by its name, among the runs of a vehicle.
 
-    >>> is_log_name("dive.mcap"), is_log_name("DIVE.MCAP"), is_log_name("dive.yaml")
-    (True, True, False)
+    >>> is_log_name("dive.mcap"), is_log_name("DIVE.BIN"), is_log_name("dive.csv")
+    (True, True, True)
+    >>> is_log_name("dive.yaml")
+    False
     """
-    return Path(name).suffix.lower() == LOG_SUFFIX
+    return Path(name).suffix.lower() in (*LOG_SUFFIXES, *TABLE_SUFFIXES)
+
+
+def is_log_anywhere(name: str) -> bool:
+    """Tell a log by its name, wherever it lies: a table elsewhere is one of the bench.
+
+    >>> is_log_anywhere("dive.mcap"), is_log_anywhere("dive.csv")
+    (True, False)
+    """
+    return Path(name).suffix.lower() in LOG_SUFFIXES
 
 
 def logs_of(folder: Path) -> list[Path]:
-    """Return the logs in a folder, sorted; none where there is no such folder."""
+    """Return the logs in a folder, sorted; none where there is no such folder.
+
+    Tables count in ``pool/`` alone.
+    """
     found = folder.iterdir() if folder.is_dir() else ()
-    return sorted(path for path in found if is_log_name(path.name) and path.is_file())
+    is_one = is_log_name if folder.absolute().name == _POOL else is_log_anywhere
+    return sorted(path for path in found if is_one(path.name) and path.is_file())
 
 
 def log_beside(notes: Path, files: Iterable[Path] | None = None) -> Path | None:
@@ -38,8 +57,9 @@ def not_a_log(shown: str) -> Problem:
     return Problem(
         "warning",
         Place(shown),
-        "is no MCAP log by its name, so it was not read.",
-        expected="pool runs as *.mcap, each with an optional <run>.yaml of notes.",
+        "is no log by its name, so it was not read.",
+        expected=f"pool runs as *{', *'.join((*LOG_SUFFIXES, *TABLE_SUFFIXES))}, each with an "
+        "optional <run>.yaml of notes.",
         remedy="Convert it to MCAP, or move it out of pool/.",
     )
 

@@ -7,6 +7,7 @@ from pipeline.errors import InputError, Place
 from pipeline.ingest.mcap_chunk import Block
 from pipeline.ingest.mcap_records import (
     CHANNEL,
+    CHUNK_INDEX,
     MAGIC,
     RECORD_HEAD,
     SCHEMA,
@@ -16,6 +17,7 @@ from pipeline.ingest.mcap_records import (
     SchemaRecord,
     StatisticsRecord,
     parse_channel,
+    parse_indexed_channels,
     parse_schema,
     parse_statistics,
 )
@@ -26,13 +28,14 @@ _MOST_CHANNELS = 20_000
 #: A header and a footer at least.
 SMALLEST_FILE = 2 * len(MAGIC) + RECORD_HEAD.size + 8
 _KNOWN_STARTS = (
-    (b"#ROSBAG V", "a ROS 1 bag", "Convert it with rosbags-convert, storage mcap."),
-    (b"SQLite format 3", "a ROS 2 bag in SQLite", "Convert it with ros2 bag convert."),
+    (b"#ROSBAG V", "a ROS 1 bag", "Name it *.bag: then it is read as one."),
+    (b"SQLite format 3", "a ROS 2 bag in SQLite", "Name it *.db3: then it is read as one."),
+    (b"ULog", "a log of PX4", "Name it *.ulg: then it is read as one."),
     (b"version https://git-lfs", "a pointer of Git LFS", "Fetch the log: git lfs pull"),
     (b"PK\x03\x04", "a ZIP archive or a workbook", "Unpack it."),
     (b"\x1f\x8b", "gzip", "Unpack it."),
     (b"\x28\xb5\x2f\xfd", "compressed as a whole with zstd", "Unpack it: zstd -d FILE"),
-    (b"\xa3\x95", "an ArduPilot data-flash log", "Record the topics as MCAP."),
+    (b"\xa3\x95", "an ArduPilot data-flash log", "Name it *.BIN: then it is read as one."),
 )  # fmt: skip
 
 
@@ -47,6 +50,8 @@ class Directory:
     counts: dict[int, int] = field(default_factory=dict)
     metadata: dict[str, Mapping[str, str]] = field(default_factory=dict)
     statistics: StatisticsRecord | None = None
+    in_chunks: set[int] = field(default_factory=set)
+    """Channels of which the summary says that a chunk holds messages."""
     complete: bool = False
     """The file has its footer: the writer closed it."""
     indexed: bool = False
@@ -64,6 +69,8 @@ class Directory:
             self.channels.setdefault(channel.id, channel)
         elif opcode == STATISTICS:
             self.statistics = parse_statistics(content)
+        elif opcode == CHUNK_INDEX:
+            self.in_chunks |= parse_indexed_channels(content)
 
     def take_in(self, block: Block) -> Block:
         """Add the schemas and channels of a block, and return the block."""
@@ -89,8 +96,12 @@ class Directory:
         if self.statistics is None or not self.channels:
             return False
         counts = self.statistics.channel_message_counts
+        # a topic without a count has no messages, or a writer that forgot it
+        silent = {number for number in self.channels if not counts.get(number)}
+        forgotten = silent & self.in_chunks if self.in_chunks else silent
         self.indexed = (
-            set(counts) <= set(self.channels)
+            not forgotten
+            and set(counts) <= set(self.channels)
             and sum(counts.values()) == self.statistics.message_count
             # arrays are made by these counts: they must be possible in a file of this size
             and self.statistics.message_count <= file_size * _MOST_MESSAGES_A_BYTE

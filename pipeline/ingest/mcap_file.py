@@ -22,6 +22,7 @@ from pipeline.ingest.mcap_records import (
     CHUNK,
     DATA_END,
     FOOTER,
+    FOOTER_BYTES,
     HEADER,
     MAGIC,
     MAX_CHUNK_BYTES,
@@ -44,7 +45,6 @@ from pipeline.ingest.mcap_records import (
 )
 from pipeline.types import IntArray
 
-_FOOTER_BYTES = RECORD_HEAD.size + 20 + len(MAGIC)
 _MAX_SUMMARY_BYTES = 64 * 1024 * 1024
 _MAX_INDEX_BYTES = 64 * 1024 * 1024
 #: Messages outside of chunks are put together to blocks of about this size.
@@ -125,15 +125,15 @@ class McapFile:
     def _read_summary(self, stream: BinaryIO) -> None:
         """Take topics and counts from the summary; leave `indexed` False where that fails."""
         self._end = self.size
-        if self.size < _FOOTER_BYTES:
+        if self.size < FOOTER_BYTES:
             return
-        stream.seek(-_FOOTER_BYTES, io.SEEK_END)
-        tail = stream.read(_FOOTER_BYTES)
+        stream.seek(-FOOTER_BYTES, io.SEEK_END)
+        tail = stream.read(FOOTER_BYTES)
         if not tail.endswith(MAGIC) or tail[0] != FOOTER:
             return
         self.directory.complete = True
         start, _, _ = parse_footer(memoryview(tail)[RECORD_HEAD.size : -len(MAGIC)])
-        end = self.size - _FOOTER_BYTES
+        end = self.size - FOOTER_BYTES
         self._end = end
         if start == 0 or start >= end or end - start > _MAX_SUMMARY_BYTES:
             return

@@ -1,17 +1,25 @@
-"""Numbers of many CDR messages at once: gathered from the bytes where they all have their place.
+"""Numbers of many messages of ROS at once: gathered from the bytes where they have their place.
 
-Where a number stands in a CDR message is settled by its definition and by the lengths of the
-strings and sequences before it. So the layout is worked out on one message, together with the
-places of all those lengths; every message in which they are the same has the same layout, and its
-numbers are gathered with one NumPy index each. What is left over gets a layout of its own.
+Where a number stands in a message in CDR (ROS 2) or of ROS 1 is settled by its definition and by
+the lengths of the strings and sequences before it. So the layout is worked out on one message,
+together with the places of all those lengths; every message in which they are the same has that
+layout, and its numbers are gathered with one NumPy index each. What is left over gets a layout of
+its own.
+
+Plain CDR (versions 1 and 2), both byte orders. Alignment counts from the end of the four bytes
+that say which it is; version 2 aligns 8-byte numbers to 4.
+
+References
+----------
+OMG, DDS-XTYPES 1.3, section 7.4; wiki.ros.org/msg, "Serialization".
 """
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.ingest.mcap_cdr import HEADER_BYTES, representation
 from pipeline.ingest.mcap_chunk import Bytes, at_every_byte
 from pipeline.ingest.mcap_types import (
     PRIMITIVES,
@@ -25,6 +33,25 @@ from pipeline.types import IntArray
 #: Layouts kept for one channel; beyond, they are worked out anew.
 _MOST_LAYOUTS = 256
 _MOST_PLACES = 200_000
+#: Second byte of the header -> byte order, largest alignment. The first byte is zero.
+REPRESENTATIONS = {0: (">", 8), 1: ("<", 8), 6: (">", 4), 7: ("<", 4)}
+HEADER_BYTES = 4
+
+
+def representation(data: memoryview | bytes) -> tuple[str, int]:
+    """Return byte order and largest alignment of a message in CDR.
+
+    Raises
+    ------
+    BrokenMessageError
+        For parameter lists and other representations, and messages without header.
+    """
+    if len(data) < HEADER_BYTES:
+        raise BrokenMessageError(f"it has {len(data)} bytes, not even a header")
+    found = REPRESENTATIONS.get(data[1]) if data[0] == 0 else None
+    if found is None:
+        raise BrokenMessageError(f"its representation {data[0]:02x} {data[1]:02x} is not plain CDR")
+    return found
 
 
 @dataclass(frozen=True)
@@ -76,58 +103,96 @@ def layout_of(definition: Definition, message: bytes | memoryview) -> Layout:
     BrokenMessageError
         If the bytes end too early or announce more than there is.
     """
-    return _Walk(definition, message).layout
+    return _Walk(definition, message, with_values=False).layout
+
+
+def decode(definition: Definition, message: bytes | memoryview) -> dict[str, Any]:
+    r"""Decode one message: slow and general.
+
+    Returns
+    -------
+    dict
+        Values by field: numbers, texts, lists, dictionaries.
+
+    Raises
+    ------
+    BrokenMessageError
+        If the bytes end too early or announce more than there is.
+
+    Examples
+    --------
+    >>> from pipeline.ingest.ros_definitions import parse_definition
+    >>> definition = parse_definition("a/msg/B", "uint8 x\nint16 y", "ros2msg")
+    >>> decode(definition, bytes([0, 1, 0, 0, 7, 0, 1, 1]))
+    {'x': 7, 'y': 257}
+    """
+    return _Walk(definition, message, with_values=True).tree
 
 
 class _Walk:
-    def __init__(self, definition: Definition, message: bytes | memoryview) -> None:
-        order, self._most = representation(message)
+    """Goes through a message field by field, and notes where everything stands."""
+
+    def __init__(
+        self, definition: Definition, message: bytes | memoryview, *, with_values: bool
+    ) -> None:
         self._definition = definition
         self._message = message
-        self._at = HEADER_BYTES
+        self._with_values = with_values
+        # ROS 1 has no header, no alignment and no zero at the end of a text
+        self._begin, order, self._most = 0, "<", 1
+        if definition.wire == "cdr":
+            self._begin = HEADER_BYTES
+            order, self._most = representation(message)
+        self._at = self._begin
         self.layout = Layout(order)
-        self.layout.fixed.append((0, 1, message[0]))
-        self.layout.fixed.append((1, 1, message[1]))
-        self._message_at((), definition.root)
+        if self._begin:
+            self.layout.fixed += [(0, 1, message[0]), (1, 1, message[1])]
+        self.tree = self._message_at((), definition.root)
 
-    def _message_at(self, path: Path, name: str) -> None:
-        for part in self._definition.messages[name]:
-            self._value((*path, part.name), part.type, part.length)
+    def _message_at(self, path: Path, name: str) -> dict[str, Any]:
+        return {
+            part.name: self._value((*path, part.name), part.type, part.length)
+            for part in self._definition.messages[name]
+        }
 
-    def _value(self, path: Path, kind: str, length: int | None) -> None:
+    def _value(self, path: Path, kind: str, length: int | None) -> Any:  # noqa: ANN401  any type
         if length is None:
-            self._one(path, kind)
-            return
+            return self._one(path, kind)
         if length < 0:
             length = self._length()
         if kind in PRIMITIVES:
             if length:
-                self._numbers(path, kind, length)
-            else:
-                self.layout.places[path] = Place(self._at, np.dtype("u1"), 0)
-            return
+                return self._numbers(path, kind, length)
+            self.layout.places[path] = Place(self._at, np.dtype("u1"), 0)
+            return []
         if length > len(self._message) - self._at:
             raise BrokenMessageError(f"{length} elements are announced, more than it has bytes")
-        for number in range(length):
-            self._one((*path, number), kind)
+        return [self._one((*path, number), kind) for number in range(length)]
 
-    def _one(self, path: Path, kind: str) -> None:
+    def _one(self, path: Path, kind: str) -> Any:  # noqa: ANN401  any type
         if kind in PRIMITIVES:
-            self._numbers(path, kind, None)
-        elif kind == STRING:
-            size = self._length()
-            self.layout.texts[path] = (self._at, size)
-            self._pass(size)
-        else:
-            self._message_at(path, kind)
+            return self._numbers(path, kind, None)
+        if kind != STRING:
+            return self._message_at(path, kind)
+        size = self._length()
+        begin = self._at
+        self.layout.texts[path] = (begin, size)
+        self._pass(size)
+        text = bytes(self._message[begin : begin + size]) if self._with_values else b""
+        return text.rstrip(b"\x00").decode("utf-8", errors="replace")
 
-    def _numbers(self, path: Path, kind: str, count: int | None) -> None:
+    def _numbers(self, path: Path, kind: str, count: int | None) -> Any:  # noqa: ANN401  one or many
         code = np.dtype(f"{self.layout.order}{PRIMITIVES[kind]}")
         self._align(code.itemsize)
         if len(self.layout.places) >= _MOST_PLACES:
             raise BrokenMessageError(f"it has more than {_MOST_PLACES} numbers")
-        self.layout.places[path] = Place(self._at, code, count)
+        begin = self._at
+        self.layout.places[path] = Place(begin, code, count)
         self._pass(code.itemsize * (1 if count is None else count))
+        if not self._with_values:
+            return None
+        values = np.frombuffer(self._message, code, count or 1, begin).tolist()
+        return values[0] if count is None else values
 
     def _length(self) -> int:
         self._align(4)
@@ -139,7 +204,7 @@ class _Walk:
         return value
 
     def _align(self, size: int) -> None:
-        self._at += -(self._at - HEADER_BYTES) % min(size, self._most)
+        self._at += -(self._at - self._begin) % min(size, self._most)
 
     def _pass(self, size: int) -> None:
         if size > len(self._message) - self._at:

@@ -1,278 +1,138 @@
-"""Decode protobuf messages by the descriptor set that MCAP embeds; no generated code, no library.
+"""Messages in protobuf, decoded by google.protobuf by the descriptor set in the log."""
 
-A field of proto3 that was not sent has its default, zero; one that is marked optional, in a oneof,
-or a message is absent. Packed and unpacked repeated numbers are read alike; unknown fields are
-passed over. Groups and maps are not supported (a map is read as a list of key and value).
-
-References
-----------
-Protocol Buffers, Encoding, https://protobuf.dev/programming-guides/encoding/ ;
-google/protobuf/descriptor.proto (field numbers below).
-"""
-
-import struct
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from pipeline.ingest.mcap_types import MOST_FIELDS, BrokenMessageError, DefinitionError
 
-_VARINT, _FIXED64, _BYTES, _FIXED32 = 0, 1, 2, 5
-#: FieldDescriptorProto.Type of numbers -> wire type, struct code of the fixed ones.
-_DOUBLE, _FLOAT, _INT64, _UINT64, _INT32, _FIXED_64, _FIXED_32, _BOOL = range(1, 9)
-_STRING, _GROUP, _MESSAGE, _RAW, _UINT32, _ENUM, _SFIXED32, _SFIXED64, _SINT32, _SINT64 = range(
-    9, 19
-)
-_FIXED = {
-    _DOUBLE: ("<d", 8),
-    _FLOAT: ("<f", 4),
-    _FIXED_64: ("<Q", 8),
-    _FIXED_32: ("<I", 4),
-    _SFIXED32: ("<i", 4),
-    _SFIXED64: ("<q", 8),
-}
-_REPEATED = 3
 _MAX_DEPTH = 50
-#: Fields of a message and of all messages in it that may have their default before they are read.
-_MOST_DEFAULTS = 1_000_000
+#: Fields of a message and of all messages in it, sent or not.
+_MOST_NUMBERS = 200_000
+#: An element of two bytes becomes an object of some hundred.
+_MOST_BYTES = 2_000_000
+#: Definitions that every program has, and that writers therefore leave out.
+_WELL_KNOWN = ("any", "duration", "empty", "field_mask", "struct", "timestamp", "wrappers")
 
 
-@dataclass(frozen=True)
-class ProtoField:
-    """A field: its type as in descriptor.proto, the message's full name where it is one."""
-
-    name: str
-    type: int
-    is_repeated: bool
-    message: str = ""
-    has_presence: bool = False
-
-
-@dataclass(frozen=True)
-class ProtoDefinition:
-    """Messages of a descriptor set: full name -> field number -> field."""
-
-    root: str
-    messages: dict[str, dict[int, ProtoField]]
-
-
-def parse_descriptor_set(name: str, data: bytes) -> ProtoDefinition:
-    """Parse a ``FileDescriptorSet``.
+def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]]:
+    """Make a decoder of messages.
 
     Parameters
     ----------
     name : str
         Full name of the message, ``package.Name``.
     data : bytes
-        The serialised set.
+        A serialised ``FileDescriptorSet``. Files of ``google/protobuf/`` may be missing in it.
+
+    Returns
+    -------
+    callable
+        Bytes to a dict: numbers, texts, lists, dictionaries; absent messages are left out. Raises
+        `BrokenMessageError` where the bytes are no message of this type.
 
     Raises
     ------
     DefinitionError
-        If it is none, or does not define the message.
+        If it is no descriptor set, or does not define the message.
     """
-    messages: dict[str, dict[int, ProtoField]] = {}
+    from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+    from google.protobuf.message import DecodeError
+
+    described = descriptor_pb2.FileDescriptorSet()
     try:
-        for number, content in _parts(data):
-            if number == 1:
-                _file(_bytes(content), messages)
-    except (BrokenMessageError, UnicodeDecodeError) as error:
-        raise DefinitionError(f"it is not a descriptor set of protobuf ({error})") from None
-    if name not in messages:
-        raise DefinitionError(f"{name} is not defined in it")
-    if sum(map(len, messages.values())) > MOST_FIELDS:
+        described.ParseFromString(data)
+    except (DecodeError, RecursionError):
+        raise DefinitionError("it is not a descriptor set of protobuf") from None
+    if sum(_members(one, 0) for file in described.file for one in file.message_type) > MOST_FIELDS:
         raise DefinitionError(f"it has more than {MOST_FIELDS} members")
-    return ProtoDefinition(name, messages)
+    pool = descriptor_pool.DescriptorPool()
+    try:
+        _add_files(pool, described.file)
+        message_class = message_factory.GetMessageClass(pool.FindMessageTypeByName(name))
+    except KeyError:
+        raise DefinitionError(f"{name} is not defined in it") from None
+    except (TypeError, ValueError, RecursionError) as error:
+        raise DefinitionError(f"its descriptor set is not sound ({_line(error)})") from None
+
+    def decode(content: bytes) -> dict[str, Any]:
+        if len(content) > _MOST_BYTES:
+            raise BrokenMessageError(f"it has {len(content)} bytes; at most {_MOST_BYTES} are read")
+        try:
+            message = message_class.FromString(content)
+        except (DecodeError, RecursionError) as error:
+            raise BrokenMessageError(f"it is not a message of {name} ({_line(error)})") from None
+        return _Tree().of(message, 0)
+
+    return decode
 
 
-def _file(data: bytes, messages: dict[str, dict[int, ProtoField]]) -> None:
-    package, syntax, types = "", "proto2", []
-    for part, value in _parts(data):
-        if part == 2:
-            package = _bytes(value).decode()
-        elif part == 12:
-            syntax = _bytes(value).decode()
-        elif part == 4:
-            types.append(_bytes(value))
-    for one in types:
-        _message_type(one, package, syntax, messages, 0)
-
-
-def _message_type(
-    data: bytes,
-    scope: str,
-    syntax: str,
-    messages: dict[str, dict[int, ProtoField]],
-    depth: int,
-) -> None:
+def _members(message: Any, depth: int) -> int:  # noqa: ANN401  a DescriptorProto
+    """Count the fields of a message and of those that are defined in it."""
     if depth > _MAX_DEPTH:
-        raise BrokenMessageError("messages are nested too deeply")
-    name, fields, nested = "", {}, []
-    for part, value in _parts(data):
-        if part == 1:
-            name = _bytes(value).decode()
-        elif part == 2:
-            number, found = _field(_bytes(value), syntax)
-            fields[number] = found
-        elif part == 3:
-            nested.append(_bytes(value))
-    full = f"{scope}.{name}" if scope else name
-    messages[full] = fields
-    for inner in nested:
-        _message_type(inner, full, syntax, messages, depth + 1)
+        raise DefinitionError("messages are nested too deeply")
+    return len(message.field) + sum(_members(one, depth + 1) for one in message.nested_type)
 
 
-def _field(data: bytes, syntax: str) -> tuple[int, ProtoField]:
-    name, number, label, kind, message, explicit = "", 0, 1, 0, "", syntax != "proto3"
-    for part, value in _parts(data):
-        if part == 1:
-            name = _bytes(value).decode()
-        elif part == 3:
-            number = _number(value)
-        elif part == 4:
-            label = _number(value)
-        elif part == 5:
-            kind = _number(value)
-        elif part == 6:
-            message = _bytes(value).decode().removeprefix(".")
-        elif part in (9, 17):  # in a oneof, or marked optional in proto3
-            explicit = True
-    return number, ProtoField(name, kind, label == _REPEATED, message, explicit)
+def _add_files(pool: Any, described: Any) -> None:  # noqa: ANN401  of google.protobuf
+    """Add files to a pool, each after those that it needs, with what is well known and absent."""
+    import importlib
+
+    waiting = {file.name or f"file-{number}": file for number, file in enumerate(described)}
+    defined = {f"{file.package}.{one.name}" for file in described for one in file.message_type}
+    added = []
+    for name in _WELL_KNOWN:
+        known = importlib.import_module(f"google.protobuf.{name}_pb2").DESCRIPTOR
+        if not defined & {f"{known.package}.{one}" for one in known.message_types_by_name}:
+            pool.AddSerializedFile(known.serialized_pb)
+            added.append(known.name)
+    while waiting:
+        ready = [
+            name
+            for name, file in waiting.items()
+            if not any(needed in waiting and needed != name for needed in file.dependency)
+        ]
+        if not ready:
+            raise ValueError("its files need each other")
+        for name in ready:
+            file = waiting.pop(name)
+            file.name = name
+            file.dependency.extend(one for one in added if one not in file.dependency)
+            pool.Add(file)
 
 
-def decode_protobuf(definition: ProtoDefinition, data: memoryview | bytes) -> dict[str, Any]:
-    """Decode a message.
+class _Tree:
+    """Turns a message into dictionaries, lists, numbers and texts."""
 
-    Returns
-    -------
-    dict
-        Values by field: numbers, texts, lists, dictionaries; absent messages are left out.
+    def __init__(self) -> None:
+        self._numbers = 0
 
-    Raises
-    ------
-    BrokenMessageError
-        If the bytes are not a message of this type.
-    """
-    return _Decoder(definition).message(definition.root, bytes(data), 0)
-
-
-class _Decoder:
-    def __init__(self, definition: ProtoDefinition) -> None:
-        self._messages = definition.messages
-        self._defaults = 0
-
-    def message(self, name: str, data: bytes, depth: int) -> dict[str, Any]:
+    def of(self, message: Any, depth: int) -> dict[str, Any]:  # noqa: ANN401  of google.protobuf
         if depth > _MAX_DEPTH:
             raise BrokenMessageError("it is nested too deeply")
-        fields = self._messages.get(name)
-        if fields is None:
-            raise BrokenMessageError(f"{name} is not defined")
-        self._defaults += len(fields)  # an element of two bytes has all of them
-        if self._defaults > _MOST_DEFAULTS:
-            raise BrokenMessageError(f"it has more than {_MOST_DEFAULTS} numbers")
-        found = {
-            part.name: _default(part)
-            for part in fields.values()
-            if part.is_repeated or not (part.has_presence or part.type in (_MESSAGE, _GROUP))
-        }
-        for number, value in _parts(data):
-            known = fields.get(number)
-            if known is None:
-                continue
-            for one in self._values(known, value, depth):
-                if known.is_repeated:
-                    found[known.name].append(one)
-                else:
-                    found[known.name] = one
-        return found
+        fields = message.DESCRIPTOR.fields
+        self._numbers += len(fields)
+        if self._numbers > _MOST_NUMBERS:
+            raise BrokenMessageError(f"it has more than {_MOST_NUMBERS} numbers")
+        return dict(self._fields(message, fields, depth))
 
-    def _values(self, part: ProtoField, value: int | bytes, depth: int) -> Iterator[Any]:
-        if part.type == _MESSAGE:
-            yield self.message(part.message, _bytes(value), depth + 1)
-        elif part.type == _STRING:
-            yield _bytes(value).decode("utf-8", errors="replace")
-        elif part.type == _RAW:
-            yield list(_bytes(value))
-        elif part.type in _FIXED:
-            code, size = _FIXED[part.type]
-            content = _bytes(value)
-            if len(content) % size or (not part.is_repeated and len(content) != size):
-                raise BrokenMessageError(f"{part.name} has {len(content)} bytes")
-            for (one,) in struct.iter_unpack(code, content):
-                yield one
-        elif isinstance(value, bytes):  # packed
-            at = 0
-            while at < len(value):
-                one, at = _varint(value, at)
-                yield _signed(part.type, one)
-        else:
-            yield _signed(part.type, value)
+    def _fields(self, message: Any, fields: Any, depth: int) -> Iterator[tuple[str, Any]]:  # noqa: ANN401  of google.protobuf
+        for field in fields:
+            value = getattr(message, field.name)
+            if field.is_repeated:
+                if field.message_type is not None and field.message_type.GetOptions().map_entry:
+                    continue  # a map has no numbers in an order
+                self._numbers += len(value)
+                yield field.name, [self._one(field, one, depth) for one in value]
+            elif not field.has_presence or message.HasField(field.name):
+                yield field.name, self._one(field, value, depth)
+
+    def _one(self, field: Any, value: Any, depth: int) -> Any:  # noqa: ANN401  of any type
+        if field.message_type is not None:
+            return self.of(value, depth + 1)
+        if isinstance(value, bytes):
+            return list(value)
+        return int(value) if isinstance(value, bool) else value
 
 
-def _default(part: ProtoField) -> Any:  # noqa: ANN401  a value of the field's type
-    """Return what a field means that was not sent."""
-    if part.is_repeated:
-        return []
-    if part.type in (_STRING, _RAW):
-        return "" if part.type == _STRING else []
-    return 0.0 if part.type in (_DOUBLE, _FLOAT) else 0
-
-
-def _signed(kind: int, value: int) -> int:
-    """Turn the bits of a varint into the number that the field's type means."""
-    if kind in (_SINT32, _SINT64):
-        return (value >> 1) ^ -(value & 1)
-    if kind in (_INT32, _INT64, _ENUM):
-        value &= (1 << 64) - 1
-        signed = value - (1 << 64) if value >> 63 else value
-        return (signed + (1 << 31)) % (1 << 32) - (1 << 31) if kind != _INT64 else signed
-    if kind == _BOOL:
-        return int(value != 0)
-    return value & ((1 << (32 if kind == _UINT32 else 64)) - 1)
-
-
-def _parts(data: bytes) -> Iterator[tuple[int, int | bytes]]:
-    """Yield field numbers with varints, or with bytes (fixed numbers are bytes, too)."""
-    at = 0
-    while at < len(data):
-        key, at = _varint(data, at)
-        number, wire = key >> 3, key & 7
-        if wire == _VARINT:
-            value, at = _varint(data, at)
-            yield number, value
-            continue
-        if wire == _BYTES:
-            size, at = _varint(data, at)
-        elif wire in (_FIXED64, _FIXED32):
-            size = 8 if wire == _FIXED64 else 4
-        else:
-            raise BrokenMessageError(f"wire type {wire} is not supported")
-        if number == 0 or size > len(data) - at:
-            raise BrokenMessageError(f"{size} bytes are announced where {len(data) - at} are left")
-        yield number, data[at : at + size]
-        at += size
-
-
-def _varint(data: bytes, at: int) -> tuple[int, int]:
-    value, shift = 0, 0
-    while True:
-        if at >= len(data) or shift > 63:
-            raise BrokenMessageError("a number has no end")
-        byte = data[at]
-        at += 1
-        value |= (byte & 0x7F) << shift
-        if byte < 0x80:
-            return value, at
-        shift += 7
-
-
-def _bytes(value: int | bytes) -> bytes:
-    if isinstance(value, int):
-        raise BrokenMessageError("a number stands where bytes are expected")
-    return value
-
-
-def _number(value: int | bytes) -> int:
-    if isinstance(value, bytes):
-        raise BrokenMessageError("bytes stand where a number is expected")
-    return value
+def _line(error: Exception) -> str:
+    return str(error).splitlines()[0][:100] if str(error) else type(error).__name__

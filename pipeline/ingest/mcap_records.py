@@ -14,12 +14,16 @@ from dataclasses import dataclass
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK, MESSAGE_INDEX = range(1, 8)
-ATTACHMENT, STATISTICS, METADATA, DATA_END = 0x09, 0x0B, 0x0C, 0x0F
+CHUNK_INDEX, ATTACHMENT, STATISTICS, METADATA, DATA_END = 0x08, 0x09, 0x0B, 0x0C, 0x0F
 RECORD_HEAD = struct.Struct("<BQ")
 #: Content of a message before its data: channel, sequence, log time, publish time.
 MESSAGE_HEAD = struct.Struct("<HIQQ")
 #: Of a footer: start of the summary, start of the summary's offsets, checksum.
 _FOOTER = struct.Struct("<QQI")
+#: Of the end of a file: its last record and the magic.
+FOOTER_BYTES = RECORD_HEAD.size + _FOOTER.size + len(MAGIC)
+#: A time before 2000 is of a clock that nobody set, one after 2100 is none. [ns since 1970]
+SET_NS, LATEST_NS = 946_684_800_000_000_000, 4_102_444_800_000_000_000
 _CHUNK_HEAD = struct.Struct("<QQQI")
 _STATISTICS_HEAD = struct.Struct("<QHIIIIQQI")
 #: Limits on what one record may hold; logs stay far below them.
@@ -73,9 +77,11 @@ class ChunkHead:
 
 @dataclass(frozen=True)
 class StatisticsRecord:
-    """Counts of messages that the writer made; what else it states is not asked for."""
+    """Counts of messages that the writer made, and the log times of the first and the last."""
 
     message_count: int
+    start_time_ns: int
+    end_time_ns: int
     channel_message_counts: Mapping[int, int]
 
 
@@ -164,7 +170,7 @@ def parse_footer(content: memoryview) -> tuple[int, int, int]:
 def parse_statistics(content: memoryview) -> StatisticsRecord:
     """Parse the statistics; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
-    messages, *_, size = cursor.numbers(_STATISTICS_HEAD)
+    messages, _, _, _, _, _, start, end, size = cursor.numbers(_STATISTICS_HEAD)
     pairs = cursor.raw(size)
     counts = {
         int.from_bytes(pairs[at : at + 2], "little"): int.from_bytes(
@@ -172,7 +178,16 @@ def parse_statistics(content: memoryview) -> StatisticsRecord:
         )
         for at in range(0, size - 9, 10)
     }
-    return StatisticsRecord(messages, counts)
+    return StatisticsRecord(messages, start, end, counts)
+
+
+def parse_indexed_channels(content: memoryview) -> set[int]:
+    """Parse the index of a chunk: the channels that it has messages of."""
+    cursor = _Cursor(content)
+    cursor.raw(4 * 8)  # times and place of the chunk
+    size = cursor.u32()
+    pairs = cursor.raw(size)
+    return {int.from_bytes(pairs[at : at + 2], "little") for at in range(0, size - 9, 10)}
 
 
 #: A chunk's head is at most this long: four numbers, the compression's name, the size.

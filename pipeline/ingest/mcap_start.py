@@ -2,24 +2,48 @@
 
 import contextlib
 import re
+import sqlite3
+import struct
+from collections.abc import Callable, Mapping
+from contextlib import closing
 from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
+from urllib.parse import quote
 
-from pipeline.ingest.mcap_records import CHUNK, MAGIC, MESSAGE, RECORD_HEAD
+from pipeline.ingest.mcap_records import (
+    CHUNK,
+    FOOTER,
+    FOOTER_BYTES,
+    LATEST_NS,
+    MAGIC,
+    MESSAGE,
+    RECORD_HEAD,
+    SET_NS,
+    STATISTICS,
+    BrokenRecordError,
+    StatisticsRecord,
+    parse_footer,
+    parse_statistics,
+)
 
 #: Records that may stand before the first message: schemas, channels, metadata, attachments.
 _MOST_RECORDS = 100_000
 _SECOND_NS = 1_000_000_000
 #: Year, month, day in a file's name: 2026-05-04, 2026_05_04, 2026.05.04, 20260504.
 _DATE = re.compile(r"(?<!\d)(\d{4})[-_.]?(\d\d)[-_.]?(\d\d)(?!\d)")
-#: A log of an earlier year has the time of a clock that nobody set.
-_CLOCK_SET = 2000
+#: More messages in a second are times in another unit, of which these are what one is worth. [ns]
+_MOST_HZ = 1e6
+_FACTORS = (1_000, 1_000_000, 1_000_000_000)
 #: Time zones that are in use.
 _FARTHEST_WEST, _FARTHEST_EAST = timedelta(hours=-12), timedelta(hours=14)
 
 
 def log_start_ns(path: Path) -> int | None:
     """Return the log time of the first message or chunk, None when there is none to be found.
+
+    A time before 2000 is of a clock that nobody had set: then the end of the first chunk, or what
+    the summary says of the last message, may be of this century, and so may the time in the unit
+    that its writer meant.
 
     Parameters
     ----------
@@ -31,32 +55,126 @@ def log_start_ns(path: Path) -> int | None:
     int or None
         Since 1970. [ns]
     """
+    ending = path.suffix.lower()
+    if ending in _FIRST_TIME:
+        return _FIRST_TIME[ending](path)
+    times = _first_times(path)
+    if not times or times[0] >= SET_NS:
+        return times[0] if times else None
+    statistics = _statistics(path)
+    if statistics is not None:
+        times += [statistics.start_time_ns, statistics.end_time_ns]
+        span_s = (statistics.end_time_ns - statistics.start_time_ns) / 1e9
+        if statistics.message_count > _MOST_HZ * span_s > 0.0:
+            times += [times[0] * factor for factor in _FACTORS]
+    return next((time for time in times if SET_NS <= time < LATEST_NS), times[0])
+
+
+def _of_tlog(path: Path) -> int:
+    try:
+        with path.open("rb") as file:
+            return int.from_bytes(file.read(8), "big") * 1000
+    except OSError:
+        return 0
+
+
+def _of_bag(path: Path) -> int:
+    from rosbags.rosbag1 import Reader
+
+    try:
+        with Reader(path) as reader:
+            return int(reader.start_time)
+    except Exception:  # noqa: BLE001 - what is no bag has no time
+        return 0
+
+
+def _of_db3(path: Path) -> int:
+    try:
+        address = f"file:{quote(str(path))}?mode=ro&immutable=1"
+        with closing(sqlite3.connect(address, uri=True)) as database:
+            return int(database.execute("SELECT MIN(timestamp) FROM messages").fetchone()[0] or 0)
+    except (sqlite3.Error, TypeError, ValueError):
+        return 0
+
+
+def _of_table(path: Path) -> int:
+    from pipeline.ingest.log_table import first_time_ns
+
+    return first_time_ns(path)
+
+
+def _untold(path: Path) -> int:
+    """Return that of a board that counts from its start: its day stands in the name, if at all."""
+    del path
+    return 0
+
+
+#: Ending of a log that is no MCAP -> its first time [ns since 1970], 0 where it has none.
+_FIRST_TIME: Mapping[str, Callable[[Path], int]] = {
+    ".tlog": _of_tlog,
+    ".bag": _of_bag,
+    ".db3": _of_db3,
+    ".csv": _of_table,
+    ".tsv": _of_table,
+    ".parquet": _of_table,
+    ".bin": _untold,
+    ".ulg": _untold,
+}
+
+
+def _first_times(path: Path) -> list[int]:
+    """Return the log time of the first message, or those of the first chunk's ends."""
     try:
         with path.open("rb") as file:
             if file.read(len(MAGIC)) != MAGIC:
-                return None
+                return []
             for _ in range(_MOST_RECORDS):
                 head = file.read(RECORD_HEAD.size)
                 if len(head) < RECORD_HEAD.size:
-                    return None
+                    return []
                 opcode, length = RECORD_HEAD.unpack(head)
                 if opcode in {CHUNK, MESSAGE}:
-                    # a chunk begins with the time of its first message, a message with channel
-                    # (2), sequence (4) and log time
-                    skip = 6 if opcode == MESSAGE else 0
-                    content = file.read(skip + 8)
-                    whole = len(content) == skip + 8
-                    return int.from_bytes(content[skip:], "little") if whole else None
+                    # a chunk begins with its first and last time, a message with channel (2),
+                    # sequence (4) and log time
+                    skip, count = (6, 1) if opcode == MESSAGE else (0, 2)
+                    content = file.read(skip + 8 * count)[skip:]
+                    whole = range(len(content) // 8)
+                    return [int.from_bytes(content[8 * i : 8 * i + 8], "little") for i in whole]
                 if length > 1 << 40:
-                    return None
+                    return []
                 file.seek(length, 1)
     except OSError:
+        return []
+    return []
+
+
+def _statistics(path: Path) -> StatisticsRecord | None:
+    """Return what the summary at the end counts."""
+    try:
+        with path.open("rb") as file:
+            size = file.seek(0, 2)
+            file.seek(max(size - FOOTER_BYTES, 0))
+            tail = file.read()
+            if len(tail) < FOOTER_BYTES or not tail.endswith(MAGIC) or tail[0] != FOOTER:
+                return None
+            start, _, _ = parse_footer(memoryview(tail)[RECORD_HEAD.size : -len(MAGIC)])
+            if not 0 < start < size:
+                return None
+            file.seek(start)
+            for _ in range(_MOST_RECORDS):
+                opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
+                if opcode == STATISTICS:
+                    return parse_statistics(memoryview(file.read(min(length, 1 << 24))))
+                file.seek(length, 1)
+    except (OSError, BrokenRecordError, struct.error, OverflowError):
         return None
     return None
 
 
 def is_closed(path: Path) -> bool:
-    """Tell whether the file ends as a log does that its writer closed."""
+    """Tell whether the file ends as a log does that its writer closed; of MCAP alone that shows."""
+    if path.suffix.lower() in _FIRST_TIME:
+        return True
     try:
         with path.open("rb") as file:
             if file.seek(0, 2) < 2 * len(MAGIC):
@@ -73,7 +191,7 @@ def day_of(path: Path) -> str:
     Times in a log are UTC, and a working day far east or west of Greenwich lies on two days of it.
     Who names a log, or the recorder that does, writes the local date: it counts where some time
     zone has that date when the log begins, or where the recorder's clock was not set. ``undated``
-    without a time.
+    without a time that can be.
     """
     return _day(log_start_ns(path), path.stem)
 
@@ -88,11 +206,12 @@ def _day(start_ns: int | None, name: str) -> str:
     """
     if start_ns is None:
         return "undated"
-    start = datetime.fromtimestamp(start_ns // _SECOND_NS, UTC)
+    is_set = SET_NS <= start_ns < LATEST_NS
+    start = datetime.fromtimestamp(start_ns // _SECOND_NS if is_set else 0, UTC)
     local = {(start + offset).date() for offset in (_FARTHEST_WEST, timedelta(0), _FARTHEST_EAST)}
     for found in _DATE.finditer(name):
         with contextlib.suppress(ValueError):  # of digits that are no date
             named = date(*(int(part) for part in found.groups()))
-            if named in local or start.year < _CLOCK_SET:
+            if named in local or not is_set:
                 return named.isoformat()
-    return start.date().isoformat()
+    return start.date().isoformat() if is_set else "undated"

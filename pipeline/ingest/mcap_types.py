@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 #: Step into a message: the name of a field or the number of an element.
 Step = str | int
@@ -60,6 +61,8 @@ class Definition:
 
     root: str
     messages: Mapping[str, tuple[Field, ...]]
+    wire: Literal["cdr", "ros1"] = "cdr"
+    """How its messages are written into bytes."""
 
     @property
     def fields(self) -> tuple[Field, ...]:

@@ -1,17 +1,22 @@
 """Read a pool-run log: every mapped channel as arrays, with what is wrong marked and told."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.bench_file import source_name
-from pipeline.ingest.mcap_file import McapFile
-from pipeline.ingest.pool_run_channel import Found, channel_of, timings_of, water_of
-from pipeline.ingest.pool_run_convert import Names, convert, guess_units
-from pipeline.ingest.pool_run_extract import TopicData, extract
+from pipeline.ingest.log_open import open_log
+from pipeline.ingest.log_source import LogFacts
+from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
+from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
+from pipeline.ingest.pool_run_choice import Source, choose_sources
+from pipeline.ingest.pool_run_clocks import Timing
+from pipeline.ingest.pool_run_convert import Names, Water, convert, guess_units
+from pipeline.ingest.pool_run_defaults import same_quantities
+from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_health import rhythm_of
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
 from pipeline.ingest.pool_run_resample import resample
@@ -19,29 +24,29 @@ from pipeline.ingest.pool_run_suspicions import suspicions
 from pipeline.ingest.pool_run_told import (
     broken_messages,
     each_once,
+    miscounted,
     told_of,
     told_of_commands,
     told_of_coverage,
     told_of_recorder,
+    told_of_topics,
     told_of_velocity,
 )
 from pipeline.ingest.pool_run_topics import (
+    Stated,
     channel_name,
     key_of,
     nothing_mapped,
     plans_of,
     requests_of,
-    topics_of,
 )
+from pipeline.ingest.pool_run_unused import topics_read
 from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_notes import RunNotes
 from pipeline.types import FloatArray
 from pipeline.vehicle.run_notes import notes_file, read_run_notes
 from pipeline.vehicle.schema import Vehicle
-
-#: Log times further than this from the median one are damage. [ns]
-_LONGEST_RUN_NS = 7 * 86_400 * 1e9
 
 __all__ = ["read_pool_run", "resample", "summarize"]
 
@@ -54,7 +59,7 @@ def read_pool_run(
     Parameters
     ----------
     path : Path
-        The MCAP file.
+        The log: MCAP, a bag of ROS 1 or 2, a log of ArduPilot or PX4, a table in time.
     vehicle : Vehicle
         Its ``pool:`` section maps channels; standard messages have defaults.
     raw_root : Path
@@ -74,63 +79,59 @@ def read_pool_run(
     Raises
     ------
     InputError
-        If the file is no MCAP file, holds no messages, or none of its topics can be used.
+        If the file is no log, holds no messages, or none of its topics can be used.
     """
     shown_as = source_name(path, raw_root)
-    log = McapFile(path, shown_as)
     place = Place(shown_as)
     problems: list[Problem] = []
-    codecs, topics = topics_of(log, prefix)
-    if not any(topic.messages for topic in topics):
-        what = "the log holds no messages"
-        if not log.directory.complete:
-            what = f"the log was cut off after {log.size} bytes and holds no messages"
-        elif log.problems:
-            what += f" that can be read: {log.problems[0].what.rstrip('.')}"
-        raise InputError.at(
-            place,
-            what + (f" under {prefix}." if prefix else "."),
-            expected="messages of thrusters and sensors.",
-            remedy="Check that the recorder ran.",
-        )
-    plans = plans_of(vehicle, topics, place, problems, prefix)
-    if not plans:
-        raise nothing_mapped(place, topics, problems)
-    requests, where = requests_of(plans)
-    data = extract(log, codecs, requests, fast=fast)
-    problems += broken_messages(place, data)
-    timings = timings_of(plans, data, vehicle, place, problems)
-    water = water_of(vehicle, log)
-    channels: dict[str, RunChannel] = {}
-    by_name = {topic.name: topic for topic in topics}
-    units = guess_units(
-        {
-            key_of(plan): _taken(plan, data, where)
-            for plan in plans
-            if plan.quantity == "thruster_command" and plan.unit is None and plan.names is None
-        }
+    log = open_log(path, shown_as)
+    notes = _notes_of(path, raw_root, problems)
+    topics = log.topics(prefix)
+    _check_messages(topics, log.facts(), prefix)
+    facts = log.facts()
+    plans = plans_of(
+        vehicle,
+        topics,
+        place,
+        problems,
+        prefix,
+        stated=_stated(vehicle, notes),
+        usual=facts.usual,
+        recorder=facts.recorder,
     )
-    for plan in plans:
-        name = channel_name(plan)
-        taken = data[plan.topic]
-        end = where[key_of(plan)][0] + len(plan.numbers)
-        invalid = None if plan.valid is None else taken.values[:, end] == 0.0
-        names = None if taken.name_list is None else Names(taken.names, taken.name_list)
-        with np.errstate(over="ignore", invalid="ignore"):  # damaged bytes are any number
-            numbers = _taken(plan, data, where)
-            guessed = units.get(key_of(plan))
-            converted = convert(plan, numbers, vehicle, water, names, guessed=guessed)
-        if converted.values.shape[0] and converted.columns:
-            topic = by_name[plan.topic]
-            found = Found(plan, converted, taken, timings[plan.topic], topic, invalid)
-            channels[name] = channel_of(found, vehicle)
-    extent_ns = _extent(channels)
+    if not plans.every:
+        raise nothing_mapped(place, topics, problems)
+    requests, where = requests_of(plans.every)
+    data = log.extract(requests, fast=fast)
+    problems += broken_messages(place, data)
+    problems += miscounted(place, topics, data)
+    data, said = mend_log_times(data, place)
+    problems += said
+    timings = timings_of(plans.every, data, vehicle, place, problems)
+    reading = _Reading(
+        vehicle, place, {topic.name: topic for topic in topics}, data, where, timings
+    )
+    facts = log.facts()
+    channels = reading.channels(plans.settled, water_of(vehicle, facts.metadata))
+    read = (
+        [reading.channels((plan,), water_of(vehicle, facts.metadata)) for plan in group]
+        for group in plans.groups
+    )
+    groups = [[Source(one) for one in group if one] for group in read]
+    settled = _run(vehicle, facts, channels, (), _extent(channels, groups))
+    chosen, said = choose_sources(groups, settled, vehicle, place)
+    problems += said
+    # in the order of the quantities, as the plans have them
+    channels |= chosen
     told: set[tuple[str, str]] = set()
+    extent_ns = _extent(channels, [])
     for name, channel in channels.items():
         problems += told_of(name, channel, place, extent_ns[0], told)
-    problems += log.problems
-    run = _run(vehicle, log, channels, topics, extent_ns)
-    run = replace(run, notes=_notes_of(path, raw_root, problems))
+    problems += reading.doubts(channels)
+    problems += facts.problems
+    run = _run(vehicle, facts, channels, topics_read(topics, channels, groups, vehicle), extent_ns)
+    run = replace(run, notes=notes)
+    problems += told_of_topics(topics, run, place)
     problems += told_of_commands(run, vehicle, place)
     problems += suspicions(run, vehicle)
     problems += [*told_of_recorder(run, place), *told_of_velocity(run, place)]
@@ -138,14 +139,103 @@ def read_pool_run(
     return replace(run, problems=tuple(each_once(problems)))
 
 
-def _taken(
-    plan: Plan,
-    data: Mapping[str, TopicData],
-    where: Mapping[tuple[str, str], tuple[int, int]],
-) -> FloatArray:
-    """Return what was taken from the messages for a plan (k, m)."""
-    begin = where[key_of(plan)][0]
-    return data[plan.topic].values[:, begin : begin + len(plan.numbers)]
+def _check_messages(topics: Sequence[TopicFound], facts: LogFacts, prefix: str) -> None:
+    """Refuse a log without messages."""
+    if any(topic.messages for topic in topics):
+        return
+    what = "the log holds no messages"
+    if not facts.complete:
+        what = f"the log was cut off after {facts.size} bytes and holds no messages"
+    elif facts.problems:
+        what += f" that can be read: {facts.problems[0].what.rstrip('.')}"
+    raise InputError.at(
+        facts.place,
+        what + (f" under {prefix}." if prefix else "."),
+        expected="messages of thrusters and sensors.",
+        remedy="Check that the recorder ran.",
+    )
+
+
+def _stated(vehicle: Vehicle, notes: RunNotes | None) -> list[Stated]:
+    """Return the channels of the notes, and those of the vehicle file that they do not replace."""
+    own = () if notes is None else notes.channels
+    replaced = {same for one in own for same in same_quantities(one.quantity)}
+    found = [
+        Stated(
+            one,
+            "notes of the run",
+            f"channels: entry {number} of the notes ({one.quantity}, {one.topic})",
+        )
+        for number, one in enumerate(own, start=1)
+    ]
+    found += [
+        Stated(one, "vehicle file", f"pool: channels: entry {number} ({one.quantity}, {one.topic})")
+        for number, one in enumerate(vehicle.pool.channels, start=1)
+        if one.quantity not in replaced
+    ]
+    return found
+
+
+@dataclass(frozen=True)
+class _Reading:
+    """What was taken from a log, to be made into channels."""
+
+    vehicle: Vehicle
+    place: Place
+    topics: Mapping[str, TopicFound]
+    data: Mapping[str, TopicData]
+    where: Mapping[tuple[str, str], tuple[int, int]]
+    timings: Mapping[str, Timing]
+    _doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    def channels(self, plans: Sequence[Plan], water: Water) -> dict[str, RunChannel]:
+        """Convert what was taken for these plans; one is left out that gives nothing."""
+        units = guess_units(
+            {
+                key_of(plan): self._numbers(plan)
+                for plan in plans
+                if plan.quantity == "thruster_command" and plan.unit is None and plan.names is None
+            }
+        )
+        found: dict[str, RunChannel] = {}
+        for plan in plans:
+            taken = self.data[plan.topic]
+            begin = self.where[key_of(plan)][0] + len(plan.numbers)
+            flags = taken.values[:, begin : begin + len(plan.flags)].T
+            invalid = [flag.invalid(one) for flag, one in zip(plan.flags, flags, strict=True)]
+            names = None if taken.name_list is None else Names(taken.names, taken.name_list)
+            with np.errstate(over="ignore", invalid="ignore"):  # damaged bytes are any number
+                guessed = units.get(key_of(plan))
+                converted = convert(
+                    plan, self._numbers(plan), self.vehicle, water, names, guessed=guessed
+                )
+            if not converted.values.shape[0] or not converted.columns:
+                continue
+            topic = self.topics[plan.topic]
+            whole = Found(plan, converted, taken, self.timings[plan.topic], topic, invalid)
+            for name, part in parts_of(whole, channel_name(plan)):
+                found[name] = channel_of(part, self.vehicle)
+                self._doubts[f"{name} {plan.topic}"] = plan.doubts
+        return found
+
+    def doubts(self, channels: Mapping[str, RunChannel]) -> list[Problem]:
+        """Say what was assumed of the channels that were taken and may be wrong."""
+        return [
+            Problem(
+                "warning",
+                self.place,
+                f"{name} ({channel.topic}): {text}.",
+                "",
+                "State thrusters under pool: channels in vehicle.yaml.",
+            )
+            for name, channel in channels.items()
+            for text in self._doubts.get(f"{name} {channel.topic}", ())
+        ]
+
+    def _numbers(self, plan: Plan) -> FloatArray:
+        """Return what was taken from the messages for a plan (k, m)."""
+        begin = self.where[key_of(plan)][0]
+        return self.data[plan.topic].values[:, begin : begin + len(plan.numbers)]
 
 
 def _notes_of(path: Path, raw_root: Path, problems: list[Problem]) -> RunNotes | None:
@@ -222,53 +312,42 @@ def _extremes(column: FloatArray) -> tuple[float | None, float | None]:
     return (float(finite.min()), float(finite.max())) if finite.size else (None, None)
 
 
-def _extent(channels: Mapping[str, RunChannel]) -> tuple[int, int]:
+def _extent(
+    channels: Mapping[str, RunChannel], groups: Sequence[Sequence[Source]]
+) -> tuple[int, int]:
     """Return the first and the last log time [ns], without those that damage made wild."""
-    times = [channel.log_time_ns for channel in channels.values() if channel.log_time_ns.size]
+    every = [*channels.values(), *(one.channel for group in groups for one in group)]
+    times = [channel.log_time_ns for channel in every if channel.log_time_ns.size]
     if not times:
         return 0, 0
-    every = np.concatenate(times)
-    middle = int(np.sort(every)[every.size // 2])
+    logged = np.concatenate(times)
+    middle = int(np.sort(logged)[logged.size // 2])
     # as floats: the difference of two wild times may not fit into 64 bits
-    near = every[np.abs(every.astype(float) - float(middle)) <= _LONGEST_RUN_NS]
+    near = logged[np.abs(logged.astype(float) - float(middle)) <= LONGEST_RUN_NS]
     return int(near.min()), int(near.max())
 
 
 def _run(
     vehicle: Vehicle,
-    log: McapFile,
+    facts: LogFacts,
     channels: Mapping[str, RunChannel],
-    topics: Sequence[TopicFound],
+    topics: tuple[TopicRead, ...],
     extent_ns: tuple[int, int],
 ) -> PoolRun:
     """Put the channels of a run together; its problems come later."""
     start_ns, end_ns = extent_ns
-    used: dict[str, list[str]] = {}
-    for name, channel in channels.items():
-        used.setdefault(channel.topic, []).append(name)
-    directory = log.directory
     return PoolRun(
         vehicle.name,
-        log.place.file,
+        facts.place.file,
         channels,
-        tuple(
-            TopicRead(
-                topic=topic.name,
-                message_type=topic.message_type,
-                encoding=topic.encoding,
-                messages=topic.messages,
-                used_for=tuple(used.get(topic.name, ())),
-                why_not=topic.why_not,
-            )
-            for topic in sorted(topics, key=lambda topic: topic.name)
-        ),
+        topics,
         (),
         start_ns,
         end_ns,
-        directory.complete,
-        log.read_bytes,
-        log.size,
-        directory.library,
-        dict(directory.metadata),
+        facts.complete,
+        facts.read_bytes,
+        facts.size,
+        facts.writer,
+        dict(facts.metadata),
         tuple(thruster.name for thruster in vehicle.thrusters),
     )

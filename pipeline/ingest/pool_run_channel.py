@@ -1,13 +1,11 @@
 """From what was taken out of a topic to a channel: time, delay, units, marks."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.mcap_file import McapFile
-from pipeline.ingest.mcap_types import path_text
 from pipeline.ingest.pool_run_clocks import Timing, choose_time, share_clocks
 from pipeline.ingest.pool_run_convert import Converted, Water
 from pipeline.ingest.pool_run_extract import TopicData
@@ -20,7 +18,7 @@ from pipeline.ingest.pool_run_health import (
     value_marks,
 )
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
-from pipeline.ingest.pool_run_validity import impossible
+from pipeline.ingest.pool_run_validity import Flag, impossible
 from pipeline.records.pool_run import ChannelRead
 from pipeline.records.run_arrays import WITHOUT_TIME, RunChannel
 from pipeline.types import BoolArray, FloatArray
@@ -104,8 +102,34 @@ class Found:
     taken: TopicData
     timing: Timing
     topic: TopicFound
-    invalid: BoolArray | None = None
-    """Readings (k,) that their messages call invalid."""
+    invalid: Sequence[BoolArray] = ()
+    """Readings (k,) that each flag of the plan calls invalid."""
+
+
+def parts_of(found: Found, name: str) -> list[tuple[str, Found]]:
+    """Part a channel whose messages speak of some thrusters each: a channel for each thruster."""
+    said_of = found.converted.said_of
+    if said_of is None:
+        return [(name, found)]
+    parts = []
+    for number, column in enumerate(found.converted.columns):
+        rows = said_of[:, number]
+        one, taken, timing = found.converted, found.taken, found.timing
+        part = replace(
+            found,
+            converted=replace(
+                one, columns=(column,), values=one.values[rows][:, [number]], said_of=None
+            ),
+            taken=replace(taken, log_time_ns=taken.log_time_ns[rows], broken=taken.broken[rows]),
+            timing=replace(
+                timing,
+                time_ns=timing.time_ns[rows],
+                marks={mark: there[rows] for mark, there in timing.marks.items()},
+            ),
+            invalid=[there[rows] for there in found.invalid],
+        )
+        parts.append((f"{name}.{column.split('.', 1)[1]}", part))
+    return parts
 
 
 def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
@@ -137,10 +161,10 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
         _mark(marks, "not_a_number", none)
         if none.any():
             notes.append("an attitude of four zeros counts as not a number")
-    if found.invalid is not None and plan.valid is not None:
-        _mark(marks, "not_a_number", found.invalid)
-        flag = path_text(plan.valid)
-        notes.append(f"readings that {flag} calls invalid count as not a number")
+    for flag, invalid in zip(plan.flags, found.invalid, strict=True):
+        _mark(marks, "not_a_number", invalid)
+        if invalid.any() or flag.is_telling:
+            notes.append(_flagged(flag, int(invalid.sum())))
     if plan.quantity == "velocity":
         notes += _out_of_the_mount(converted.values, found.topic, vehicle)
     told = plan.unit is not None
@@ -172,6 +196,10 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
         rhythm.period_s,
         rhythm.is_regular,
     )
+
+
+def _flagged(flag: Flag, count: int) -> str:
+    return f"readings that {flag.says} count, others as not a number: {count}"
 
 
 def _mark(marks: dict[str, BoolArray], name: str, rows: BoolArray) -> None:
@@ -238,9 +266,9 @@ def positive(text: str) -> float:
     return value
 
 
-def water_of(vehicle: Vehicle, log: McapFile) -> Water:
+def water_of(vehicle: Vehicle, metadata: Mapping[str, Mapping[str, str]]) -> Water:
     """Water with which a simulated log was written, if it can be true, or of the vehicle file."""
-    stated = log.directory.metadata.get(_LOG_METADATA, {})
+    stated = metadata.get(_LOG_METADATA, {})
     try:
         return Water(
             positive(stated["density_kgpm3"]),

@@ -95,6 +95,9 @@ def choose_time(
         why = "most messages have no stamp" if there.any() else "the stamps are all zero"
         told = () if wanted is None else (f"{why}; the time of the log is used.",)
         return _logged(log_time_ns, why, told)
+    if stamp_ns.size > 1 and np.ptp(log_time_ns[there]) == 0:
+        why = "all its messages were logged at one time, as a topic is that was latched"
+        return _logged(log_time_ns, why, (f"{why}; the time of the log is used.",))
     known = stamp_ns[there]
     if known.size > 2 and (known == known[0]).all():
         what = "the stamps never move on"
@@ -283,8 +286,8 @@ def _pace(stamp_ns: IntArray, log_ns: IntArray, segments: list[tuple[int, int]])
     """
     stamps = float(sum(stamp_ns[end - 1] - stamp_ns[begin] for begin, end in segments))
     logged = float(sum(log_ns[end - 1] - log_ns[begin] for begin, end in segments))
-    if stamps == 0:
-        return float("inf")
+    if stamps == 0 or logged == 0:
+        return float("inf") if stamps == 0 else 1.0
     pace = logged / stamps
     if logged < 2e9 and 0.1 < pace < 10.0:
         return 1.0  # too short to tell drift from latency

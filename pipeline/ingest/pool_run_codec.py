@@ -1,27 +1,37 @@
 """One way to decode for each encoding of a log's messages."""
 
+import json
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
-from pipeline.ingest.mcap_cdr import decode_cdr
-from pipeline.ingest.mcap_idl import parse_idl
-from pipeline.ingest.mcap_json import decode_json
-from pipeline.ingest.mcap_protobuf import decode_protobuf, parse_descriptor_set
+from pipeline.ingest.mcap_gather import decode
+from pipeline.ingest.mcap_protobuf import protobuf_decoder
 from pipeline.ingest.mcap_records import ChannelRecord, SchemaRecord
-from pipeline.ingest.mcap_ros2msg import parse_ros2msg
-from pipeline.ingest.mcap_types import Definition, DefinitionError, Path
+from pipeline.ingest.mcap_types import BrokenMessageError, Definition, DefinitionError, Path
+from pipeline.ingest.ros_definitions import parse_definition
 
 #: A message of one type as dictionaries, lists, numbers and texts.
 Tree = dict[str, Any]
+_LANGUAGES = {"cdr": ("ros2msg", "ros2idl", "omgidl"), "ros1": ("ros1msg",)}
+_MAX_DEPTH = 50
+_ZSTD = b"\x28\xb5\x2f\xfd"
+#: A message that was compressed by itself unpacks to no more.
+_MAX_UNPACKED_BYTES = 4_000_000
 
 
 @dataclass(frozen=True)
 class Codec:
-    """How messages of a channel are decoded; `definition` is there for CDR, for its fast way."""
+    """How messages of a channel are decoded.
+
+    `definition` is there for those of ROS, for their fast way. `packed` tells that each message is
+    compressed with zstd by itself, as ``ros2 bag record --compression-mode message`` does.
+    """
 
     decode: Callable[[bytes], Tree]
     definition: Definition | None = None
+    packed: bool = False
 
 
 def codec_of(channel: ChannelRecord, schema: SchemaRecord | None) -> Codec:
@@ -35,28 +45,94 @@ def codec_of(channel: ChannelRecord, schema: SchemaRecord | None) -> Codec:
     encoding = channel.message_encoding
     if encoding == "json":
         return Codec(decode_json)
-    if encoding not in ("cdr", "protobuf"):
+    if encoding not in ("cdr", "ros1", "protobuf"):
         raise DefinitionError(
-            f'messages are encoded as "{encoding}"; cdr (ROS 2), json and protobuf are read'
+            f'messages are encoded as "{encoding}"; cdr (ROS 2), ros1, json and protobuf are read'
         )
     if schema is None:
         raise DefinitionError("the log does not hold the definition of its messages")
     if encoding == "protobuf":
         if schema.encoding != "protobuf":
             raise DefinitionError(f'its definition is "{schema.encoding}", not protobuf')
-        proto = parse_descriptor_set(schema.name, schema.data)
-        return Codec(lambda data: decode_protobuf(proto, data))
-    text = schema.data.decode("utf-8", errors="replace")
-    if schema.encoding == "ros2msg":
-        definition = parse_ros2msg(schema.name, text)
-    elif schema.encoding in ("ros2idl", "omgidl"):
-        definition = parse_idl(schema.name, text)
-    else:
+        return Codec(protobuf_decoder(schema.name, schema.data))
+    if schema.encoding not in _LANGUAGES[encoding] and schema.data:
         raise DefinitionError(
-            f'its definition is written in "{schema.encoding}"; ros2msg, ros2idl and omgidl are '
-            "understood for cdr"
+            f'its definition is written in "{schema.encoding}"; '
+            f"{', '.join(_LANGUAGES[encoding])} is understood for {encoding}"
         )
-    return Codec(lambda data: decode_cdr(definition, data), definition)
+    language = schema.encoding or _LANGUAGES[encoding][0]
+    text = schema.data.decode("utf-8", errors="replace")
+    definition = parse_definition(schema.name, text, language)
+    return Codec(partial(decode, definition), definition)
+
+
+def packed(codec: Codec) -> Codec:
+    """Return the codec of messages that are each compressed with zstd."""
+    return Codec(lambda data: codec.decode(unpacked(data)), codec.definition, packed=True)
+
+
+def is_packed(data: bytes) -> bool:
+    """Tell a message that was compressed by itself."""
+    return data.startswith(_ZSTD)
+
+
+def unpacked(data: bytes) -> bytes:
+    """Unpack one message.
+
+    Raises
+    ------
+    BrokenMessageError
+        If it cannot be unpacked, or to more than a message of readings has.
+    """
+    import zstandard
+
+    try:
+        with zstandard.ZstdDecompressor(max_window_size=1 << 27).stream_reader(data) as reader:
+            found = reader.read(_MAX_UNPACKED_BYTES + 1)
+    except zstandard.ZstdError as error:
+        raise BrokenMessageError(f"it cannot be unpacked ({error})") from None
+    if len(found) > _MAX_UNPACKED_BYTES:
+        raise BrokenMessageError(f"it unpacks to more than {_MAX_UNPACKED_BYTES} bytes")
+    return found
+
+
+def decode_json(data: memoryview | bytes) -> Tree:
+    """Decode a message.
+
+    Raises
+    ------
+    BrokenMessageError
+        If it is not a JSON object, or nested deeper than 50 levels. ``NaN`` and ``Infinity`` are
+        understood.
+
+    Examples
+    --------
+    >>> decode_json(b'{"depth": 1.5}')
+    {'depth': 1.5}
+    """
+    data = bytes(data)
+    try:
+        found = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise BrokenMessageError(f"it is not JSON ({str(error)[:80]})") from None
+    if not isinstance(found, dict):
+        raise BrokenMessageError(f"it is a JSON {type(found).__name__}, not an object")
+    # brackets in texts count here, too: whether it is deep the walk decides
+    if data.count(b"{") + data.count(b"[") > _MAX_DEPTH and _is_too_deep(found):
+        raise BrokenMessageError("it is nested deeper than 50 levels")
+    return found
+
+
+def _is_too_deep(tree: Tree) -> bool:
+    level: list[Any] = [tree]
+    for _ in range(_MAX_DEPTH):
+        level = [
+            part
+            for node in level
+            for part in (node.values() if isinstance(node, dict) else node)
+            if isinstance(part, dict | list)
+        ]
+    return bool(level)
 
 
 def value_at(tree: Any, path: Path) -> Any:  # noqa: ANN401  a message holds values of any type

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan
-from pipeline.types import FloatArray, IntArray
-from pipeline.vehicle.pool_schema import UNITS
+from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
+from pipeline.records.pool_schema import UNITS
+from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
 COLUMNS: Mapping[str, tuple[str, ...]] = {
@@ -20,6 +20,13 @@ COLUMNS: Mapping[str, tuple[str, ...]] = {
     "depth": ("depth_m",),
     "voltage": ("supply_v",),
     "current": ("supply_a",),
+    "cable_tension": ("cable_tension_n",),
+}
+#: Quantities with a column for each thruster -> how their columns begin.
+COLUMN_OF_THRUSTER: Mapping[str, str] = {
+    "thruster_command": "command.",
+    "shaft_speed": "shaft_speed_rpm.",
+    "thrust": "thrust_n.",
 }
 #: Rows: forward, right, down of a vector in the source's axes.
 BODY = {
@@ -71,6 +78,8 @@ class Converted:
     values: FloatArray
     unit: str
     notes: tuple[str, ...] = ()
+    said_of: BoolArray | None = None
+    """Which messages (k, n) say something of which thruster, where some are silent of some."""
 
 
 def convert(
@@ -224,16 +233,17 @@ def _by_thruster(
     guessed: GuessedUnit | None,
 ) -> Converted:
     notes: list[str] = []
+    said_of: BoolArray | None = None
     thrusters = plan.thrusters
     if plan.names is not None and names is not None:
-        raw, thrusters, said = _sorted_by_name(raw, vehicle, names)
+        raw, thrusters, said_of, said = _sorted_by_name(raw, vehicle, names)
         notes += said
     raw *= np.array(plan.sign, float)[: raw.shape[1]] if len(set(plan.sign)) > 1 else plan.sign[0]
-    if plan.quantity == "shaft_speed":
-        unit = plan.unit or "rpm"
-        raw *= UNITS["shaft_speed"][unit]
-        columns = tuple(f"shaft_speed_rpm.{name}" for name in thrusters)
-        return Converted("shaft_speed", columns, raw, unit, tuple(notes))
+    if plan.quantity != "thruster_command":
+        unit = plan.unit or next(iter(UNITS[plan.quantity]))
+        raw *= UNITS[plan.quantity][unit]
+        columns = tuple(f"{COLUMN_OF_THRUSTER[plan.quantity]}{name}" for name in thrusters)
+        return Converted(plan.quantity, columns, raw, unit, tuple(notes), said_of)
     if plan.unit is None:
         guessed = guessed or _guess_unit(raw)
         unit = guessed.unit
@@ -252,7 +262,7 @@ def _by_thruster(
         elif unit in ("ratio", "%"):
             column *= code_max * (0.01 if unit == "%" else 1.0)
     columns = tuple(f"command.{name}" for name in thrusters)
-    return Converted("thruster_command", columns, raw, unit, tuple(notes))
+    return Converted("thruster_command", columns, raw, unit, tuple(notes), said_of)
 
 
 def guess_units(
@@ -301,28 +311,34 @@ def _within_one(raw: FloatArray) -> bool:
 
 def _sorted_by_name(
     raw: FloatArray, vehicle: Vehicle, names: Names
-) -> tuple[FloatArray, tuple[str, ...], list[str]]:
+) -> tuple[FloatArray, tuple[str, ...], BoolArray | None, list[str]]:
     """Bring the elements of each message into the order of the vehicle's thrusters."""
     notes: list[str] = []
     stated = tuple(thruster.name for thruster in vehicle.thrusters)
-    wanted = stated or (names.lists[0] if names.lists else ())
-    present = {name for texts in names.lists for name in texts}
-    kept = tuple(name for name in wanted if name in present)
-    strange = sorted(present - set(wanted))
+    every = list(dict.fromkeys(text for texts in names.lists for text in texts))
+    called = thrusters_named(every, stated) if stated else {text: text for text in every}
+    kept = tuple(name for name in stated or every if name in called.values())
+    renamed = [f"{text} is {name}" for text, name in called.items() if text != name]
+    if renamed:
+        notes.append(f"elements by the thrusters in their names: {', '.join(renamed[:12])}")
+    strange = sorted(text for text in every if text not in called)
     if strange:
         notes.append(f"elements named {', '.join(strange[:8])} belong to no thruster; left out")
-    missing = [name for name in wanted if name not in present]
+    missing = [name for name in stated if name not in kept]
     if missing:
         notes.append(f"there is no element named {', '.join(missing[:8])}")
-    if names.lists == [kept] and raw.shape[1] == len(kept):
-        return raw, kept, notes
+    lists = [tuple(called.get(text, "") for text in texts) for texts in names.lists]
+    if lists == [kept]:
+        return raw[:, : len(kept)], kept, None, notes
     values = np.full((raw.shape[0], len(kept)), np.nan)
-    for number, texts in enumerate(names.lists):
+    # of a message that is broken nobody knows whom it spoke of
+    said_of = np.repeat((names.used < 0)[:, None], len(kept), axis=1)
+    for number, texts in enumerate(lists):
         rows = names.used == number
         for column, name in enumerate(kept):
             if name in texts and texts.index(name) < raw.shape[1]:
                 values[rows, column] = raw[rows, texts.index(name)]
-    if len(names.lists) > 1:
-        many = len(names.lists)
-        notes.append(f"the names of the elements change during the run ({many} lists)")
-    return values, kept, notes
+                said_of[rows, column] = True
+    if len(lists) > 1:
+        notes.append(f"the names of the elements change during the run ({len(lists)} lists)")
+    return values, kept, None if said_of.all() else said_of, notes

@@ -7,7 +7,7 @@ fitted, is told.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pipeline.ingest.mcap_types import parse_path
@@ -21,26 +21,48 @@ from pipeline.ingest.pool_run_plan import (
     plan_channel,
 )
 from pipeline.ingest.pool_run_rules import NOT_MEASURED, RULES, Rule
-from pipeline.vehicle.pool_schema import COMPONENTS, PoolChannel
+from pipeline.records.pool_schema import COMPONENTS, PoolChannel
 
-#: A quantity is not looked for where one that gives the same is stated or found.
+#: Quantities that give the same: one of them is wanted.
 _SAME = (
     ("attitude_quaternion", "attitude_euler"),
     ("depth", "pressure"),
     ("velocity", "velocity_earth"),
 )
 #: What decides between topics, the topic, and the rule that it fits.
-_Candidate = tuple[tuple[bool, int, int], TopicFound, Rule]
+_Candidate = tuple[tuple[bool, bool, int, int], TopicFound, Rule]
 #: A sensor writes more; a point that a person clicked on a map is written once.
 _FEW_MESSAGES = 10
+#: What the parts of one vehicle are called.
+_SENSORS = (
+    r"imu|ahrs|dvl|gps|ins|depth|baro|pressure|battery|thruster|motor|esc|sensor|board|front|rear|"
+    r"left|right"
+)
+#: So many topics are read to see which of them says the truth of a quantity.
+_MOST_CANDIDATES = 4
+
+
+def same_quantities(quantity: str) -> tuple[str, ...]:
+    """Return the quantities of which one is wanted, this one among them.
+
+    >>> same_quantities("pressure"), same_quantities("voltage")
+    (('depth', 'pressure'), ('voltage',))
+    """
+    return next((pair for pair in _SAME if quantity in pair), (quantity,))
 
 
 @dataclass(frozen=True)
 class Chosen:
-    """Plans of the defaults, and what a person should know of the choice."""
+    """Plans of the defaults, and what a person should know of the choice.
 
-    plans: tuple[Plan, ...]
+    `groups` has for each quantity the plans that fit, the likeliest first; `each` are plans of
+    topics that serve one thruster each.
+    """
+
+    groups: tuple[tuple[Plan, ...], ...]
+    each: tuple[Plan, ...]
     notes: tuple[str, ...]
+    warnings: tuple[str, ...] = ()
 
 
 def choose_by_default(
@@ -48,6 +70,7 @@ def choose_by_default(
     stated: Sequence[str],
     thrusters: Sequence[str],
     ignored: Sequence[str] = (),
+    vehicle: str = "",
 ) -> Chosen:
     """Find the quantities that the vehicle file does not state.
 
@@ -61,18 +84,19 @@ def choose_by_default(
         Names, in the order of the vehicle file.
     ignored : sequence of str
         Topics to leave alone.
+    vehicle : str
+        Its name, which may be that of a namespace.
 
     Returns
     -------
     Chosen
-        At most one plan a quantity, except that thrusters may have a topic each.
+        Which of a group is taken shows when they have been read.
     """
-    plans: list[Plan] = []
+    groups: list[tuple[Plan, ...]] = []
+    each: list[Plan] = []
     notes: list[str] = []
     taken = set(stated)
-    for first, second in _SAME:
-        if taken & {first, second}:
-            taken |= {first, second}
+    taken |= {same for quantity in stated for same in same_quantities(quantity)}
     open_topics = [
         topic
         for topic in topics
@@ -80,32 +104,96 @@ def choose_by_default(
         and topic.name not in ignored
         and not re.search(NOT_MEASURED, topic.name, re.IGNORECASE)
     ]
+    fits = [
+        (topic, rule)
+        for topic in open_topics
+        for rule in RULES
+        if rule.quantity not in taken and _fits(rule, topic)
+    ]
+    spaces = namespaces_of(fits, vehicle)
     candidates: dict[str, list[_Candidate]] = {}
-    for topic in open_topics:
-        for rule in RULES:
-            if rule.quantity not in taken and _fits(rule, topic):
-                candidates.setdefault(rule.quantity, []).append((_order(rule, topic), topic, rule))
-    notes += _without_attitude(open_topics, taken | set(candidates))
-    for first, second in _SAME:
-        if first in candidates and second in candidates:
-            weaker = min((first, second), key=lambda name: max(c[0] for c in candidates[name]))
-            del candidates[weaker]
+    for topic, rule in fits:
+        found = candidates.setdefault(same_quantities(rule.quantity)[0], [])
+        found.append((_order(rule, topic, spaces), topic, rule))
     for quantity, found in candidates.items():
         found.sort(key=lambda one: (one[0], one[1].name), reverse=True)
-        new, said = _first_that_fits(found, thrusters)
-        plans += new
+        plans, said = _plans(found, thrusters)
         notes += said
-        if quantity in PER_THRUSTER and not new:
+        if plans:
+            groups.append(plans)
+        elif quantity in PER_THRUSTER:
             grouped, said = _one_topic_each(found, thrusters)
-            plans += grouped
+            each += grouped
             notes += said
-    return Chosen(tuple(plans), tuple(notes))
+    return Chosen(tuple(groups), tuple(each), tuple(notes), spaces.warnings)
 
 
-def _order(rule: Rule, topic: TopicFound) -> tuple[bool, int, int]:
+@dataclass(frozen=True)
+class Namespaces:
+    """First parts of topics that look like those of vehicles, and which is ours ("" unknown)."""
+
+    of_vehicles: frozenset[str]
+    home: str
+    warnings: tuple[str, ...] = ()
+
+    def is_ours(self, topic: str) -> bool:
+        """Tell whether a topic is not of another vehicle."""
+        first = _first(topic)
+        return not self.home or first == self.home or first not in self.of_vehicles
+
+
+def namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> Namespaces:
+    """Find the namespaces of several vehicles in one log.
+
+    Two topics that differ in their first part alone and carry a quantity, ``/rov/imu/data`` and
+    ``/asv/imu/data``, are of two vehicles. Ours is the one with commands, else the one that is
+    called as the vehicle file is.
+    """
+    by_rest: dict[str, set[str]] = {}
+    for topic, _ in fits:
+        parts = topic.name.strip("/").split("/", 1)
+        if len(parts) == 2:
+            by_rest.setdefault(parts[1], set()).add(parts[0])
+    twins = {first for firsts in by_rest.values() if len(firsts) > 1 for first in firsts}
+    commanded = {
+        _first(topic.name) for topic, rule in fits if rule.quantity == "thruster_command"
+    } & twins
+    named = {first for first in twins if first.lower() == vehicle.lower()}
+    homes = commanded if len(commanded) == 1 else named
+    if not twins or _are_of_sensors(twins, by_rest):
+        return Namespaces(frozenset(), "")
+    home = next(iter(homes)) if len(homes) == 1 else ""
+    listed = " and ".join(f"/{first}" for first in sorted(twins))
+    if home:
+        why = "has the commands" if commanded == homes else "is called as the vehicle is"
+        said = f"the log has topics of {listed}: those of /{home} are taken, which {why}."
+    else:
+        said = (
+            f"the log has topics of {listed}, and nothing says which is this vehicle: topics of "
+            "several may be mixed. State those of the others under pool: ignore_topics."
+        )
+    return Namespaces(frozenset(twins), home, (said,))
+
+
+def _are_of_sensors(firsts: set[str], by_rest: Mapping[str, set[str]]) -> bool:
+    """Tell several sensors of one vehicle, ``/imu_1/data`` and ``/imu_2/data``, from vehicles."""
+    bare = {re.sub(r"[\d_]+$", "", first.lower()) for first in firsts}
+    if all(re.search(_SENSORS, one) for one in bare):
+        return True
+    rests = [rest for rest, there in by_rest.items() if len(there) > 1]
+    return len(bare) == 1 and len(firsts) > 1 and len(rests) == 1
+
+
+def _first(topic: str) -> str:
+    """Return the first part of a topic of several."""
+    parts = topic.strip("/").split("/")
+    return parts[0] if len(parts) > 1 else ""
+
+
+def _order(rule: Rule, topic: TopicFound, spaces: Namespaces) -> tuple[bool, bool, int, int]:
     """Return what decides between topics, the largest wins; a command may be given once."""
     is_running = topic.messages >= _FEW_MESSAGES or rule.quantity in PER_THRUSTER
-    return is_running, rule.rank, topic.messages
+    return spaces.is_ours(topic.name), is_running, rule.rank, topic.messages
 
 
 def _fits(rule: Rule, topic: TopicFound) -> bool:
@@ -120,9 +208,7 @@ def _fits(rule: Rule, topic: TopicFound) -> bool:
         return False
     numbers = numbers_below(topic.probe, parse_path(rule.field)[0])
     count = COMPONENTS[rule.quantity]
-    if not numbers or (count is not None and len(numbers) != count):
-        return False
-    return not _is_absent(rule, topic)
+    return bool(numbers) and (count is None or len(numbers) == count)
 
 
 def _is_over_earth(topic: TopicFound) -> bool:
@@ -134,66 +220,22 @@ def _is_over_earth(topic: TopicFound) -> bool:
     return value_at(topic.probe, ("child_frame_id",)) is None and is_earth(topic.frame)
 
 
-def _is_absent(rule: Rule, topic: TopicFound) -> bool:
-    """Whether the message itself says that it does not have the quantity.
-
-    sensor_msgs/Imu: the first element of the covariance is -1 where there is no estimate;
-    BatteryState: not a number where it is not measured. An orientation of four zeros is none.
-    """
-    covariance = value_at(topic.probe, (f"{rule.field}_covariance", 0))
-    if covariance == -1:
-        return True
-    values = [value_at(topic.probe, path) for path in numbers_below(topic.probe, (rule.field,))]
-    if rule.quantity in ("voltage", "current"):
-        return any(value != value for value in values)  # noqa: PLR0124  not a number
-    if rule.quantity == "attitude_quaternion":
-        return bool(values) and not any(values)
-    return False
-
-
-def _without_attitude(topics: Sequence[TopicFound], found: set[str]) -> list[str]:
-    """Say which IMUs give no attitude because their first one is four zeros."""
-    if found & {"attitude_quaternion", "attitude_euler"}:
-        return []
-    return [
-        f"no attitude is taken from {topic.name}, whose first orientation is four zeros. If later "
-        "ones are not, state attitude_quaternion under pool: channels in vehicle.yaml."
-        for topic in topics
-        if _begins_with_none(topic)
-    ]
-
-
-def _begins_with_none(topic: TopicFound) -> bool:
-    """Tell whether an IMU's first orientation is four zeros, and not said to be none."""
-    stated_none = value_at(topic.probe, ("orientation_covariance", 0)) == -1
-    values = [value_at(topic.probe, path) for path in numbers_below(topic.probe, ("orientation",))]
-    return len(values) == 4 and not any(values) and not stated_none
-
-
-def _first_that_fits(
+def _plans(
     found: Sequence[_Candidate], thrusters: Sequence[str]
-) -> tuple[list[Plan], list[str]]:
-    others: list[str] = []
-    plan: Plan | None = None
+) -> tuple[tuple[Plan, ...], list[str]]:
+    """Return a plan for each of the first topics that fit."""
+    plans: dict[str, Plan] = {}
     said: list[str] = []
     for _, topic, rule in found:
-        if plan is not None:
-            if topic.name != plan.topic and topic.name not in others:
-                others.append(topic.name)
+        if topic.name in plans or len(plans) == _MOST_CANDIDATES:
             continue
         channel = PoolChannel(quantity=rule.quantity, topic=topic.name, field=(rule.field,))
         try:
-            plan = plan_channel(channel, topic, thrusters, f"default: {rule.says}")
+            plans[topic.name] = plan_channel(channel, topic, thrusters, f"default: {rule.says}")
         except NotThereError as error:
             if rule.quantity not in PER_THRUSTER:
                 said.append(f"{topic.name} was not taken for {rule.quantity}: {error}.")
-    if plan is None:
-        return [], said
-    if not others:
-        return [plan], []  # the channel itself says where it is from
-    fields = ", ".join(plan.fields)
-    what = f"{plan.quantity} is taken from {plan.topic} ({fields}, {plan.mapped_by})."
-    return [plan], [f"{what} Also fitting: {', '.join(others[:6])}."]
+    return tuple(plans.values()), said
 
 
 def _one_topic_each(

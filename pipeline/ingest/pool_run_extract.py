@@ -3,18 +3,19 @@
 Only these numbers and two times a message stay in memory, however large the log is.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from pipeline.ingest.mcap_chunk import Block, Bytes, Messages, at_every_byte
-from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.mcap_directory import Directory
 from pipeline.ingest.mcap_gather import Layout, Layouts, Place
 from pipeline.ingest.mcap_types import BrokenMessageError, Path
-from pipeline.ingest.pool_run_codec import Codec, Tree, value_at
+from pipeline.ingest.pool_run_codec import Codec, Tree, unpacked, value_at
 from pipeline.ingest.pool_run_stamps import (
     NO_STAMP,
     Stamp,
@@ -57,8 +58,19 @@ class TopicData:
     why_broken: str = ""
 
 
+class MessageFile(Protocol):
+    """A log of messages on disk, in whatever container."""
+
+    @property
+    def directory(self) -> Directory:
+        """Its topics, definitions and counts."""
+
+    def blocks(self, wanted: frozenset[int]) -> Iterator[Block]:
+        """Yield the messages of some channels in the order of the file."""
+
+
 def extract(
-    log: McapFile,
+    log: MessageFile,
     codecs: Mapping[int, Codec],
     requests: Mapping[str, Request],
     *,
@@ -68,7 +80,7 @@ def extract(
 
     Parameters
     ----------
-    log : McapFile
+    log : MessageFile
         The log.
     codecs : mapping
         Channel (id) -> decoder.
@@ -226,6 +238,8 @@ class _Reader:
         """Read the channel's messages of a block."""
         rows = sink.room(messages.start.size)
         rows.time_ns[:] = messages.log_time_ns
+        if self._codec.packed and self._layouts is not None:
+            buffer, messages = _unpacked(buffer, messages)
         if self._layouts is None:
             self._read_each(buffer, messages, rows, sink)
             return
@@ -331,6 +345,20 @@ class _Reader:
             found[rows[same]] = sink.name_list(texts)
             rows = rows[~same]
         return found
+
+
+def _unpacked(buffer: Bytes, messages: Messages) -> tuple[Bytes, Messages]:
+    """Unpack messages that are compressed one by one; one that is broken becomes empty."""
+    parts = []
+    for begin, size in zip(messages.start.tolist(), messages.size.tolist(), strict=True):
+        try:
+            parts.append(unpacked(buffer[begin : begin + size].tobytes()))
+        except BrokenMessageError:
+            parts.append(b"")
+    sizes = np.array([len(part) for part in parts], np.int64)
+    starts = np.concatenate([[0], np.cumsum(sizes)[:-1]]).astype(np.int64)
+    whole = np.frombuffer(b"".join(parts), np.uint8)
+    return whole, Messages(messages.log_time_ns, starts, sizes)
 
 
 def _take(buffer: Bytes, start: IntArray, place: Place) -> npt.NDArray[np.generic]:

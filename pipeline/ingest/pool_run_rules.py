@@ -2,15 +2,20 @@
 
 from dataclasses import dataclass
 
-from pipeline.vehicle.pool_schema import Quantity
+from pipeline.records.pool_schema import Quantity
 
 _COMMAND = r"thruster|motor|pwm|esc\b|servo_?out|rc/?_?out|actuator|propul"
 _NOT_COMMAND = (
     r"state|status|feedback|telemetry|rpm|speed|temperature|current|thrust$|/rc/in|overrid"
 )
 _SHAFT = r"rpm|shaft|tacho|(thruster|motor|esc|propul)\w*/?\w*(state|status|feedback|telemetry)"
+_TENSION = r"(cable|tether)[^/]*(tension|force|load)|(^|[/_])tension"
+_MEASURED_THRUST = r"measured_?thrust|thrust_?measured|load_?cells?"
 #: What was wanted, simulated or put together from other topics is not measured.
 NOT_MEASURED = r"(^|/)sim/|reference|setpoint|set_point|target|desired|(^|/)goal|cmd_vel|(^|/)tf"
+
+#: Velocities over the earth by the name of the topic: mavros calls them local, whatever the frame.
+OVER_EARTH = r"velocity_(local|ned|enu|earth|world)|local_position/velocity$"
 
 
 def _last(*words: str) -> str:
@@ -71,6 +76,11 @@ RULES = (
     Rule(80, "voltage", "data", "the topic's name", "volt|battery", _NOT_VOLTAGE),
     Rule(90, "current", "current", "its name"),
     Rule(80, "current", "data", "the topic's name", _CURRENT, _NOT_CURRENT),
+    Rule(90, "cable_tension", "tension", "its name"),
+    Rule(85, "cable_tension", "data", "the topic's name", _TENSION),
+    Rule(85, "cable_tension", "force", "the topic's name", _TENSION),
+    Rule(90, "thrust", "thrust", "the topic's name", _MEASURED_THRUST),
+    Rule(85, "thrust", "data", "the topic's name", _MEASURED_THRUST),
     Rule(95, "thruster_command", "position", "joints of thrusters", _COMMAND, _NOT_COMMAND),
     Rule(90, "thruster_command", "channels", "outputs to the motors", _COMMAND, _NOT_COMMAND),
     Rule(85, "thruster_command", "command", "its name", _COMMAND, _NOT_COMMAND),

@@ -10,6 +10,7 @@ from pipeline.ingest.pool_run_gravity import gravity_against_attitude, gravity_a
 from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_validity import LARGEST, impossible
+from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -26,6 +27,8 @@ _FACTORS = (
     (1000.0 / 9.80665, "thousandths of g"),
 )
 _TABLE_HZ = 20.0
+#: A day of comparing; a clock that jumps makes a run of many.
+_MOST_ROWS = 1_800_000
 
 
 def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
@@ -49,8 +52,7 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     found = [*_sizes(run, place), *_impossible(run, place), *_voltage(run, vehicle, place)]
     found += [*doubtful_depths(run, vehicle, place), *gravity_against_level(run, place)]
     try:  # what follows lays the readings on a common time base
-        found += gravity_against_attitude(run, place)
-        found += _attitude_against_rate(run, place)
+        found += contradictions(run, vehicle, place)
         found += _shaft_against_command(run, place)
         found += thrusters_against_rates(run, vehicle, place)
     except CannotComputeError as error:
@@ -62,6 +64,24 @@ def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
             )
         )
     return found
+
+
+def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+    """Say where attitude, rates, specific force, velocity, depth and position contradict another.
+
+    Raises
+    ------
+    CannotComputeError
+        Where the times of the run make no table.
+    """
+    rows = _TABLE_HZ * run.duration_s
+    if rows > _MOST_ROWS:
+        raise CannotComputeError(f"a table of {rows:.0f} rows is too long")
+    return [
+        *gravity_against_attitude(run, place),
+        *_attitude_against_rate(run, place),
+        *velocity_against_motion(run, vehicle, place),
+    ]
 
 
 def _warn(place: Place, what: str, remedy: str) -> Problem:

@@ -20,6 +20,8 @@ _LEAST_EXPLAINED = 0.15
 #: whole run and in each half of it.
 _MOST_LEFT = 0.75
 _MOST_LEFT_OF_HALF = 0.9
+#: An axis runs against its moments at such a correlation, and such a one in each half of the run.
+_AGAINST, _AGAINST_IN_HALF = -0.5, -0.4
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,9 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
         [np.cross(stated[name].position_m, stated[name].direction) for name in moments.names]
     )
     whole = _axes_of(moments)
+    reversed_axes = _against_moments(moments, whole, arms, place)
+    if reversed_axes:
+        return reversed_axes
     total = sum(axis.power / axis.rows for axis in whole)
     candidates = _rearranged(arms, moments.names)
     left = {name: _rest(whole, changed) for name, changed in candidates.items()}
@@ -79,6 +84,33 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
             "Check the order of the thrusters in the log, their positions and directions.",
         )
     ]
+
+
+def _against_moments(
+    moments: _Moments, whole: Sequence["_Axis"], arms: FloatArray, place: Place
+) -> list[Problem]:
+    """Say about which axes the vehicle turns against the moments of all its commands.
+
+    One thruster that is reversed does not do that; a rate with the wrong sign, or axes that point
+    the other way, do.
+    """
+    half = len(moments.effort) // 2
+    halves = [_axes_of(moments.part(rows)) for rows in (slice(0, half), slice(half, None))]
+    found = []
+    for number, name in enumerate(("roll", "pitch", "yaw")):
+        arm = arms[:, number]
+        correlation = whole[number].correlation(arm)
+        if correlation > _AGAINST or any(
+            part[number].correlation(arm) > _AGAINST_IN_HALF for part in halves
+        ):
+            continue
+        what = (
+            f"the {name} rate runs against the {name} moment of the commands (correlation "
+            f"{correlation:.2f}): its sign or its axes, or those of the thrusters, are others."
+        )
+        remedy = "Check body_axes and sign of the rates, and directions of the thrusters."
+        found.append(Problem("warning", place, what, "", remedy))
+    return found
 
 
 def _in_both_halves(moments: _Moments, stated: FloatArray, changed: FloatArray) -> bool:
@@ -156,6 +188,13 @@ class _Axis:
     against_effort: FloatArray
     effort: FloatArray
     rows: int
+
+    def correlation(self, arm: FloatArray) -> float:
+        """Correlation of the angular acceleration with the moment of the commands."""
+        power = float(arm @ self.effort @ arm)
+        if power <= 1e-9 * self.rows or self.power <= 0.0:
+            return 0.0
+        return float(arm @ self.against_effort) / float(np.sqrt(power * self.power))
 
 
 def _axes_of(moments: _Moments) -> list[_Axis]:

@@ -1,5 +1,6 @@
 """What a person is told of a run: marks in words, missing commands, channels that end early."""
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Literal
 
@@ -7,6 +8,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_extract import TopicData
+from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_suspicions import worth_saying
 from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import MARKS, PoolRun, RunChannel
@@ -19,6 +21,10 @@ _TIME_MARKS = ("clock_jump", "reset", "out_of_order", "after_gap", "late", "no_s
 _PLAIN_MARKS = ("saturated", "same_stamp", "late", "frozen")
 #: The times of a log are in order but for messages that waited together. [s]
 _SET_BACK_S = 1.0
+#: A topic of fewer messages is told in its line alone.
+_MANY_MESSAGES = 10
+#: Types of messages that no state of a vehicle is read from.
+_NO_READINGS = re.compile(r"Image|Cloud|Scan|Log$|Event|Marker|String|Map|Camera|Transform|TFMess")
 
 
 def broken_messages(place: Place, data: Mapping[str, TopicData]) -> list[Problem]:
@@ -32,6 +38,54 @@ def broken_messages(place: Place, data: Mapping[str, TopicData]) -> list[Problem
                 f"{taken.why_broken}."
             )
             found.append(Problem("warning", place, what, "", "They are marked and left out."))
+    return found
+
+
+def miscounted(
+    place: Place, topics: Sequence[TopicFound], data: Mapping[str, TopicData]
+) -> list[Problem]:
+    """Say which topics have other numbers of messages than the log's summary says."""
+    counts = {topic.name: topic.messages for topic in topics}
+    return [
+        Problem(
+            "warning",
+            place,
+            f"{topic}: the log's summary counts {counts[topic]} messages, "
+            f"{taken.log_time_ns.size} were found.",
+        )
+        for topic, taken in data.items()
+        if counts[topic] != taken.log_time_ns.size
+    ]
+
+
+def told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> list[Problem]:
+    """Say which topics cannot be decoded although they may carry readings, and how others can."""
+    found = []
+    lost = [
+        f"{topic.name} ({topic.message_type or topic.encoding}): {topic.why_not}"
+        for topic in topics
+        if topic.why_not
+        and topic.messages >= _MANY_MESSAGES
+        and topic.probe is None
+        and not _NO_READINGS.search(topic.message_type)
+    ]
+    # where there are no commands, the error that says so lists all topics
+    if lost and any(one.quantity == "thruster_command" for one in run.channels.values()):
+        what = f"topics with messages that cannot be read: {'; '.join(lost[:6])}."
+        found.append(Problem("warning", place, what))
+    packed = [topic.name for topic in topics if topic.packed]
+    if packed:
+        what = (
+            f"the messages of {', '.join(packed[:6])} are zstd-compressed one by one (ros2 bag, "
+            "compression mode message); they were unpacked one by one."
+        )
+        remedy = "For other programs: ros2 bag convert, compression_mode file or none."
+        found.append(Problem("note", place, what, "", remedy))
+    ros1 = [topic.name for topic in topics if topic.encoding == "ros1" and topic.probe is not None]
+    if ros1 and run.file.lower().endswith(".mcap"):
+        what = f"the messages of {', '.join(ros1[:6])} are encoded as in ROS 1."
+        remedy = "For programs of ROS 2: rosbags-convert."
+        found.append(Problem("note", place, what, "", remedy))
     return found
 
 

@@ -1,15 +1,16 @@
 """Topics of a log, and what is taken from each: the vehicle file first, then the defaults."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import Block
-from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.mcap_records import SchemaRecord
 from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
-from pipeline.ingest.pool_run_codec import Codec, codec_of
-from pipeline.ingest.pool_run_defaults import choose_by_default
-from pipeline.ingest.pool_run_extract import Request
+from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
+from pipeline.ingest.pool_run_defaults import choose_by_default, same_quantities
+from pipeline.ingest.pool_run_extract import MessageFile, Request
 from pipeline.ingest.pool_run_plan import (
     PER_THRUSTER,
     NotThereError,
@@ -18,6 +19,7 @@ from pipeline.ingest.pool_run_plan import (
     plan_channel,
 )
 from pipeline.ingest.pool_run_stamps import Stamp
+from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle
 
 #: First messages that are larger are not decoded to see what is in them (pictures, clouds).
@@ -26,11 +28,13 @@ _MAX_PROBE_BYTES = 1_000_000
 _MOST_TRIES = 30
 #: So many messages of a JSON topic are looked at to see what is in them.
 _FIRST_MESSAGES = 20
+#: And so many where a field is null in all of them.
+_FIRST_OF_JSON = 2_000
 #: Records by which rig2sea's own logs are known: all of it, and what it simulated beside others'.
 _RECORDS = ("rig2sea.log", "rig2sea.run")
 
 
-def topics_of(log: McapFile, prefix: str) -> tuple[dict[int, Codec], list[TopicFound]]:
+def topics_of(log: MessageFile, prefix: str) -> tuple[dict[int, Codec], list[TopicFound]]:
     """Find the topics of a log, a decoder for each channel, and each topic's first message."""
     directory = log.directory
     codecs: dict[int, Codec] = {}
@@ -42,7 +46,8 @@ def topics_of(log: McapFile, prefix: str) -> tuple[dict[int, Codec], list[TopicF
             codecs[number] = codec_of(channel, directory.schemas.get(channel.schema_id))
         except DefinitionError as error:
             why_not[number] = f"{error}"
-    probes = _probes(log, codecs, why_not)
+    probes = _Probes(log, codecs, why_not)
+    probes.read()
     of_rig2sea = any(name in directory.metadata for name in _RECORDS[: 2 if prefix else 1])
     found: dict[str, TopicFound] = {}
     for number, channel in sorted(directory.channels.items()):
@@ -52,90 +57,137 @@ def topics_of(log: McapFile, prefix: str) -> tuple[dict[int, Codec], list[TopicF
         known = found.get(channel.topic)
         here = directory.counts.get(number, 0)
         messages = here + (known.messages if known else 0)
+        probe = probes.found.get(number)
         if known is not None and known.probe is not None:
-            same = probes.get(number) is None or _same_shape(known.probe, probes[number])
+            same = probe is None or list(known.probe) == list(probe)
             numbers = (*known.channels, number) if same else known.channels
             found[channel.topic] = replace(known, channels=numbers, messages=messages)
             continue
         found[channel.topic] = TopicFound(
             channel.topic,
             (number,),
-            schema.name if schema else "",
+            _type_name(schema, channel.message_encoding),
             channel.message_encoding,
             messages,
-            probes.get(number),
+            probe,
             why_not.get(number, ""),
             of_rig2sea,
+            codecs[number].packed if number in codecs else False,
         )
     return codecs, list(found.values())
 
 
-def _same_shape(first: Mapping[str, object], second: Mapping[str, object]) -> bool:
-    return list(first) == list(second)
+def _type_name(schema: SchemaRecord | None, encoding: str) -> str:
+    """Name of a message's type; that of ROS 1 as ROS 2 writes it."""
+    if schema is None:
+        return ""
+    return schema.name.replace("/", "/msg/") if encoding == "ros1" else schema.name
 
 
-def _probes(
-    log: McapFile, codecs: Mapping[int, Codec], why_not: dict[int, str]
-) -> dict[int, Mapping[str, object]]:
-    """Decode the first message of every channel that can be decoded."""
-    wanted = set(codecs)
-    probes: dict[int, Mapping[str, object]] = {}
-    tried: dict[int, int] = {}
-    while wanted:
-        before = set(wanted)
-        for block in log.blocks(frozenset(wanted)):
-            for number in list(wanted & set(block.messages)):
-                messages = block.messages[number]
-                for begin, size in zip(
-                    messages.start[:3].tolist(), messages.size[:3].tolist(), strict=True
-                ):
-                    if size > _MAX_PROBE_BYTES:
-                        why_not[number] = f"its messages of {size} bytes are no readings"
-                        wanted.discard(number)
-                        break
-                    try:
-                        probes[number] = codecs[number].decode(
-                            block.data[begin : begin + size].tobytes()
-                        )
-                    except BrokenMessageError as error:
-                        why_not[number] = f"its messages cannot be decoded: {error}"
-                        tried[number] = tried.get(number, 0) + 1
-                        continue
-                    why_not.pop(number, None)
-                    wanted.discard(number)
-                    if log.directory.channels[number].message_encoding == "json":
-                        probes[number] = _with_later(probes[number], codecs[number], block, number)
+class _Probes:
+    """Decodes the first message of every channel that can be decoded."""
+
+    def __init__(self, log: MessageFile, codecs: dict[int, Codec], why_not: dict[int, str]) -> None:
+        self._log, self._codecs, self._why_not = log, codecs, why_not
+        self.found: dict[int, dict[str, Any]] = {}
+        self._tried: dict[int, int] = {}
+        self._wanted = set(codecs)
+
+    def read(self) -> None:
+        """Read as much of the log as it takes."""
+        while self._wanted:
+            before = set(self._wanted)
+            for block in self._log.blocks(frozenset(before)):
+                for number in before & self._wanted & set(block.messages):
+                    self._look_at(block, number)
+                # begin anew when some are done: chunks without the others are then passed over
+                if not self._wanted or len(self._wanted) < len(before):
                     break
-                if tried.get(number, 0) >= _MOST_TRIES:
-                    wanted.discard(number)
-            if not wanted or wanted != before:
-                break  # begin anew: chunks without the others are then passed over
-        else:
-            break
-    return probes
+            else:
+                break
+        for number, probe in self.found.items():
+            nothing = [name for name, value in probe.items() if value is None]
+            if nothing and not any(numbers_below(probe, (name,)) for name in probe):
+                self._why_not[number] = (
+                    f"{', '.join(nothing)} is null in its first {self._tried[number]} messages"
+                )
 
+    def _look_at(self, block: Block, number: int) -> None:
+        messages = block.messages[number]
+        is_json = self._log.directory.channels[number].message_encoding == "json"
+        # several of JSON: what one lacks another may have
+        most = _FIRST_OF_JSON if is_json else 3
+        for begin, size in zip(
+            messages.start[:most].tolist(), messages.size[:most].tolist(), strict=True
+        ):
+            if size > _MAX_PROBE_BYTES:
+                self._why_not[number] = f"its messages of {size} bytes are no readings"
+                self._wanted.discard(number)
+                return
+            self._tried[number] = self._tried.get(number, 0) + 1
+            self._decode(number, block.data[begin : begin + size].tobytes())
+            known = self.found.get(number)
+            if known is not None and (
+                not is_json or (self._tried[number] >= _FIRST_MESSAGES and not _lacks(known))
+            ):
+                break
+        known = self.found.get(number)
+        most = _MOST_TRIES if known is None else _FIRST_OF_JSON
+        if (known is not None and not _lacks(known)) or self._tried[number] >= most:
+            self._wanted.discard(number)
 
-def _with_later(
-    probe: Mapping[str, object], codec: Codec, block: Block, number: int
-) -> dict[str, object]:
-    """Add what the first message lacks and one of the next has: JSON may leave fields away."""
-    whole = dict(probe)
-    messages = block.messages[number]
-    for begin, size in zip(
-        messages.start[:_FIRST_MESSAGES].tolist(),
-        messages.size[:_FIRST_MESSAGES].tolist(),
-        strict=True,
-    ):
-        if size > _MAX_PROBE_BYTES:
-            continue
+    def _decode(self, number: int, data: bytes) -> None:
+        if is_packed(data) and not self._codecs[number].packed:
+            self._codecs[number] = packed(self._codecs[number])
         try:
-            later = codec.decode(block.data[begin : begin + size].tobytes())
-        except BrokenMessageError:
-            continue
-        for name, value in later.items():
-            if whole.get(name) is None:
-                whole[name] = value
+            later = self._codecs[number].decode(data)
+        except BrokenMessageError as error:
+            if number not in self.found:
+                self._why_not[number] = f"its messages cannot be decoded: {error}"
+            return
+        self._why_not.pop(number, None)
+        self.found[number] = _with(self.found.get(number, {}), later)
+
+
+def _lacks(probe: Mapping[str, Any]) -> bool:
+    """Tell whether a field of a message has been null so far."""
+    return any(
+        value is None or (isinstance(value, dict) and _lacks(value)) for value in probe.values()
+    )
+
+
+def _with(probe: dict[str, Any], later: Mapping[str, Any]) -> dict[str, Any]:
+    """Add what a message lacks and a later one has: JSON may leave fields away, or null."""
+    whole = dict(probe)
+    for name, value in later.items():
+        known = whole.get(name)
+        if known is None:
+            whole[name] = value
+        elif isinstance(known, dict) and isinstance(value, dict):
+            whole[name] = _with(known, value)
     return whole
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A channel that is stated: where (for the record), and how a message names it."""
+
+    channel: PoolChannel
+    mapped_by: str
+    said: str
+
+
+@dataclass(frozen=True)
+class Plans:
+    """What is read of a log: what is settled, and groups of which one each is taken."""
+
+    settled: tuple[Plan, ...]
+    groups: tuple[tuple[Plan, ...], ...]
+
+    @property
+    def every(self) -> tuple[Plan, ...]:
+        """All of them."""
+        return (*self.settled, *(plan for group in self.groups for plan in group))
 
 
 def plans_of(
@@ -144,35 +196,96 @@ def plans_of(
     place: Place,
     problems: list[Problem],
     prefix: str,
-) -> list[Plan]:
-    """Make the plans of the vehicle file, then those of the defaults."""
+    *,
+    stated: Sequence[Stated] = (),
+    usual: Sequence[PoolChannel] = (),
+    recorder: str = "",
+) -> Plans:
+    """Make the plans that are stated, those usual for the recorder, those of the defaults.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        Its thrusters, and whether defaults are wanted.
+    topics : sequence of TopicFound
+        Of the log.
+    place : Place
+        The log, for messages.
+    problems : list of Problem
+        Is added to.
+    prefix : str
+        Of the topics that are read.
+    stated : sequence of Stated
+        Channels of the vehicle file and of the notes of the run.
+    usual : sequence of PoolChannel
+        Those of the recorder that wrote the log, the likeliest first.
+    recorder : str
+        Its name.
+
+    Returns
+    -------
+    Plans
+        At most one of a quantity is settled, or one for each of its thrusters.
+    """
     names = [thruster.name for thruster in vehicle.thrusters]
     by_name = {_bare(topic.name): topic for topic in topics}
     plans: list[Plan] = []
-    for number, stated in enumerate(vehicle.pool.channels):
-        topic = by_name.get(_bare(prefix + stated.topic))
-        said = f"pool: channels: entry {number + 1} ({stated.quantity}, {stated.topic})"
+    for one in stated:
+        channel, said = one.channel, one.said
+        topic = by_name.get(_bare(prefix + channel.topic))
         if topic is None:
             have = ", ".join(topic.name for topic in topics[:12])
             what = f"{said}: there is no such topic. The log has {have}."
-            problems.append(
-                Problem("warning", place, what, "", "Correct the topic in vehicle.yaml.")
-            )
+            remedy = "Correct the topic in vehicle.yaml."
+            problems.append(Problem("warning", place, what, "", remedy))
             continue
         try:
-            plans.append(plan_channel(stated, topic, names, "vehicle file"))
+            plans.append(plan_channel(channel, topic, names, one.mapped_by))
         except NotThereError as error:
             what = f"{said}: {error}; the channel was left out."
             problems.append(Problem("warning", place, what, "", "Correct it in vehicle.yaml."))
     plans = _no_quantity_twice(plans, place, problems)
     problems += _two_clocks(plans, place)
-    if vehicle.pool.defaults:
-        stated_quantities = [channel.quantity for channel in vehicle.pool.channels]
-        unprefixed = [replace(topic, name=topic.name.removeprefix(prefix)) for topic in topics]
-        chosen = choose_by_default(unprefixed, stated_quantities, names, vehicle.pool.ignore_topics)
-        problems += [Problem("note", place, note) for note in chosen.notes]
-        plans += [replace(plan, topic=prefix + plan.topic) for plan in chosen.plans]
-    return plans
+    if not vehicle.pool.defaults:
+        return Plans(tuple(plans), ())
+    known = {one.channel.quantity for one in stated}
+    groups: list[tuple[Plan, ...]] = []
+    each: list[Plan] = []
+    for channel in usual:
+        topic = by_name.get(_bare(prefix + channel.topic))
+        if topic is None or known & set(same_quantities(channel.quantity)):
+            continue
+        try:
+            plan = plan_channel(channel, topic, names, f"default: {recorder}")
+        except NotThereError:
+            continue
+        _add_to_groups(plan, groups, each)
+    known |= {plan.quantity for group in groups for plan in group} | {one.quantity for one in each}
+    unprefixed = [replace(topic, name=topic.name.removeprefix(prefix)) for topic in topics]
+    ignored = vehicle.pool.ignore_topics
+    chosen = choose_by_default(unprefixed, sorted(known), names, ignored, vehicle.name)
+    problems += [Problem("note", place, note) for note in chosen.notes]
+    problems += [Problem("warning", place, text) for text in chosen.warnings]
+
+    def prefixed(plan: Plan) -> Plan:
+        return replace(plan, topic=prefix + plan.topic)
+
+    found = [tuple(prefixed(plan) for plan in group) for group in chosen.groups]
+    return Plans((*plans, *each, *(prefixed(plan) for plan in chosen.each)), (*groups, *found))
+
+
+def _add_to_groups(plan: Plan, groups: list[tuple[Plan, ...]], each: list[Plan]) -> None:
+    """Put a plan with those of its quantity; one of a single thruster stands for itself."""
+    if plan.quantity in PER_THRUSTER and len(plan.thrusters) == 1 and plan.names is None:
+        if channel_name(plan) not in {channel_name(one) for one in each}:
+            each.append(plan)
+        return
+    for number, group in enumerate(groups):
+        if plan.quantity in same_quantities(group[0].quantity):
+            if plan.topic not in {one.topic for one in group}:
+                groups[number] = (*group, plan)
+            return
+    groups.append((plan,))
 
 
 def _bare(topic: str) -> str:

@@ -1,6 +1,7 @@
 """Readings that are none: their message says so, or they are larger than the quantity can be."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,7 +26,42 @@ LARGEST: Mapping[str, float] = {
 _MOST_IMPOSSIBLE = 0.2
 #: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
 _EMPTY_BELOW = 0.5
-_FLAGS = ("velocity_valid", "velocity_is_valid", "is_valid", "valid")
+#: Quantities whose messages may call them invalid -> names of flags that are 1 where all is well.
+_FLAGS: Mapping[str, tuple[str, ...]] = {
+    "velocity": (
+        *("velocity_valid", "velocity_is_valid", "beam_velocities_valid", "v_xy_valid"),
+        *("v_z_valid", "bottom_lock"),
+    ),
+    "position": ("xy_valid", "z_valid", "position_valid"),
+    "depth": ("depth_valid",),
+    "voltage": ("present", "connected"),
+    "current": ("present", "connected"),
+    "shaft_speed": ("rpm_valid",),
+}
+_ANY_FLAGS = ("is_valid", "valid")
+
+
+@dataclass(frozen=True)
+class Flag:
+    """A number of a message that says whether its readings are valid, and what it then is.
+
+    Valid are `least` to `most`, in words `says`.
+    """
+
+    path: Path
+    least: float
+    most: float
+    says: str
+
+    @property
+    def is_telling(self) -> bool:
+        """Whether it is said also where all readings are valid; a covariance is there always."""
+        return not isinstance(self.path[-1], int)
+
+    def invalid(self, numbers: FloatArray) -> BoolArray:
+        """Tell which readings (k,) are not valid; a flag that is missing says nothing."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray((numbers < self.least) | (numbers > self.most))
 
 
 def impossible(quantity: str, values: FloatArray) -> BoolArray:
@@ -57,27 +93,72 @@ def impossible(quantity: str, values: FloatArray) -> BoolArray:
     return np.asarray(beyond)
 
 
-def validity_of(quantity: str, probe: Mapping[str, Any], numbers: Sequence[Path]) -> Path | None:
-    """Return where a message says whether its velocity is valid, None where it does not.
+def validity_of(
+    quantity: str, probe: Mapping[str, Any], numbers: Sequence[Path]
+) -> tuple[Flag, ...]:
+    """Return what in a message says whether its readings are valid.
 
     Parameters
     ----------
     quantity : str
-        Only velocities are asked.
+        Of the vehicle file.
     probe : mapping
         A message.
     numbers : sequence of path
-        Where the components are; the flag stands beside them or above.
+        Where the components are; a flag stands beside them or above.
+
+    Returns
+    -------
+    tuple of Flag
+        Truth values of many names; the mode and the beams of marine_acoustic_msgs/Dvl, whose
+        velocity may be that through the water; a covariance that begins with -1, which in
+        sensor_msgs is "no estimate".
     """
-    if not quantity.startswith("velocity") or not numbers:
-        return None
-    shared = numbers[0]
-    for length in range(len(shared) - 1, -1, -1):
-        above = shared[:length]
-        if any(path[:length] != above for path in numbers):
-            continue
-        for name in _FLAGS:
-            flag = value_at(probe, (*above, name))
+    if not numbers:
+        return ()
+    kind = quantity.removesuffix("_earth")
+    found = []
+    above = _shared(numbers)
+    for length in range(len(above), -1, -1):
+        here = above[:length]
+        for name in (*_FLAGS.get(kind, ()), *_ANY_FLAGS):
+            flag = value_at(probe, (*here, name))
             if isinstance(flag, int) and flag in (0, 1):  # a bool of a binary message is a number
-                return (*above, name)
-    return None
+                found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
+        if kind == "velocity":
+            found += _of_a_dvl(probe, here)
+        if found:
+            break
+    return (*found, *_covariance(probe, above))
+
+
+def _shared(numbers: Sequence[Path]) -> Path:
+    """Return the longest path that all begin with, without their own last step."""
+    shared = numbers[0][:-1]
+    while any(path[: len(shared)] != shared for path in numbers):
+        shared = shared[:-1]
+    return shared
+
+
+def _of_a_dvl(probe: Mapping[str, Any], here: Path) -> list[Flag]:
+    mode, beams = (value_at(probe, (*here, name)) for name in ("velocity_mode", "num_good_beams"))
+    found = []
+    if isinstance(mode, int):
+        path = (*here, "velocity_mode")
+        found.append(Flag(path, 0.0, 1.0, "velocity_mode says are over ground"))
+    if isinstance(beams, int):
+        path = (*here, "num_good_beams")
+        found.append(Flag(path, 3.0, np.inf, "num_good_beams gives three beams or more"))
+    return found
+
+
+def _covariance(probe: Mapping[str, Any], above: Path) -> list[Flag]:
+    """Return the covariance of a vector: ``orientation_covariance``, ``twist.covariance``."""
+    for path in (
+        ((*above[:-1], f"{above[-1]}_covariance", 0), (*above[:-1], "covariance", 0))
+        if above
+        else ()
+    ):
+        if isinstance(value_at(probe, path), int | float):
+            return [Flag(path, -0.5, np.inf, f"{path[-2]} does not call unknown")]
+    return []

@@ -41,6 +41,8 @@ def read_true_start(path: Path) -> StartOfRun | None:
     InputError
         If the file is no MCAP file.
     """
+    if path.suffix.lower() != ".mcap":
+        return None  # another recorder's
     log = McapFile(path, path.name)
     directory = log.directory
     wanted = {

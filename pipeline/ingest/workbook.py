@@ -17,6 +17,7 @@ from pipeline.ingest.archive import (
 from pipeline.ingest.cells import column_letter
 from pipeline.ingest.formulas import formula_problems
 from pipeline.ingest.hidden_parts import hidden_problems
+from pipeline.ingest.reading_process import opening
 from pipeline.ingest.sheet import Cell, Limits, Row, Sheet
 from pipeline.ingest.text_table import read_text_table
 
@@ -248,6 +249,7 @@ def _parts_of_sheets(archive: Archive) -> dict[str, str]:
 def _open(data: bytes, place: Place) -> "CalamineWorkbook":
     from python_calamine import CalamineWorkbook
 
+    opening(place.file)
     try:
         return CalamineWorkbook.from_object(BytesIO(data))
     except BaseException as error:

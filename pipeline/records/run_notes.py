@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from pipeline.records.base import Record
+from pipeline.records.pool_schema import PoolChannel
 
 Text = Annotated[str, Field(max_length=2_000)]
 Name = Annotated[str, Field(min_length=1, max_length=200)]
@@ -100,6 +101,8 @@ class RunNotes(Record):
     tether: TetherNotes | None = None
     events: tuple[RunEvent, ...] = Field(default=(), max_length=100)
     """What happened to the vehicle in the run."""
+    channels: tuple[PoolChannel, ...] = Field(default=(), max_length=200)
+    """Where quantities stand in this log, instead of what the vehicle file says of them."""
     changed: tuple[Name, ...] = Field(default=(), max_length=100)
     """What differs from the vehicle file or the run before."""
     text: Annotated[str, Field(max_length=20_000)] = ""
@@ -107,7 +110,7 @@ class RunNotes(Record):
     file: str = ""
     """Where they stand; not to be written."""
 
-    @field_validator("who", "changed", "payloads", mode="before")
+    @field_validator("who", "changed", "payloads", "channels", mode="before")
     @classmethod
     def _one_is_a_list_of_one(cls, value: object) -> object:
         # a tuple, because the file is checked strictly and a list is none

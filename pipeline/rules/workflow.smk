@@ -5,6 +5,7 @@ Usually started by `rig2sea run`; `snakemake --cores 2` in a folder that holds r
 """
 
 import os
+import shlex
 import sys
 
 from pipeline import reader_language
@@ -15,7 +16,7 @@ reader_language.use(config.get("language") or reader_language.wanted(os.environ)
 os.environ[reader_language.VARIABLE] = reader_language.current()
 
 PLAN = Targets.from_config(config)
-PYTHON = sys.executable
+PYTHON = shlex.quote(sys.executable)
 
 # One thread a process: the jobs share the cores, and sums do not depend on how many there are.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):

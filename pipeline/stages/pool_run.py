@@ -1,5 +1,6 @@
 """One pool-run log -> its record, and its channels on one time base as a file of arrays."""
 
+from pipeline.ingest.log_names import is_log_name
 from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.provenance import file_digest
@@ -16,7 +17,7 @@ SLOWEST_RATE_HZ = 1.0
 
 def run(job: Job) -> str:
     """Read the log; one that cannot be read leaves its message and no table."""
-    log = next(path for path in job.inputs if path.suffix.lower() == ".mcap")
+    log = next(path for path in job.inputs if is_log_name(path.name))
     arrays = job.output.with_name(f"{job.output.stem}.npz")
 
     def compute() -> StoredRun:

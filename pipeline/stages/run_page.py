@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from pipeline.ingest.log_names import is_log_name
 from pipeline.plan import report_file
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.run_table import RunTable
@@ -43,7 +44,7 @@ def _results(
     own = {} if stored.record is None else stored.record.files
     made = {} if trial.record is None else trial.record.files
     tables = {**_tables(own), **_tables(made)}
-    log = next((file for file in stored.inputs if file.lower().endswith(".mcap")), name)
+    log = next((file for file in stored.inputs if is_log_name(file)), name)
     return RunResults(
         vehicle=job.vehicle(),
         vehicle_name=job.vehicle_name,

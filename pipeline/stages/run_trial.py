@@ -14,6 +14,7 @@ from pipeline.identify.manoeuvre_detection import find_manoeuvres
 from pipeline.identify.trial_errors import compared, predicted_table, sensor_log
 from pipeline.identify.trial_warnings import trial_warnings
 from pipeline.identify.trial_windows import Flown, TrialFlights, fly_trial
+from pipeline.ingest.log_names import is_log_name
 from pipeline.ingest.recorded_log import RecordedFile
 from pipeline.provenance import file_digest
 from pipeline.records.manoeuvre import ManoeuvreFound
@@ -116,7 +117,7 @@ def _write_overlay(  # noqa: PLR0917 - one caller
 ) -> list[str]:
     """Write measured and simulated channels into one log; return what is to be said of it."""
     sensors = vehicle.sensors or Sensors()
-    log = next(path for path in job.inputs if path.suffix.lower() == ".mcap")
+    log = next(path for path in job.inputs if is_log_name(path.name))
     windows = sensor_log(packed, sensors, table, flights.windowed)
     water = Water(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
     metadata = {
@@ -124,7 +125,9 @@ def _write_overlay(  # noqa: PLR0917 - one caller
         "code": job.code,
         "log_sha256": file_digest(log),
     }
-    if stored.size_bytes > LARGEST_OVERLAY_BYTES:
+    # a recording of another format is not copied into MCAP: what was simulated stands alone
+    is_mcap = log.suffix.lower() == ".mcap"
+    if stored.size_bytes > LARGEST_OVERLAY_BYTES or not is_mcap:
         write_run_log(
             _overlay(job),
             {"command": windows["command"]},

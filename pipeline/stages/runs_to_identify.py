@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place
 from pipeline.identify.channel_noise import QUANTITIES
-from pipeline.ingest.log_names import LOG_SUFFIX, logs_of
+from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
 from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.plan import UsageError
 from pipeline.provenance import file_digest
@@ -53,7 +53,7 @@ def _logs(text: str, pool: Path, vehicle: str) -> list[Path]:
             within = [one.resolve() for one in logs_of(path)]
             if within:
                 return within
-            raise UsageError(f"{path} is a folder without logs (*{LOG_SUFFIX}).")
+            raise UsageError(f"{path} is a folder without logs (*{', *'.join(LOG_SUFFIXES)}).")
     known = [path.stem for path in logs]
     near = difflib.get_close_matches(text, known, n=1)
     hint = f' Did you mean "{near[0]}"?' if near else ""

@@ -8,6 +8,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.day_choice import choose_stretches
 from pipeline.identify.whole_vehicle import identify_vehicle
+from pipeline.ingest.same_run import repeated_runs
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun, TrialDay
 from pipeline.stages.gains import gains_of_runs
@@ -50,7 +51,10 @@ def run(job: Job) -> str:
 def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
     tables: list[RunTable] = []
+    copies = repeated_runs({run.run: run for run in stored})
     for run_of_day in stored:
+        if run_of_day.run in copies:
+            continue
         table = read_tables(Path(next(iter(run_of_day.files))))["measured"]
         table = with_known(replace(table, name=run_of_day.run), run_of_day.notes, one)
         tables.append(table)
@@ -66,7 +70,10 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
     )
     code_max = np.abs(one.packed.code_limits).max(axis=1)
     chosen, used, passed = choose_stretches(tables, code_max, BUDGET_S)
-    day = day.model_copy(update={"used": used, "passed_over": passed})
+    said = tuple(
+        f"{copy}: the run of {first} again, which counts" for copy, first in copies.items()
+    )
+    day = day.model_copy(update={"used": used, "passed_over": (*passed, *said)})
     if not chosen:
         return day.model_copy(
             update={"why_not": "No run of this day can be taken; what each lacks is told below."}

@@ -5,8 +5,8 @@ from typing import Annotated, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 from pydantic_core import PydanticCustomError
 
+from pipeline.records.pool_schema import PoolColumns, unknown_thruster
 from pipeline.vehicle.model_schema import Model
-from pipeline.vehicle.pool_schema import PoolColumns, unknown_thruster
 from pipeline.vehicle.sensor_schema import Sensors
 
 Positive = Annotated[float, Field(gt=0)]

@@ -76,7 +76,7 @@ class Sensors(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    command_rate_hz: Positive = 50.0
+    command_rate_hz: Annotated[float, Field(gt=0, le=2000)] = 50.0
     """How often the commanded codes are logged."""
     imu: Imu | None = None
     dvl: Dvl | None = None

@@ -23,6 +23,8 @@ _INTEGER = re.compile(r"[-+]?[0-9]{1,18}")
 _OTHER_BASE = re.compile(r"0o[0-7]{1,20}|0x[0-9a-fA-F]{1,15}")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+#: What YAML allows in no file (specification 1.2.2, section 5.1); lines are parted before.
+_NOT_PRINTABLE = re.compile("[^\t\r\x20-\x7e\x85\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _NULL = frozenset({"", "~", "null", "Null", "NULL"})
 _BOOL = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 
@@ -114,7 +116,7 @@ def _decoded(data: bytes, shown_as: str) -> str:
             remedy='Save the file again with the encoding "UTF-8".',
         ) from None
     for row, line in enumerate(text.split("\n"), start=1):
-        bad = next((c for c in line if ord(c) < 32 and c not in "\t\r"), None)
+        bad = next(iter(_NOT_PRINTABLE.findall(line)), None)
         if bad is not None:
             raise InputError.at(
                 Place(shown_as, row=row),

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import Problem
-from pipeline.ingest.log_names import LOG_SUFFIX, is_log_name, not_a_log, unprintable_log
+from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 
 UNDATED = "undated"
@@ -42,7 +42,7 @@ def run_name(file: str) -> str:
     '1_5-9b2ec523'
     """
     stem, ending = os.path.splitext(file)  # noqa: PTH122 - the text may hold what no path may
-    if ending == LOG_SUFFIX and _PLAIN.fullmatch(stem):
+    if ending == ".mcap" and _PLAIN.fullmatch(stem):
         return stem
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", stem).strip("._-")[:60] or "run"
     return f"{safe}-{hashlib.sha256(file.encode(errors='surrogateescape')).hexdigest()[:8]}"
@@ -73,7 +73,7 @@ def pool_logs(
     for name in sorted(names):
         if not is_log_name(name) or name in waiting or not name.isprintable():
             continue
-        stem = name[: -len(LOG_SUFFIX)]
+        stem = os.path.splitext(name)[0]  # noqa: PTH122 - as above
         notes = next((stem + end for end in _NOTES if stem + end in names), None)
         place = f"{vehicle.folder}/{POOL}"
         notes_path = f"{place}/{notes}" if notes is not None else None

@@ -21,7 +21,7 @@ from pipeline.workflow.pool_plan import PoolPlan, plan_pool
 from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.settled import is_settled, keep, state_digest
-from pipeline.workflow.start import start, usable_cores
+from pipeline.workflow.start import forget_engine_state, start, usable_cores
 from pipeline.workflow.vehicle_places import forget_gone, taken_over
 
 #: How many processes a cluster is taken to have at work side by side, for the size of batches.
@@ -280,7 +280,15 @@ def _bring_up_to_date(
         return True
     memory.unlink(missing_ok=True)
     progress.more = sum(PoolJobs(plan).stages_beyond_jobs() for plan in job.plans.values())
-    if job.start(vehicles, progress, force=request.force):
+    done_all = job.start(vehicles, progress, force=request.force)
+    if not done_all and progress.stopped and request.profile is None:
+        # The engine itself gave up, with no stage to blame: a raw file was renamed or removed while
+        # it was at work, or what it remembers is damaged. The others are not to wait for that.
+        forget_engine_state(out)
+        progress.stopped = ""
+        progress.say("The workflow is started once more, over what is there now.")
+        done_all = job.start(vehicles, progress, force=False)
+    if done_all:
         done = {name: replace(plan, pending={}, batches=()) for name, plan in job.plans.items()}
         after = replace(job, plans=done)
         keep(memory, state_digest(after.config(vehicles), vehicles, out, job.known))

@@ -1,7 +1,9 @@
 """Start the engine, follow what it does, and end it when the run is stopped."""
 
+import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -67,11 +69,14 @@ def start(
     journal = config.with_name("journal.jsonl")
     log = config.with_name("workflow.log")
     journal.unlink(missing_ok=True)
+    mend_engine_state(out)
     arguments = [
         *("--snakefile", str(snakefile())),
         *("--directory", str(out.absolute())),
         *("--configfile", str(config.absolute())),
         *("--keep-going", "--rerun-incomplete", "--nolock", "--nocolor"),
+        # not even a profile that lies in the folder under a name that the engine looks for
+        *("--workflow-profile", "none"),
     ]
     if profile is not None:
         arguments += ["--profile", str(profile)]
@@ -119,10 +124,10 @@ def _engine(
     `elsewhere`: its jobs are at work on other machines.
     """
     reading, writing = os.pipe()
-    environment = {**os.environ, VARIABLE: str(journal.absolute()), LANGUAGE: current()}
+    environment = _environment(journal)
     with stopped_by_sigterm():
         engine = subprocess.Popen(  # noqa: S603 - our own module with our own arguments
-            [sys.executable, "-m", "pipeline.workflow.engine", str(reading), *arguments],
+            [sys.executable, "-P", "-m", "pipeline.workflow.engine", str(reading), *arguments],
             stdin=subprocess.DEVNULL,
             stdout=output,
             stderr=subprocess.STDOUT,
@@ -139,6 +144,71 @@ def _engine(
             raise StoppedError("stopped. The next run goes on from here.") from None
         finally:
             os.close(writing)
+
+
+def _environment(journal: Path) -> dict[str, str]:
+    """Return the environment of the engine and its jobs.
+
+    Nothing in the working folder is imported or obeyed, nor what another use of the engine has
+    set; where the home folder cannot be written, caches go beside the journal.
+    """
+    kept = {name: value for name, value in os.environ.items() if not name.startswith("SNAKEMAKE")}
+    stated = kept.pop("PYTHONPATH", "").split(os.pathsep)
+    paths = [part for part in stated if Path(part).is_absolute()]
+    if paths:
+        kept["PYTHONPATH"] = os.pathsep.join(paths)
+    home = Path(kept.get("HOME") or "/nonexistent")
+    for variable, usual in (("XDG_CACHE_HOME", ".cache"), ("XDG_CONFIG_HOME", ".config")):
+        if not _can_be_made(Path(kept.get(variable) or home / usual)):
+            kept[variable] = str(journal.absolute().parent / usual.removeprefix("."))
+    return {
+        **kept,
+        "PYTHONSAFEPATH": "1",
+        VARIABLE: str(journal.absolute()),
+        LANGUAGE: current(),
+    }
+
+
+def _can_be_made(folder: Path) -> bool:
+    """Tell whether files can be written into a folder, which is made if it is not there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK | os.X_OK)
+
+
+def mend_engine_state(out: Path) -> bool:
+    """Remove what the engine remembers of jobs where that cannot be read; say whether it was so.
+
+    What is to be done anew is told by our own digests, so nothing is lost with it.
+    """
+    state = out / ".snakemake"
+    if state.exists() and not state.is_dir():
+        state.unlink(missing_ok=True)
+        return True
+    broken = []
+    for room in ("metadata", "incomplete"):
+        folder = state / room
+        files = [path for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else []
+        broken += [path for path in files if not _is_readable(path, empty_is=room == "incomplete")]
+    for path in broken:
+        path.unlink(missing_ok=True)
+    return bool(broken)
+
+
+def forget_engine_state(out: Path) -> None:
+    """Remove all that the engine remembers but its logs."""
+    for room in ("metadata", "incomplete", "locks", "auxiliary", "shadow", "scripts", "storage"):
+        shutil.rmtree(out / ".snakemake" / room, ignore_errors=True)
+
+
+def _is_readable(path: Path, *, empty_is: bool) -> bool:
+    try:
+        data = path.read_bytes()
+        return (empty_is and not data) or isinstance(json.loads(data), dict)
+    except (OSError, ValueError, RecursionError):
+        return False
 
 
 def _follow(

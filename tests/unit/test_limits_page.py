@@ -7,18 +7,19 @@ import pytest
 
 from pipeline.ingest import (
     cells,
+    log_times,
     mcap_chunk,
     mcap_directory,
     mcap_file,
-    mcap_idl,
-    mcap_json,
+    mcap_protobuf,
     mcap_records,
-    mcap_ros2msg,
     mcap_types,
-    pool_run,
+    pool_run_extract,
+    ros_definitions,
 )
 from pipeline.ingest.sheet import Limits
-from pipeline.vehicle import pool_schema, run_notes, yaml_text
+from pipeline.records import pool_schema
+from pipeline.vehicle import run_notes, yaml_text
 from pipeline.vehicle.schema import Vehicle
 
 _MB, _MIB = 1e6, 1024 * 1024
@@ -44,11 +45,13 @@ STATED = {
     "summary, message index of a chunk": ("64 MB each", mcap_file._MAX_SUMMARY_BYTES / _MIB),
     "topics": ("20 000", mcap_directory._MOST_CHANNELS),
     "a definition, a metadata record": ("1 MB each", mcap_records.MAX_SCHEMA_BYTES / _MB),
-    "elements of an array in a definition": ("10 000 000", mcap_idl._MAX_LENGTH),
-    "JSON message": ("16 MB", mcap_json._MAX_BYTES / _MB),
+    "elements of an array in a definition": ("10 000 000", ros_definitions._MAX_LENGTH),
+    "characters of a ROS definition": ("200 000", ros_definitions._MOST_CHARACTERS),
+    "numbers of a protobuf message, sent or not": ("200 000", mcap_protobuf._MOST_NUMBERS),
+    "JSON message": ("16 MB", pool_run_extract._MAX_MESSAGE_BYTES / _MB),
     "log times that count for the length of the run": (
         "7 days from the median",
-        pool_run._LONGEST_RUN_NS / 86_400e9,
+        log_times.LONGEST_RUN_NS / 86_400e9,
     ),
 }
 
@@ -76,7 +79,6 @@ def test_the_constants_that_share_a_row() -> None:
     assert mcap_file._MAX_INDEX_BYTES == mcap_file._MAX_SUMMARY_BYTES
     assert mcap_records.MAX_METADATA_BYTES == mcap_records.MAX_SCHEMA_BYTES
     assert mcap_records.MAX_RATIO == 200
-    assert mcap_ros2msg._MAX_LENGTH == mcap_idl._MAX_LENGTH
     assert mcap_types._MOST == pool_schema._MOST_ELEMENTS
     assert yaml_text.MAX_BYTES == 1e6
     assert run_notes._MAX_BYTES == 1e5

@@ -22,7 +22,7 @@ def pool(tmp_path: Path) -> Path:
 
 
 def test_logs_and_their_notes(pool: Path) -> None:
-    assert [log.name for log in logs_of(pool)] == ["a.mcap", "dive.MCAP"]
+    assert [log.name for log in logs_of(pool)] == ["a.mcap", "b.csv", "dive.MCAP"]
     assert logs_of(pool / "nowhere") == []
     assert log_beside(pool / "dive.yaml") == pool / "dive.MCAP"
     assert log_beside(pool / "lone.yaml") is None
@@ -33,6 +33,8 @@ def test_a_run_is_found_by_its_name(pool: Path) -> None:
     boat = replace(load_simulated("rov8", Path("raw"), Path()), file=pool.parent / "vehicle.yaml")
     assert find_logs(["dive"], boat) == [pool / "dive.MCAP"]
     assert find_logs(["dive.MCAP"], boat) == [pool / "dive.MCAP"]
-    assert find_logs([str(pool)], boat) == [pool / "a.mcap", pool / "dive.MCAP"]
-    with pytest.raises(UsageError, match=r'no run "dve".*Did you mean "dive"\? There are a, dive'):
+    assert find_logs([str(pool)], boat) == [pool / "a.mcap", pool / "b.csv", pool / "dive.MCAP"]
+    with pytest.raises(
+        UsageError, match=r'no run "dve".*Did you mean "dive"\? There are a, b, dive'
+    ):
         find_logs(["dve"], boat)

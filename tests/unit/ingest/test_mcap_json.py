@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from pool_logs import json_topic, rov, ticks, write_log
 
-from pipeline.ingest.mcap_json import decode_json
 from pipeline.ingest.mcap_types import BrokenMessageError
 from pipeline.ingest.pool_run import read_pool_run
+from pipeline.ingest.pool_run_codec import decode_json
 
 
 def nested(levels: int) -> bytes:

@@ -5,15 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from hypothesis import given
 from hypothesis import strategies as st
 from pool_logs import NAMES, START_NS, Topic, imu_topic, joints_topic, rov, ticks, write_log
 
-from pipeline.ingest.mcap_protobuf import decode_protobuf, parse_descriptor_set
+from pipeline.ingest.mcap_protobuf import protobuf_decoder
 from pipeline.ingest.pool_run import read_pool_run
-
-pytest.importorskip("google.protobuf", reason="protobuf is not installed")
-from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 
 FIELD = descriptor_pb2.FieldDescriptorProto
 #: Every type of a number -> its largest magnitude, and whether it may be negative.
@@ -99,9 +97,7 @@ def test_every_kind_of_number_comes_back(
 ) -> None:
     made, definition = SETS[syntax]
     message = made["Numbers"](**one, **many, float=real, bool=flag)
-    found = decode_protobuf(
-        parse_descriptor_set("rig.Numbers", definition), message.SerializeToString()
-    )
+    found = protobuf_decoder("rig.Numbers", definition)(message.SerializeToString())
     assert found == {**one, **many, "float": real, "bool": int(flag)}
 
 

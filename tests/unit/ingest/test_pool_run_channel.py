@@ -30,14 +30,14 @@ def read_through(path: Path) -> McapFile:
 
 def test_the_water_that_a_log_states_is_taken(tmp_path: Path) -> None:
     log = read_through(log_stating(tmp_path))
-    assert water_of(rov(), log) == Water(1020.0, 9.8, 100_000.0)
+    assert water_of(rov(), log.directory.metadata) == Water(1020.0, 9.8, 100_000.0)
 
 
 @pytest.mark.parametrize("key", STATED)
 @pytest.mark.parametrize("value", ["0", "-9", "nan", "inf", "-inf", "1e999", "much", ""])
 def test_water_that_cannot_be_is_not_believed(tmp_path: Path, key: str, value: str) -> None:
     path = log_stating(tmp_path, **{key: value})
-    assert water_of(rov(), read_through(path)) == OF_THE_VEHICLE
+    assert water_of(rov(), read_through(path).directory.metadata) == OF_THE_VEHICLE
     run = read_pool_run(
         path, rov(channels=[{"quantity": "pressure", "topic": "/pressure"}]), tmp_path
     )

@@ -421,14 +421,14 @@ def test_unknown_schema_and_encoding_are_explained(tmp_path: Path) -> None:
     times = ticks(10, 10.0)
     strange = [
         Topic("/a", "x/Y", "flatbuffer", b"..", "cdr", times, [b"\0\1\0\0"] * 10),
-        Topic("/b", "x/Y", "ros1msg", b"int32 x", "ros1", times, [b"abcd"] * 10),
+        Topic("/b", "x/Y", "", b"", "msgpack", times, [b"abcd"] * 10),
         Topic("/c", "x/msg/Y", "ros2msg", b"Missing x", "cdr", times, [b"\0\1\0\0"] * 10),
     ]
     run = read(write_log(tmp_path / "run.mcap", [*standard(), *strange]))
     why = {topic.topic: topic.why_not for topic in run.topics}
     assert "flatbuffer" in why["/a"]
-    assert '"ros1"' in why["/b"]
-    assert "Missing is not defined" in why["/c"]
+    assert '"msgpack"' in why["/b"]
+    assert "Missing is not defined in it" in why["/c"]
     with pytest.raises(InputError, match="flatbuffer"):
         read(write_log(tmp_path / "run.mcap", strange))
 

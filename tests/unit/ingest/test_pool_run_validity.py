@@ -61,7 +61,10 @@ def test_what_the_message_calls_invalid_is_left_out(tmp_path: Path) -> None:
     channel = run.channels["velocity"]
     assert not channel.usable()[invalid].any()
     assert channel.usable()[~invalid].all()
-    assert "readings that velocity_valid calls invalid count as not a number" in channel.read.notes
+    assert (
+        "readings that velocity_valid calls valid count, others as not a number: 10"
+        in channel.read.notes
+    )
 
 
 def test_the_flag_of_a_binary_message_is_read(tmp_path: Path) -> None:

@@ -12,10 +12,10 @@ from pipeline.errors import InputError
 from pipeline.export.mcap_log import write_run_log
 from pipeline.ingest.run_commands import RunCommands, read_run_commands
 from pipeline.ingest.true_start import read_true_start
+from pipeline.records.pool_schema import PoolColumns
 from pipeline.simulate.sensors import Channel
 from pipeline.types import IntArray
 from pipeline.vehicle.load import load_vehicle
-from pipeline.vehicle.pool_schema import PoolColumns
 from pipeline.vehicle.schema import Vehicle
 
 ROV = load_vehicle(bundled_vehicle("rov8"))

@@ -34,14 +34,14 @@ def test_endings_that_differ_in_case_are_two_runs() -> None:
 
 def test_what_lies_in_the_folder(tmp_path: Path) -> None:
     pool = tmp_path / "raw/boat/pool"
-    for name in ("b.mcap", "a <i>{x}.mcap", ".hidden.mcap", "c.bag", "b.yaml", "readme.txt"):
+    for name in ("b.mcap", "a <i>{x}.mcap", ".hidden.mcap", "c.xlsx", "b.yaml", "readme.txt"):
         write_log(pool / name, FIRST_NS)
     logs = pool_logs(BOAT, tmp_path)
     assert [Path(log.path).name for log in logs] == ["a <i>{x}.mcap", "b.mcap"]
     assert logs[1].notes == "raw/boat/pool/b.yaml"
     (problem,) = pool_problems(BOAT, tmp_path)
-    assert "c.bag" in str(problem)
-    assert "no MCAP log" in str(problem)
+    assert "c.xlsx" in str(problem)
+    assert "no log by its name" in str(problem)
 
 
 def test_link_that_leads_nowhere_or_round_is_no_run(tmp_path: Path) -> None:
@@ -108,4 +108,4 @@ def test_the_date_in_the_name_is_the_day_where_the_clock_was_not_set(tmp_path: P
     write_log(tmp_path / "2026-04-25 run.mcap", 40 * 10**9)
     write_log(tmp_path / "run.mcap", 40 * 10**9)
     assert day_of(tmp_path / "2026-04-25 run.mcap") == "2026-04-25"
-    assert day_of(tmp_path / "run.mcap") == "1970-01-01"
+    assert day_of(tmp_path / "run.mcap") == "undated"

@@ -28,6 +28,8 @@ Quantity = Literal[
     "position",
     "depth",
     "pressure",
+    "thrust",
+    "cable_tension",
 ]
 BodyAxes = Literal["frd", "flu", "fur"]
 EarthAxes = Literal["ned", "enu", "nwu"]
@@ -37,6 +39,8 @@ _TURN_PER_MINUTE = 2.0 * 3.141592653589793 / 60.0
 _VOLT = {"V": 1.0, "mV": 1e-3, "kV": 1e3}
 _AMPERE = {"A": 1.0, "mA": 1e-3, "cA": 1e-2}
 _METRE = {"m": 1.0, "dm": 0.1, "cm": 1e-2, "mm": 1e-3, "ft": 0.3048}
+_FORCE = {"N": 1.0, "kN": 1e3, "kgf": STANDARD_GRAVITY_MPS2, "gf": 1e-3 * STANDARD_GRAVITY_MPS2,
+          "lbf": 4.4482216152605}  # fmt: skip
 _SPEED = {"m/s": 1.0, "dm/s": 0.1, "cm/s": 1e-2, "mm/s": 1e-3, "kn": 1852.0 / 3600.0}
 #: Quantity -> unit as it is written in the vehicle file -> what one of it is worth in the unit of
 #: the records, which stands first. Commands are converted by drive, so theirs are worth nothing.
@@ -82,6 +86,8 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
             "dbar": 1e4,
             "psi": 6894.757293168,
         },
+        "thrust": _FORCE,
+        "cable_tension": _FORCE,
     }
 )
 #: What one tick of a board's clock is worth. [ns]
@@ -104,6 +110,8 @@ COMPONENTS: Mapping[str, int | None] = MappingProxyType(
         "position": 3,
         "depth": 1,
         "pressure": 1,
+        "thrust": None,
+        "cable_tension": 1,
     }
 )
 _PART = r"[A-Za-z_][A-Za-z0-9_]*(\[[0-9]{1,6}(:[0-9]{1,6})?\])?"

@@ -1,0 +1,252 @@
+"""Tables in time: a run as ``*.csv`` (``.tsv``, ``.txt``) or ``*.parquet``, a row a reading.
+
+The first line names the columns, with their units in brackets or at the end of the name. One has
+the time: seconds (or ``ms``, ``us``, ``ns``) since the start or since 1970, or dates of ISO 8601.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.errors import InputError, Place
+from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
+from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
+from pipeline.types import IntArray
+
+TOPIC = "table"
+_HEAD = re.compile(r"\s*(?P<name>.*?)\s*[\[(](?P<unit>[^\])]*)[\])]\s*")
+_TIME = re.compile(
+    r"(?i)(log_?|rec_?|unix_?|epoch_?)?(time|timestamp|stamp|t)(_?utc)?(_(?P<unit>s|ms|us|ns))?"
+)
+#: Numbers without a unit that are times since 1970 are at least this many of it.
+_SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11))
+_BYTES_OF_HEAD = 65_536
+#: Quantity -> the names that its columns may have, in the order of its components.
+_NAMES: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "angular_velocity": (
+        ("p", "q", "r"), ("p_radps", "q_radps", "r_radps"), ("gyro_x", "gyro_y", "gyro_z"),
+        ("gyrx", "gyry", "gyrz"), ("wx", "wy", "wz"),
+        ("angular_velocity_x", "angular_velocity_y", "angular_velocity_z"),
+    ),
+    "specific_force": (
+        ("fx", "fy", "fz"), ("fx_mps2", "fy_mps2", "fz_mps2"), ("acc_x", "acc_y", "acc_z"),
+        ("accx", "accy", "accz"), ("ax", "ay", "az"),
+    ),
+    "attitude_quaternion": (("qw", "qx", "qy", "qz"),),
+    "attitude_euler": (("roll", "pitch", "yaw"), ("phi", "theta", "psi")),
+    "velocity": (("u", "v", "w"), ("vx", "vy", "vz"), ("vx_mps", "vy_mps", "vz_mps")),
+    "velocity_earth": (("vn", "ve", "vd"), ("vn_mps", "ve_mps", "vd_mps")),
+    "position": (("north", "east", "down"), ("north_m", "east_m", "down_m")),
+    "depth": (("depth",), ("depth_m",)),
+    "pressure": (("pressure",), ("water_pressure",)),
+    "voltage": (("voltage",), ("supply",), ("supply_v",)),
+    "current": (("current",), ("supply_a",)),
+    "cable_tension": (("cable_tension",), ("cable_tension_n",), ("tether_tension",)),
+}  # fmt: skip
+#: Quantities of thrusters -> what stands before the name of one, and after it.
+_OF_THRUSTERS: Mapping[str, tuple[str, ...]] = {
+    "thruster_command": ("command", "cmd", "pwm", "code"),
+    "shaft_speed": ("shaft_speed_rpm", "shaft_speed", "rpm"),
+    "thrust": ("thrust_n", "thrust"),
+}
+_OWN_UNITS = {"rpm": "rpm", "shaft_speed_rpm": "rpm", "thrust_n": "N", "pwm": "us", "code": "code"}
+
+
+def read_table(path: Path, shown_as: str) -> TableLog:
+    """Read a table in time.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or no column has the time.
+    """
+    place = Place(shown_as)
+    frame = _frame(path, place)
+    heads = [_split(str(name)) for name in frame.columns]
+    index = next((i for i, (name, _) in enumerate(heads) if _TIME.fullmatch(name)), None)
+    if index is None:
+        named = ", ".join(name for name, _ in heads[:12])
+        raise InputError.at(
+            place,
+            f"no column of the table has the time, among {named}.",
+            expected='a column "time" or "t", its unit in brackets: time [s].',
+            remedy="Name it, or move the file out of pool/ if it is no run.",
+        )
+    time_ns, sound = _times(frame.iloc[:, index], *heads[index], place)
+    columns: dict[str, npt.NDArray[Any]] = {}
+    units: dict[str, str] = {}
+    for number, (name, unit) in enumerate(heads):
+        values = _numbers(frame.iloc[:, number]).to_numpy()
+        if number != index and values.dtype.kind in "iufb":
+            field = _field(name)
+            columns.setdefault(field, values[sound].astype(float))
+            units.setdefault(field, unit)
+    size = path.stat().st_size
+    facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
+    facts.usual = tuple(_usual(units))
+    return TableLog({TOPIC: TopicTable(time_ns, columns)}, facts)
+
+
+def first_time_ns(path: Path) -> int:
+    """Return the time of the first row [ns since 1970]; 0 where there is none."""
+    try:
+        frame = _frame(path, Place(path.name), rows=3)
+        heads = [_split(str(name)) for name in frame.columns]
+        index = next(i for i, (name, _) in enumerate(heads) if _TIME.fullmatch(name))
+        return int(_times(frame.iloc[:, index], *heads[index], Place(path.name))[0][0])
+    except (InputError, OSError, StopIteration, IndexError, ValueError):
+        return 0
+
+
+def _frame(path: Path, place: Place, rows: int | None = None) -> Any:  # noqa: ANN401  of pandas
+    import pandas as pd
+
+    try:
+        if path.suffix.lower() == ".parquet":
+            return pd.read_parquet(path)
+        with path.open("rb") as file:
+            head = file.read(_BYTES_OF_HEAD).decode("utf-8-sig", errors="replace").splitlines()
+        first = next((line for line in head if line.strip()), "")
+        apart = max("\t;,", key=first.count)
+        some = [line for line in head[1:50] if line.strip()]
+        comma = apart != "," and any(re.search(r"\d,\d", line) for line in some)
+        return pd.read_csv(
+            path,
+            sep=apart,
+            decimal="," if comma else ".",
+            encoding="utf-8-sig",
+            skipinitialspace=True,
+            low_memory=False,
+            nrows=rows,
+        )
+    except ImportError:
+        why = "pyarrow is not installed"
+        remedy = 'pip install "rig2sea[parquet]"'
+    except Exception as error:  # noqa: BLE001 - pandas has many
+        why, remedy = " ".join(str(error).split())[:200], "Export it again as UTF-8."
+    raise InputError.at(
+        place, f"the table cannot be read ({why}).", expected="a table in time.", remedy=remedy
+    )
+
+
+def _numbers(column: Any) -> Any:  # noqa: ANN401  a column of pandas
+    """Return a column of texts as numbers where most of them are, with point or comma."""
+    import pandas as pd
+
+    if column.dtype.kind in "iufb":
+        return column
+    plain = column.astype("string").str.strip().str.replace(",", ".", regex=False)
+    found = pd.to_numeric(plain, errors="coerce").astype(float)
+    return found if found.notna().mean() > 0.5 else column
+
+
+def _split(head: str) -> tuple[str, str]:
+    """Split the head of a column into its name and its unit.
+
+    >>> _split("Roll [deg]"), _split("time_ms"), _split("depth_m")
+    (('roll', 'deg'), ('time_ms', ''), ('depth_m', ''))
+    """
+    match = _HEAD.fullmatch(head)
+    name, unit = (match["name"], match["unit"].strip()) if match else (head.strip(), "")
+    return name.strip().lower(), {"µs": "us", "m/s^2": "m/s2", "m/s²": "m/s2", "°": "deg"}.get(
+        unit, unit
+    )
+
+
+def _field(name: str) -> str:
+    """Return a name that the ``field`` of a channel may have; dots part messages."""
+    plain = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_")
+    return plain if plain[:1].isalpha() else f"c_{plain}"
+
+
+def _times(
+    column: Any,  # noqa: ANN401  of pandas
+    name: str,
+    unit: str,
+    place: Place,
+) -> tuple[IntArray, npt.NDArray[np.bool_]]:
+    """Return the times [ns] of the rows that have one, and which these are."""
+    import pandas as pd
+
+    column = _numbers(column)
+    if column.dtype.kind not in "iuf":
+        dates = pd.to_datetime(column, utc=True, errors="coerce", format="ISO8601")
+        sound = dates.notna().to_numpy()
+        if sound.mean() < 0.5:
+            raise InputError.at(
+                place,
+                f'the times in column "{name}" are neither numbers nor dates of ISO 8601.',
+                remedy="Write them as seconds, or as 2026-05-04T10:00:00.25Z.",
+            )
+        at = dates[sound].dt.tz_localize(None).to_numpy().astype("datetime64[ns]")
+        return at.astype(np.int64), sound
+    values = column.to_numpy()
+    sound = np.isfinite(values)
+    match = _TIME.fullmatch(name)
+    stated = unit or (match["unit"] if match is not None else None) or ""
+    if stated not in CLOCK_UNITS_NS:
+        largest = float(np.median(values[sound])) if sound.any() else 0.0
+        stated = next((one for one, least in _SINCE_1970 if largest >= least), "s")
+    factor = CLOCK_UNITS_NS[stated]
+    if values.dtype.kind in "iu":
+        return values[sound].astype(np.int64) * factor, sound
+    whole = np.floor(values[sound])
+    rest = np.rint((values[sound] - whole) * factor).astype(np.int64)
+    return whole.astype(np.int64) * factor + rest, sound
+
+
+def _usual(units: Mapping[str, str]) -> list[PoolChannel]:
+    """Return the channels that the names of columns tell."""
+    found = []
+    for quantity, choices in _NAMES.items():
+        for names in choices:
+            fields = [_with_unit(name, units) for name in names]
+            if all(field is not None for field in fields):
+                known = [field for field in fields if field is not None]
+                order = {"order": "wxyz"} if quantity == "attitude_quaternion" else {}
+                found += _channel(quantity, known, units, **order)
+                break
+    for quantity, begins in _OF_THRUSTERS.items():
+        columns = {
+            match[2]: field
+            for field in units
+            for begin in begins
+            if (match := re.fullmatch(rf"({begin})_(.+)", field)) is not None
+        }
+        for thruster, field in columns.items():
+            found += _channel(quantity, [field], units, thrusters=(thruster,))
+    return found
+
+
+def _with_unit(name: str, units: Mapping[str, str]) -> str | None:
+    """Return the column of a name, which may have a unit at its end."""
+    if name in units:
+        return name
+    return next(
+        (field for field in units if re.fullmatch(rf"{name}_(deg|rad|mm|cm|m|v|a|mv)", field)), None
+    )
+
+
+def _channel(
+    quantity: str,
+    fields: Sequence[str],
+    units: Mapping[str, str],
+    **more: Any,  # noqa: ANN401
+) -> list[PoolChannel]:
+    """Return a channel; none where its unit is not one of the quantity."""
+    unit = units[fields[0]] or next(
+        (one for begin, one in _OWN_UNITS.items() if fields[0].startswith(begin)), ""
+    )
+    end = fields[0].rsplit("_", 1)[-1]
+    if not unit and end in {"deg", "rad", "mm", "cm", "mv"}:
+        unit = {"mv": "mV"}.get(end, end)
+    stated: dict[str, Any] = {"quantity": quantity, "topic": TOPIC, "field": tuple(fields), **more}
+    if unit:
+        if unit not in UNITS[quantity]:
+            return []
+        stated["unit"] = unit
+    return [PoolChannel.model_validate(stated)]

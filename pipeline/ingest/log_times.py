@@ -1,0 +1,183 @@
+"""Times of a log that are none: all alike, in another unit, or of a clock that was not yet set.
+
+The stamps in the messages tell it: a recorder whose clock was set names a time of this century,
+and its second is as long as that of the sensors. What is mended is told; where the stamps cannot
+tell what the time was, the log is refused.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.mcap_records import LATEST_NS, SET_NS
+from pipeline.ingest.pool_run_extract import TopicData
+from pipeline.ingest.pool_run_stamps import NO_STAMP
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+#: Log times further than this from the median one are damage. [ns]
+LONGEST_RUN_NS = 7 * 86_400 * 1e9
+#: What one of another unit is worth. [ns]
+_UNITS = {1e3: "microseconds", 1e6: "milliseconds", 1e9: "seconds"}
+#: Messages of one topic in a second that no recorder writes.
+_MOST_HZ = 2e4
+_FEW = 10
+
+
+def mend_log_times(
+    data: Mapping[str, TopicData], place: Place
+) -> tuple[dict[str, TopicData], list[Problem]]:
+    """Return the topics with log times that can be believed, and what was mended.
+
+    Parameters
+    ----------
+    data : mapping
+        Topic -> what was taken from it, with its stamps.
+    place : Place
+        The log, for messages.
+
+    Raises
+    ------
+    InputError
+        Where all messages have one time, and no message says its own.
+    """
+    every = [one.log_time_ns for one in data.values() if one.log_time_ns.size]
+    if not every:
+        return dict(data), []
+    times = np.concatenate(every).astype(float)
+    if times.size >= _FEW and times.min() == times.max():
+        return _by_stamps(data, place)
+    factor = _factor(data, float(np.median(times)))
+    if factor != 1.0:
+        return _in_nanoseconds(data, factor, place)
+    return _until_the_clock_was_set(data, times, place)
+
+
+def _stamps(one: TopicData) -> IntArray:
+    """Return the stamps (k,) of a topic, `NO_STAMP` where there is none."""
+    if one.stamp_ns is None:
+        return np.full(one.log_time_ns.size, NO_STAMP)
+    return np.where(one.stamp_ns > 0, one.stamp_ns, NO_STAMP)
+
+
+def _by_stamps(
+    data: Mapping[str, TopicData], place: Place
+) -> tuple[dict[str, TopicData], list[Problem]]:
+    """Take the stamps for the times of a log whose messages all have one time."""
+    moving = {}
+    for topic, one in data.items():
+        stamps = _stamps(one)
+        there = stamps != NO_STAMP
+        if there.any() and np.ptp(stamps[there]) > 0:
+            moving[topic] = replace(one, log_time_ns=np.where(there, stamps, one.log_time_ns))
+    at = next(int(one.log_time_ns[0]) for one in data.values() if one.log_time_ns.size)
+    if not moving:
+        raise InputError.at(
+            place,
+            f"all messages were logged at one time ({at} ns), and none has a stamp of its own.",
+            expected="messages that tell when they were measured.",
+            remedy="Record them anew with a recorder whose clock runs, or with stamps.",
+        )
+    lost = sorted(set(data) - set(moving))
+    said = f" {', '.join(lost)} carry no stamps and cannot be placed in time." if lost else ""
+    what = (
+        f"all messages were logged at one time ({at} ns): their stamps are taken for the times of "
+        f"the log.{said}"
+    )
+    return {**data, **moving}, [Problem("warning", place, what, "", "Check the recorder's clock.")]
+
+
+def _factor(data: Mapping[str, TopicData], middle_ns: float) -> float:
+    """Return what one of the log's times is worth in nanoseconds."""
+    if middle_ns >= SET_NS:
+        return 1.0
+    paces = [pace for one in data.values() if (pace := _pace(one)) is not None]
+    for factor in _UNITS:
+        agree = [abs(pace / factor - 1.0) < slack for pace, slack in paces]
+        if agree:
+            # the stamps have to be of this century where the log's times are of none
+            if all(agree) and (SET_NS < middle_ns * factor < LATEST_NS or _of_today(data)):
+                return factor
+        elif _is_too_fast(data) and SET_NS < middle_ns * factor < LATEST_NS:
+            return factor
+    return 1.0
+
+
+def _pace(one: TopicData) -> tuple[float, float] | None:
+    """Return nanoseconds of the stamps in one of the log's, and how well that can be told."""
+    stamps = _stamps(one)
+    there = stamps != NO_STAMP
+    if there.sum() < _FEW:
+        return None
+    logged = float(np.ptp(one.log_time_ns[there]))
+    if logged <= 0.0:
+        return None
+    return float(np.ptp(stamps[there])) / logged, 0.02 + 1.5 / logged
+
+
+def _of_today(data: Mapping[str, TopicData]) -> bool:
+    stamps = [_stamps(one) for one in data.values()]
+    known = np.concatenate([one[one != NO_STAMP] for one in stamps])
+    return bool(known.size) and SET_NS < float(np.median(known)) < LATEST_NS
+
+
+def _is_too_fast(data: Mapping[str, TopicData]) -> bool:
+    """Tell whether messages come faster than any recorder writes them."""
+    busiest = max(data.values(), key=lambda one: one.log_time_ns.size).log_time_ns
+    span_s = float(np.ptp(busiest)) / 1e9
+    return busiest.size > _FEW and busiest.size > _MOST_HZ * span_s
+
+
+def _in_nanoseconds(
+    data: Mapping[str, TopicData], factor: float, place: Place
+) -> tuple[dict[str, TopicData], list[Problem]]:
+    mended = {
+        topic: replace(one, log_time_ns=one.log_time_ns * np.int64(factor))
+        for topic, one in data.items()
+    }
+    what = (
+        f"the times of the log count {_UNITS[factor]} where MCAP has nanoseconds: they were "
+        "converted."
+    )
+    remedy = "Mend the program that wrote the log."
+    return mended, [Problem("warning", place, what, "", remedy)]
+
+
+def _until_the_clock_was_set(
+    data: Mapping[str, TopicData], times: FloatArray, place: Place
+) -> tuple[dict[str, TopicData], list[Problem]]:
+    """Take the stamps of messages that were logged days away from the others."""
+    of_today = times[(times >= SET_NS) & (times < LATEST_NS)]
+    # most of a run may be over when the clock is set; a single wild time is no clock
+    reference = of_today if of_today.size >= max(_FEW, 0.05 * times.size) else times
+    middle = float(np.median(reference))
+    mended: dict[str, TopicData] = dict(data)
+    said = []
+    for topic, one in data.items():
+        away = _is_far(one.log_time_ns, middle)
+        if not away.any():
+            continue
+        stamps = _stamps(one)
+        there = (stamps != NO_STAMP) & ~_is_far(stamps, middle)
+        late_ns = (one.log_time_ns - stamps)[there & ~away]
+        usual_ns = float(np.median(late_ns)) if late_ns.size else 0.0
+        if abs(usual_ns) > 1e9 or not (there & away).any():
+            continue  # stamps of another clock do not tell the time of the log
+        mended[topic] = replace(
+            one,
+            log_time_ns=np.where(there & away, stamps + np.int64(usual_ns), one.log_time_ns),
+        )
+        said.append(f"{int((there & away).sum())} of {away.size} of {topic}")
+    if not said:
+        return mended, []
+    what = (
+        "messages were logged before the recorder's clock was set, or by one that jumped; their "
+        f"stamps tell when: {', '.join(said)}."
+    )
+    return mended, [Problem("warning", place, what)]
+
+
+def _is_far(time_ns: IntArray, middle_ns: float) -> BoolArray:
+    # as floats: the difference of two wild times may not fit into 64 bits
+    return np.asarray(np.abs(time_ns.astype(float) - middle_ns) > LONGEST_RUN_NS)

@@ -1,0 +1,179 @@
+"""Which of several sources of a quantity is taken: by whether it lives, and what others say of it.
+
+The likeliest by names stands first. One that never changes, or stands still for long, gives way to
+one that does not; so does one that the other channels contradict where another agrees with them.
+What was decided so is told with its figures.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError, Place, Problem
+from pipeline.ingest.pool_run_plan import PER_THRUSTER
+from pipeline.ingest.pool_run_resample import resample
+from pipeline.ingest.pool_run_suspicions import contradictions
+from pipeline.ingest.pool_run_velocity import disagreeing_frames
+from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.vehicle.schema import Vehicle
+
+#: A source that stands still for a larger share of the run is dead.
+_MOST_STILL = 0.3
+_FEW_READINGS = 10
+#: What is not taken at all, as if its message did not have the field.
+_NOTHING = "has no valid reading"
+#: The order in which sources are compared: each with what was decided before it.
+_ORDER = ("specific_force", "attitude", "angular_velocity", "depth", "position", "velocity")
+_TABLE_HZ = 10.0
+
+
+@dataclass(frozen=True)
+class Source:
+    """What may be taken for a quantity: a channel, or one for each of several thrusters."""
+
+    channels: Mapping[str, RunChannel]
+
+    @property
+    def name(self) -> str:
+        """Name of the (first) channel."""
+        return next(iter(self.channels))
+
+    @property
+    def channel(self) -> RunChannel:
+        """The (first) channel."""
+        return next(iter(self.channels.values()))
+
+
+def choose_sources(
+    groups: Sequence[Sequence[Source]], run: PoolRun, vehicle: Vehicle, place: Place
+) -> tuple[dict[str, RunChannel], list[Problem]]:
+    """Choose one source of each group.
+
+    Parameters
+    ----------
+    groups : sequence of sequence of Source
+        Of each quantity what may be taken, the likeliest first.
+    run : PoolRun
+        The run with the channels that are settled.
+    vehicle : Vehicle
+        For what the checks compare with.
+    place : Place
+        The log, for messages.
+
+    Returns
+    -------
+    dict of RunChannel
+        By name, those that were taken.
+    list of Problem
+        What was chosen and why, where there was a choice.
+    """
+    told: list[Problem] = []
+    alive = [list(some) for group in groups if (some := _alive(group, place, told))]
+    taken = {name: one for group in alive for name, one in group[0].channels.items()}
+    ordered = sorted(alive, key=lambda group: _rank(group[0].channel.quantity))
+    for group in ordered:
+        if len(group) < 2 or group[0].channel.quantity.removesuffix("_earth") not in _ORDER:
+            continue
+        others = {name: one for name, one in taken.items() if name != group[0].name}
+        best, why = _best(group, replace(run, channels={**run.channels, **others}), vehicle, place)
+        if best is not group[0]:
+            del taken[group[0].name]
+            taken[best.name] = best.channel
+            what = f"{best.name} is taken from {best.channel.topic}, not {group[0].channel.topic}"
+            told.append(Problem("warning", place, f"{what}: {why.rstrip('.')}."))
+    for sources in groups:
+        told += _also_fitting(sources, taken, place)
+    return taken, told
+
+
+def _rank(quantity: str) -> int:
+    plain = quantity.removesuffix("_earth")
+    return _ORDER.index(plain) if plain in _ORDER else len(_ORDER)
+
+
+def _alive(group: Sequence[Source], place: Place, told: list[Problem]) -> list[Source]:
+    """Leave the dead out, as long as something lives, and what has no reading at all."""
+    dead = {id(one): _death(one.channel) for one in group}
+    readable = [one for one in group if dead[id(one)] != _NOTHING]
+    alive = [one for one in readable if not dead[id(one)]]
+    if not alive or alive[0] is readable[0]:
+        return alive or readable
+    first = readable[0]
+    what = (
+        f"{alive[0].name} is taken from {alive[0].channel.topic}: that of {first.channel.topic} "
+        f"{dead[id(first)]}."
+    )
+    told.append(Problem("warning", place, what, "", "Check the sensor."))
+    return alive
+
+
+def _death(channel: RunChannel) -> str:
+    """Say in what way a source is dead; nothing for one that lives."""
+    values = channel.values[channel.usable() & np.isfinite(channel.values).all(axis=1)]
+    if not len(values):
+        return "never is a number" if channel.quantity in PER_THRUSTER else _NOTHING
+    if len(values) < _FEW_READINGS or channel.holds:
+        return "" if not channel.holds or np.ptp(values, axis=0).any() else "never changes"
+    still = (np.diff(values, axis=0) == 0.0).all(axis=1)
+    if still.all():
+        return "never changes"
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], still, [False]]).astype(np.int8)))
+    longest = int((edges[1::2] - edges[::2]).max(initial=0))
+    share = longest / len(still)
+    return f"stands still for {100 * share:.0f} % of the run" if share > _MOST_STILL else ""
+
+
+def _best(
+    group: Sequence[Source], run: PoolRun, vehicle: Vehicle, place: Place
+) -> tuple[Source, str]:
+    """Return the first source with the fewest contradictions, and what the first is blamed for."""
+    try:
+        wrong = _wrong_frames(group, run)
+        blamed = [
+            [text for topic, text in wrong.items() if topic == one.channel.topic]
+            + [
+                problem.what
+                for problem in contradictions(
+                    replace(run, channels={**run.channels, one.name: one.channel}), vehicle, place
+                )
+            ]
+            for one in group
+        ]
+    except CannotComputeError:
+        return group[0], ""
+    fewest = min(range(len(group)), key=lambda index: len(blamed[index]))
+    return group[fewest], "; ".join(one.rstrip(".") for one in blamed[0])
+
+
+def _wrong_frames(group: Sequence[Source], run: PoolRun) -> Mapping[str, str]:
+    """Compare the frames of several velocities of the body."""
+    bodies = [one.channel for one in group if one.channel.quantity == "velocity"]
+    attitude = run.channels.get("attitude")
+    if len(bodies) < 2 or attitude is None:
+        return {}
+    tables = {
+        channel.topic: resample(
+            replace(run, channels={"velocity": channel, "attitude": attitude}),
+            _TABLE_HZ,
+            quantities=("velocity", "attitude"),
+        )
+        for channel in bodies
+    }
+    return disagreeing_frames(tables, {channel.topic: channel.read.axes for channel in bodies})
+
+
+def _also_fitting(
+    group: Sequence[Source], taken: Mapping[str, RunChannel], place: Place
+) -> list[Problem]:
+    """Say what else would have fitted."""
+    chosen = next((one for one in group if taken.get(one.name) is one.channel), None)
+    others = [one.channel.topic for one in group if one is not chosen]
+    if chosen is None or not others:
+        return []  # the channel itself says where it is from
+    read = chosen.channel.read
+    what = (
+        f"{read.quantity} is taken from {read.topic} ({', '.join(read.fields)}, {read.mapped_by}). "
+        f"Also fitting: {', '.join(dict.fromkeys(others))}."
+    )
+    return [Problem("note", place, what)]

@@ -1,0 +1,183 @@
+"""Definitions of ROS messages in every language that logs use, read by rosbags.
+
+`rosbags` parses the text; what a reader of hostile files has to refuse beside it (sizes, nesting,
+what its grammar passes over although it changes the layout) is refused here.
+"""
+
+import re
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from pipeline.ingest.mcap_types import (
+    MOST_FIELDS,
+    PRIMITIVES,
+    STRING,
+    Definition,
+    DefinitionError,
+    Field,
+    checked,
+)
+
+_SEPARATOR = re.compile(r"^={3,}[ \t\r]*$", re.MULTILINE)
+_IDL_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_IDL_SKIPPED = re.compile(r"^\s*(#.*|=+|IDL:.*)$", re.MULTILINE)
+#: Their layout depends on more than the definition, or rosbags passes over them.
+_IDL_REFUSED = re.compile(
+    r"\b(union|map|wstring|wchar|bitset|bitmask|fixed|valuetype)\b|@(optional|mutable|appendable)\b"
+)
+_NESTED_SEQUENCE = re.compile(r"\bsequence\s*<\s*sequence\b")
+_MOST_CHARACTERS = 200_000
+#: rosbags takes time with their square.
+_IDL_NAMES = re.compile(r"\b(?:typedef|const)\b|@")
+_MOST_IDL_NAMES = 1000
+_MAX_LENGTH = 10_000_000
+#: A message without fields is one byte on the wire: its structure in C may not be empty.
+_NO_FIELDS = (Field("structure_needs_at_least_one_member", "uint8"),)
+_TIME = {
+    "cdr": (Field("sec", "int32"), Field("nanosec", "uint32")),
+    "ros1": (Field("sec", "uint32"), Field("nanosec", "uint32")),
+}
+#: Of ROS 1 alone: the header of every message is numbered.
+_ROS1_HEADER = (
+    Field("seq", "uint32"),
+    Field("stamp", "builtin_interfaces/msg/Time"),
+    Field("frame_id", STRING),
+)
+
+
+def parse_definition(name: str, text: str, language: str) -> Definition:
+    r"""Parse the definition of a message with those of the messages in it.
+
+    Parameters
+    ----------
+    name : str
+        ``package/msg/Name`` (``package/Name`` in ROS 1, ``package::msg::Name`` of DDS).
+    text : str
+        The definition; of a standard message it may be empty, which is how some recorders leave
+        it: then that of ROS 2 Humble is taken.
+    language : {"ros2msg", "ros1msg", "ros2idl", "omgidl"}
+        What it is written in.
+
+    Raises
+    ------
+    DefinitionError
+        With what cannot be understood.
+
+    Examples
+    --------
+    >>> parse_definition("a/msg/B", "float64[3] x  # metres\nint8 LOW=1\n", "ros2msg").fields
+    (Field(name='x', type='float64', length=3),)
+    """
+    root = _full(name.replace("::", "/"))
+    wire: Literal["cdr", "ros1"] = "ros1" if language == "ros1msg" else "cdr"
+    if not text.strip():
+        try:
+            return _definition(root, {}, wire)
+        except DefinitionError as error:
+            raise DefinitionError(f"its definition is empty: {error}") from None
+    if len(text) > _MOST_CHARACTERS:
+        raise DefinitionError(f"it has {len(text)} characters; at most {_MOST_CHARACTERS} are read")
+    types = _of_idl(text) if language.endswith("idl") else _of_msg(root, text)
+    if root not in types:
+        raise DefinitionError(f"{name} is not defined in it")
+    return _definition(root, types, wire)
+
+
+def _standard(name: str) -> tuple[Field, ...]:
+    """Return the fields of a standard message, which some recorders leave undefined."""
+    from rosbags.typesys import Stores, get_typestore
+
+    types = get_typestore(Stores.ROS2_HUMBLE).fielddefs
+    if name not in types:
+        raise DefinitionError(f"{name} is not defined in it, and is no standard message")
+    return tuple(_field(*one) for one in types[name][1]) or _NO_FIELDS
+
+
+def _of_msg(root: str, text: str) -> Mapping[str, Any]:
+    from rosbags.typesys import TypesysError, get_types_from_msg
+
+    if re.search(r"^---\s*$", text, re.MULTILINE):
+        raise DefinitionError("it defines a service or an action, which is not one message")
+    try:
+        return get_types_from_msg(_SEPARATOR.sub("=" * 80, text), root)
+    except (TypesysError, ValueError, RecursionError, IndexError, KeyError, TypeError) as error:
+        raise DefinitionError(_said(error)) from None
+
+
+def _of_idl(text: str) -> Mapping[str, Any]:
+    from rosbags.typesys import TypesysError, get_types_from_idl
+
+    plain = _IDL_COMMENT.sub(" ", _IDL_SKIPPED.sub("", text))
+    refused = _IDL_REFUSED.search(plain)
+    if refused is not None:
+        raise DefinitionError(f'"{refused[0]}" is not supported')
+    if _NESTED_SEQUENCE.search(plain):
+        raise DefinitionError("a sequence of sequences is not supported")
+    if sum(1 for _ in _IDL_NAMES.finditer(plain)) > _MOST_IDL_NAMES:
+        raise DefinitionError(f"it has more than {_MOST_IDL_NAMES} typedefs and annotations")
+    try:
+        return get_types_from_idl(plain)
+    except (TypesysError, ValueError, RecursionError, IndexError, KeyError, TypeError) as error:
+        raise DefinitionError(_said(error)) from None
+
+
+def _said(error: Exception) -> str:
+    """Return the place that could not be parsed, in one line."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    place = lines[-1][:60] if len(lines) > 1 else (lines or [type(error).__name__])[0][:100]
+    return f'"{place}" cannot be understood'
+
+
+def _definition(root: str, types: Mapping[str, Any], wire: Literal["cdr", "ros1"]) -> Definition:
+    messages: dict[str, tuple[Field, ...]] = {}
+    waiting, count = [root], 0
+    while waiting:
+        name = waiting.pop()
+        if name in messages:
+            continue
+        built_in = _built_in(name, wire)
+        if built_in is not None:
+            messages[name] = built_in
+        elif name in types:
+            messages[name] = tuple(_field(*one) for one in types[name][1]) or _NO_FIELDS
+        else:
+            messages[name] = _standard(name)
+        count += len(messages[name])
+        if count > MOST_FIELDS:
+            raise DefinitionError(f"it has more than {MOST_FIELDS} members")
+        waiting += [
+            one.type for one in messages[name] if one.type not in PRIMITIVES and one.type != STRING
+        ]
+    return checked(Definition(root, messages, wire))
+
+
+def _built_in(name: str, wire: str) -> tuple[Field, ...] | None:
+    """Return what files leave out, or rosbags takes for its namesake of ROS 2."""
+    if name in ("builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration"):
+        return _TIME[wire]
+    return _ROS1_HEADER if wire == "ros1" and name == "std_msgs/msg/Header" else None
+
+
+def _field(name: str, kind: Any) -> Field:  # noqa: ANN401  rosbags' nested tuples
+    """Turn rosbags' description of a field into ours."""
+    from rosbags.interfaces import Nodetype
+
+    node, content = kind
+    length = None
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        length = content[1] if node == Nodetype.ARRAY else -1
+        node, content = content[0]
+        if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            raise DefinitionError(f'"{name}" is an array of arrays')
+    if length is not None and length > _MAX_LENGTH:
+        raise DefinitionError(f'"{name}" is too long an array')
+    base = content if node == Nodetype.NAME else content[0]
+    if node == Nodetype.BASE and base not in PRIMITIVES and base != STRING:
+        raise DefinitionError(f'"{name}": {base} is not supported')
+    return Field(name, base, length)
+
+
+def _full(name: str) -> str:
+    """``package/Name`` as ``package/msg/Name``."""
+    parts = name.split("/")
+    return f"{parts[0]}/msg/{parts[1]}" if len(parts) == 2 else name

@@ -1,0 +1,165 @@
+"""The same pool run by every recorder gives the same channels, to the resolution of the format."""
+
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pool_logs import NAMES, rov
+from recorded_runs import (
+    Run,
+    quaternion,
+    run,
+    write_bag,
+    write_bin,
+    write_csv,
+    write_db3,
+    write_mcap,
+    write_parquet,
+    write_tlog,
+    write_ulg,
+)
+
+from pipeline.errors import InputError
+from pipeline.ingest.log_names import LOG_SUFFIXES, TABLE_SUFFIXES
+from pipeline.ingest.log_open import READERS
+from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.pool_run import read_pool_run
+from pipeline.records.run_arrays import PoolRun
+
+Writer = Callable[[Path, Run], Path]
+#: Ending -> writer, resolution of times [s], rates [rad/s], forces [m/s2], angles, depth [m].
+FORMATS: dict[str, tuple[Writer, float, float, float, float, float]] = {
+    "mcap": (write_mcap, 1e-9, 1e-12, 1e-12, 1e-12, 1e-9),
+    "bag": (write_bag, 1e-9, 1e-12, 1e-12, 1e-12, 1e-9),
+    "db3": (lambda path, one: write_db3(path, one, path.parent), 1e-9, 1e-12, 1e-12, 1e-12, 1e-9),
+    "csv": (write_csv, 1e-9, 1e-9, 1e-7, 1e-8, 1e-6),
+    "parquet": (write_parquet, 1e-9, 1e-9, 1e-7, 1e-8, 1e-6),
+    "BIN": (write_bin, 1.1e-3, 1e-7, 1e-6, 2e-4, 1e-3),
+    "ulg": (write_ulg, 1.1e-6, 1e-7, 1e-6, 1e-6, 1e-3),
+    "tlog": (write_tlog, 1.1e-3, 6e-4, 6e-3, 1e-6, 1e-3),
+}
+
+
+def read(path: Path) -> PoolRun:
+    return read_pool_run(path, rov(), path.parent)
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_the_same_run_gives_the_same_channels(tmp_path: Path, ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
+    writer, time_s, rate, force, angle, depth_m = FORMATS[ending]
+    one = run()
+    found = read(writer(tmp_path / f"run.{ending}", one))
+    expected = {
+        "angular_velocity": (one.rates_radps, rate),
+        "specific_force": (one.force_mps2, force),
+        "attitude": (quaternion(one.euler_rad), angle),
+        "depth": ((one.pressure_pa - 101_325.0) / 9810.0, depth_m),
+    }
+    for name, (values, resolution) in expected.items():
+        channel = found.channels[name]
+        read_values = channel.values
+        if name == "attitude":  # q and -q are one
+            read_values = read_values * np.sign((read_values * values).sum(axis=1))[:, None]
+        np.testing.assert_allclose(read_values, values, atol=resolution, err_msg=name)
+        np.testing.assert_allclose(
+            (channel.time_ns - one.time_ns) / 1e9, 0.0, atol=time_s, err_msg=name
+        )
+    commands = {
+        column.removeprefix("command."): channel.values[:, number]
+        for channel in found.channels.values()
+        if channel.quantity == "thruster_command"
+        for number, column in enumerate(channel.columns)
+    }
+    assert set(commands) == set(NAMES)
+    for number, name in enumerate(NAMES):
+        codes = (one.command_us[:, number] - 1500.0) / 4.0
+        np.testing.assert_allclose(commands[name], codes, atol=1e-9)
+    assert all(topic.used_for or topic.why_not for topic in found.topics)
+    assert not [one for one in found.problems if one.severity == "error"]
+
+
+@pytest.mark.parametrize("ending", ["mcap", "bag", "db3", "csv", "tlog"])
+def test_the_trial_day_is_that_of_the_recorder(tmp_path: Path, ending: str) -> None:
+    path = FORMATS[ending][0](tmp_path / f"run.{ending}", run(20))
+    assert day_of(path) == "2023-11-14"
+
+
+def test_a_board_that_counts_from_its_start_has_the_day_in_its_name(tmp_path: Path) -> None:
+    assert day_of(write_bin(tmp_path / "2026-05-04 dive.BIN", run(20))) == "2026-05-04"
+    assert day_of(write_bin(tmp_path / "00000042.BIN", run(20))) == "undated"
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_a_damaged_recording_is_read_or_refused_by_name(tmp_path: Path, ending: str) -> None:
+    if ending == "parquet":
+        pytest.importorskip("pyarrow")
+    path = FORMATS[ending][0](tmp_path / f"run.{ending}", run(60))
+    whole = path.read_bytes()
+    draws = np.random.default_rng(1)
+    for cut in (0, 10, len(whole) // 3, len(whole) - 7):
+        spoiled = bytearray(whole[:cut])
+        for at in draws.integers(0, max(cut, 1), 8):
+            if spoiled:
+                spoiled[at] ^= int(draws.integers(1, 256))
+        path.write_bytes(bytes(spoiled))
+        with suppress(InputError):
+            assert read(path).file == path.name
+
+
+def test_every_reader_has_its_ending() -> None:
+    assert {*READERS, ".mcap"} == {*LOG_SUFFIXES, *TABLE_SUFFIXES}
+
+
+def test_a_bag_is_left_as_it_is(tmp_path: Path) -> None:
+    path = write_db3(tmp_path / "run.db3", run(20), tmp_path)
+    before = path.read_bytes()
+    read(path)
+    assert path.read_bytes() == before
+    assert {one.name for one in tmp_path.iterdir()} == {"run.db3", "bag"}
+
+
+def test_a_table_without_a_time_is_no_run(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text("code,thrust [N]\n10,1.5\n")
+    with pytest.raises(InputError, match="no column of the table has the time"):
+        read(path)
+
+
+@pytest.mark.parametrize(
+    ("head", "values", "seconds"),
+    [
+        ("t", ["0.0", "0.5"], 0.5),
+        ("time_ms", ["1700000000000", "1700000000250"], 0.25),
+        ("timestamp [us]", ["10", "500010"], 0.5),
+        ("time", ["2026-05-04T10:00:00.250Z", "2026-05-04T10:00:01Z"], 0.75),
+    ],
+)
+def test_times_of_tables(tmp_path: Path, head: str, values: list[str], seconds: float) -> None:
+    path = tmp_path / "run.csv"
+    path.write_text(f"{head};depth [m]\n{values[0]};1,5\n{values[1]};1,75\n")
+    found = read(path)
+    assert found.duration_s == pytest.approx(seconds)
+    assert found.channels["depth"].values[:, 0].tolist() == [1.5, 1.75]
+
+
+def test_measured_thrust_and_cable_tension_are_quantities(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    rows = "".join(f"{0.1 * k},{k % 7},{2 * (k % 5)},{10 + k % 3}\n" for k in range(30))
+    path.write_text("time [s],thrust_port [kgf],thrust_bow [kgf],cable_tension [N]\n" + rows)
+    found = read(path)
+    np.testing.assert_allclose(
+        found.channels["thrust.port"].values[:, 0], 9.80665 * (np.arange(30) % 7)
+    )
+    assert found.channels["cable_tension"].columns == ("cable_tension_n",)
+
+
+def test_real_logs_of_a_bluerov(shared_data: Path) -> None:
+    found = read(shared_data / "ardusub" / "small.BIN")
+    assert found.channels["depth"].topic == "BARO[1]"
+    force = found.channels["specific_force"].values
+    assert np.abs(np.linalg.norm(force, axis=1) - 9.81).max() < 0.3
+    assert np.abs(found.channels["thruster_command"].values).max() < 5.0
