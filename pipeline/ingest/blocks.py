@@ -14,7 +14,7 @@ from pipeline.ingest.cells import (
     shorten,
 )
 from pipeline.ingest.sheet import Cell, Row, Sheet
-from pipeline.ingest.thousands import is_unclear
+from pipeline.ingest.thousands import Meaning, is_unclear, without_thousands
 from pipeline.records.measurements import ColumnRead
 
 UnitFrom = Literal["header", "unit row", "mapping", "assumed"]
@@ -43,8 +43,8 @@ class BlockColumn:
     sign: int
     group: str = ""
     """Texts above the name in this column, e.g. "Loading" over several names."""
-    has_thousands: bool = False
-    """Whether "1,324" is likely 1324 here, and so no number to go by."""
+    signs_mean: Meaning = "decimals"
+    """What the sign of "1,324" is here; where that is unclear it is no number to go by."""
 
     @property
     def letter(self) -> str:
@@ -56,10 +56,12 @@ class BlockColumn:
 
         Raises `NotANumberError`.
         """
-        if self.has_thousands and is_unclear(cell):
+        if self.signs_mean == "thousands":
+            cell = without_thousands(cell)
+        elif self.signs_mean == "unclear" and is_unclear(cell):
             raise NotANumberError(
-                f'"{cell}" may be {str(cell).replace(",", "")} or {str(cell).replace(",", ".")}: '
-                "the other numbers speak for thousands"
+                f'"{cell}" may be {without_thousands(cell)} or {str(cell).replace(",", ".")}: the '
+                "other numbers do not tell thousands from decimals"
             )
         number = parse_number(cell, self.unit or None)
         return None if number is None else number * self.factor * self.sign

@@ -1,5 +1,6 @@
 """Numbers and column letters as people write them in spreadsheets."""
 
+import functools
 import math
 import re
 
@@ -68,6 +69,22 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
         raise NotANumberError(f'"{str(cell).upper()}" is not a number')
     if isinstance(cell, (int, float)):
         return _finite(float(cell), str(cell))
+    number = _number_in(cell, unit_text)
+    if isinstance(number, str):
+        raise NotANumberError(number)
+    return number
+
+
+@functools.lru_cache(maxsize=65536)
+def _number_in(cell: str, unit_text: str | None) -> float | str | None:
+    """Return the number of a text, None where there is no value, or why it is none."""
+    try:
+        return _parse_text(cell, unit_text)
+    except NotANumberError as error:
+        return str(error)
+
+
+def _parse_text(cell: str, unit_text: str | None) -> float | None:
     text = _BLANKS.sub(" ", cell.translate(_MINUS)).strip()
     if text.casefold() in _MISSING:
         return None

@@ -12,7 +12,7 @@ from pipeline.ingest.cells import shorten
 from pipeline.ingest.header_rows import Match, Wanted
 from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.sheet import Row, Sheet
-from pipeline.ingest.thousands import columns_with_thousands
+from pipeline.ingest.thousands import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.unit_text import (
     EXAMPLES,
     UnitTextError,
@@ -67,8 +67,6 @@ def read_columns(
     """
     columns: dict[str, BlockColumn] = {}
     problems: list[Problem] = []
-    indices = [match.index for match in group.values()]
-    thousands = columns_with_thousands(sheet, indices, rows.data, rows.last)
     for quantity, match in group.items():
         words = wanted.vocabulary[quantity]
         column = BlockColumn(
@@ -81,7 +79,6 @@ def read_columns(
             factor=1.0,
             sign=1,
             group=_group_text(sheet, rows, match.index),
-            has_thousands=match.index in thousands,
         )
         stated = wanted.mapping.get(quantity)
         if stated is not None:
@@ -95,13 +92,35 @@ def read_columns(
             columns[quantity] = _with_unit(
                 column, words, match, _find_unit(sheet, words, match, rows, stated)
             )
-            problems += _contradictions(sheet, columns[quantity], words, rows)
+            columns[quantity], notes = _with_signs(sheet, columns[quantity], rows)
+            problems += [*_contradictions(sheet, columns[quantity], words, rows), *notes]
         except UnitTextError as error:
             others = group.keys() - {quantity}
             problems.append(
                 unit_problem(column, sheet.place(rows.names), wanted, str(error), others)
             )
     return columns, problems
+
+
+def _with_signs(
+    sheet: Sheet, column: BlockColumn, rows: HeadRows
+) -> tuple[BlockColumn, list[Problem]]:
+    """Tell whether the signs in the numbers part thousands, and say so."""
+    span = (rows.data, rows.last)
+    meaning = meaning_of_signs(sheet, column.index, span, column.quantity, column.factor)
+    if meaning != "thousands":
+        return replace(column, signs_mean=meaning), []
+    row, cell = next(
+        (at, one)
+        for at in range(rows.data, rows.last + 1)
+        if is_unclear(one := sheet.cell(at, column.index))
+    )
+    what = (
+        f'{column.quantity.replace("_", " ")}: "{cell}" is read as {without_thousands(cell)}; the '
+        "other numbers say that the sign parts thousands."
+    )
+    note = Problem("note", sheet.place(row, column.letter), what)
+    return replace(column, signs_mean=meaning), [note]
 
 
 def _contradictions(
