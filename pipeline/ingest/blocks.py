@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from pipeline.errors import Place
@@ -113,6 +113,10 @@ class Block:
     """What stands over the numbers apart from the names: top to bottom, left to right."""
     other_headers: tuple[str, ...] = ()
     """Headers of columns that were not read."""
+    not_used: Mapping[int, str] = field(default_factory=dict)
+    """Why a column that fits a quantity is not read, by its index."""
+    thruster: str | None = None
+    """Name of the thruster, where the columns are of several."""
     only: tuple[tuple[int, str], ...] = ()
     span: tuple[int, int] = (0, 10_000)
     """First and last column index of the block, for tables side by side."""

@@ -7,9 +7,12 @@ from dataclasses import dataclass, field, replace
 
 from pipeline.ingest.cells import is_number, is_text
 from pipeline.ingest.sheet import Row, Sheet
+from pipeline.ingest.unit_text import normalise_unit
 from pipeline.ingest.vocabulary import (
+    OTHER_MEANINGS,
     HeaderText,
     Vocabulary,
+    is_other,
     name_score,
     plain,
     read_unit_cell,
@@ -18,6 +21,25 @@ from pipeline.ingest.vocabulary import (
 )
 from pipeline.vehicle.schema import Column
 
+#: The speed of a motor's field: the shaft's times the pole pairs. Never read as it stands.
+ELECTRICAL = "electrical_shaft_speed"
+_ELECTRICAL = re.compile(
+    r"\be[\s_-]?rpm\b|\belectr\w*[\s_-]+(?:shaft[\s_-]+)?(?:speed|rpm|freq\w*|rotation\w*|revol\w*)"
+    r"|\b(?:эл|электр\w*)\.?[\s_-]+(?:частот|скорост|оборот|об)\w*",
+    re.IGNORECASE,
+)
+#: What a column with a unit and an unknown name scores: less than any name.
+_BY_UNIT = 8
+#: Units of more than one thing: an acceleration in g, a mass in kg.
+_MANY_MEANINGS = frozenset(
+    normalise_unit(unit)
+    for unit in (
+        *("g", "gr", "gram", "grams", "kg", "kilograms", "lb", "lbs", "pound", "pounds", "oz"),
+        *("ounce", "ounces", "г", "кг", "грамм", "фунт", "унция", "1/s", "1/с", "hz", "гц", "s"),
+        *("с", "ms", "мс", "sec", "сек"),
+    )
+)
+_LONGEST_NAME = 4
 _LETTER = re.compile(r"[^\W\d_]")
 """Dates and clock times of a log have none; they need not be matched with names."""
 
@@ -44,6 +66,11 @@ class Wanted:
         """Tell whether every required group is there."""
         return all(any(name in quantities for name in group) for group in self.required)
 
+    def names_complete(self, quantities: set[str]) -> bool:
+        """Tell whether every group is named, be it by an electrical speed for that of the shaft."""
+        spare = {"shaft_speed"} if ELECTRICAL in quantities else set()
+        return self.is_complete(quantities | spare)
+
 
 @dataclass(frozen=True)
 class Match:
@@ -66,7 +93,7 @@ def header_rows(sheet: Sheet, wanted: Wanted) -> list[tuple[int, list[Match]]]:
         if not own:
             continue
         all_matches = own + _stacked_matches(sheet, wanted, row, own)
-        if wanted.is_complete({match.quantity for match in all_matches}):
+        if wanted.names_complete({match.quantity for match in all_matches}):
             weight = 100 * len({match.quantity for match in own}) + len(own)
             candidates.append((row, weight, all_matches))
     chosen: list[tuple[int, int, list[Match]]] = []
@@ -118,6 +145,8 @@ def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match
         below, lowest = ("" if read_unit_cell(text) else text for text in (below, lowest))
         if here and sheet.cell(row - 1, index) == sheet.cell(row, index):
             above = ""  # one merged cell
+        if len(above.split()) > _LONGEST_NAME:
+            above = ""  # a title over the table, which speaks of more than this column
         tries = [f"{here} {below}", f"{above} {here}", f"{here} {below} {lowest}"]
         for text in tries if here else [below]:
             matches = _match(wanted, text.strip(), index) if text.strip() else []
@@ -133,6 +162,8 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
         if is_mapped(column, text):
             header = next((h for h in split_header(text) if h.unit), split_header(text)[0])
             return [Match(quantity, index, 1000, header, text)]
+    if "shaft_speed" in wanted.vocabulary and _ELECTRICAL.search(text):
+        return [Match(ELECTRICAL, index, 100, split_header(text)[0], text)]
     best: Match | None = None
     for score, quantity, header in _scores(
         text, _Vocabulary(wanted.vocabulary), wanted.split_words
@@ -168,7 +199,21 @@ def _scores(
             score = max(name_score(header, words), name_score(bare, words) - 1)
             if score > 0 and (header.unit is None or unit_fits(header.unit, words)):
                 scores.append((score + (5 if header.unit else 0), quantity, header))
-    return tuple(scores)
+    return tuple(scores) or _scores_by_unit(text, vocabulary.vocabulary)
+
+
+def _scores_by_unit(text: str, vocabulary: Vocabulary) -> tuple[tuple[int, str, HeaderText], ...]:
+    """Score a text whose name is in no list, but whose unit says what it may be."""
+    header = split_header(text)[0]
+    if header.unit is None or normalise_unit(header.unit) in _MANY_MEANINGS:
+        return ()
+    if is_other(header, OTHER_MEANINGS):
+        return ()
+    return tuple(
+        (_BY_UNIT, quantity, header)
+        for quantity, words in vocabulary.items()
+        if words.by_unit and unit_fits(header.unit, words) and not is_other(header, words.never)
+    )
 
 
 def _strip_words(name: str, words: tuple[str, ...]) -> str:

@@ -41,8 +41,10 @@ VOCABULARY: Vocabulary = {
             "скорость",
             "оборот*",
             "об мин",
+            "drehzahl",
         ),
         ("n", "n_rpm", "ω", "w"),
+        by_unit=True,
         prefer=FIRST_RANK,
         never=(*NOT_MEASURED, *NOT_OF_SHAFT, "temp", "temperature", "датчик* температур*"),
         less=_OTHER,
@@ -72,6 +74,7 @@ VOCABULARY: Vocabulary = {
         ),
         less=_OTHER,
         with_unit=("load", "нагрузк*", "brake"),
+        by_unit=True,
     ),
     "current": Words(
         "current",

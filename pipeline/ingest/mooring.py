@@ -35,20 +35,28 @@ VOCABULARY: Vocabulary = {
     "code": Words(
         None,
         (
-            *("control code", "command code", "code", "command"),
-            *("код управления", "код", "управление", "команда"),
+            *("control code", "command code", "code", "command", "throttle", "duty cycle", "duty"),
+            *("код управления", "код", "управление", "команда", "газ", "дроссель", "скважность"),
+            *("stellgrad", "consigne", "commande"),
         ),
         symbols=("N", "u", "U_code"),
         never=("pwm", "шим", "voltage", "напряжение"),
     ),
     "pwm": Words(
         "pulse_width",
-        ("pwm", "pulse width", "pulse", "servo", "шим", "длительность импульса", "ширина импульса"),
+        (
+            *("pwm", "pulse width", "pulse", "esc signal", "esc", "servo"),
+            *("шим", "длительность импульса", "ширина импульса", "импульс"),
+        ),
         default_unit="us",
+        by_unit=True,
     ),
     "thrust": Words(
         "force",
-        ("thrust", "bollard pull", "force", "pull", "load cell", "упор*", "тяга", "сила", "усилие"),
+        (
+            *("thrust", "bollard pull", "force", "pull", "load cell"),
+            *("упор*", "тяга", "сила", "усилие", "schub", "schubkraft", "zugkraft", "poussee"),
+        ),
         symbols=("T", "F", "Т", "P"),
         prefer=FIRST_RANK,
         less=SECOND_RANK,
@@ -57,7 +65,8 @@ VOCABULARY: Vocabulary = {
             *("efficiency", "coefficient", "specific", "current"),
             *("коэффициент*", "эффективность"),
         ),
-        with_unit=("load", "reading", "показания", "нагрузка"),
+        with_unit=("load", "reading", "scale", "показания", "нагрузка", "весы"),
+        by_unit=True,
     ),
     "shaft_speed": Words(
         "shaft_speed",

@@ -38,9 +38,19 @@ class Words:
     default_unit: str | None = None
     unit_words: Mapping[str, str] | None = None
     """Words in the name that tell the unit, e.g. {"rpm": "rpm"}."""
+    by_unit: bool = False
+    """Whether a unit tells the quantity where no list has the name."""
 
 
 Vocabulary = Mapping[str, Words]
+#: Other things that a bench records in the units of a thrust, a torque, a speed or a pulse.
+OTHER_MEANINGS = (
+    *("acc*", "vibration*", "efficien*", "specific", "coefficient*", "settling", "time", "mass"),
+    *("weight*", "drag", "lift", "pressure", "temp*", "ускорен*", "вибрац*", "эффективн*", "масса"),
+    *("вес", "время", "коэффициент*", "удельн*", "setpoint", "set-point", "target", "limit*"),
+    *("std", "sd", "error", "uncertainty", "min", "max", "задан*", "погрешн*", "мин", "макс"),
+    *("side", "lateral", "transverse", "боков*", "поперечн*"),
+)
 
 
 @dataclass(frozen=True)
@@ -180,6 +190,11 @@ def name_score(header: HeaderText, words: Words) -> int:
     best += _PREFERRED if _has(name, words.prefer) else 0
     best -= _LESS if _has(name, words.less) else 0
     return max(best, 1)
+
+
+def is_other(header: HeaderText, phrases: tuple[str, ...]) -> bool:
+    """Tell whether a name has one of these phrases."""
+    return _has(plain(header.name), phrases)
 
 
 def unit_fits(unit: str, words: Words) -> bool:
