@@ -41,6 +41,8 @@ class BlockColumn:
     """Row where the unit stands, for messages."""
     factor: float
     sign: int
+    plus: tuple[int, ...] = ()
+    """Columns whose numbers are added, as vehicle.yaml states."""
     group: str = ""
     """Texts above the name in this column, e.g. "Loading" over several names."""
     signs_mean: Meaning = "decimals"
@@ -134,7 +136,15 @@ class Block:
         Raises `NotANumberError`.
         """
         column = self.columns.get(quantity)
-        return None if column is None else column.value(_at(cells, column.index))
+        if column is None:
+            return None
+        value = column.value(_at(cells, column.index))
+        for index in column.plus:
+            part = column.value(_at(cells, index))
+            if value is None or part is None:
+                return None
+            value += part
+        return value
 
     def text(self, cells: Row, quantity: str) -> str | None:
         """Return a cell of a row as text; None where there is none."""

@@ -141,6 +141,13 @@ def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match
         above, here, below, lowest = (
             text if isinstance(text, str) and is_text(text) else "" for text in texts
         )
+        unit = read_unit_cell(below) if here else None
+        if unit is not None:
+            # "Scale" over "g": the unit says what the name leaves open
+            with_unit = _match(wanted, f"{here} [{unit}]", index)
+            if with_unit:
+                found += [replace(one, header=HeaderText(here), text=here) for one in with_unit]
+                continue
         # A unit under a column without a name must not become one: "N" is newton there, not code.
         below, lowest = ("" if read_unit_cell(text) else text for text in (below, lowest))
         if here and sheet.cell(row - 1, index) == sheet.cell(row, index):
@@ -160,9 +167,11 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
     """Return the best quantity for a header text, or the one that vehicle.yaml states."""
     for quantity, column in wanted.mapping.items():
         if is_mapped(column, text):
+            if is_electrical(text) and column.pole_pairs is None:
+                continue
             header = next((h for h in split_header(text) if h.unit), split_header(text)[0])
             return [Match(quantity, index, 1000, header, text)]
-    if "shaft_speed" in wanted.vocabulary and _ELECTRICAL.search(text):
+    if "shaft_speed" in wanted.vocabulary and is_electrical(text):
         return [Match(ELECTRICAL, index, 100, split_header(text)[0], text)]
     best: Match | None = None
     for score, quantity, header in _scores(
@@ -233,6 +242,15 @@ def _numbers_between(
         sum(is_number(sheet.cell(at, column)) for column in columns) > len(columns) // 2
         for at in range(rows[0] + 1, rows[1])
     )
+
+
+def is_electrical(text: str) -> bool:
+    """Tell whether a name is of the speed of a motor's field.
+
+    >>> is_electrical("Speed (ERPM)"), is_electrical("E-RPM"), is_electrical("RPM")
+    (True, True, False)
+    """
+    return _ELECTRICAL.search(text) is not None
 
 
 def is_mapped(column: Column, text: str) -> bool:

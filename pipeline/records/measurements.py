@@ -73,6 +73,8 @@ class MooringPoint(Record):
     shaft_speed_rpm: float | None = None
     voltage_v: float | None = None
     current_a: float | None = None
+    thruster: str | None = None
+    """Name of its column, where a file holds several thrusters."""
     sweep: Literal["up", "down"]
     marks: tuple[str, ...] = ()
 

@@ -126,11 +126,25 @@ class Tables(Section):
 
 
 class Column(Section):
-    """Where a quantity stands when the reader cannot tell by itself."""
+    """Where a quantity stands when the reader cannot tell by itself.
+
+    Its numbers are multiplied by `scale` (a lever, say), and divided by `pole_pairs` where they are
+    the electrical speed of a motor; those of the columns `plus` are added.
+    """
 
     header: str
     unit: str | None = None
     sign: Literal[1, -1] = 1
+    scale: Positive = 1.0
+    pole_pairs: Annotated[int, Field(ge=1, le=100)] | None = None
+    plus: tuple[str, ...] = ()
+
+
+class Direction(Section):
+    """A column of words: rows with one of `reverse` were taken in reverse, the others forward."""
+
+    header: str
+    reverse: tuple[str, ...]
 
 
 class BenchColumns(Section):
@@ -153,6 +167,7 @@ class LoadTestColumns(BenchColumns):
     voltage: Column | None = None
     input_power: Column | None = None
     output_power: Column | None = None
+    direction: Direction | None = None
     warm_up_s: Annotated[float, Field(ge=0)] | None = None
 
 
@@ -172,6 +187,9 @@ class MooringColumns(BenchColumns):
     shaft_speed: Column | None = None
     voltage: Column | None = None
     current: Column | None = None
+    speed: Column | None = None
+    time: Column | None = None
+    direction: Direction | None = None
     pwm_range: Pwm = Pwm()
 
 
