@@ -107,17 +107,16 @@ class ColumnChoice:
         words = self._wanted.vocabulary.get(quantity)
         if words is None:
             return ""
-        if data.is_blank:
-            return "it holds no number"
-        if data.is_zero:
-            return "it is 0 throughout"
-        if quantity in ("code", "pwm", "thrust") and data.is_constant:
-            return "it never changes"
-        if quantity in ("code", "thrust", "torque") and data.is_counter:
-            return _COUNTS
-        unit = match.header.unit or self._unit_below(match.index)
-        if unit is None or words.unit_kind is None:
-            return ""
+        by_numbers = (
+            (data.is_blank, "it holds no number"),
+            (data.is_zero, "it is 0 throughout"),
+            (quantity in ("code", "pwm", "thrust") and data.is_constant, "it never changes"),
+            (quantity in ("code", "thrust", "torque") and data.is_counter, _COUNTS),
+        )
+        fault = next((why for is_so, why in by_numbers if is_so), "")
+        unit = self._unit(match)
+        if fault or unit is None or words.unit_kind is None:
+            return fault
         if not unit_fits(unit, words):
             return f"{unit} is no unit of {quantity.replace('_', ' ')}"
         low, high = _PULSE_WIDTHS_US

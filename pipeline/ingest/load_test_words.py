@@ -26,6 +26,11 @@ VOCABULARY: Vocabulary = {
         prefer=("control", "управлен*"),
         never=("error*", "status", "serial", "ошибк*", "заказ*", "издели*", "fault"),
     ),
+    "pwm": Words(
+        "pulse_width",
+        ("pwm", "pulse width", "pulse", "esc signal", "esc", "servo", "шим", "импульс"),
+        default_unit="us",
+    ),
     "shaft_speed": Words(
         "shaft_speed",
         (

@@ -88,7 +88,9 @@ def directions_of(
         found = _of_column(block, index, head, texts, kind)
         if found is not None:
             return RowDirections(_filled(found.signs, rows), index, found.problems)
-    return RowDirections(_sections(block, rows), None, ())
+    # within a load test these words are its branches, loading and unloading
+    no_words = _BRANCHES if kind == "load_test" else frozenset()
+    return RowDirections(_sections(block, rows, no_words), None, ())
 
 
 def _texts(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
@@ -174,7 +176,7 @@ def _unknown(block: Block, letter: str, head: str, texts: Sequence[str], kind: s
     )
 
 
-def _sections(block: Block, rows: Sequence[int]) -> dict[int, int]:
+def _sections(block: Block, rows: Sequence[int], no_words: frozenset[str]) -> dict[int, int]:
     """Return the direction that the nearest heading between the rows says."""
     signs: dict[int, int] = {}
     sign, wanted = 0, set(rows)
@@ -186,7 +188,7 @@ def _sections(block: Block, rows: Sequence[int]) -> dict[int, int]:
         text = block.section_text(cells)
         if text is None or not is_text(text):
             continue
-        words = set(plain(text).split())
+        words = set(plain(text).split()) - no_words
         ahead, back = words & _PLAIN_FORWARD, words & _PLAIN_REVERSE
         if ahead or back:
             sign = 0 if ahead and back else (1 if ahead else -1)
@@ -230,12 +232,13 @@ def _key(text: str) -> str:
     return plain(text) or text.strip()
 
 
+_BRANCHES = frozenset(map(plain, ("прямой", "прямое", "обратный", "обратное", "back")))
 _PLAIN_NAMES = frozenset(map(plain, _NAMES))
 _PLAIN_FORWARD = frozenset(map(plain, FORWARD))
 _PLAIN_REVERSE = frozenset(map(plain, REVERSE))
 _WORDS = {
-    **{word: 1 for word in _PLAIN_FORWARD},
-    **{word: -1 for word in _PLAIN_REVERSE},
+    **dict.fromkeys(_PLAIN_FORWARD, 1),
+    **dict.fromkeys(_PLAIN_REVERSE, -1),
     **_SIGNS,
     "1": 1,
 }

@@ -17,8 +17,9 @@ _LEAST_ROWS = 4
 _LEAST_STEPS = 3
 #: Of the largest value of the file: what the rest of a step may differ from its end.
 _TOLERANCE = 0.01
-#: Above it the value still moved when the command changed.
+#: Above it the value still moved when the command changed; only the end of such a step counts.
 _MOVING = 0.03
+_LAST_SHARE = 5
 #: A log that is written faster than this, and whose command never rests, is a ramp.
 _RAMP_PERIOD_S = 0.5
 _LEAST_RAMP_ROWS = 40
@@ -71,6 +72,7 @@ def settle(place: Place, readings: tuple[Reading, ...], quantity: str) -> Steps:
         start = first + settled_from(step, scale)
         if _still_moves(step, scale):
             moving.append(readings[live[first]].row)
+            start = max(start, last - max(2, len(step) // _LAST_SHARE))
         for at in live[first:start]:
             done[at] = replace(done[at], marks=(SETTLING,))
         for at in live[start + 1 : last]:
@@ -96,17 +98,24 @@ def settled_from(step: FloatArray, scale: float) -> int:
     3
     """
     tail = step[-max(2, len(step) // 3) :]
-    end, noise = float(np.median(tail)), float(np.std(tail))
+    end, noise = float(np.median(tail)), _noise(step[len(step) // 2 :])
     away = np.flatnonzero(np.abs(step - end) > max(_TOLERANCE * scale, 3.0 * noise))
     start = int(away[-1]) + 1 if away.size else 0
     return min(start, len(step) - 1)
+
+
+def _noise(values: FloatArray) -> float:
+    """Scatter from second differences, which hold no steady drift."""
+    if len(values) < _LEAST_ROWS:
+        return 0.0
+    return float(np.median(np.abs(np.diff(values, 2)))) / (0.6745 * 6**0.5)
 
 
 def _still_moves(step: FloatArray, scale: float) -> bool:
     third = max(1, len(step) // 3)
     end, before = step[-third:], step[-2 * third : -third]
     moved = abs(float(np.mean(end)) - float(np.mean(before)))
-    return moved > max(_MOVING * scale, 3.0 * float(np.std(end)))
+    return moved > max(_MOVING * scale, 3.0 * _noise(step[len(step) // 2 :]))
 
 
 def _mean(readings: Sequence[Reading]) -> Reading:

@@ -1,4 +1,4 @@
-"""Signs that part thousands and look like decimal ones: "1,324" or "1.324" among "612" and "987"."""
+"""Signs that part thousands and look like decimal ones: "1,324" or "1.324" beside "612"."""
 
 import math
 import re
@@ -55,26 +55,26 @@ def meaning_of_signs(
     """
     own = [sheet.cell(row, index) for row in range(rows[0], rows[1] + 1)]
     doubtful = [cell for cell in own if is_unclear(cell)]
-    if not doubtful:
-        return "decimals"
     signs = {_sign(cell) for cell in doubtful}
-    if len(signs) > 1:
-        return "unclear"
+    if len(signs) != 1:
+        return "unclear" if signs else "decimals"
     sign = signs.pop()
     if sign in _decimal_signs(own):
         return "decimals"
     elsewhere = set(_decimal_signs(_cells_beside(sheet, index, rows)))
     by_neighbours = _by_neighbours(own)
+    meaning: Meaning = "decimals"
     if elsewhere and sign not in elsewhere:
-        return "thousands"
-    if by_neighbours is not None:
-        return "unclear" if by_neighbours == "thousands" and elsewhere else by_neighbours
-    if elsewhere:
-        return "decimals"
-    largest = max(_sizes(doubtful), default=0.0) * abs(worth)
-    if largest < _IMPOSSIBLE.get(quantity, 0.0):
-        return "thousands"
-    return "unclear" if largest < _UNLIKELY.get(quantity, 0.0) else "decimals"
+        meaning = "thousands"
+    elif by_neighbours is not None:
+        meaning = "unclear" if by_neighbours == "thousands" and elsewhere else by_neighbours
+    elif not elsewhere:
+        largest = max(_sizes(doubtful), default=0.0) * abs(worth)
+        if largest < _IMPOSSIBLE.get(quantity, 0.0):
+            meaning = "thousands"
+        elif largest < _UNLIKELY.get(quantity, 0.0):
+            meaning = "unclear"
+    return meaning
 
 
 def without_thousands(cell: Cell) -> Cell:

@@ -158,9 +158,10 @@ class BenchColumns(Section):
 
 
 class LoadTestColumns(BenchColumns):
-    """Columns of a load test."""
+    """Columns of a load test; `pwm` becomes a code as in a mooring test."""
 
     code: Column | None = None
+    pwm: Column | None = None
     shaft_speed: Column | None = None
     torque: Column | None = None
     current: Column | None = None
