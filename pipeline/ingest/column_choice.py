@@ -28,6 +28,8 @@ _UNITS_ROWS = 3
 _COUNTED = re.compile(r"[\s_]*(?:№|#|no\.?)?[\s_]*\d{1,2}$", re.IGNORECASE)
 _THRUSTER = re.compile(r"(?:t|thrust|thruster|упор|тяга|движитель|дрк)", re.IGNORECASE)
 _LEAST_THRUSTERS = 3
+#: Columns of one name from which a table is a grid, which has its own message.
+_GRID = 4
 
 
 @dataclass
@@ -182,7 +184,8 @@ class ColumnChoice:
         """Explain every second column of a quantity by the first, or refuse the table."""
         of_quantity = [match for match in weighed.matches if match.quantity == quantity]
         for candidates in self._by_branch(of_quantity):
-            if len(candidates) < 2:
+            is_grid = len(candidates) >= _GRID and len({one.text for one in candidates}) == 1
+            if len(candidates) < 2 or is_grid:
                 continue
             left = self._unexplained(candidates, weighed.not_used)
             for match in candidates:

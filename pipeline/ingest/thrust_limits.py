@@ -15,11 +15,12 @@ from pipeline.vehicle.schema import Vehicle
 #: Thrust over the disc's area: a jet of 17 m/s. No thruster of an underwater vehicle has it. [Pa]
 MOST_PRESSURE_PA = 150e3
 #: K_T = T / (rho n^2 D^4) at rest: screws and ducted thrusters lie between 0.1 and 0.8.
-LEAST_K_T, MOST_K_T = 0.03, 1.6
+LEAST_K_T, MOST_K_T = 0.06, 1.2
 _USUAL_K_T = (0.1, 0.8)
 #: Ideal power over the power drawn: above 1 for an open propeller, 1.4 in a duct.
 MOST_MERIT = 1.6
 _LARGE = 0.3
+_LEAST_POINTS = 4
 
 
 def thrust_problem(
@@ -55,7 +56,7 @@ def thrust_problem(
     k_t = k_t[large & np.isfinite(k_t)]
     pressure_pa = float(thrust.max()) / area
     why, ratio = "", 1.0
-    if k_t.size and not LEAST_K_T <= (median := float(np.median(k_t))) <= MOST_K_T:
+    if k_t.size >= _LEAST_POINTS and not LEAST_K_T <= (median := float(np.median(k_t))) <= MOST_K_T:
         why = f"K_T at rest comes out as {median:.3g}, a screw has {_USUAL_K_T[0]:g} to "
         why += f"{_USUAL_K_T[1]:g}"
         ratio = median / math.sqrt(_USUAL_K_T[0] * _USUAL_K_T[1])
@@ -66,7 +67,7 @@ def thrust_problem(
     else:
         merit = _merit(used, thrust, rho * area)[large]
         merit = merit[np.isfinite(merit)]
-        if merit.size and float(np.median(merit)) > MOST_MERIT:
+        if merit.size >= _LEAST_POINTS and float(np.median(merit)) > MOST_MERIT:
             why = f"an ideal propeller would take {np.median(merit):.3g} times the power U I that "
             why += "was drawn"
             ratio = float(np.median(merit)) ** (2.0 / 3.0) * 1.5
