@@ -3,6 +3,7 @@
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.firmware_gate import gate_checks, rising_points
 from pipeline.identify.firmware_grid import (
     Family,
     family_curves,
@@ -64,7 +65,8 @@ def inverse_characteristic(
         If neither source gives anything.
     """
     notes: list[str] = []
-    points = _mooring_points(mooring, vehicle, notes)
+    measured = _mooring_points(mooring, vehicle, notes)
+    points, gates = rising_points(measured)
     dead_n = vehicle.tables.thrust_dead_n
     positive = _table3(points, 1, dead_n, notes)
     reverses = vehicle.drive.code_min < 0
@@ -86,6 +88,12 @@ def inverse_characteristic(
     if firmware is None and positive is None and negative is None:
         raise CannotComputeError(" ".join(notes))
     checks: list[Check] = []
+    if measured:
+        found = (*gates, *gate_checks(measured, (positive, negative), vehicle))
+        # firmware of the family rests on the load test and the open-water test
+        checks.extend(
+            one if family is None else one.model_copy(update={"gate": ""}) for one in found
+        )
     trips: tuple[RoundTrip, ...] = ()
     if static is not None and points:
         checks.extend(_gap_check(points, static))

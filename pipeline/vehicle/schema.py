@@ -125,6 +125,10 @@ class Tables(Section):
         return self
 
 
+Gate = Literal["thrust_rises", "neighbours", "neutral", "outliers", "signs"]
+"""A check that stops the firmware while it fails and `accept` does not name it."""
+
+
 class Column(Section):
     """Where a quantity stands when the reader cannot tell by itself.
 
@@ -311,6 +315,8 @@ class Vehicle(Section):
     columns: Columns = Columns()
     pool: PoolColumns = PoolColumns()
     published: Published | None = None
+    accept: dict[Gate, Annotated[str, Field(min_length=10, max_length=400)]] = {}
+    """Failed checks that the firmware is written in spite of, each with the reason."""
 
     @model_validator(mode="after")
     def _names_exist(self) -> Self:
