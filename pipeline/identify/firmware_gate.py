@@ -16,6 +16,8 @@ _CLEAR_SHARE = 0.05
 #: A reading at rest above this share of the largest thrust is no tare.
 _NEUTRAL_SHARE = 0.15
 _OUTLIER_SHARE = 0.1
+#: Of the largest code; closer than that the cubic may be at fault.
+_FAR_SHARE = 0.03
 _FEWEST_POINTS = 10
 
 
@@ -138,17 +140,25 @@ def _neutral(points: tuple[MooringPoint, ...]) -> Check:
 
 def _outliers(fits: tuple[PolynomialFit | None, ...]) -> Check:
     shares = [
-        len(fit.quality.outliers) / (fit.quality.points + len(fit.quality.outliers))
+        sum(
+            one.outlier and abs(one.measured - one.fitted) > _FAR_SHARE * _largest_code(fit)
+            for one in fit.points
+        )
+        / len(fit.points)
         for fit in fits
-        if fit is not None and fit.quality.points >= _FEWEST_POINTS
+        if fit is not None and len(fit.points) >= _FEWEST_POINTS
     ]
     share = max(shares, default=0.0)
     return Check(
         name="outliers are few",
         passed=share <= _OUTLIER_SHARE,
-        text=f"{100 * share:.0f} % of the points of a sign are outliers of Table 3",
+        text=f"{100 * share:.0f} % of the points of a sign lie far off Table 3",
         gate="outliers",
     )
+
+
+def _largest_code(fit: PolynomialFit) -> float:
+    return max(abs(one.measured) for one in fit.points)
 
 
 def _signs(fits: tuple[PolynomialFit | None, PolynomialFit | None], *, reverses: bool) -> Check:

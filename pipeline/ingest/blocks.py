@@ -15,7 +15,7 @@ from pipeline.ingest.cells import (
 )
 from pipeline.ingest.sheet import Cell, Row, Sheet
 from pipeline.ingest.thousands import Meaning, is_unclear, without_thousands
-from pipeline.records.measurements import ColumnRead
+from pipeline.records.measurements import ColumnNotUsed, ColumnRead
 
 UnitFrom = Literal["header", "unit row", "mapping", "assumed"]
 
@@ -163,6 +163,27 @@ class Block:
         if (row, index) not in self.sheet.filled or row == self.first_row:
             return False
         return is_number(self.sheet.cell(row - 1, index))
+
+    def columns_not_used(self, directions: int | None) -> tuple[ColumnNotUsed, ...]:
+        """Return the columns of the table that nothing is read from, and why.
+
+        `directions` is the column of words that the direction of the rows is told by, if any.
+        """
+        read = {index for one in self.columns.values() for index in (one.index, *one.plus)}
+        read |= set() if directions is None else {directions}
+        if self.header_row < self.sheet.first_row:
+            return ()
+        heads = self.sheet.cells(self.header_row)
+        low, high = self.span
+        return tuple(
+            ColumnNotUsed(
+                header=shorten(head),
+                column=column_letter(index),
+                reason=self.not_used.get(index, "no quantity of this kind of test"),
+            )
+            for index, head in enumerate(heads)
+            if low <= index <= high and isinstance(head, str) and index not in read
+        )
 
     def place(self, row: int | None = None, quantity: str | None = None) -> Place:
         """Return the place of a row, and of a quantity's column, for a message."""

@@ -91,6 +91,8 @@ class ColumnChoice:
                 if _ROLES.get(other.quantity, other.quantity) in {role, f"electrical_{role}"}
                 and other is not match
                 and not faults[id(other)]
+                # a channel that is dead is not replaced by one of something else
+                and (other.quantity != match.quantity or other.score > match.score - _LEAD)
             ]
             stated = match.quantity in self._wanted.mapping
             alone_no = fault == _COUNTS and self._is_symbol(match)

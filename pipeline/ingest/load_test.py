@@ -1,13 +1,15 @@
 """Load tests of a drive: speed and torque for each control code, from workbooks and text files."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import mapped_columns, sheets_of, source_name
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.cells import is_number
+from pipeline.ingest.columns_stated import not_used, stated_columns
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.load_test_codes import codes_of_blocks
@@ -21,6 +23,7 @@ from pipeline.records.base import Source
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, SheetRead
 from pipeline.vehicle.schema import LoadTestColumns, Vehicle
 
+_T = TypeVar("_T")
 _KIND = "load_test"
 
 
@@ -188,7 +191,13 @@ def _read_sheet(
         tuple(columns.values()),
         "; ".join(summaries) or "no point",
         tuple(with_one_cause(problems)),
+        _once(not_used(block, mapping) for block in search.blocks),
+        _once(stated_columns(block, mapping) for block in search.blocks),
     )
+
+
+def _once(parts: Iterable[tuple[_T, ...]]) -> tuple[_T, ...]:
+    return tuple(dict.fromkeys(one for part in parts for one in part))
 
 
 def _instead(sheet: Sheet) -> str:
@@ -303,4 +312,6 @@ def _sheet_read(sheet: LoadTestSheet) -> SheetRead:
         rows=len(sheet.readings),
         columns=sheet.columns,
         summary=sheet.summary,
+        not_used=sheet.not_used,
+        stated_as=sheet.stated_as,
     )

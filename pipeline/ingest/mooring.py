@@ -16,6 +16,7 @@ from pipeline.ingest.bench_file import (
 )
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import shorten
+from pipeline.ingest.columns_stated import not_used, stated_columns
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_codes import command_in_codes, pwm_note, pwm_problem
@@ -106,7 +107,7 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
             own = () if impossible and not _is_stand_in(vehicle) else measured
             said += [impossible] if impossible and not own else []
             points += own
-            sheets.append(_sheet_read(block, readings, own))
+            sheets.append(_sheet_read(block, readings, own, vehicle))
         if any("code" not in block.columns for block, _ in found.tables):
             said.append(pwm_note(shown_as, vehicle))
         marks = [point.marks for own in file.points for point in own]
@@ -276,7 +277,10 @@ def _is_stand_in(vehicle: Vehicle) -> bool:
 
 
 def _sheet_read(
-    block: Block, readings: tuple[Reading, ...], points: Sequence[MooringPoint]
+    block: Block,
+    readings: tuple[Reading, ...],
+    points: Sequence[MooringPoint],
+    vehicle: Vehicle,
 ) -> SheetRead:
     return SheetRead(
         file=block.sheet.file,
@@ -284,6 +288,8 @@ def _sheet_read(
         rows=len(readings),
         columns=tuple(column.as_record() for column in block.columns.values()),
         summary=_summary(points),
+        not_used=not_used(block, vehicle.columns.mooring),
+        stated_as=stated_columns(block, vehicle.columns.mooring),
     )
 
 

@@ -140,6 +140,14 @@ def _of_column(
     return RowDirections(signs, index, problems)
 
 
+def reverse_texts(block: Block, found: RowDirections) -> list[str]:
+    """Return the texts of a column of directions that mean reverse."""
+    if found.column is None:
+        return []
+    cells = [block.sheet.cell(row, found.column) for row, sign in found.signs.items() if sign < 0]
+    return list(dict.fromkeys(str(cell).strip() for cell in cells if cell is not None))
+
+
 def block_rows(block: Block) -> list[int]:
     """Return the rows of a table that hold a number in a column that is read."""
     columns = [column.index for column in block.columns.values()]

@@ -15,7 +15,7 @@ from pipeline.vehicle.schema import Vehicle
 #: Thrust over the disc's area: a jet of 17 m/s. No thruster of an underwater vehicle has it. [Pa]
 MOST_PRESSURE_PA = 150e3
 #: K_T = T / (rho n^2 D^4) at rest: screws and ducted thrusters lie between 0.1 and 0.8.
-LEAST_K_T, MOST_K_T = 0.06, 1.2
+LEAST_K_T, MOST_K_T = 0.02, 1.2
 _USUAL_K_T = (0.1, 0.8)
 #: Ideal power over the power drawn: above 1 for an open propeller, 1.4 in a duct.
 MOST_MERIT = 1.6
