@@ -11,7 +11,7 @@ from typing import Literal
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
-from pipeline.ingest.cells import NotANumberError, shorten
+from pipeline.ingest.cells import NotANumberError, are_spoilt, shorten
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.rows import listed
@@ -217,7 +217,7 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
         commented = is_commented(cells)
         given = without_comment_mark(cells) if commented else cells
         values, faults = row_numbers(block, row, given, block.columns)
-        if not values:
+        if not values and (commented or not is_spoilt(block, cells, faults)):
             continue  # a heading, a note or a blank row
         seen |= set(values)
         complete = wanted.is_complete(set(values))
@@ -231,11 +231,17 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
             continue
         for quantity, fault in faults.items():
             odd[quantity].append((row, fault))
-        if not complete:
+        if values and not complete:
             for quantity in _absent(block, wanted, values.keys() | faults.keys()):
                 empty[quantity].append(row)
     problems = _faults(block, wanted, odd, empty, seen)
     return tuple(readings), [*problems, *statistics_problems(block, statistics)]
+
+
+def is_spoilt(block: Block, cells: Row, faults: Iterable[str]) -> bool:
+    """Tell whether a row without a number was one of numbers, by the cells that are at fault."""
+    columns = [block.columns[quantity].index for quantity in faults]
+    return are_spoilt([cells[index] for index in columns if index < len(cells)])
 
 
 def row_numbers(

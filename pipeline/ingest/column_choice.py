@@ -26,6 +26,10 @@ _SAME = 0.03
 _PULSE_WIDTHS_US = (400.0, 3000.0)
 _UNITS_ROWS = 3
 _COUNTED = re.compile(r"[\s_]*(?:№|#|no\.?)?[\s_]*\d{1,2}$", re.IGNORECASE)
+_SIDE = re.compile(
+    r"left|right|port|starboard|stbd|front|rear|fore|aft|top|bottom|upper|lower|inner|outer"
+    r"|лев\w*|прав\w*|верх\w*|нижн\w*|перед\w*|задн\w*|[a-dа-г]|[a-z]*\d{1,2}"
+)
 _THRUSTER = re.compile(r"(?:t|thrust|thruster|упор|тяга|движитель|дрк)", re.IGNORECASE)
 _LEAST_THRUSTERS = 3
 #: Columns of one name from which a table is a grid, which has its own message.
@@ -253,7 +257,7 @@ class ColumnChoice:
         if found is None:
             return ""
         same_unit = self._unit(kept) == self._unit(match)
-        if found.is_equal:
+        if found.is_equal and not _is_of_sides(kept, match):
             return f'it repeats "{shorten(kept.text)}"'
         scaled = kept.quantity in _ROLES and found.spread <= _SAME
         if scaled or (
@@ -311,6 +315,12 @@ _COUNTS = "it counts the rows"
 
 def _stem(match: Match) -> str:
     return _COUNTED.sub("", plain(match.header.name))
+
+
+def _is_of_sides(first: Match, second: Match) -> bool:
+    """Tell whether two names are of two places: each sensor there takes its share of a load."""
+    words = set(plain(first.header.name).split()) ^ set(plain(second.header.name).split())
+    return any(_SIDE.fullmatch(word) for word in words)
 
 
 def _are_thrusters(matches: Sequence[Match]) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, BlockColumn, headings
-from pipeline.ingest.cells import column_letter, is_number, is_text, shorten
+from pipeline.ingest.cells import are_spoilt, column_letter, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, misfits, read_columns
 from pipeline.ingest.header_rows import Match, Wanted, header_rows
@@ -275,10 +275,16 @@ def _best(matches: Sequence[Match]) -> dict[str, Match]:
 
 
 def _first_data_row(sheet: Sheet, row: int, columns: Sequence[int], following: int) -> int | None:
-    """Return the first row under the names with a number in a required column."""
+    """Return the first row under the names with a number in a required column.
+
+    Rows right before it whose cells are numbers with something added are readings, too.
+    """
     for at in range(row + 1, min(following, sheet.last_row + 1)):
         if any(is_number(sheet.cell(at, column)) for column in columns):
-            return at
+            first = at
+            while first - 1 > row and are_spoilt([sheet.cell(first - 1, one) for one in columns]):
+                first -= 1
+            return first
     return None
 
 

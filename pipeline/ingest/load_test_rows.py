@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 
 from pipeline.errors import Problem
-from pipeline.ingest.bench_file import COMMENTED, row_numbers
+from pipeline.ingest.bench_file import COMMENTED, is_spoilt, row_numbers
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, column_letter, is_number, parse_number
 from pipeline.ingest.code_units import percent_note, percent_scale
@@ -124,7 +124,8 @@ def read_rows(
 
 def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> Reading | None:
     commented = is_commented(cells)
-    if not commented and _is_section(block, row, cells, state):
+    spoilt = is_spoilt(block, cells, ("shaft_speed", "torque"))
+    if not commented and not spoilt and _is_section(block, row, cells, state):
         return None
     given = without_comment_mark(cells) if commented else cells
     values, wrong = row_numbers(
