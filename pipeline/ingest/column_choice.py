@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.ingest.cells import column_letter, shorten
-from pipeline.ingest.column_data import ColumnData, ratio_of, read_column, whole_of
+from pipeline.ingest.column_data import ColumnData, ratio_of, read_column, wholes_of
 from pipeline.ingest.header_rows import ELECTRICAL, Match, Wanted
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.unit_text import UnitTextError, factor
@@ -25,12 +25,14 @@ _LEAD = 15
 _SAME = 0.03
 _PULSE_WIDTHS_US = (400.0, 3000.0)
 _UNITS_ROWS = 3
-_COUNTED = re.compile(r"[\s_]*(?:№|#|no\.?)?[\s_]*\d{1,2}$", re.IGNORECASE)
+_COUNTED = re.compile(r"[\s_]*(?:№|#|no\.?)?[\s_]*\d{1,2}(?=\s|$)", re.IGNORECASE)
 _SIDE = re.compile(
     r"left|right|port|starboard|stbd|front|rear|fore|aft|top|bottom|upper|lower|inner|outer"
     r"|лев\w*|прав\w*|верх\w*|нижн\w*|перед\w*|задн\w*|[a-dа-г]|[a-z]*\d{1,2}"
 )
-_THRUSTER = re.compile(r"(?:t|thrust|thruster|упор|тяга|движитель|дрк)", re.IGNORECASE)
+_THRUSTER = re.compile(
+    r"(?:t|thrust|thruster(?: thrust)?|упор|тяга|движитель|упор движителя|дрк)", re.IGNORECASE
+)
 _LEAST_THRUSTERS = 3
 #: Columns of one name from which a table is a grid, which has its own message.
 _GRID = 4
@@ -216,12 +218,13 @@ class ColumnChoice:
     def _unexplained(self, candidates: Sequence[Match], not_used: dict[int, str]) -> list[Match]:
         """Return the columns that may be meant; of the others `not_used` says why they are not."""
         numbers = [self._in_record_unit(match) for match in candidates]
-        whole = whole_of(numbers)
-        if whole is not None:
-            kept = candidates[whole[0]]
+        wholes = wholes_of(numbers)
+        if wholes:
+            at, kind = max(wholes, key=lambda one: candidates[one[0]].score)
+            kept = candidates[at]
             for match in candidates:
                 if match is not kept:
-                    not_used[match.index] = f'"{shorten(kept.text)}" is the {whole[1]} of these'
+                    not_used[match.index] = f'"{shorten(kept.text)}" is the {kind} of these'
             return [kept]
         order = sorted(range(len(candidates)), key=lambda at: -candidates[at].score)
         left: list[int] = []
@@ -314,7 +317,7 @@ _COUNTS = "it counts the rows"
 
 
 def _stem(match: Match) -> str:
-    return _COUNTED.sub("", plain(match.header.name))
+    return " ".join(_COUNTED.sub("", plain(match.header.name)).split())
 
 
 def _is_of_sides(first: Match, second: Match) -> bool:

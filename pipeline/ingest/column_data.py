@@ -107,27 +107,28 @@ def ratio_of(first: FloatArray, second: FloatArray) -> Ratio | None:
     return Ratio(median, spread, bool((one == two).all()))
 
 
-def whole_of(columns: Sequence[FloatArray], tolerance: float = 0.02) -> tuple[int, str] | None:
-    """Find the column that is the sum or the mean of all the others.
+def wholes_of(columns: Sequence[FloatArray], tolerance: float = 0.02) -> list[tuple[int, str]]:
+    """Find the columns that are the sum or the mean of all the others.
 
     Returns
     -------
-    tuple of (int, str) or None
-        Its position, and "sum" or "mean".
+    list of tuple of (int, str)
+        Position, and "sum" or "mean", of each.
 
     Examples
     --------
     >>> parts = np.array([1.0, 2, 3, 4]), np.array([1.5, 2.5, 2, 4])
-    >>> whole_of([*parts, parts[0] + parts[1]])
-    (2, 'sum')
+    >>> wholes_of([*parts, parts[0] + parts[1]])
+    [(2, 'sum')]
     """
     if len(columns) < 3:
-        return None
+        return []
+    wholes: list[tuple[int, str]] = []
     for index, column in enumerate(columns):
         rest = [other for at, other in enumerate(columns) if at != index]
         total = np.sum(rest, axis=0)
         for name, whole in (("sum", total), ("mean", total / len(rest))):
             found = ratio_of(column, whole)
             if found is not None and abs(found.median - 1.0) + found.spread <= tolerance:
-                return index, name
-    return None
+                wholes.append((index, name))
+    return wholes

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from pipeline.ingest.cells import is_number, is_text
 from pipeline.ingest.sheet import Row, Sheet
-from pipeline.ingest.unit_text import normalise_unit
+from pipeline.ingest.unit_text import is_percent, normalise_unit
 from pipeline.ingest.vocabulary import (
     OTHER_MEANINGS,
     HeaderText,
@@ -206,6 +206,10 @@ def _scores(
         bare = replace(header, name=_strip_words(header.name, split_words))
         for quantity, words in vocabulary.vocabulary.items():
             score = max(name_score(header, words), name_score(bare, words) - 1)
+            share = quantity == "pwm" and header.unit is not None and is_percent(header.unit)
+            if share and score > 0 and "code" in vocabulary.vocabulary:
+                # a pulse width in per cent is a share of full throttle
+                scores.append((score, "code", header))
             if score > 0 and (header.unit is None or unit_fits(header.unit, words)):
                 scores.append((score + (5 if header.unit else 0), quantity, header))
     return tuple(scores) or _scores_by_unit(text, vocabulary.vocabulary)

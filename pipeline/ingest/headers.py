@@ -263,7 +263,7 @@ def _without(name: str, split_words: tuple[str, ...]) -> str:
     text = plain(name)
     for word in split_words:
         text = re.sub(rf"(?<!\w){re.escape(plain(word))}\w*", "", text)
-    return " ".join(re.sub(r"[\s_]*\d+$", "", text.strip()).split())
+    return " ".join(re.sub(r"[\s_]*\d+$|\s\d{1,2}(?=\s)", "", text.strip()).split())
 
 
 def _best(matches: Sequence[Match]) -> dict[str, Match]:

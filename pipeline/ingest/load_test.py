@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import TypeVar
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import mapped_columns, sheets_of, source_name
+from pipeline.ingest.bench_file import mapped_columns, search_sheet, sheets_of, source_name
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.cells import is_number
 from pipeline.ingest.columns_stated import not_used, stated_columns
 from pipeline.ingest.formulas import with_one_cause
-from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
+from pipeline.ingest.headers import Wanted, choose_sheets, names_seen
 from pipeline.ingest.load_test_codes import codes_of_blocks
 from pipeline.ingest.load_test_repeats import LoadTestSheet, SheetReading, mark_repeats
 from pipeline.ingest.load_test_table import read_table, summary
@@ -166,7 +166,7 @@ def _read_sheet(
 ) -> LoadTestSheet:
     if not any(cell is not None for cells in sheet.rows for cell in cells):
         return LoadTestSheet(sheet.file, sheet.name, (), (), "empty", sheet.problems)
-    search = find_blocks(sheet, _wanted(mapping))
+    sheet, search = search_sheet(sheet, _wanted(mapping))
     problems = [*sheet.problems, *search.problems]
     if not search.blocks:
         return LoadTestSheet(sheet.file, sheet.name, (), (), _instead(sheet), tuple(problems))

@@ -9,7 +9,7 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_file import COMMENTED, is_spoilt, row_numbers
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, column_letter, is_number, parse_number
-from pipeline.ingest.code_units import percent_note, percent_scale
+from pipeline.ingest.code_units import command_scale, percent_note
 from pipeline.ingest.load_test_words import (
     Branch,
     branch_in_text,
@@ -73,6 +73,8 @@ class RowsRead:
 
     readings: tuple[Reading, ...]
     problems: tuple[Problem, ...]
+    in_shares: bool = False
+    """Whether the code column counts per cent or shares of full throttle."""
 
 
 def read_rows(
@@ -112,14 +114,14 @@ def read_rows(
     problems = [*_number_problems(block, log), *_row_problems(block, log)]
     problems += statistics_problems(block, log.statistics)
     codes = [one.code for one in readings if one.code is not None and not one.marks]
-    worth = percent_scale(block, codes, code_max, problems)
+    worth = command_scale(block, codes, code_max, problems)
     if worth != 1.0:
         readings = [_scaled(reading, worth) for reading in readings]
     if state.percent_from is not None:
         problems.append(percent_note(block.place(state.percent_from), code_max))
     if warm_up_s is not None:
         readings = _mark_early(readings, warm_up_s)
-    return RowsRead(tuple(readings), tuple(problems))
+    return RowsRead(tuple(readings), tuple(problems), worth != 1.0)
 
 
 def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> Reading | None:

@@ -21,7 +21,6 @@ from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
 from pipeline.ingest.load_test_words import ANY_POWER, Branch, branch_in_text
 from pipeline.ingest.row_directions import against_codes, directions_of
 from pipeline.ingest.rows import counted, listed
-from pipeline.ingest.unit_text import is_percent
 from pipeline.ingest.vocabulary import name_score, split_header, unit_fits
 from pipeline.vehicle.schema import LoadTestColumns, Vehicle
 
@@ -80,7 +79,7 @@ def read_table(
     problems += wrong
     readings, wrong = _check_codes(block, readings, drive.code_min, drive.code_max)
     problems += wrong
-    problems += _fractional_codes(block, readings)
+    problems += [] if rows.in_shares else _fractional_codes(block, readings)
     problems += check_powers(block, readings)
     problems += check_magnitudes(
         block, readings, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
@@ -174,7 +173,7 @@ def _at(code: float | None) -> str:
 
 
 def _fractional_codes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
-    if "code" not in block.columns or is_percent(block.columns["code"].unit):
+    if "code" not in block.columns:
         return []
     codes = [(one.row, one.code) for one in readings if one.code is not None and not one.marks]
     return fractional_codes(codes, lambda row: block.place(row, "code"), "load_test")

@@ -18,20 +18,17 @@ from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.columns_stated import not_used, stated_columns
 from pipeline.ingest.copied_tables import TablesSeen
+from pipeline.ingest.direction_words import FORWARD, REVERSE
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_codes import command_in_codes, pwm_note, pwm_problem
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis, voltage_groups
 from pipeline.ingest.mooring_words import DOWN, LEVER, OF_THE_RIG, UP, VOCABULARY
-from pipeline.ingest.row_directions import (
-    FORWARD,
-    REVERSE,
-    against_codes,
-    directions_of,
-)
+from pipeline.ingest.row_directions import against_codes, directions_of
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_limits import thrust_problem
+from pipeline.ingest.thrust_shape import shape_problem
 from pipeline.ingest.thrusters_apart import compare_thrusters
 from pipeline.ingest.usable import with_cause
 from pipeline.ingest.vocabulary import plain
@@ -103,9 +100,7 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
             [(block.place(), block.thruster) for block, _ in found.tables], file.points, said
         )
         for (block, readings), measured in zip(found.tables, tables_points, strict=True):
-            impossible = thrust_problem(block.place(), measured, vehicle, block.columns["thrust"])
-            own = () if impossible and not _is_stand_in(vehicle) else measured
-            said += [impossible] if impossible and not own else []
+            own = _possible(block, measured, vehicle, said)
             points += own
             sheets.append(_sheet_read(block, readings, own, vehicle))
         if any("code" not in block.columns for block, _ in found.tables):
@@ -269,6 +264,21 @@ def _stated_voltage(texts: Sequence[str]) -> float | None:
         if found:
             return found.pop() if len(found) == 1 else None
     return None
+
+
+def _possible(
+    block: Block,
+    points: tuple[MooringPoint, ...],
+    vehicle: Vehicle,
+    problems: list[Problem],
+) -> tuple[MooringPoint, ...]:
+    """Return the points of a table, none of one that cannot be."""
+    found = [shape_problem(block.place(), points)]
+    if not _is_stand_in(vehicle):
+        found.append(thrust_problem(block.place(), points, vehicle, block.columns["thrust"]))
+    said = [problem for problem in found if problem is not None]
+    problems += said
+    return () if any(problem.severity == "error" for problem in said) else points
 
 
 def _is_stand_in(vehicle: Vehicle) -> bool:

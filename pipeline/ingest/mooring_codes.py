@@ -6,11 +6,8 @@ from dataclasses import replace
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.cells import shorten
-from pipeline.ingest.code_units import fractional_codes, percent_scale
-from pipeline.ingest.mooring_words import THROTTLE
+from pipeline.ingest.code_units import command_scale, fractional_codes
 from pipeline.ingest.unit_text import is_percent
-from pipeline.ingest.vocabulary import plain
 from pipeline.vehicle.schema import Pwm, Vehicle
 
 #: Of the assumed range: pulses that go further than this were made for another one.
@@ -51,7 +48,8 @@ def command_in_codes(
             for one in readings
             if "code" in one.values and not one.marks
         ]
-        scale = _scale(block, [number for _, number in numbers], vehicle, problems)
+        codes = [number for _, number in numbers]
+        scale = command_scale(block, codes, code_max, problems)
         if scale == 1.0 and not is_percent(block.columns["code"].unit):
             problems += fractional_codes(numbers, lambda row: block.place(row, "code"), "mooring")
     done: list[Reading] = []
@@ -65,30 +63,6 @@ def command_in_codes(
             one if code is None else replace(one, values={**values, "code": round(code, 9) + 0.0})
         )
     return tuple(done)
-
-
-def _scale(
-    block: Block, codes: Sequence[float], vehicle: Vehicle, problems: list[Problem]
-) -> float:
-    """Return what a number of the code column is worth in codes."""
-    column, code_max = block.columns["code"], vehicle.drive.code_max
-    largest = max((abs(code) for code in codes), default=0.0)
-    fractions = any(not code.is_integer() for code in codes)
-    throttle = any(plain(word) in plain(column.header).split() for word in THROTTLE)
-    if not column.unit and 0.0 < largest <= 1.0 < code_max and (fractions or throttle):
-        what = (
-            f'"{shorten(column.header)}" has no number above {largest:g}: shares of full throttle, '
-            f"1 is code {code_max}."
-        )
-        problems.append(Problem("note", block.place(block.header_row, "code"), what))
-        return float(code_max)
-    if not column.unit and throttle and largest == 100.0 != code_max:
-        what = (
-            f'"{shorten(column.header)}" ends at 100: per cent of full throttle, code {code_max}.'
-        )
-        problems.append(Problem("warning", block.place(block.header_row, "code"), what))
-        return code_max / 100.0
-    return percent_scale(block, codes, code_max, problems)
 
 
 def pwm_problem(block: Block, readings: Sequence[Reading], vehicle: Vehicle) -> Problem | None:

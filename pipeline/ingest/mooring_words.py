@@ -55,6 +55,7 @@ VOCABULARY: Vocabulary = {
             "скорость вращения",
             "обороты",
             "частота",
+            *("drehzahl", "vitesse de rotation"),
         ),
         symbols=("n", "ω", "omega"),
         prefer=FIRST_RANK,
@@ -65,7 +66,7 @@ VOCABULARY: Vocabulary = {
         unit_words={"rpm": "rpm"},
     ),
     "voltage": Words(
-        "voltage", ("voltage", "supply", "напряжение", "питание"), symbols=("U", "V"),
+        "voltage", ("voltage", "supply", "напряжение", "питание", "spannung"), symbols=("U", "V"),
         prefer=FIRST_RANK, less=SECOND_RANK, never=NOT_MEASURED, default_unit="V",
     ),
     "speed": Words(
@@ -79,7 +80,7 @@ VOCABULARY: Vocabulary = {
     ),
     "time": Words("time", ("time", "elapsed time", "timestamp", "время"), symbols=("t",)),
     "current": Words(
-        "current", ("current", "ток", "сила тока"), symbols=("I", "Current"),
+        "current", ("current", "ток", "сила тока", "strom"), symbols=("I", "Current"),
         prefer=FIRST_RANK, less=SECOND_RANK, never=NOT_MEASURED, default_unit="A",
     ),
 }  # fmt: skip
@@ -92,4 +93,3 @@ OF_THE_RIG = re.compile(
 )
 #: A lever between thruster and sensor: whether the numbers hold its ratio is for people to say.
 LEVER = re.compile(r"\b(?:lever|moment arm|arm ratio|рычаг\w*|плеч[оеа]\w*)\b", re.IGNORECASE)
-THROTTLE = ("throttle", "газ", "дроссель", "duty", "duty cycle", "скважность")

@@ -6,38 +6,21 @@ from dataclasses import dataclass
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
+from pipeline.ingest.direction_words import (
+    CLOCKWISE,
+    COUNTERCLOCKWISE,
+    FORWARD,
+    NAMES,
+    REVERSE,
+)
 from pipeline.ingest.rows import listed
 from pipeline.ingest.vocabulary import plain, split_header
 from pipeline.vehicle.schema import Direction
 
-#: Words of a direction of thrust; a cell must hold one of them alone.
-FORWARD = (
-    *("forward", "forwards", "fwd", "ahead", "positive", "pos", "normal"),
-    *("вперед", "передний", "передний ход", "пх", "прямой", "прямое", "положительное"),
-    *("vorwärts", "voraus", "avant", "adelante"),
-)
-REVERSE = (
-    *("reverse", "reversed", "rev", "astern", "backward", "backwards", "back", "bwd", "aft"),
-    *("negative", "neg", "назад", "реверс", "задний", "задний ход", "зх", "обратный", "обратное"),
-    *("отрицательное", "rückwärts", "zurück", "arrière", "atrás"),
-)
-#: Of a shaft: clockwise is taken for ahead, as the screw of most benches is right-handed.
-CLOCKWISE = (
-    *("cw", "clockwise", "right", "правое", "правый", "право", "по часовой", "по часовой стрелке"),
-    "rechts",
-)
-COUNTERCLOCKWISE = (
-    *("ccw", "counterclockwise", "counter clockwise", "anticlockwise", "anti clockwise", "left"),
-    *("acw", "левое", "левый", "лево", "против часовой", "против часовой стрелки", "links"),
-)
 #: One letter means something beside its opposite alone.
 _LETTERS = ({"f": 1, "r": -1}, {"f": 1, "b": -1}, {"в": 1, "н": -1}, {"п": 1, "з": -1})
 _TURNS = ({"r": 1, "l": -1}, {"п": 1, "л": -1})
 _SIGNS = {"+": 1, "-": -1, "\u2212": -1, "+1": 1, "-1": -1}
-_NAMES = (
-    *("direction", "dir", "sense", "rotation", "turn", "direction of rotation", "thrust direction"),
-    *("направление", "вращение", "направление вращения", "ход", "реверс", "richtung", "sens"),
-)
 _MOST_TEXTS = 4
 
 
@@ -187,7 +170,8 @@ def _unknown(block: Block, letter: str, head: str, texts: Sequence[str], kind: s
 def _sections(block: Block, rows: Sequence[int], no_words: frozenset[str]) -> dict[int, int]:
     """Return the direction that the nearest heading between the rows says."""
     signs: dict[int, int] = {}
-    sign, wanted = 0, set(rows)
+    heads = " ".join(str(one.value) for one in block.above if one.row > block.header_row)
+    sign, wanted = _section_sign(heads, no_words), set(rows)
     for row, cells in block.rows():
         if row in wanted:
             if sign:
@@ -196,11 +180,15 @@ def _sections(block: Block, rows: Sequence[int], no_words: frozenset[str]) -> di
         text = block.section_text(cells)
         if text is None or not is_text(text):
             continue
-        words = set(plain(text).split()) - no_words
-        ahead, back = words & _PLAIN_FORWARD, words & _PLAIN_REVERSE
-        if ahead or back:
-            sign = 0 if ahead and back else (1 if ahead else -1)
+        sign = _section_sign(text, no_words) or sign
     return signs
+
+
+def _section_sign(text: str, no_words: frozenset[str]) -> int:
+    """Return the direction that a heading states, 0 for none or both."""
+    words = set(plain(text).split()) - no_words
+    ahead, back = words & _PLAIN_FORWARD, words & _PLAIN_REVERSE
+    return 0 if bool(ahead) == bool(back) else (1 if ahead else -1)
 
 
 def _filled(signs: Mapping[int, int], rows: Sequence[int]) -> dict[int, int]:
@@ -241,7 +229,7 @@ def _key(text: str) -> str:
 
 
 _BRANCHES = frozenset(map(plain, ("прямой", "прямое", "обратный", "обратное", "back")))
-_PLAIN_NAMES = frozenset(map(plain, _NAMES))
+_PLAIN_NAMES = frozenset(map(plain, NAMES))
 _PLAIN_FORWARD = frozenset(map(plain, FORWARD))
 _PLAIN_REVERSE = frozenset(map(plain, REVERSE))
 _WORDS = {

@@ -20,6 +20,8 @@ _TOLERANCE = 0.01
 #: Above it the value still moved when the command changed; only the end of such a step counts.
 _MOVING = 0.03
 _LAST_SHARE = 5
+#: In a log without times a step is told by its first row, which is still so far from its end.
+_LATE = 0.05
 #: A log that is written faster than this, and whose command never rests, is a ramp.
 _RAMP_PERIOD_S = 0.5
 _LEAST_RAMP_ROWS = 40
@@ -48,27 +50,30 @@ def settle(place: Place, readings: tuple[Reading, ...], quantity: str) -> Steps:
     Returns
     -------
     Steps
-        The readings as they are where the file is no log in time: without a time, or with fewer
-        than four rows a step.
+        The readings as they are where the file is no log in time: with fewer than four rows a
+        step, or without a time and without steps that settle.
     """
     live = [at for at, one in enumerate(readings) if not one.marks and quantity in one.values]
-    if not live or not all("time" in readings[at].values for at in live):
+    if not live:
         return Steps(readings, ())
     runs = _runs([_command(readings[at]) for at in live])
     lengths = [last - first for first, last in runs]
-    time_s = np.array([readings[at].values["time"] for at in live])
+    values = np.array([readings[at].values[quantity] for at in live])
+    in_time = all("time" in readings[at].values for at in live)
+    if not in_time and not _begin_late(values, runs):
+        return Steps(readings, ())
+    time_s = np.array([readings[at].values.get("time", np.nan) for at in live])
     period_s = float(np.median(np.diff(time_s))) if len(live) > 1 else np.inf
     ramp = 0.0 < period_s < _RAMP_PERIOD_S and len(live) >= _LEAST_RAMP_ROWS
     if float(np.median(lengths)) < _LEAST_ROWS:
         return Steps((), (_ramp(place, period_s),)) if ramp else Steps(readings, ())
     if len(runs) < _LEAST_STEPS:
         return Steps(readings, ())
-    value = np.array([readings[at].values[quantity] for at in live])
-    scale = float(np.max(np.abs(value)))
+    scale = float(np.max(np.abs(values)))
     done = list(readings)
     moving: list[int] = []
     for first, last in runs:
-        step = value[first:last]
+        step = values[first:last]
         start = first + settled_from(step, scale)
         if _still_moves(step, scale):
             moving.append(readings[live[first]].row)
@@ -79,6 +84,18 @@ def settle(place: Place, readings: tuple[Reading, ...], quantity: str) -> Steps:
             done[at] = replace(done[at], marks=(AVERAGED,))
         done[live[start]] = _mean([readings[at] for at in live[start:last]])
     return Steps(tuple(done), tuple(_said(place, len(runs), float(np.median(lengths)), moving)))
+
+
+def _begin_late(values: FloatArray, runs: Sequence[tuple[int, int]]) -> bool:
+    """Tell whether most steps begin away from their end: repeated readings do not."""
+    scale = float(np.max(np.abs(values)))
+    late = [
+        abs(float(values[first]) - float(np.median(values[first:last][-(last - first) // 3 :])))
+        > _LATE * scale
+        for first, last in runs
+        if last - first >= 2 * _LEAST_ROWS and abs(float(values[last - 1])) > 3 * _LATE * scale
+    ]
+    return len(late) >= _LEAST_STEPS and 2 * sum(late) > len(late)
 
 
 def _command(reading: Reading) -> tuple[float | None, float | None]:
@@ -124,7 +141,11 @@ def _mean(readings: Sequence[Reading]) -> Reading:
         name: float(np.mean([one.values[name] for one in readings if name in one.values]))
         for name in names
     }
-    return replace(readings[0], values={**means, "time": readings[0].values["time"]})
+    return replace(readings[0], values={**means, **_first(readings[0], "time")})
+
+
+def _first(reading: Reading, name: str) -> dict[str, float]:
+    return {name: reading.values[name]} if name in reading.values else {}
 
 
 def _said(place: Place, steps: int, rows: float, moving: Sequence[int]) -> list[Problem]:

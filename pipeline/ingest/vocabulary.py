@@ -14,6 +14,7 @@ _IN = re.compile(r"^(?:in|в|ед\.?\s*изм\.?:?|units?:?)\s+", re.IGNORECASE)
 _LONGEST_HEADER = 150
 _PREFERRED = 10
 _LESS = 30
+_BY_UNIT = 20
 
 
 @dataclass(frozen=True)
@@ -177,13 +178,15 @@ def name_score(header: HeaderText, words: Words) -> int:
     if bare in words.symbols or fold_lookalikes(bare) in words.symbols:
         return 100
     best = 0
-    phrases = words.names + (words.with_unit if header.unit is not None else ())
-    for phrase in phrases:
+    phrases = [(phrase, 0) for phrase in words.names]
+    phrases += [(phrase, _BY_UNIT) for phrase in words.with_unit if header.unit is not None]
+    for phrase, less in phrases:
         found = _pattern(phrase).search(name)
         if found is not None:
             length = found.end() - found.start()
             rest = len(name) - length
-            best = max(best, 100 if rest == 0 else 50 + min(length, 40) // 2 - min(rest, 40) // 2)
+            score = 100 if rest == 0 else 50 + min(length, 40) // 2 - min(rest, 40) // 2
+            best = max(best, score - less)
     if best == 0:
         indexed = re.sub(r"[\s_]*\d{1,2}$", "", bare)
         return 90 if indexed != bare and indexed in words.symbols else 0
