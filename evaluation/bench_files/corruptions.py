@@ -20,6 +20,11 @@ def _rows(written: Written) -> int:
     return len(written.columns[0].cells)
 
 
+def _is_whole(written: Written, truth: Truth) -> bool:
+    """Tell whether the table still has a row for each reading."""
+    return _rows(written) == next(iter(truth.columns.values())).size
+
+
 def _main(written: Written, truth: Truth) -> Column | None:
     return written.column("torque" if truth.kind == "load_test" else "thrust")
 
@@ -66,7 +71,7 @@ def thousands_lost(written: Written, truth: Truth, rng: np.random.Generator) -> 
 def kgf_called_newton(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
     """Numbers of kgf under N, with the shaft speed beside them."""
     column, speed = written.column("thrust"), written.column("shaft_speed")
-    if truth.kind != "mooring" or column is None or speed is None:
+    if truth.kind != "mooring" or column is None or speed is None or not _is_whole(written, truth):
         return False
     column.cells = [float(one) for one in truth.columns["thrust"] / KGF]
     column.unit = "Н" if any("а" <= s <= "я" for s in column.name.lower()) else "N"
@@ -76,7 +81,7 @@ def kgf_called_newton(written: Written, truth: Truth, rng: np.random.Generator) 
 def grams_called_kg(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
     """Numbers of grams under kg."""
     column = written.column("thrust")
-    if truth.kind != "mooring" or column is None:
+    if truth.kind != "mooring" or column is None or not _is_whole(written, truth):
         return False
     column.cells = [float(one) for one in truth.columns["thrust"] / KGF * 1000.0]
     column.unit = "кг" if any("а" <= s <= "я" for s in column.name.lower()) else "kg"
@@ -119,7 +124,9 @@ def _without_signs(written: Written, truth: Truth, words: list[str]) -> bool:
     code = truth.columns.get("code")
     column = written.column("code")
     low = None if column is None else np.nanmin(_numbers(column))
-    if code is None or column is None or low is None or low >= 0.0 or not (code < 0).any():
+    if code is None or column is None or low is None or not _is_whole(written, truth):
+        return False
+    if low >= 0.0 or not (code < 0).any():
         return False
     for one in written.columns:
         if one.quantity in ("code", "thrust", "torque", "shaft_speed"):
@@ -220,7 +227,7 @@ def wide_pulses(written: Written, truth: Truth, rng: np.random.Generator) -> boo
 
 def _pulses(written: Written, truth: Truth, *, one_way: bool) -> bool:
     column = written.column("code")
-    if column is None or truth.kind != "mooring":
+    if column is None or truth.kind != "mooring" or not _is_whole(written, truth):
         return False
     share = truth.columns["code"] / truth.vehicle.drive.code_max
     keep = share >= 0.0 if one_way else np.ones(share.size, bool)
@@ -305,8 +312,11 @@ def unsigned(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
 
 def mean_rows(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
     """A mean and a spread under the table."""
-    for label, of in (("Mean", np.nanmean), ("Std", np.nanstd)):
-        row = [f"{of(_numbers(one)):.5g}" if one.quantity else "" for one in written.columns]
+    for label, of in (("Mean", np.mean), ("Std", np.std)):
+        row = [
+            f"{of(_numbers(one)):.5g}" if np.isfinite(_numbers(one)).all() else ""
+            for one in written.columns
+        ]
         row[0] = label
         written.tail.append(row)
     return truth.kind != "open_water"
@@ -340,7 +350,7 @@ def _beside(written: Written, truth: Truth, name: str, factor: float) -> bool:
 def second_unit(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
     """The reading once more in another unit."""
     column = _main(written, truth)
-    if column is None or truth.kind == "open_water":
+    if column is None or truth.kind == "open_water" or not _is_whole(written, truth):
         return False
     unit, worth = ("lbf", 4.4482216) if truth.kind == "mooring" else ("lb in", 0.112985)
     values = truth.columns[column.quantity] / worth

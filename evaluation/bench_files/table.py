@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from openpyxl import Workbook
+from openpyxl import Workbook  # type: ignore[import-untyped]  # it has no stubs
 
 from evaluation.bench_files.truth import Truth
 from pipeline.types import FloatArray
@@ -16,8 +16,15 @@ KGF, LBF = 9.80665, 4.4482216152605
 UNITS: dict[str, dict[str, float]] = {
     "thrust": {"N": 1.0, "kgf": KGF, "gf": KGF / 1000.0, "lbf": LBF, "g": KGF / 1000.0},
     "torque": {
-        "N m": 1.0, "N cm": 0.01, "N mm": 1e-3, "mN m": 1e-3, "kgf cm": KGF / 100.0,
-        "g cm": KGF / 1e5, "oz in": 0.00706155, "lb in": 0.112985, "oz ft": 0.0847386,
+        "N m": 1.0,
+        "N cm": 0.01,
+        "N mm": 1e-3,
+        "mN m": 1e-3,
+        "kgf cm": KGF / 100.0,
+        "g cm": KGF / 1e5,
+        "oz in": 0.00706155,
+        "lb in": 0.112985,
+        "oz ft": 0.0847386,
     },
     "shaft_speed": {"rpm": 1.0, "1/min": 1.0, "rad/s": 60.0 / (2.0 * np.pi), "rps": 60.0},
     "voltage": {"V": 1.0},
@@ -25,10 +32,28 @@ UNITS: dict[str, dict[str, float]] = {
     "speed": {"m/s": 1.0, "cm/s": 0.01},
 }
 RUSSIAN = {
-    "N": "Н", "kgf": "кгс", "gf": "гс", "g": "г", "lbf": "lbf", "N m": "Н·м", "N cm": "Н·см",
-    "N mm": "Н·мм", "mN m": "мН·м", "kgf cm": "кгс·см", "g cm": "г·см", "rpm": "об/мин",
-    "1/min": "1/мин", "rad/s": "рад/с", "rps": "об/с", "V": "В", "A": "А", "mA": "мА",
-    "m/s": "м/с", "cm/s": "см/с", "us": "мкс", "%": "%",
+    "N": "Н",
+    "kgf": "кгс",
+    "gf": "гс",
+    "g": "г",
+    "lbf": "lbf",
+    "N m": "Н·м",
+    "N cm": "Н·см",
+    "N mm": "Н·мм",
+    "mN m": "мН·м",
+    "kgf cm": "кгс·см",
+    "g cm": "г·см",
+    "rpm": "об/мин",
+    "1/min": "1/мин",
+    "rad/s": "рад/с",
+    "rps": "об/с",
+    "V": "В",
+    "A": "А",
+    "mA": "мА",
+    "m/s": "м/с",
+    "cm/s": "см/с",
+    "us": "мкс",
+    "%": "%",
 }
 NAMES: dict[str, dict[str, tuple[str, ...]]] = {
     "en": {
@@ -161,7 +186,8 @@ def as_texts(written: Written) -> list[list[str | float | None]]:
         rows.append([*units])
     for at in range(max(len(one.cells) for one in written.columns)):
         rows.append([_shown(one, at, written) for one in written.columns])
-    return [*rows, *([*row] for row in written.tail)]
+    rows += [[*row] for row in written.tail]
+    return rows
 
 
 def _shown(column: Column, at: int, written: Written) -> str | float | None:

@@ -1,4 +1,4 @@
-"""What was measured on a drawn rig: the vehicle and the readings, before anybody wrote them down."""
+"""What was measured on a drawn rig: the vehicle and its readings, before they were written."""
 
 import math
 from dataclasses import dataclass, field

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pipeline.ingest.cells import is_number, is_text
-from pipeline.ingest.sheet import Row, Sheet
+from pipeline.ingest.sheet import Cell, Row, Sheet
 from pipeline.ingest.unit_text import is_percent, normalise_unit
 from pipeline.ingest.vocabulary import (
     OTHER_MEANINGS,
@@ -30,6 +30,8 @@ _ELECTRICAL = re.compile(
 )
 #: What a column with a unit and an unknown name scores: less than any name.
 _BY_UNIT = 8
+#: What a column scores that vehicle.yaml states.
+_STATED = 1000
 #: Units of more than one thing: an acceleration in g, a mass in kg.
 _MANY_MEANINGS = frozenset(
     normalise_unit(unit)
@@ -123,8 +125,23 @@ def _matches_in_row(sheet: Sheet, wanted: Wanted, row: int) -> list[Match]:
         return []  # a title merged over the table
     for index, cell in enumerate(sheet.cells(row)):
         if isinstance(cell, str) and _LETTER.search(cell) and is_text(cell):
-            matches += _match(wanted, cell, index)
+            matches += _match_over_unit(wanted, cell, sheet.cell(row + 1, index), index)
     return matches
+
+
+def _match_over_unit(wanted: Wanted, text: str, below: Cell, index: int) -> list[Match]:
+    """Match a name with what the unit under it says: "Speed" over "rad/s" is no speed in m/s."""
+    plain_match = _match(wanted, text, index)
+    unit = read_unit_cell(below) if isinstance(below, str) else None
+    if unit is None or (plain_match and plain_match[0].score >= _STATED):
+        return plain_match
+    with_unit = _match(wanted, f"{text} [{unit}]", index)
+    words = wanted.vocabulary.get(plain_match[0].quantity) if plain_match else None
+    is_sound = words is not None and (words.unit_kind is None or unit_fits(unit, words))
+    if not with_unit or (is_sound and with_unit[0].score <= _BY_UNIT):
+        return plain_match
+    header = next((one for one in split_header(text) if one.unit), split_header(text)[0])
+    return [replace(one, header=header, text=text) for one in with_unit]
 
 
 def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match]) -> list[Match]:
@@ -141,13 +158,6 @@ def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match
         above, here, below, lowest = (
             text if isinstance(text, str) and is_text(text) else "" for text in texts
         )
-        unit = read_unit_cell(below) if here else None
-        if unit is not None:
-            # "Scale" over "g": the unit says what the name leaves open
-            with_unit = _match(wanted, f"{here} [{unit}]", index)
-            if with_unit:
-                found += [replace(one, header=HeaderText(here), text=here) for one in with_unit]
-                continue
         # A unit under a column without a name must not become one: "N" is newton there, not code.
         below, lowest = ("" if read_unit_cell(text) else text for text in (below, lowest))
         if here and sheet.cell(row - 1, index) == sheet.cell(row, index):
@@ -170,7 +180,7 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
             if is_electrical(text) and column.pole_pairs is None:
                 continue
             header = next((h for h in split_header(text) if h.unit), split_header(text)[0])
-            return [Match(quantity, index, 1000, header, text)]
+            return [Match(quantity, index, _STATED, header, text)]
     if "shaft_speed" in wanted.vocabulary and is_electrical(text):
         return [Match(ELECTRICAL, index, 100, split_header(text)[0], text)]
     best: Match | None = None
