@@ -1,5 +1,7 @@
 """What was understood of a table, as the lines of vehicle.yaml that would state it."""
 
+from dataclasses import dataclass
+
 from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.row_directions import (
     RowDirections,
@@ -11,8 +13,20 @@ from pipeline.records.measurements import ColumnNotUsed
 from pipeline.vehicle.schema import BenchColumns, Column, LoadTestColumns, MooringColumns
 
 
-def stated_columns(block: Block, columns: BenchColumns) -> tuple[tuple[str, str], ...]:
-    """Return key and value, as YAML, of every column that was read.
+@dataclass(frozen=True)
+class Told:
+    """What a check tells of the columns of a table.
+
+    `stated_as` has key and value, as YAML, of every column that was read, e.g.
+    ``("thrust", '{header: "T", unit: N}')``; columns that vehicle.yaml has no key for are left out.
+    """
+
+    not_used: tuple[ColumnNotUsed, ...]
+    stated_as: tuple[tuple[str, str], ...]
+
+
+def told_of_columns(block: Block, columns: BenchColumns) -> Told:
+    """Return which columns are not used and why, and what would state the others.
 
     Parameters
     ----------
@@ -20,12 +34,6 @@ def stated_columns(block: Block, columns: BenchColumns) -> tuple[tuple[str, str]
         The table.
     columns : BenchColumns
         Its section of vehicle.yaml; what it states already is repeated as it is.
-
-    Returns
-    -------
-    tuple of tuple of (str, str)
-        E.g. ``("thrust", '{header: "T", unit: N}')``; columns that vehicle.yaml has no key for are
-        left out.
     """
     known = type(columns).model_fields
     lines = [
@@ -34,11 +42,12 @@ def stated_columns(block: Block, columns: BenchColumns) -> tuple[tuple[str, str]
         if name in known
     ]
     found = row_directions(block, columns)
-    if found is not None and found.column is not None:
-        head = block.sheet.cell(block.header_row, found.column)
+    at = None if found is None else found.column
+    if found is not None and at is not None:
+        head = block.sheet.cell(block.header_row, at)
         back = ", ".join(map(quoted, reverse_texts(block, found)))
         lines.append(("direction", f"{{header: {quoted(str(head))}, reverse: [{back}]}}"))
-    return tuple(lines)
+    return Told(block.columns_not_used(at), tuple(lines))
 
 
 def row_directions(block: Block, columns: BenchColumns) -> RowDirections | None:
@@ -48,12 +57,6 @@ def row_directions(block: Block, columns: BenchColumns) -> RowDirections | None:
     kind = "mooring" if isinstance(columns, MooringColumns) else "load_test"
     found = directions_of(block, block_rows(block), columns.direction, kind)
     return found if found.signs else None
-
-
-def not_used(block: Block, columns: BenchColumns) -> tuple[ColumnNotUsed, ...]:
-    """Return the columns of a table that nothing is read from, and why."""
-    found = row_directions(block, columns)
-    return block.columns_not_used(None if found is None else found.column)
 
 
 def quoted(text: str) -> str:

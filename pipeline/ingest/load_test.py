@@ -9,7 +9,7 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import mapped_columns, search_sheet, sheets_of, source_name
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.cells import is_number
-from pipeline.ingest.columns_stated import not_used, stated_columns
+from pipeline.ingest.columns_stated import told_of_columns
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import Wanted, choose_sheets, names_seen
 from pipeline.ingest.load_test_codes import codes_of_blocks
@@ -184,6 +184,7 @@ def _read_sheet(
         for block in search.blocks
         for column in block.columns.values()
     }
+    told = [told_of_columns(block, mapping) for block in search.blocks]
     return LoadTestSheet(
         sheet.file,
         sheet.name,
@@ -191,8 +192,8 @@ def _read_sheet(
         tuple(columns.values()),
         "; ".join(summaries) or "no point",
         tuple(with_one_cause(problems)),
-        _once(not_used(block, mapping) for block in search.blocks),
-        _once(stated_columns(block, mapping) for block in search.blocks),
+        _once(one.not_used for one in told),
+        _once(one.stated_as for one in told),
     )
 
 

@@ -16,7 +16,7 @@ from pipeline.ingest.bench_file import (
 )
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import shorten
-from pipeline.ingest.columns_stated import not_used, stated_columns
+from pipeline.ingest.columns_stated import told_of_columns
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.direction_words import FORWARD, REVERSE
 from pipeline.ingest.headers import Wanted
@@ -292,14 +292,15 @@ def _sheet_read(
     points: Sequence[MooringPoint],
     vehicle: Vehicle,
 ) -> SheetRead:
+    told = told_of_columns(block, vehicle.columns.mooring)
     return SheetRead(
         file=block.sheet.file,
         sheet=block.sheet.name,
         rows=len(readings),
         columns=tuple(column.as_record() for column in block.columns.values()),
         summary=_summary(points),
-        not_used=not_used(block, vehicle.columns.mooring),
-        stated_as=stated_columns(block, vehicle.columns.mooring),
+        not_used=told.not_used,
+        stated_as=told.stated_as,
     )
 
 

@@ -61,6 +61,9 @@ def directions_of(
     for index, head in enumerate(heads):
         if index in read or not isinstance(head, str) or not low <= index <= high:
             continue
+        is_named = any(plain(header.name) in _PLAIN_NAMES for header in split_header(head))
+        if stated is None and not is_named and not _may_be_words(block, rows, index):
+            continue
         texts = _texts(block, rows, index)
         if stated is not None:
             if plain(head) == plain(stated.header):
@@ -68,12 +71,19 @@ def directions_of(
                 signs = {row: -1 if plain(text) in words else 1 for row, text in texts.items()}
                 return RowDirections(_filled(signs, rows), index, ())
             continue
-        found = _of_column(block, index, head, texts, kind)
+        found = _of_column(block, index, head, texts, kind, is_named=is_named)
         if found is not None:
             return RowDirections(_filled(found.signs, rows), index, found.problems)
     # within a load test these words are its branches, loading and unloading
     no_words = _BRANCHES if kind == "load_test" else frozenset()
     return RowDirections(_sections(block, rows, no_words), None, ())
+
+
+def _may_be_words(block: Block, rows: Sequence[int], index: int) -> bool:
+    """Tell whether the first filled cell of a column is a word or a sign."""
+    cells = (block.sheet.cell(row, index) for row in rows)
+    first = next((cell for cell in cells if cell is not None), None)
+    return isinstance(first, str) and (is_text(first) or first.strip() in _SIGNS)
 
 
 def _texts(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
@@ -88,10 +98,9 @@ def _texts(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
 
 
 def _of_column(
-    block: Block, index: int, head: str, texts: Mapping[int, str], kind: str
+    block: Block, index: int, head: str, texts: Mapping[int, str], kind: str, *, is_named: bool
 ) -> RowDirections | None:
     distinct = list(dict.fromkeys(_key(text) for text in texts.values()))
-    is_named = any(plain(header.name) in _PLAIN_NAMES for header in split_header(head))
     if not 1 <= len(distinct) <= _MOST_TEXTS or 2 * len(texts) < len(block_rows(block)):
         return None
     if any(is_number(text) for text in distinct) and not (

@@ -11,6 +11,7 @@ from pipeline.ingest.sheet import Cell, Sheet
 
 Meaning = Literal["decimals", "thousands", "unclear"]
 _THOUSANDS = re.compile(r"[+\-\u2212]?[1-9]\d{0,2}[.,]\d{3}")
+_SHORTEST = len("1,000")
 _ONE_SIGN = re.compile(r"[+\-\u2212]?\d*[.,]\d+(?:[eE][+-]?\d+)?")
 #: In ln: a step between neighbours by a factor of e more in one reading than in the other decides.
 _CLEARER = 1.0
@@ -26,7 +27,9 @@ def is_unclear(cell: Cell) -> bool:
     >>> is_unclear("1,324"), is_unclear("0,324"), is_unclear("1.32"), is_unclear(1.324)
     (True, False, False, False)
     """
-    return isinstance(cell, str) and _THOUSANDS.fullmatch(cell.strip()) is not None
+    if not isinstance(cell, str) or len(cell) < _SHORTEST:
+        return False
+    return _THOUSANDS.fullmatch(cell.strip()) is not None
 
 
 def meaning_of_signs(

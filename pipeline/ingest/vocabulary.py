@@ -63,6 +63,7 @@ class HeaderText:
     odd_unit: str | None = None
 
 
+@functools.lru_cache(maxsize=16384)
 def plain(text: str) -> str:
     """Return a name in the form in which names are compared.
 
