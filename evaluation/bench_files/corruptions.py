@@ -91,7 +91,7 @@ def grams_called_kg(written: Written, truth: Truth, rng: np.random.Generator) ->
 def unit_missing(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
     """No unit of what was measured."""
     column = _main(written, truth)
-    if column is None:
+    if column is None or isinstance(column.cells[0], str):
         return False
     column.unit = ""
     return True
@@ -100,7 +100,7 @@ def unit_missing(written: Written, truth: Truth, rng: np.random.Generator) -> bo
 def unit_row_contradicts(written: Written, truth: Truth, rng: np.random.Generator) -> bool:
     """Another unit in the row under the names."""
     column = _main(written, truth)
-    if column is None or written.head == "row" or truth.kind == "open_water":
+    if column is None or written.head == "row" or truth.kind == "open_water" or not column.unit:
         return False
     other = {"mooring": ("kgf", "lbf"), "load_test": ("N m", "N cm")}[truth.kind]
     unit = other[0] if column.unit != other[0] else other[1]

@@ -72,7 +72,12 @@ def _outcome(truth: Truth, record: RawRecord) -> Outcome:
     if not used:
         return "refused"
     right = _coordinates(truth)
-    read = np.array([[getattr(point, name) or 0.0 for name in _names(truth)] for point in used])
+    names = _names(truth)
+    # an open-water row may lack one of its coefficients
+    whole = [point for point in used if getattr(point, names[-1]) is not None]
+    if not whole:
+        return "told" if any(one.severity != "note" for one in record.problems) else "right"
+    read = np.array([[getattr(point, name) or 0.0 for name in names] for point in whole])
     scale = np.maximum(np.abs(right).max(axis=0), 1e-12)
     apart = np.abs(read[:, None, :] - right[None, :, :]) / scale
     close = (apart <= _TOLERANCE).all(axis=2)

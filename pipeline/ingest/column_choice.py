@@ -75,7 +75,8 @@ class ColumnChoice:
         self._with_electrical_speed(weighed)
         if not self._has_tables_beside(weighed.matches):
             for quantity in _SINGLE:
-                if any(quantity in group for group in self._wanted.required):
+                needed = any(quantity in group for group in self._wanted.required)
+                if needed or quantity in _ROLES:
                     self._choose(quantity, weighed)
         return weighed
 

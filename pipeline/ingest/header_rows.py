@@ -133,15 +133,15 @@ def _match_over_unit(wanted: Wanted, text: str, below: Cell, index: int) -> list
     """Match a name with what the unit under it says: "Speed" over "rad/s" is no speed in m/s."""
     plain_match = _match(wanted, text, index)
     unit = read_unit_cell(below) if isinstance(below, str) else None
-    if unit is None or (plain_match and plain_match[0].score >= _STATED):
+    named = plain_match[0] if plain_match else None
+    if unit is None or (named and (named.score >= _STATED or named.header.unit is not None)):
         return plain_match
     with_unit = _match(wanted, f"{text} [{unit}]", index)
     words = wanted.vocabulary.get(plain_match[0].quantity) if plain_match else None
     is_sound = words is not None and (words.unit_kind is None or unit_fits(unit, words))
     if not with_unit or (is_sound and with_unit[0].score <= _BY_UNIT):
         return plain_match
-    header = next((one for one in split_header(text) if one.unit), split_header(text)[0])
-    return [replace(one, header=header, text=text) for one in with_unit]
+    return [replace(one, header=HeaderText(text), text=text) for one in with_unit]
 
 
 def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match]) -> list[Match]:

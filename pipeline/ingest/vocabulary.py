@@ -142,7 +142,7 @@ def _split_words(text: str) -> tuple[HeaderText, ...]:
             tail = "".join(words[start:])
             unit = read_unit_cell(tail.replace("_", " "))
             name = re.sub(r"\s(?:in|в)$", "", "".join(words[: start - 1])).strip(" ,;:/-–—_")
-            if unit is None or not name or unit == "-":
+            if unit is None or not name or unit in {"-", "1"}:
                 continue
             reading = HeaderText(name, unit)
             # "Drive A" may be a drive called A: one letter alone is not yet a unit. Nor is the
