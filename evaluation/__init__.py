@@ -1,5 +1,6 @@
-"""What the diagnosis is judged by from outside: a simulator that shares nothing with the package.
+"""Campaigns that draw inputs with a known truth and judge what the program makes of them.
 
-The package is used for reading the files that are written here, for the diagnosis that is judged,
-and for counting; no formula of it takes part.
+A simulator that shares nothing with the package, and bench files as rigs write them. The package is
+used for reading what is written here, for what is judged, and for counting; no formula of it takes
+part.
 """

@@ -11,7 +11,7 @@ from functools import wraps
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -24,6 +24,9 @@ from pipeline.command_language import (
     translate,
 )
 from pipeline.command_options import folder, keep_raw_apart
+
+if TYPE_CHECKING:
+    from pipeline.check.findings import Findings
 
 _F = TypeVar("_F", bound=Callable[..., Any])
 
@@ -172,16 +175,32 @@ def run(  # noqa: PLR0917 - click passes every option by its name
     help="Where a PATH that is a vehicle's name is looked for.  [default: raw]",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
-def check(paths: tuple[str, ...], vehicle: Path | None, raw: Path, as_json: bool) -> None:
-    r"""Read raw files and print what was understood and every problem; change nothing.
+@click.option(
+    "--write",
+    is_flag=True,
+    help="Put the columns as they were understood into vehicle.yaml, after showing the difference.",
+)
+@click.option("--yes", is_flag=True, help="With --write: do not ask.")
+def check(
+    paths: tuple[str, ...],
+    *,
+    vehicle: Path | None,
+    raw: Path,
+    as_json: bool,
+    write: bool,
+    yes: bool,
+) -> None:
+    r"""Read raw files and print what was understood and every problem.
 
-    PATH is a raw file, a folder of them, a vehicle's folder or its name.
+    PATH is a raw file, a folder of them, a vehicle's folder or its name. Nothing is changed without
+    --write.
 
     \b
     Examples:
       rig2sea check raw/mmt300
       rig2sea check raw/mmt300/load_test/drive-07.xlsx
       rig2sea check mmt300 --json
+      rig2sea check mmt300 --write
     """
     from pipeline.check.files import check_paths
     from pipeline.check.text import as_text, to_json
@@ -192,7 +211,24 @@ def check(paths: tuple[str, ...], vehicle: Path | None, raw: Path, as_json: bool
     )
     _tell_on_terminal(None)
     click.echo(to_json(findings) if as_json else translate(as_text(findings)))
+    if write:
+        _write_columns(findings, vehicle, yes=yes)
     raise click.exceptions.Exit(1 if findings.failed else 0)
+
+
+def _write_columns(findings: "Findings", vehicle: Path | None, *, yes: bool) -> None:
+    """Show what would change in each vehicle file, ask, and write it."""
+    from pipeline.check.proposal import proposals
+    from pipeline.check.proposal import write as write_file
+
+    found = proposals(findings, vehicle)
+    if not found:
+        click.echo(translate("vehicle.yaml states every column already, or none was understood."))
+    for one in found:
+        click.echo(one.difference())
+        if yes or click.confirm(translate(f"Write this into {one.file}?")):
+            write_file(one)
+            click.echo(translate(f"written: {one.file}"))
 
 
 def _tell_on_terminal(path: str | None) -> None:

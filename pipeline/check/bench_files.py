@@ -11,13 +11,17 @@ from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
 from pipeline.records.measurements import (
+    LoadTestPoint,
     LoadTestRecord,
+    MooringPoint,
     MooringRecord,
+    OpenWaterPoint,
     OpenWaterRecord,
 )
 from pipeline.vehicle.schema import Vehicle
 
 RawRecord = LoadTestRecord | MooringRecord | OpenWaterRecord
+Point = LoadTestPoint | MooringPoint | OpenWaterPoint
 READERS: dict[str, Callable[[Sequence[Path], Vehicle, Path], RawRecord]] = {
     "load_test": read_load_tests,
     "mooring": read_mooring_tables,
@@ -55,17 +59,21 @@ def read_together(files: Sequence[RawFile]) -> tuple[list[FileFinding], list[Pro
     of_folder: list[Problem] = []
     for problem in record.problems:
         by_name.get(Path(problem.place.file).name, of_folder).append(problem)
+    points: dict[str, list[Point]] = {path.name: [] for path in paths}
+    for point in record.points:
+        points[point.source.file.rpartition("/")[2]].append(point)
     # what the only file lacks its folder lacks
     of_all = paths[0] if len(paths) == 1 else folder if folder.name else folder.absolute()
     return (
-        [_finding(file, record, by_name[file.path.name]) for file in files],
+        [_finding(file, record, points[file.path.name], by_name[file.path.name]) for file in files],
         [_shown_at(of_all, problem) for problem in of_folder],
     )
 
 
-def _finding(file: RawFile, record: RawRecord, problems: Sequence[Problem]) -> FileFinding:
+def _finding(
+    file: RawFile, record: RawRecord, points: Sequence[Point], problems: Sequence[Problem]
+) -> FileFinding:
     name = file.path.name
-    points = [point for point in record.points if Path(point.source.file).name == name]
     used = [point for point in points if not point.marks]
     marks = Counter(mark for point in points for mark in point.marks)
     codes = Counter(code for point in used if (code := getattr(point, "code", None)) is not None)

@@ -4,6 +4,7 @@ from dataclasses import asdict
 from typing import Any
 
 from pipeline.check.findings import FileFinding, Findings, GainsFinding, VehicleFinding
+from pipeline.check.proposal import as_lines, lines_of
 from pipeline.check.run_text import notes_text, run_text
 from pipeline.check.thruster_gains import summary
 from pipeline.errors import Problem
@@ -101,6 +102,13 @@ def _file(file: FileFinding) -> str:
             f"    column {c.column} {c.header!r}: {c.quantity.replace('_', ' ')} in {_unit(c)}"
             for c in sheet.columns
         ]
+        lines += [
+            f"    column {c.column} {c.header!r}: not used, {c.reason}" for c in sheet.not_used
+        ]
+    stated = lines_of([file])
+    if stated:
+        lines.append("  in vehicle.yaml this would be:")
+        lines += [f"    {line}" for line in as_lines(file.kind, stated)]
     if file.codes:
         shown = [f"{code} ({count})" for code, count in file.codes.items()]
         rest = f" and {len(shown) - _MAX_CODES} more" if len(shown) > _MAX_CODES else ""

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 from pipeline.errors import CannotComputeError, writing_remedy
 from pipeline.export.allocator_layout import AllocatorLayout
@@ -24,6 +25,7 @@ def write_firmware(
     folder: Path,
     tables: dict[str, object] | None,
     layout: AllocatorLayout | None = None,
+    accepted: Mapping[str, str] = MappingProxyType({}),
 ) -> tuple[Path, ...]:
     """Write C99 header, source and self-test, JSON and CSV; the same bytes for the same input.
 
@@ -43,6 +45,8 @@ def write_firmware(
         checks that they failed.
     layout : AllocatorLayout, optional
         Of the vehicle, for the allocator; without it there is none.
+    accepted : mapping of str to str
+        Failed checks that vehicle.yaml accepts, and why; the header has the reasons.
 
     Returns
     -------
@@ -61,7 +65,7 @@ def write_firmware(
     check_characteristic(characteristic)
     stem = identity.stem
     contents = {
-        f"{stem}.h": render_header(identity, characteristic, _failed_checks(tables)),
+        f"{stem}.h": render_header(identity, characteristic, _failed_checks(tables, accepted)),
         f"{stem}.c": render_source(identity, characteristic),
         f"{stem}_self_test.c": render_self_test(identity, characteristic),
         f"{stem}.json": render_json(identity, characteristic, tables, layout),
@@ -80,12 +84,17 @@ def write_firmware(
         ) from error
 
 
-def _failed_checks(tables: Mapping[str, object] | None) -> list[str]:
+def _failed_checks(tables: Mapping[str, object] | None, accepted: Mapping[str, str]) -> list[str]:
     """Return what the checks found that the tables did not pass."""
     quality = (tables or {}).get("quality")
     parts = [quality, *quality.values()] if isinstance(quality, dict) else []
     checks = [one for part in parts if isinstance(part, dict) for one in part.get("checks", ())]
-    return [f"{one['name']}: {one['text']}" for one in checks if not one["passed"]]
+    failed = [one for one in checks if not one["passed"]]
+    reasons = [accepted.get(one.get("gate", ""), "") for one in failed]
+    return [
+        f"{one['name']}: {one['text']}" + (f". Accepted: {reason}" if reason else "")
+        for one, reason in zip(failed, reasons, strict=True)
+    ]
 
 
 def _write_all(contents: dict[str, str], folder: Path) -> tuple[Path, ...]:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.firmware_gate import gate_checks, rising_points
 from pipeline.identify.firmware_grid import firmware_grid, within_dead_thrust
 from pipeline.identify.mooring_inverse import fit_table3, gap_at_rest, points_for_tables
 from pipeline.identify.round_trip import monotone_checks, round_trips, trip_checks
@@ -59,7 +60,8 @@ def inverse_characteristic(
         If neither source gives anything.
     """
     notes: list[str] = []
-    points = _mooring_points(mooring, vehicle, notes)
+    measured = _mooring_points(mooring, vehicle, notes)
+    points, gates = rising_points(measured)
     dead_n = vehicle.tables.thrust_dead_n
     positive = _table3(points, 1, dead_n, notes)
     reverses = vehicle.drive.code_min < 0
@@ -74,6 +76,9 @@ def inverse_characteristic(
     if firmware is None and positive is None and negative is None:
         raise CannotComputeError(" ".join(notes))
     checks: list[Check] = []
+    if measured:
+        # what was measured corrects the calculated family, too
+        checks.extend((*gates, *gate_checks(measured, (positive, negative), vehicle)))
     trips: tuple[RoundTrip, ...] = ()
     if static is not None and points:
         checks.extend(_gap_check(points, static))

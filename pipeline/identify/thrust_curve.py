@@ -110,8 +110,8 @@ def curve_from_measurements(code: FloatArray, thrust_n: FloatArray) -> ThrustCur
     from scipy.interpolate import make_smoothing_spline
     from scipy.optimize import isotonic_regression
 
-    if not code.size:
-        raise CannotComputeError("nothing was measured")
+    if not np.any(code):
+        raise CannotComputeError("none was measured")
     codes, index = np.unique(code, return_inverse=True)
     mean = np.bincount(index, weights=thrust_n) / np.bincount(index)
     dead = np.flatnonzero(mean <= 0)

@@ -11,9 +11,9 @@ from typing import Literal
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
-from pipeline.ingest.cells import NotANumberError, shorten
+from pipeline.ingest.cells import NotANumberError, are_spoilt, shorten
 from pipeline.ingest.formulas import with_one_cause
-from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
+from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.rows import listed
 from pipeline.ingest.sheet import Row, Sheet
 from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistics_problems
@@ -22,6 +22,8 @@ from pipeline.ingest.workbook import read_sheets
 from pipeline.vehicle.schema import BenchColumns, Column
 
 COMMENTED = "commented out"
+#: A table that lies on its side has a row for each quantity.
+_MOST_TURNED_ROWS = 40
 #: In the units of the records (N, N m, rpm, us ...); keeps every later product finite, too.
 _LARGEST = 1e9
 #: What a person sets on a bench; it may hold for several rows.
@@ -151,9 +153,9 @@ def read_bench_file(
         return BenchFile((), (no_data_yet(shown_as),), is_blank=True)
     kept, wrong = choose_sheets(sheets, columns.sheets, wanted.kind)
     problems += wrong
-    for sheet in kept:
-        problems += sheet.problems
-        search = find_blocks(sheet, wanted)
+    for given in kept:
+        problems += given.problems
+        sheet, search = search_sheet(given, wanted)
         problems += search.problems
         if not search.blocks and not search.problems and names_seen(sheet):
             what = f"no {looked_for} here; the sheet was not read. It has {names_seen(sheet)}."
@@ -167,6 +169,20 @@ def read_bench_file(
     if not tables and not any(problem.severity == "error" for problem in problems):
         problems.append(_nothing(shown_as, wanted, looked_for))
     return BenchFile(tuple(tables), tuple(with_one_cause(problems)))
+
+
+def search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
+    """Find the tables of a sheet; one that has its names in a column is turned first."""
+    search = find_blocks(sheet, wanted)
+    if search.blocks or search.problems or not 1 < len(sheet.rows) <= _MOST_TURNED_ROWS:
+        return sheet, search
+    turned = sheet.turned()
+    found = find_blocks(turned, wanted)
+    if not found.blocks:
+        return sheet, search
+    what = "the names stand in a column: the table is read turned, so that rows are its columns."
+    note = Problem("note", sheet.place(), what)
+    return turned, BlockSearch(found.blocks, (note, *found.problems))
 
 
 def _nothing(shown_as: str, wanted: Wanted, looked_for: str) -> Problem:
@@ -217,7 +233,7 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
         commented = is_commented(cells)
         given = without_comment_mark(cells) if commented else cells
         values, faults = row_numbers(block, row, given, block.columns)
-        if not values:
+        if not values and (commented or not is_spoilt(block, cells, faults)):
             continue  # a heading, a note or a blank row
         seen |= set(values)
         complete = wanted.is_complete(set(values))
@@ -231,11 +247,17 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
             continue
         for quantity, fault in faults.items():
             odd[quantity].append((row, fault))
-        if not complete:
+        if values and not complete:
             for quantity in _absent(block, wanted, values.keys() | faults.keys()):
                 empty[quantity].append(row)
     problems = _faults(block, wanted, odd, empty, seen)
     return tuple(readings), [*problems, *statistics_problems(block, statistics)]
+
+
+def is_spoilt(block: Block, cells: Row, faults: Iterable[str]) -> bool:
+    """Tell whether a row without a number was one of numbers, by the cells that are at fault."""
+    columns = [block.columns[quantity].index for quantity in faults]
+    return are_spoilt([cells[index] for index in columns if index < len(cells)])
 
 
 def row_numbers(

@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from pipeline.errors import Place
@@ -14,8 +14,8 @@ from pipeline.ingest.cells import (
     shorten,
 )
 from pipeline.ingest.sheet import Cell, Row, Sheet
-from pipeline.ingest.thousands import is_unclear
-from pipeline.records.measurements import ColumnRead
+from pipeline.ingest.thousands import Meaning, is_unclear, without_thousands
+from pipeline.records.measurements import ColumnNotUsed, ColumnRead
 
 UnitFrom = Literal["header", "unit row", "mapping", "assumed"]
 
@@ -41,10 +41,12 @@ class BlockColumn:
     """Row where the unit stands, for messages."""
     factor: float
     sign: int
+    plus: tuple[int, ...] = ()
+    """Columns whose numbers are added, as vehicle.yaml states."""
     group: str = ""
     """Texts above the name in this column, e.g. "Loading" over several names."""
-    has_thousands: bool = False
-    """Whether "1,324" is likely 1324 here, and so no number to go by."""
+    signs_mean: Meaning = "decimals"
+    """What the sign of "1,324" is here; where that is unclear it is no number to go by."""
 
     @property
     def letter(self) -> str:
@@ -56,10 +58,12 @@ class BlockColumn:
 
         Raises `NotANumberError`.
         """
-        if self.has_thousands and is_unclear(cell):
+        if self.signs_mean == "thousands":
+            cell = without_thousands(cell)
+        elif self.signs_mean == "unclear" and is_unclear(cell):
             raise NotANumberError(
-                f'"{cell}" may be {str(cell).replace(",", "")} or {str(cell).replace(",", ".")}: '
-                "the other numbers speak for thousands"
+                f'"{cell}" may be {without_thousands(cell)} or {str(cell).replace(",", ".")}: the '
+                "other numbers do not tell thousands from decimals"
             )
         number = parse_number(cell, self.unit or None)
         return None if number is None else number * self.factor * self.sign
@@ -111,6 +115,10 @@ class Block:
     """What stands over the numbers apart from the names: top to bottom, left to right."""
     other_headers: tuple[str, ...] = ()
     """Headers of columns that were not read."""
+    not_used: Mapping[int, str] = field(default_factory=dict)
+    """Why a column that fits a quantity is not read, by its index."""
+    thruster: str | None = None
+    """Name of the thruster, where the columns are of several."""
     only: tuple[tuple[int, str], ...] = ()
     span: tuple[int, int] = (0, 10_000)
     """First and last column index of the block, for tables side by side."""
@@ -128,7 +136,15 @@ class Block:
         Raises `NotANumberError`.
         """
         column = self.columns.get(quantity)
-        return None if column is None else column.value(_at(cells, column.index))
+        if column is None:
+            return None
+        value = column.value(_at(cells, column.index))
+        for index in column.plus:
+            part = column.value(_at(cells, index))
+            if value is None or part is None:
+                return None
+            value += part
+        return value
 
     def text(self, cells: Row, quantity: str) -> str | None:
         """Return a cell of a row as text; None where there is none."""
@@ -147,6 +163,27 @@ class Block:
         if (row, index) not in self.sheet.filled or row == self.first_row:
             return False
         return is_number(self.sheet.cell(row - 1, index))
+
+    def columns_not_used(self, directions: int | None) -> tuple[ColumnNotUsed, ...]:
+        """Return the columns of the table that nothing is read from, and why.
+
+        `directions` is the column of words that the direction of the rows is told by, if any.
+        """
+        read = {index for one in self.columns.values() for index in (one.index, *one.plus)}
+        read |= set() if directions is None else {directions}
+        if self.header_row < self.sheet.first_row:
+            return ()
+        heads = self.sheet.cells(self.header_row)
+        low, high = self.span
+        return tuple(
+            ColumnNotUsed(
+                header=shorten(head),
+                column=column_letter(index),
+                reason=self.not_used.get(index, "no quantity of this kind of test"),
+            )
+            for index, head in enumerate(heads)
+            if low <= index <= high and isinstance(head, str) and index not in read
+        )
 
     def place(self, row: int | None = None, quantity: str | None = None) -> Place:
         """Return the place of a row, and of a quantity's column, for a message."""

@@ -1,7 +1,9 @@
 """Numbers and column letters as people write them in spreadsheets."""
 
+import functools
 import math
 import re
+from collections.abc import Sequence
 
 from pipeline.ingest.sheet import Cell
 from pipeline.ingest.unit_text import is_same_unit
@@ -23,6 +25,12 @@ _NUMBER = re.compile(
     |\d+[.,]?\d*|[.,]\d+)
     (?P<exponent>[eE][+-]?\d{1,3})?""",
     re.VERBOSE,
+)
+
+
+#: A number with a sign of a remark or in brackets.
+_SPOILT = re.compile(
+    r"[^\w\s]{0,2}\s*[+\-\u2212]?\d[\d.,\s]*\s*(?:[^\w\s]{1,3}|[A-Za-zА-Яа-я]{0,3})"
 )
 
 
@@ -68,6 +76,22 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
         raise NotANumberError(f'"{str(cell).upper()}" is not a number')
     if isinstance(cell, (int, float)):
         return _finite(float(cell), str(cell))
+    number = _number_in(cell, unit_text)
+    if isinstance(number, str):
+        raise NotANumberError(number)
+    return number
+
+
+@functools.lru_cache(maxsize=65536)
+def _number_in(cell: str, unit_text: str | None) -> float | str | None:
+    """Return the number of a text, None where there is no value, or why it is none."""
+    try:
+        return _parse_text(cell, unit_text)
+    except NotANumberError as error:
+        return str(error)
+
+
+def _parse_text(cell: str, unit_text: str | None) -> float | None:
     text = _BLANKS.sub(" ", cell.translate(_MINUS)).strip()
     if text.casefold() in _MISSING:
         return None
@@ -130,6 +154,17 @@ def is_text(cell: Cell) -> bool:
     except NotANumberError:
         return True
     return False
+
+
+def are_spoilt(cells: Sequence[Cell]) -> bool:
+    """Tell whether cells are numbers with something added, and no names, units or remarks.
+
+    >>> are_spoilt(["-120*", "(22.0)"]), are_spoilt(["code 5", "1/min"]), are_spoilt(["Run", "12"])
+    (True, False, False)
+    """
+    return len(cells) > 1 and all(
+        isinstance(cell, str) and _SPOILT.fullmatch(cell.strip()) is not None for cell in cells
+    )
 
 
 def shorten(text: str, length: int = 60) -> str:

@@ -4,10 +4,15 @@ from collections.abc import Callable, Sequence
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import Block
+from pipeline.ingest.cells import shorten
 from pipeline.ingest.unit_text import is_percent
+from pipeline.ingest.vocabulary import plain
+
+#: Names of a command that is always a share, whatever the controller counts in.
+_THROTTLE = ("throttle", "газ", "дроссель", "duty", "скважность")
 
 
-def percent_scale(
+def command_scale(
     block: Block, codes: Sequence[float], code_max: int, problems: list[Problem]
 ) -> float:
     """Return what a number of the code column is worth in codes.
@@ -26,14 +31,19 @@ def percent_scale(
     Returns
     -------
     float
-        1 where the column is not in per cent.
+        1 where the column counts codes, else what its per cent or its share of full throttle is.
     """
     column = block.columns.get("code")
-    if column is None or not is_percent(column.unit):
+    if column is None:
         return 1.0
     place = block.place(block.header_row, "code")
     largest = max((abs(code) for code in codes), default=0.0)
-    if 0.0 < largest <= 1.0:
+    fractions = any(not code.is_integer() for code in codes)
+    throttle = any(plain(word) in plain(column.header).split() for word in _THROTTLE)
+    if is_percent(column.unit):
+        if not 0.0 < largest <= 1.0:
+            problems.append(percent_note(place, code_max))
+            return code_max / 100.0
         problems.append(
             Problem(
                 "warning",
@@ -45,8 +55,16 @@ def percent_scale(
             )
         )
         return float(code_max)
-    problems.append(percent_note(place, code_max))
-    return code_max / 100.0
+    header = shorten(column.header)
+    if 0.0 < largest <= 1.0 < code_max and (fractions or throttle):
+        what = f'"{header}" has no number above {largest:g}: shares of full throttle, 1 is code '
+        problems.append(Problem("note", place, f"{what}{code_max}."))
+        return float(code_max)
+    if throttle and largest == 100.0 != code_max:
+        what = f'"{header}" ends at 100: per cent of full throttle, code {code_max}.'
+        problems.append(Problem("warning", place, what))
+        return code_max / 100.0
+    return 1.0
 
 
 def percent_note(place: Place, code_max: int) -> Problem:

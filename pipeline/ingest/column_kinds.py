@@ -14,8 +14,8 @@ NOT_MEASURED = (*SET_POINT, *_SPREAD, *_SIMULATED)
 #: A frequency with such a word is another than the shaft's: of the motor's field, which has the
 #: pole pairs in it, of its controller, or of the recorder.
 NOT_OF_SHAFT = (
-    *("erpm", "electrical", "emf", "commutation", "pwm", "sampling"),
-    *("эдс", "электрическ*", "коммутаци*", "шим", "дискретизаци*", "опрос*"),
+    *("emf", "commutation", "pwm", "sampling"),
+    *("эдс", "коммутаци*", "шим", "дискретизаци*", "опрос*"),
 )
 #: A column with such a word may be all there is: a torque is often calculated from a force.
 CALCULATED = (

@@ -1,6 +1,6 @@
 """The unit of a column: in its name, in a row under it, stated in vehicle.yaml, or assumed."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -9,10 +9,10 @@ from typing import Literal
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
 from pipeline.ingest.cells import shorten
-from pipeline.ingest.header_rows import Match, Wanted
+from pipeline.ingest.header_rows import Match, Wanted, is_mapped
 from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.sheet import Row, Sheet
-from pipeline.ingest.thousands import columns_with_thousands
+from pipeline.ingest.thousands import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.unit_text import (
     EXAMPLES,
     UnitTextError,
@@ -67,8 +67,6 @@ def read_columns(
     """
     columns: dict[str, BlockColumn] = {}
     problems: list[Problem] = []
-    indices = [match.index for match in group.values()]
-    thousands = columns_with_thousands(sheet, indices, rows.data, rows.last)
     for quantity, match in group.items():
         words = wanted.vocabulary[quantity]
         column = BlockColumn(
@@ -81,11 +79,12 @@ def read_columns(
             factor=1.0,
             sign=1,
             group=_group_text(sheet, rows, match.index),
-            has_thousands=match.index in thousands,
         )
         stated = wanted.mapping.get(quantity)
         if stated is not None:
-            column = replace(column, sign=stated.sign)
+            column = replace(
+                column, sign=stated.sign, plus=_indices(sheet, rows.names, stated.plus)
+            )
         times = _unclear_factor(column, words, stated)
         if times is not None:
             place = sheet.place(rows.names)
@@ -95,7 +94,16 @@ def read_columns(
             columns[quantity] = _with_unit(
                 column, words, match, _find_unit(sheet, words, match, rows, stated)
             )
-            problems += _contradictions(sheet, columns[quantity], words, rows)
+            columns[quantity], notes = _with_signs(sheet, columns[quantity], rows)
+            problems += notes
+            contradiction = _contradiction(sheet, columns[quantity], wanted, rows, group.keys())
+            if contradiction is not None:
+                del columns[quantity]
+                problems.append(contradiction)
+            elif stated is not None:
+                scale = stated.scale / (stated.pole_pairs or 1)
+                read = columns[quantity]
+                columns[quantity] = replace(read, factor=read.factor * scale)
         except UnitTextError as error:
             others = group.keys() - {quantity}
             problems.append(
@@ -104,30 +112,62 @@ def read_columns(
     return columns, problems
 
 
-def _contradictions(
-    sheet: Sheet, column: BlockColumn, words: Words, rows: HeadRows
-) -> list[Problem]:
-    """Say where the row under a name has another unit than the name, which holds."""
+def _with_signs(
+    sheet: Sheet, column: BlockColumn, rows: HeadRows
+) -> tuple[BlockColumn, list[Problem]]:
+    """Tell whether the signs in the numbers part thousands, and say so."""
+    span = (rows.data, rows.last)
+    meaning = meaning_of_signs(sheet, column.index, span, column.quantity, column.factor)
+    if meaning != "thousands":
+        return replace(column, signs_mean=meaning), []
+    row, cell = next(
+        (at, one)
+        for at in range(rows.data, rows.last + 1)
+        if is_unclear(one := sheet.cell(at, column.index))
+    )
+    what = (
+        f'{column.quantity.replace("_", " ")}: "{cell}" is read as {without_thousands(cell)}; the '
+        "other numbers say that the sign parts thousands."
+    )
+    note = Problem("note", sheet.place(row, column.letter), what)
+    return replace(column, signs_mean=meaning), [note]
+
+
+def _indices(sheet: Sheet, row: int, headers: Sequence[str]) -> tuple[int, ...]:
+    """Return the columns whose names are these."""
+    return tuple(
+        index
+        for index, cell in enumerate(sheet.cells(row))
+        if isinstance(cell, str) and any(is_mapped(Column(header=one), cell) for one in headers)
+    )
+
+
+def _contradiction(
+    sheet: Sheet, column: BlockColumn, wanted: Wanted, rows: HeadRows, there: AbstractSet[str]
+) -> Problem | None:
+    """Refuse a column whose name has another unit than the row under it."""
+    words = wanted.vocabulary[column.quantity]
     kind = words.unit_kind
     if kind is None or column.unit_from != "header":
-        return []
+        return None
     for at in range(rows.names + 1, rows.data):
         cell = sheet.cell(at, column.index)
         unit = read_unit_cell(cell) if isinstance(cell, str) else None
         if unit is None or not unit_fits(unit, words):
             continue
         if factor(unit, kind) != column.factor:
-            return [
-                Problem(
-                    "warning",
-                    sheet.place(at, column.letter),
-                    f'{column.quantity.replace("_", " ")} "{shorten(column.header)}" states '
-                    f"{column.unit}, the row under it {unit}; {column.unit} was taken.",
-                    "one unit.",
-                    "Correct the name or the row.",
-                )
-            ]
-    return []
+            severity, left_out = _loss(column, wanted, there - {column.quantity})
+            return Problem(
+                severity,
+                sheet.place(at, column.letter),
+                f'{column.quantity.replace("_", " ")} "{shorten(column.header)}" states '
+                f"{column.unit}, the row under it {unit}. So {left_out}.",
+                "one unit.",
+                "Correct the name or the row, or state the unit in vehicle.yaml:\n  columns:\n"
+                f"    {wanted.kind}:\n      {column.quantity}: "
+                f'{{header: "{shorten(column.header)}", unit: ...}}',
+            )
+    return None
 
 
 def _unclear_factor(column: BlockColumn, words: Words, stated: Column | None) -> str | None:

@@ -6,10 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from pipeline.ingest.cells import is_number, is_text
-from pipeline.ingest.sheet import Row, Sheet
+from pipeline.ingest.sheet import Cell, Row, Sheet
+from pipeline.ingest.unit_text import is_percent, normalise_unit
 from pipeline.ingest.vocabulary import (
+    OTHER_MEANINGS,
     HeaderText,
     Vocabulary,
+    is_other,
     name_score,
     plain,
     read_unit_cell,
@@ -18,6 +21,27 @@ from pipeline.ingest.vocabulary import (
 )
 from pipeline.vehicle.schema import Column
 
+#: The speed of a motor's field: the shaft's times the pole pairs. Never read as it stands.
+ELECTRICAL = "electrical_shaft_speed"
+_ELECTRICAL = re.compile(
+    r"\be[\s_-]?rpm\b|\belectr\w*[\s_-]+(?:shaft[\s_-]+)?(?:speed|rpm|freq\w*|rotation\w*|revol\w*)"
+    r"|\b(?:эл|электр\w*)\.?[\s_-]+(?:частот|скорост|оборот|об)\w*",
+    re.IGNORECASE,
+)
+#: What a column with a unit and an unknown name scores: less than any name.
+_BY_UNIT = 8
+#: What a column scores that vehicle.yaml states.
+_STATED = 1000
+#: Units of more than one thing: an acceleration in g, a mass in kg.
+_MANY_MEANINGS = frozenset(
+    normalise_unit(unit)
+    for unit in (
+        *("g", "gr", "gram", "grams", "kg", "kilograms", "lb", "lbs", "pound", "pounds", "oz"),
+        *("ounce", "ounces", "г", "кг", "грамм", "фунт", "унция", "1/s", "1/с", "hz", "гц", "s"),
+        *("с", "ms", "мс", "sec", "сек"),
+    )
+)
+_LONGEST_NAME = 4
 _LETTER = re.compile(r"[^\W\d_]")
 """Dates and clock times of a log have none; they need not be matched with names."""
 
@@ -44,6 +68,11 @@ class Wanted:
         """Tell whether every required group is there."""
         return all(any(name in quantities for name in group) for group in self.required)
 
+    def names_complete(self, quantities: set[str]) -> bool:
+        """Tell whether every group is named, be it by an electrical speed for that of the shaft."""
+        spare = {"shaft_speed"} if ELECTRICAL in quantities else set()
+        return self.is_complete(quantities | spare)
+
 
 @dataclass(frozen=True)
 class Match:
@@ -66,7 +95,7 @@ def header_rows(sheet: Sheet, wanted: Wanted) -> list[tuple[int, list[Match]]]:
         if not own:
             continue
         all_matches = own + _stacked_matches(sheet, wanted, row, own)
-        if wanted.is_complete({match.quantity for match in all_matches}):
+        if wanted.names_complete({match.quantity for match in all_matches}):
             weight = 100 * len({match.quantity for match in own}) + len(own)
             candidates.append((row, weight, all_matches))
     chosen: list[tuple[int, int, list[Match]]] = []
@@ -96,8 +125,23 @@ def _matches_in_row(sheet: Sheet, wanted: Wanted, row: int) -> list[Match]:
         return []  # a title merged over the table
     for index, cell in enumerate(sheet.cells(row)):
         if isinstance(cell, str) and _LETTER.search(cell) and is_text(cell):
-            matches += _match(wanted, cell, index)
+            matches += _match_over_unit(wanted, cell, sheet.cell(row + 1, index), index)
     return matches
+
+
+def _match_over_unit(wanted: Wanted, text: str, below: Cell, index: int) -> list[Match]:
+    """Match a name with what the unit under it says: "Speed" over "rad/s" is no speed in m/s."""
+    plain_match = _match(wanted, text, index)
+    unit = read_unit_cell(below) if isinstance(below, str) else None
+    named = plain_match[0] if plain_match else None
+    if unit is None or (named and (named.score >= _STATED or named.header.unit is not None)):
+        return plain_match
+    with_unit = _match(wanted, f"{text} [{unit}]", index)
+    words = wanted.vocabulary.get(plain_match[0].quantity) if plain_match else None
+    is_sound = words is not None and (words.unit_kind is None or unit_fits(unit, words))
+    if not with_unit or (is_sound and with_unit[0].score <= _BY_UNIT):
+        return plain_match
+    return [replace(one, header=HeaderText(text), text=text) for one in with_unit]
 
 
 def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match]) -> list[Match]:
@@ -118,6 +162,8 @@ def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match
         below, lowest = ("" if read_unit_cell(text) else text for text in (below, lowest))
         if here and sheet.cell(row - 1, index) == sheet.cell(row, index):
             above = ""  # one merged cell
+        if len(above.split()) > _LONGEST_NAME:
+            above = ""  # a title over the table, which speaks of more than this column
         tries = [f"{here} {below}", f"{above} {here}", f"{here} {below} {lowest}"]
         for text in tries if here else [below]:
             matches = _match(wanted, text.strip(), index) if text.strip() else []
@@ -131,8 +177,12 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
     """Return the best quantity for a header text, or the one that vehicle.yaml states."""
     for quantity, column in wanted.mapping.items():
         if is_mapped(column, text):
+            if is_electrical(text) and column.pole_pairs is None:
+                continue
             header = next((h for h in split_header(text) if h.unit), split_header(text)[0])
-            return [Match(quantity, index, 1000, header, text)]
+            return [Match(quantity, index, _STATED, header, text)]
+    if "shaft_speed" in wanted.vocabulary and is_electrical(text):
+        return [Match(ELECTRICAL, index, 100, split_header(text)[0], text)]
     best: Match | None = None
     for score, quantity, header in _scores(
         text, _Vocabulary(wanted.vocabulary), wanted.split_words
@@ -166,9 +216,27 @@ def _scores(
         bare = replace(header, name=_strip_words(header.name, split_words))
         for quantity, words in vocabulary.vocabulary.items():
             score = max(name_score(header, words), name_score(bare, words) - 1)
+            share = quantity == "pwm" and header.unit is not None and is_percent(header.unit)
+            if share and score > 0 and "code" in vocabulary.vocabulary:
+                # a pulse width in per cent is a share of full throttle
+                scores.append((score, "code", header))
             if score > 0 and (header.unit is None or unit_fits(header.unit, words)):
                 scores.append((score + (5 if header.unit else 0), quantity, header))
-    return tuple(scores)
+    return tuple(scores) or _scores_by_unit(text, vocabulary.vocabulary)
+
+
+def _scores_by_unit(text: str, vocabulary: Vocabulary) -> tuple[tuple[int, str, HeaderText], ...]:
+    """Score a text whose name is in no list, but whose unit says what it may be."""
+    header = split_header(text)[0]
+    if header.unit is None or normalise_unit(header.unit) in _MANY_MEANINGS:
+        return ()
+    if is_other(header, OTHER_MEANINGS):
+        return ()
+    return tuple(
+        (_BY_UNIT, quantity, header)
+        for quantity, words in vocabulary.items()
+        if words.by_unit and unit_fits(header.unit, words) and not is_other(header, words.never)
+    )
 
 
 def _strip_words(name: str, words: tuple[str, ...]) -> str:
@@ -188,6 +256,15 @@ def _numbers_between(
         sum(is_number(sheet.cell(at, column)) for column in columns) > len(columns) // 2
         for at in range(rows[0] + 1, rows[1])
     )
+
+
+def is_electrical(text: str) -> bool:
+    """Tell whether a name is of the speed of a motor's field.
+
+    >>> is_electrical("Speed (ERPM)"), is_electrical("E-RPM"), is_electrical("RPM")
+    (True, True, False)
+    """
+    return _ELECTRICAL.search(text) is not None
 
 
 def is_mapped(column: Column, text: str) -> bool:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, BlockColumn, headings
-from pipeline.ingest.cells import column_letter, is_number, is_text, shorten
+from pipeline.ingest.cells import are_spoilt, column_letter, is_number, is_text, shorten
+from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, misfits, read_columns
 from pipeline.ingest.header_rows import Match, Wanted, header_rows
 from pipeline.ingest.sheet import Sheet
@@ -101,8 +102,14 @@ def _blocks_of_header(
 ) -> tuple[list[Block], list[Problem], int]:
     """Return the tables under a row of names, problems, and their last row."""
     free_from, following = bounds
-    groups, problems = _side_by_side(sheet, wanted, row, matches)
+    weighed = ColumnChoice(sheet, wanted, row, following).weigh(matches)
+    problems = list(weighed.problems)
+    if not wanted.is_complete({match.quantity for match in weighed.matches}):
+        return [], problems, row
+    groups, wrong = _side_by_side(sheet, wanted, row, weighed.matches)
+    problems += wrong
     blocks: list[Block] = []
+    thrusters = told_apart([match for match in weighed.matches if match.quantity == "thrust"])
     last_of_all = row
     for number, group in enumerate(groups):
         required = [name for part in wanted.required for name in part if name in group]
@@ -148,6 +155,8 @@ def _blocks_of_header(
                 last_row=last,
                 above=above,
                 other_headers=_unread(sheet, row, columns, (low, high)),
+                not_used=weighed.not_used,
+                thruster=thrusters.get(columns["thrust"].index) if thrusters else None,
                 only=only,
                 span=(low, high),
             )
@@ -254,7 +263,7 @@ def _without(name: str, split_words: tuple[str, ...]) -> str:
     text = plain(name)
     for word in split_words:
         text = re.sub(rf"(?<!\w){re.escape(plain(word))}\w*", "", text)
-    return " ".join(re.sub(r"[\s_]*\d+$", "", text.strip()).split())
+    return " ".join(re.sub(r"[\s_]*\d+$|\s\d{1,2}(?=\s)", "", text.strip()).split())
 
 
 def _best(matches: Sequence[Match]) -> dict[str, Match]:
@@ -266,10 +275,16 @@ def _best(matches: Sequence[Match]) -> dict[str, Match]:
 
 
 def _first_data_row(sheet: Sheet, row: int, columns: Sequence[int], following: int) -> int | None:
-    """Return the first row under the names with a number in a required column."""
+    """Return the first row under the names with a number in a required column.
+
+    Rows right before it whose cells are numbers with something added are readings, too.
+    """
     for at in range(row + 1, min(following, sheet.last_row + 1)):
         if any(is_number(sheet.cell(at, column)) for column in columns):
-            return at
+            first = at
+            while first - 1 > row and are_spoilt([sheet.cell(first - 1, one) for one in columns]):
+                first -= 1
+            return first
     return None
 
 

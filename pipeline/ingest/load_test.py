@@ -1,15 +1,17 @@
 """Load tests of a drive: speed and torque for each control code, from workbooks and text files."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeVar
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import mapped_columns, sheets_of, source_name
+from pipeline.ingest.bench_file import mapped_columns, search_sheet, sheets_of, source_name
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.cells import is_number
+from pipeline.ingest.columns_stated import told_of_columns
 from pipeline.ingest.formulas import with_one_cause
-from pipeline.ingest.headers import Wanted, choose_sheets, find_blocks, names_seen
+from pipeline.ingest.headers import Wanted, choose_sheets, names_seen
 from pipeline.ingest.load_test_codes import codes_of_blocks
 from pipeline.ingest.load_test_repeats import LoadTestSheet, SheetReading, mark_repeats
 from pipeline.ingest.load_test_table import read_table, summary
@@ -21,6 +23,7 @@ from pipeline.records.base import Source
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, SheetRead
 from pipeline.vehicle.schema import LoadTestColumns, Vehicle
 
+_T = TypeVar("_T")
 _KIND = "load_test"
 
 
@@ -163,7 +166,7 @@ def _read_sheet(
 ) -> LoadTestSheet:
     if not any(cell is not None for cells in sheet.rows for cell in cells):
         return LoadTestSheet(sheet.file, sheet.name, (), (), "empty", sheet.problems)
-    search = find_blocks(sheet, _wanted(mapping))
+    sheet, search = search_sheet(sheet, _wanted(mapping))
     problems = [*sheet.problems, *search.problems]
     if not search.blocks:
         return LoadTestSheet(sheet.file, sheet.name, (), (), _instead(sheet), tuple(problems))
@@ -181,6 +184,7 @@ def _read_sheet(
         for block in search.blocks
         for column in block.columns.values()
     }
+    told = [told_of_columns(block, mapping) for block in search.blocks]
     return LoadTestSheet(
         sheet.file,
         sheet.name,
@@ -188,7 +192,13 @@ def _read_sheet(
         tuple(columns.values()),
         "; ".join(summaries) or "no point",
         tuple(with_one_cause(problems)),
+        _once(one.not_used for one in told),
+        _once(one.stated_as for one in told),
     )
+
+
+def _once(parts: Iterable[tuple[_T, ...]]) -> tuple[_T, ...]:
+    return tuple(dict.fromkeys(one for part in parts for one in part))
 
 
 def _instead(sheet: Sheet) -> str:
@@ -303,4 +313,6 @@ def _sheet_read(sheet: LoadTestSheet) -> SheetRead:
         rows=len(sheet.readings),
         columns=sheet.columns,
         summary=sheet.summary,
+        not_used=sheet.not_used,
+        stated_as=sheet.stated_as,
     )

@@ -65,6 +65,48 @@ def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading
     return marked, problems
 
 
+def with_signs_of_codes(
+    block: Block, readings: Sequence[Reading]
+) -> tuple[list[Reading], list[Problem]]:
+    """Give speed and torque the sign of a negative code where both were read without one.
+
+    Parameters
+    ----------
+    block : Block
+        The table, for messages.
+    readings : sequence of Reading
+        Its readings.
+
+    Returns
+    -------
+    tuple of (list of Reading, list of Problem)
+        A drive that motors has both signs of its code: with none of either, nothing else is meant.
+        One of them alone without a sign is a size only where positive codes stand beside it.
+    """
+    back = [one for one in readings if (one.code or 0.0) < 0.0 and not one.marks]
+    ahead = [one for one in readings if (one.code or 0.0) > 0.0 and not one.marks]
+    if not back:
+        return list(readings), []
+    unsigned = [
+        name
+        for name in ("shaft_speed_rpm", "torque_nm")
+        if max(getattr(one, name) for one in back) > 0.0
+        and min(getattr(one, name) for one in (*back, *ahead)) >= 0.0
+    ]
+    if not unsigned or (len(unsigned) == 1 and not ahead):
+        return list(readings), []
+    names = " and ".join("speed" if name.startswith("shaft") else "torque" for name in unsigned)
+    what = f"{names} stand without sign at the negative codes: given the sign of the code."
+    note = Problem("note", block.place(back[0].row), what)
+    turned = [
+        replace(one, **{name: -abs(getattr(one, name)) + 0.0 for name in unsigned})
+        if (one.code or 0.0) < 0.0
+        else one
+        for one in readings
+    ]
+    return turned, [note]
+
+
 def _sign_problem(block: Block, quantity: str, rows: list[int], *, whole: bool) -> Problem:
     name = quantity.replace("_", " ")
     column = block.columns[quantity]

@@ -51,7 +51,7 @@ def codes_of_blocks(
         if (
             found[position].found_in != "heading"
             and len(beside) == 1
-            and "code" not in block.columns
+            and block.columns.keys().isdisjoint({"code", "pwm"})
         ):
             found[position] = TableCode(beside.pop(), "heading")
     return found
@@ -60,6 +60,8 @@ def codes_of_blocks(
 def _code_of(block: Block, path: Path, code_max: int, problems: list[Problem]) -> TableCode:
     if "code" in block.columns:
         return TableCode(None, "code column")
+    if "pwm" in block.columns:
+        return TableCode(None, "pulse width column")
     name = block.sheet.name
     in_name = None if name is None else code_in_text(name, alone=True)
     heading = _code_in_headings(block)

@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.load_test_rows import Reading, with_mark
 from pipeline.ingest.rows import counted, listed
-from pipeline.records.measurements import ColumnRead
+from pipeline.records.measurements import ColumnNotUsed, ColumnRead
 from pipeline.types import FloatArray
 
 _Key = tuple[str, ...]
@@ -37,6 +37,8 @@ class LoadTestSheet:
     columns: tuple[ColumnRead, ...]
     summary: str
     problems: tuple[Problem, ...]
+    not_used: tuple[ColumnNotUsed, ...] = ()
+    stated_as: tuple[tuple[str, str], ...] = ()
 
     @property
     def place(self) -> Place:

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 from datetime import datetime
 
 from pipeline.errors import Problem
-from pipeline.ingest.bench_file import COMMENTED, row_numbers
+from pipeline.ingest.bench_file import COMMENTED, is_spoilt, row_numbers
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, column_letter, is_number, parse_number
-from pipeline.ingest.code_units import percent_note, percent_scale
+from pipeline.ingest.code_units import command_scale, percent_note
 from pipeline.ingest.load_test_words import (
     Branch,
     branch_in_text,
@@ -17,9 +17,11 @@ from pipeline.ingest.load_test_words import (
     is_code_label,
     is_warm_up,
 )
+from pipeline.ingest.mooring_codes import code_from_pwm
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.sheet import Row
 from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistics_problems
+from pipeline.vehicle.schema import Pwm
 
 OPTIONAL = ("current", "voltage", "input_power", "output_power")
 _MOST_MESSAGES = 5
@@ -48,6 +50,7 @@ class _State:
     code: float | None
     branch: Branch | None
     code_max: int
+    pwm: Pwm
     warm_up: bool = False
     percent_from: int | None = None
     """First row of a heading with a code in per cent."""
@@ -70,13 +73,15 @@ class RowsRead:
 
     readings: tuple[Reading, ...]
     problems: tuple[Problem, ...]
+    in_shares: bool = False
+    """Whether the code column counts per cent or shares of full throttle."""
 
 
 def read_rows(
     block: Block,
     code: float | None,
     branch: Branch | None,
-    code_max: int,
+    scale: tuple[int, Pwm],
     warm_up_s: float | None,
 ) -> RowsRead:
     """Read the rows of a table.
@@ -89,8 +94,8 @@ def read_rows(
         Control code of the whole table, where it has no code column.
     branch : str or None
         Branch of the whole table, where a heading or the sheet's name states it.
-    code_max : int
-        Code at full command, for codes in per cent.
+    scale : tuple of (int, Pwm)
+        Code at full command, for codes in per cent, and the range of pulse widths.
     warm_up_s : float or None
         Rows before this time are warm-up. [s]
 
@@ -99,7 +104,8 @@ def read_rows(
     RowsRead
         Readings in the order of the rows, and problems.
     """
-    state, log = _State(code, branch, code_max), _Log()
+    code_max, pwm = scale
+    state, log = _State(code, branch, code_max, pwm), _Log()
     readings: list[Reading] = []
     for row, cells in block.rows():
         reading = _read_row(block, row, cells, state, log)
@@ -108,22 +114,25 @@ def read_rows(
     problems = [*_number_problems(block, log), *_row_problems(block, log)]
     problems += statistics_problems(block, log.statistics)
     codes = [one.code for one in readings if one.code is not None and not one.marks]
-    scale = percent_scale(block, codes, code_max, problems)
-    if scale != 1.0:
-        readings = [_scaled(reading, scale) for reading in readings]
+    worth = command_scale(block, codes, code_max, problems)
+    if worth != 1.0:
+        readings = [_scaled(reading, worth) for reading in readings]
     if state.percent_from is not None:
         problems.append(percent_note(block.place(state.percent_from), code_max))
     if warm_up_s is not None:
         readings = _mark_early(readings, warm_up_s)
-    return RowsRead(tuple(readings), tuple(problems))
+    return RowsRead(tuple(readings), tuple(problems), worth != 1.0)
 
 
 def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> Reading | None:
     commented = is_commented(cells)
-    if not commented and _is_section(block, row, cells, state):
+    spoilt = is_spoilt(block, cells, ("shaft_speed", "torque"))
+    if not commented and not spoilt and _is_section(block, row, cells, state):
         return None
     given = without_comment_mark(cells) if commented else cells
-    values, wrong = row_numbers(block, row, given, ("shaft_speed", "torque", "code", *OPTIONAL))
+    values, wrong = row_numbers(
+        block, row, given, ("shaft_speed", "torque", "code", "pwm", *OPTIONAL)
+    )
     sums_up = not commented and is_statistics(block, cells)
     if not commented and not sums_up:
         _note_faults(block, row, values, wrong, log)
@@ -131,6 +140,8 @@ def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> R
         return None
     if "code" in block.columns and "code" not in values:
         return None
+    if "pwm" in values and "code" not in values:
+        values["code"] = round(code_from_pwm(values["pwm"], state.pwm, state.code_max), 9)
     marks: tuple[str, ...] = (COMMENTED,) if commented else ()
     if sums_up:
         marks = (STATISTICS,)
@@ -157,7 +168,7 @@ def _note_faults(
         log.not_numbers.setdefault(quantity, []).append((row, reason))
     missing = [name for name in ("shaft_speed", "torque") if name not in values]
     # A code in merged cells goes on over the blank rows under a table.
-    if wrong or not set(values) - {"code"}:
+    if wrong or not set(values) - {"code", "pwm"}:
         return
     for name in missing:
         log.incomplete.setdefault(name, []).append(row)

@@ -1,6 +1,7 @@
 """One load-test table: readings with branches and marks, and what is odd about them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from pipeline.errors import Problem
 from pipeline.ingest.bench_file import COMMENTED
@@ -12,13 +13,14 @@ from pipeline.ingest.load_test_checks import (
     check_powers,
     check_signs,
     drop_dead_channels,
+    with_signs_of_codes,
 )
 from pipeline.ingest.load_test_codes import TableCode
 from pipeline.ingest.load_test_rows import Reading, read_rows, with_mark
 from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
 from pipeline.ingest.load_test_words import ANY_POWER, Branch, branch_in_text
+from pipeline.ingest.row_directions import against_codes, directions_of
 from pipeline.ingest.rows import counted, listed
-from pipeline.ingest.unit_text import is_percent
 from pipeline.ingest.vocabulary import name_score, split_header, unit_fits
 from pipeline.vehicle.schema import LoadTestColumns, Vehicle
 
@@ -45,7 +47,8 @@ def read_table(
         Readings in the order of the rows, marked where they are not to be fitted.
     """
     drive = vehicle.drive
-    rows = read_rows(block, code.value, _branch_of(block), drive.code_max, mapping.warm_up_s)
+    pwm = vehicle.columns.mooring.pwm_range
+    rows = read_rows(block, code.value, _branch_of(block), (drive.code_max, pwm), mapping.warm_up_s)
     problems = list(rows.problems)
     readings = list(rows.readings)
     if not readings:
@@ -62,6 +65,12 @@ def read_table(
                 "Add one, or mark the rows with a word (warm-up) in a column named status.",
             )
         )
+    readings, wrong = _with_directions(block, readings, mapping)
+    problems += wrong
+    if not readings:
+        return [], problems
+    readings, wrong = with_signs_of_codes(block, readings)
+    problems += wrong
     readings, wrong = drop_dead_channels(block, readings)
     problems += wrong
     readings, wrong = _sweeps(block, readings)
@@ -70,13 +79,30 @@ def read_table(
     problems += wrong
     readings, wrong = _check_codes(block, readings, drive.code_min, drive.code_max)
     problems += wrong
-    problems += _fractional_codes(block, readings)
+    problems += [] if rows.in_shares else _fractional_codes(block, readings)
     problems += check_powers(block, readings)
     problems += check_magnitudes(
         block, readings, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
     )
     problems += _notes(block, readings)
     return readings, problems
+
+
+def _with_directions(
+    block: Block, readings: list[Reading], mapping: LoadTestColumns
+) -> tuple[list[Reading], list[Problem]]:
+    """Give codes without signs those of the direction that a column or a heading states."""
+    codes = {one.row: one.code for one in readings if one.code is not None}
+    if not codes:
+        return readings, []
+    found = directions_of(block, list(codes), mapping.direction, "load_test")
+    if any(problem.severity == "error" for problem in found.problems):
+        return ([] if min(codes.values()) >= 0.0 else readings), list(found.problems)
+    signed, wrong = against_codes(block, codes, found)
+    return (
+        [replace(one, code=signed.get(one.row, one.code)) for one in readings],
+        [*found.problems, *wrong],
+    )
 
 
 def _branch_of(block: Block) -> Branch | None:
@@ -147,7 +173,7 @@ def _at(code: float | None) -> str:
 
 
 def _fractional_codes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
-    if "code" not in block.columns or is_percent(block.columns["code"].unit):
+    if "code" not in block.columns:
         return []
     codes = [(one.row, one.code) for one in readings if one.code is not None and not one.marks]
     return fractional_codes(codes, lambda row: block.place(row, "code"), "load_test")

@@ -15,90 +15,31 @@ from pipeline.ingest.bench_file import (
     without_copies,
 )
 from pipeline.ingest.blocks import Block, heading_text
-from pipeline.ingest.code_units import fractional_codes, percent_scale
-from pipeline.ingest.column_kinds import FIRST_RANK, NOT_MEASURED, NOT_OF_SHAFT, SECOND_RANK
+from pipeline.ingest.cells import shorten
+from pipeline.ingest.columns_stated import told_of_columns
 from pipeline.ingest.copied_tables import TablesSeen
+from pipeline.ingest.direction_words import FORWARD, REVERSE
 from pipeline.ingest.headers import Wanted
+from pipeline.ingest.mooring_codes import command_in_codes, pwm_note, pwm_problem
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis, voltage_groups
-from pipeline.ingest.rows import counted
-from pipeline.ingest.unit_text import is_percent
+from pipeline.ingest.mooring_words import DOWN, LEVER, OF_THE_RIG, UP, VOCABULARY
+from pipeline.ingest.row_directions import against_codes, directions_of
+from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.settled_steps import settle
+from pipeline.ingest.thrust_limits import thrust_problem
+from pipeline.ingest.thrust_shape import shape_problem
+from pipeline.ingest.thrusters_apart import compare_thrusters
 from pipeline.ingest.usable import with_cause
-from pipeline.ingest.vocabulary import Vocabulary, Words, plain
+from pipeline.ingest.vocabulary import plain
 from pipeline.records.measurements import MooringPoint, MooringRecord, SheetRead
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply
 
 __all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
 
-VOCABULARY: Vocabulary = {
-    "code": Words(
-        None,
-        (
-            *("control code", "command code", "code", "command"),
-            *("код управления", "код", "управление", "команда"),
-        ),
-        symbols=("N", "u", "U_code"),
-        never=("pwm", "шим", "voltage", "напряжение"),
-    ),
-    "pwm": Words(
-        "pulse_width",
-        ("pwm", "pulse width", "pulse", "servo", "шим", "длительность импульса", "ширина импульса"),
-        default_unit="us",
-    ),
-    "thrust": Words(
-        "force",
-        ("thrust", "bollard pull", "force", "pull", "load cell", "упор*", "тяга", "сила", "усилие"),
-        symbols=("T", "F", "Т", "P"),
-        prefer=FIRST_RANK,
-        less=SECOND_RANK,
-        never=(
-            *NOT_MEASURED,
-            *("efficiency", "coefficient", "specific", "current"),
-            *("коэффициент*", "эффективность"),
-        ),
-        with_unit=("load", "reading", "показания", "нагрузка"),
-    ),
-    "shaft_speed": Words(
-        "shaft_speed",
-        (
-            "shaft speed",
-            "rotational speed",
-            "rotation speed",
-            "motor speed",
-            "revolutions",
-            "rpm",
-            "частота вращения",
-            "скорость вращения",
-            "обороты",
-            "частота",
-        ),
-        symbols=("n", "ω", "omega"),
-        prefer=FIRST_RANK,
-        less=SECOND_RANK,
-        never=(*NOT_MEASURED, *NOT_OF_SHAFT),
-        with_unit=("speed", "скорость"),
-        default_unit="rpm",
-        unit_words={"rpm": "rpm"},
-    ),
-    "voltage": Words(
-        "voltage", ("voltage", "supply", "напряжение", "питание"), symbols=("U", "V"),
-        prefer=FIRST_RANK, less=SECOND_RANK, never=NOT_MEASURED, default_unit="V",
-    ),
-    "current": Words(
-        "current", ("current", "ток", "сила тока"), symbols=("I", "Current"),
-        prefer=FIRST_RANK, less=SECOND_RANK, never=NOT_MEASURED, default_unit="A",
-    ),
-}  # fmt: skip
-_UP = ("up", "rising", "increasing", "ascending", "вверх", "рост", "возрастание", "увеличение")
-_DOWN = ("down", "falling", "decreasing", "descending", "вниз", "спад", "убывание", "уменьшение")
-#: What is done to a rig, and says nothing of the order of codes.
-_OF_THE_RIG = re.compile(
-    r"\b(set|warm\w*|power\w*|start\w*|back|close|mock|wake) up\b"
-    r"|\b(cool\w*|power\w*|shut|break|tear|strip|wind) down\b"
-)
-_REVERSE = ("reverse", "astern", "backward", "backwards", "назад", "реверс", "задний", "обратный")
-_FORWARD = ("forward", "ahead", "вперед", "передний", "прямой")
+#: Slower than this is rest. [m/s]
+_AT_REST_MPS = 0.05
 _LOOKED_FOR = "table of thrust against code or pulse width (PWM)"
 #: A small "в" that stands by itself is a preposition ("опыт 3 в бассейне"), and so is a large one
 #: before a word in capitals.
@@ -139,7 +80,7 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
         mapping=mapped_columns(columns),
         only=columns.only,
         shared=frozenset({"code", "pwm"}),
-        split_words=(*_UP, *_DOWN, *_REVERSE, *_FORWARD),
+        split_words=(*UP, *DOWN, *REVERSE, *FORWARD),
     )
     points: list[MooringPoint] = []
     sheets: list[SheetRead] = []
@@ -152,14 +93,18 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
         said = list(found.problems)
         tables = [_table(block, readings, vehicle, said) for block, readings in found.tables]
         tables = [_without_copy(table, seen, said) for table in tables]
-        file = points_of_file(tables, vehicle.drive, columns.pwm_range)
+        file = points_of_file(tables, vehicle.drive)
         said += file.problems
         drifts += [] if file.tare_drift_n is None else [file.tare_drift_n]
-        for (block, readings), own in zip(found.tables, file.points, strict=True):
+        tables_points = compare_thrusters(
+            [(block.place(), block.thruster) for block, _ in found.tables], file.points, said
+        )
+        for (block, readings), measured in zip(found.tables, tables_points, strict=True):
+            own = _possible(block, measured, vehicle, said)
             points += own
-            sheets.append(_sheet_read(block, readings, own))
+            sheets.append(_sheet_read(block, readings, own, vehicle))
         if any("code" not in block.columns for block, _ in found.tables):
-            said.append(_pwm_note(shown_as, vehicle))
+            said.append(pwm_note(shown_as, vehicle))
         marks = [point.marks for own in file.points for point in own]
         problems += said if found.is_blank else with_cause(said, shown_as, marks, "mooring")
     fitted = [point for point in points if not point.marks]
@@ -188,30 +133,103 @@ def _table(
     own = f"{thrust.header} {thrust.group}"
     texts = (own, block.sheet.name or "", heading_text(block.above))
     place = block.place()
-    code = block.columns.get("code")
-    if code is not None:
-        live = [one for one in readings if "code" in one.values and not one.marks]
-        numbers = [(one.row, one.values["code"]) for one in live]
-        codes = [number for _, number in numbers]
-        readings = _scaled(readings, percent_scale(block, codes, vehicle.drive.code_max, problems))
-        if not is_percent(code.unit):
-            problems += fractional_codes(numbers, lambda row: block.place(row, "code"), "mooring")
-    neutral = vehicle.columns.mooring.pwm_range.neutral_us
-    only_positive = all(
-        reading.values.get("code", reading.values.get("pwm", neutral) - neutral) >= 0.0
-        for reading in readings
-    )
-    if only_positive and "code" in block.columns and _told(texts, _REVERSE, _FORWARD):
-        readings = _scaled(readings, -1.0)
-        what = "the heading says reverse and no code is negative: codes were given a minus sign."
-        problems.append(Problem("note", place, what))
+    wrong = _refused(block, readings, vehicle)
+    if wrong is not None:
+        problems.append(wrong)
+        return MooringTable(place, ())
+    readings = command_in_codes(block, readings, vehicle, problems)
+    steps = settle(place, readings, "thrust")
+    problems += steps.problems
+    readings = _at_rest(block, steps.readings, problems)
+    readings = _with_directions(block, readings, vehicle, texts, problems)
+    if any(problem.severity == "error" for problem in steps.problems):
+        readings = ()
     sense: Sweep | None = None
-    if _told(texts, _DOWN, _UP):
+    if _told(texts, DOWN, UP):
         sense = "down"
-    elif _told(texts, _UP, _DOWN):
+    elif _told(texts, UP, DOWN):
         sense = "up"
     voltage = None if "voltage" in block.columns else _stated_voltage(texts)
-    return MooringTable(place, readings, voltage, sense)
+    return MooringTable(place, readings, voltage, sense, block.thruster)
+
+
+def _refused(block: Block, readings: Sequence[Reading], vehicle: Vehicle) -> Problem | None:
+    """Refuse a table whose numbers need something that only people know."""
+    thrust = block.columns["thrust"]
+    stated = vehicle.columns.mooring.thrust
+    lever = next(
+        (
+            text
+            for text in (thrust.header, thrust.group, heading_text(block.above))
+            if LEVER.search(text)
+        ),
+        None,
+    )
+    if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
+        header = shorten(thrust.header)
+        return Problem(
+            "error",
+            block.place(block.header_row, "thrust"),
+            f'"{shorten(lever)}" speaks of a lever; whether the numbers hold its ratio is not '
+            "known. So the table was left out.",
+            "the factor from the sensor's force to the thrust.",
+            "State it in vehicle.yaml (1 where the numbers hold it already):\n  columns:\n"
+            f'    mooring:\n      thrust: {{header: "{header}", unit: {thrust.unit or "..."}, '
+            "scale: ...}",
+        )
+    return pwm_problem(block, readings, vehicle)
+
+
+def _at_rest(
+    block: Block, readings: tuple[Reading, ...], problems: list[Problem]
+) -> tuple[Reading, ...]:
+    """Mark the readings that were taken in a flow."""
+    moving = [one.row for one in readings if abs(one.values.get("speed", 0.0)) > _AT_REST_MPS]
+    if not moving:
+        return readings
+    problems.append(
+        Problem(
+            "warning",
+            block.place(moving[0], "speed"),
+            f"the water flowed at the thruster in {listed(moving)}: these rows are not at rest; "
+            "kept but not fitted.",
+            "a mooring test at rest.",
+            "Put a test in a flow into open_water/, with speed, shaft speed and thrust.",
+        )
+    )
+    rows = set(moving)
+    return tuple(
+        replace(one, marks=(*one.marks, "not at rest")) if one.row in rows else one
+        for one in readings
+    )
+
+
+def _with_directions(
+    block: Block,
+    readings: tuple[Reading, ...],
+    vehicle: Vehicle,
+    texts: Sequence[str],
+    problems: list[Problem],
+) -> tuple[Reading, ...]:
+    """Give codes without signs those of the direction that a column or a heading states."""
+    codes = {one.row: one.values["code"] for one in readings if "code" in one.values}
+    if not codes:
+        return readings
+    stated = vehicle.columns.mooring.direction
+    found = directions_of(block, list(codes), stated, "mooring")
+    problems += found.problems
+    if any(problem.severity == "error" for problem in found.problems):
+        return () if min(codes.values()) >= 0.0 else readings
+    signed, wrong = against_codes(block, codes, found)
+    problems += wrong
+    if not found.signs and min(codes.values()) >= 0.0 and _told(texts, REVERSE, FORWARD):
+        signed = {row: -code + 0.0 for row, code in codes.items()}
+        what = "the heading says reverse and no code is negative: codes were given a minus sign."
+        problems.append(Problem("note", block.place(), what))
+    return tuple(
+        replace(one, values={**one.values, "code": signed[one.row]}) if one.row in signed else one
+        for one in readings
+    )
 
 
 def _without_copy(table: MooringTable, seen: TablesSeen, problems: list[Problem]) -> MooringTable:
@@ -219,23 +237,14 @@ def _without_copy(table: MooringTable, seen: TablesSeen, problems: list[Problem]
     return replace(table, readings=seen.marked(table.place, table.readings, problems, *told))
 
 
-def _scaled(readings: tuple[Reading, ...], factor: float) -> tuple[Reading, ...]:
-    return tuple(
-        replace(one, values={**one.values, "code": one.values["code"] * factor})
-        if "code" in one.values
-        else one
-        for one in readings
-    )
-
-
 def _told(texts: Sequence[str], words: Sequence[str], opposite: Sequence[str]) -> bool:
     """Tell whether the first text that has a word of either list has one of `words` alone.
 
-    >>> _told(["Power up"], _UP, _DOWN), _told(["Set-up 2, codes up"], _UP, _DOWN)
+    >>> _told(["Power up"], UP, DOWN), _told(["Set-up 2, codes up"], UP, DOWN)
     (False, True)
     """
     for text in texts:
-        found = set(_OF_THE_RIG.sub(" ", plain(text)).split())
+        found = set(OF_THE_RIG.sub(" ", plain(text)).split())
         here, there = found & {plain(w) for w in words}, found & {plain(w) for w in opposite}
         if here or there:
             return bool(here) and not there
@@ -257,15 +266,41 @@ def _stated_voltage(texts: Sequence[str]) -> float | None:
     return None
 
 
+def _possible(
+    block: Block,
+    points: tuple[MooringPoint, ...],
+    vehicle: Vehicle,
+    problems: list[Problem],
+) -> tuple[MooringPoint, ...]:
+    """Return the points of a table, none of one that cannot be."""
+    found = [shape_problem(block.place(), points)]
+    if not _is_stand_in(vehicle):
+        found.append(thrust_problem(block.place(), points, vehicle, block.columns["thrust"]))
+    said = [problem for problem in found if problem is not None]
+    problems += said
+    return () if any(problem.severity == "error" for problem in said) else points
+
+
+def _is_stand_in(vehicle: Vehicle) -> bool:
+    """Tell whether no vehicle file says how large the propeller is (a check of a file alone)."""
+    return vehicle.name == "unknown"
+
+
 def _sheet_read(
-    block: Block, readings: tuple[Reading, ...], points: Sequence[MooringPoint]
+    block: Block,
+    readings: tuple[Reading, ...],
+    points: Sequence[MooringPoint],
+    vehicle: Vehicle,
 ) -> SheetRead:
+    told = told_of_columns(block, vehicle.columns.mooring)
     return SheetRead(
         file=block.sheet.file,
         sheet=block.sheet.name,
         rows=len(readings),
         columns=tuple(column.as_record() for column in block.columns.values()),
         summary=_summary(points),
+        not_used=told.not_used,
+        stated_as=told.stated_as,
     )
 
 
@@ -288,17 +323,6 @@ def _summary(points: Sequence[MooringPoint]) -> str:
     if marked:
         parts.append(f"{marked} left out")
     return ", ".join(parts)
-
-
-def _pwm_note(file: str, vehicle: Vehicle) -> Problem:
-    pwm = vehicle.columns.mooring.pwm_range
-    stated = {"neutral_us", "half_range_us"} <= pwm.model_fields_set
-    what = (
-        f"pulse width becomes a code by (pwm - {pwm.neutral_us:g} us) / {pwm.half_range_us:g} us "
-        f"* {vehicle.drive.code_max}{'' if stated else ', which is assumed'}."
-    )
-    remedy = "" if stated else "State columns: mooring: pwm_range in vehicle.yaml."
-    return Problem("note", Place(file), what, "", remedy)
 
 
 def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -> list[Problem]:

@@ -13,7 +13,7 @@ from pipeline.ingest.rows import listed
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
-from pipeline.vehicle.schema import Drive, Pwm
+from pipeline.vehicle.schema import Drive
 
 #: Share of the largest thrust above which a tare, or its change, is worth a word.
 _LARGE_TARE_SHARE = 0.05
@@ -33,6 +33,7 @@ class MooringTable:
     readings: tuple[Reading, ...]
     nominal_voltage_v: float | None = None
     sense: Sweep | None = None
+    thruster: str | None = None
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,7 @@ class _Coded:
         return np.asarray(self.used & (self.codes == 0.0))
 
 
-def points_of_file(tables: Sequence[MooringTable], drive: Drive, pwm: Pwm) -> MooringFile:
+def points_of_file(tables: Sequence[MooringTable], drive: Drive) -> MooringFile:
     """Turn the tables of one file into points.
 
     Parameters
@@ -80,8 +81,6 @@ def points_of_file(tables: Sequence[MooringTable], drive: Drive, pwm: Pwm) -> Mo
         In the order of the workbook, which is taken for the order of measurement.
     drive : Drive
         Range of the codes.
-    pwm : Pwm
-        How pulse width becomes a code.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def points_of_file(tables: Sequence[MooringTable], drive: Drive, pwm: Pwm) -> Mo
     all_coded: list[_Coded | None] = []
     start = 0
     for table in tables:
-        all_coded.append(_with_codes(table, drive, pwm, start, problems))
+        all_coded.append(_with_codes(table, drive, start, problems))
         start += len(table.readings)
     coded = [one for one in all_coded if one is not None]
     zeros = [(one.position[one.is_zero], one.thrust_n[one.is_zero]) for one in coded]
@@ -122,17 +121,8 @@ def points_of_file(tables: Sequence[MooringTable], drive: Drive, pwm: Pwm) -> Mo
     return MooringFile(tuple(points), tuple(problems), max(drifts, default=None))
 
 
-def code_from_pwm(pulse_width_us: float, pwm: Pwm, code_max: int) -> float:
-    """Return the code that a pulse width stands for.
-
-    >>> code_from_pwm(1700.0, Pwm(neutral_us=1500.0, half_range_us=400.0), 127)
-    63.5
-    """
-    return (pulse_width_us - pwm.neutral_us) * code_max / pwm.half_range_us
-
-
 def _with_codes(
-    table: MooringTable, drive: Drive, pwm: Pwm, start: int, problems: list[Problem]
+    table: MooringTable, drive: Drive, start: int, problems: list[Problem]
 ) -> _Coded | None:
     """Find the code of each reading; None if the table cannot be used."""
     kept: list[Reading] = []
@@ -140,20 +130,16 @@ def _with_codes(
     position: list[int] = []
     for index, reading in enumerate(table.readings):
         values = reading.values
-        code = values.get("code")
-        if code is None and "pwm" in values:
-            code = code_from_pwm(values["pwm"], pwm, drive.code_max)
-        if code is None or "thrust" not in values:
+        if "code" not in values or "thrust" not in values:
             continue
         kept.append(reading)
-        # Adding 0.0 turns -0.0 into 0.0.
-        codes.append(round(code, 9) + 0.0)
+        codes.append(values["code"])
         position.append(start + index)
     if not kept:
         return None
     outside = [not drive.code_min <= code <= drive.code_max for code in codes]
     if 2 * sum(outside) > len(codes):
-        problems.append(_wrong_range(table.place, codes, drive, pulse="code" not in kept[0].values))
+        problems.append(_wrong_range(table.place, codes, drive, pulse="pwm" in kept[0].values))
         return None
     if any(outside):
         rows = [reading.row for reading, out in zip(kept, outside, strict=True) if out]

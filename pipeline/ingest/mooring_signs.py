@@ -11,6 +11,8 @@ from pipeline.types import BoolArray, FloatArray
 
 #: Below this share of the largest one a sign says nothing: noise, tare.
 _SIGNIFICANT_SHARE = 0.05
+#: Fewer rows against their code are slips of the pen.
+_LEAST_OF_A_SIGN = 3
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,19 @@ def signed_thrust(
         )
         signs = tuple(-1.0 if code < 0.0 else 1.0 for code in codes)
         return SignedThrust(turned, signs, frozenset(), (problem,))
+    one_sided = not ((codes < 0.0) & used).any() or not ((codes > 0.0) & used).any()
+    if one_sided and number >= _LEAST_OF_A_SIGN and total - number >= _LEAST_OF_A_SIGN:
+        problem = Problem(
+            "error",
+            place,
+            f"thrust has both signs ({number} of {total} rows against the code), and the codes "
+            "have one: rest is not at code 0, or something else parts the rows. So the table was "
+            "left out.",
+            "codes with signs, 0 at rest.",
+            "Write the codes with signs, or state the column of the direction in vehicle.yaml: "
+            "columns: {mooring: {direction: {header: ..., reverse: [...]}}}.",
+        )
+        return SignedThrust(None, same, frozenset(), (problem,))
     if 2 * number > total:
         problem = Problem(
             "error",

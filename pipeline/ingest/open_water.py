@@ -15,6 +15,7 @@ from pipeline.ingest.bench_file import (
 )
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_text, shorten
+from pipeline.ingest.columns_stated import told_of_columns
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.open_water_coefficients import (
@@ -88,6 +89,7 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
             own = _points(block, readings, vehicle, said)
             points += own
             marks += [point.marks for point in own]
+            told = told_of_columns(block, columns)
             sheets.append(
                 SheetRead(
                     file=block.sheet.file,
@@ -95,6 +97,8 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
                     rows=len(readings),
                     columns=tuple(column.as_record() for column in block.columns.values()),
                     summary=_summary(own),
+                    not_used=told.not_used,
+                    stated_as=told.stated_as,
                 )
             )
         problems += said if found.is_blank else with_cause(said, shown_as, marks, "open-water")

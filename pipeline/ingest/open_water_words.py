@@ -74,7 +74,8 @@ VOCABULARY: Vocabulary = {
     ),
     "thrust": Words(
         "force",
-        ("thrust", "force", "упор", "тяга"),
+        ("thrust", "force", "pull", "bollard pull", "load cell", "упор", "тяга", "усилие"),
+        by_unit=True,
         symbols=("T", "Т"),
         prefer=FIRST_RANK,
         less=SECOND_RANK,
@@ -83,6 +84,7 @@ VOCABULARY: Vocabulary = {
     "torque": Words(
         "torque",
         ("torque", "moment", "момент", "крутящий момент"),
+        by_unit=True,
         symbols=("Q", "M", "М"),
         prefer=FIRST_RANK,
         less=SECOND_RANK,
@@ -90,7 +92,8 @@ VOCABULARY: Vocabulary = {
     ),
     "shaft_speed": Words(
         "shaft_speed",
-        (
+        by_unit=True,
+        names=(
             "shaft speed",
             "rotational speed",
             "rotation rate",
@@ -111,7 +114,8 @@ VOCABULARY: Vocabulary = {
     ),
     "speed": Words(
         "speed",
-        (
+        by_unit=True,
+        names=(
             "advance speed",
             "carriage speed",
             "inflow speed",

@@ -58,6 +58,14 @@ class Sheet:
             return None
         return self.rows[position][column]
 
+    def turned(self) -> "Sheet":
+        """Return the sheet with rows for columns; row 1 is its first column."""
+        rows = tuple(
+            tuple(cells[at] if at < len(cells) else None for cells in self.rows)
+            for at in range(self.width)
+        )
+        return Sheet(self.file, self.name, rows, 1)
+
     @functools.cached_property
     def width(self) -> int:
         """Number of columns of the widest row."""

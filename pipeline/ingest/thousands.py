@@ -1,70 +1,134 @@
-"""Commas that part thousands and look like decimal ones: "1,324" among "612" and "987"."""
+"""Signs that part thousands and look like decimal ones: "1,324" or "1.324" beside "612"."""
 
+import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Literal
 
 from pipeline.ingest.cells import NotANumberError, parse_number
 from pipeline.ingest.sheet import Cell, Sheet
 
-_THOUSANDS = re.compile(r"[+\-\u2212]?[1-9]\d{0,2},\d{3}")
-_COMMA = re.compile(r"\d,\d")
-_POINT = re.compile(r"\d\.\d")
-#: Whoever parts thousands writes numbers up to 999 without a comma.
-_LARGE = 100.0
+Meaning = Literal["decimals", "thousands", "unclear"]
+_THOUSANDS = re.compile(r"[+\-\u2212]?[1-9]\d{0,2}[.,]\d{3}")
+_SHORTEST = len("1,000")
+_ONE_SIGN = re.compile(r"[+\-\u2212]?\d*[.,]\d+(?:[eE][+-]?\d+)?")
+#: In ln: a step between neighbours by a factor of e more in one reading than in the other decides.
+_CLEARER = 1.0
+#: A largest value below it is no reading of a thruster: in the units of the records. What is set
+#: or counted is then thousands for sure, what is measured may be a very small thruster's.
+_IMPOSSIBLE: Mapping[str, float] = {"shaft_speed": 20.0, "pwm": 300.0}
+_UNLIKELY: Mapping[str, float] = {"thrust": 0.2, "torque": 0.002, "input_power": 0.1}
 
 
 def is_unclear(cell: Cell) -> bool:
     """Tell whether a cell may be thousands or a number with three decimals.
 
-    >>> is_unclear("1,324"), is_unclear("0,324"), is_unclear("1,32"), is_unclear(1.324)
+    >>> is_unclear("1,324"), is_unclear("0,324"), is_unclear("1.32"), is_unclear(1.324)
     (True, False, False, False)
     """
-    return isinstance(cell, str) and _THOUSANDS.fullmatch(cell.strip()) is not None
+    if not isinstance(cell, str) or len(cell) < _SHORTEST:
+        return False
+    return _THOUSANDS.fullmatch(cell.strip()) is not None
 
 
-def columns_with_thousands(
-    sheet: Sheet, columns: Sequence[int], first: int, last: int
-) -> frozenset[int]:
-    """Return the columns of a table whose commas part thousands rather than decimals.
+def meaning_of_signs(
+    sheet: Sheet, index: int, rows: tuple[int, int], quantity: str, worth: float
+) -> Meaning:
+    """Tell what the point or comma of a column's numbers means.
 
     Parameters
     ----------
     sheet : Sheet
         The sheet.
-    columns : sequence of int
-        Columns that are read.
-    first, last : int
-        Rows of numbers.
+    index : int
+        The column.
+    rows : tuple of (int, int)
+        First and last row of numbers.
+    quantity : str
+        What the column holds.
+    worth : float
+        What one unit of it is in the unit of the records.
 
     Returns
     -------
-    frozenset of int
-        Columns whose commas all stand before three digits, where the other numbers of the column
-        are larger than these would be as decimals, or the other columns have decimal points.
+    str
+        "thousands" where other numbers of the table, or the neighbours of each number, say so;
+        "unclear" where they contradict each other.
     """
-    cells = {index: [sheet.cell(row, index) for row in range(first, last + 1)] for index in columns}
-    doubtful = {index for index, own in cells.items() if any(map(is_unclear, own))}
-    if not doubtful:
-        return frozenset()
-    texts = [cell for own in cells.values() for cell in own if isinstance(cell, str)]
-    points = any(_POINT.search(text) for text in texts)
-    decimals = any(_COMMA.search(text) and not is_unclear(text) for text in texts)
-    if points and not decimals:
-        return frozenset(doubtful)
-    return frozenset(index for index in doubtful if _are_thousands(cells[index]))
+    own = [sheet.cell(row, index) for row in range(rows[0], rows[1] + 1)]
+    doubtful = [cell for cell in own if is_unclear(cell)]
+    signs = {_sign(cell) for cell in doubtful}
+    if len(signs) != 1:
+        return "unclear" if signs else "decimals"
+    sign = signs.pop()
+    if sign in _decimal_signs(own):
+        return "decimals"
+    elsewhere = set(_decimal_signs(_cells_beside(sheet, index, rows)))
+    by_neighbours = _by_neighbours(own)
+    meaning: Meaning = "decimals"
+    if elsewhere and sign not in elsewhere:
+        meaning = "thousands"
+    elif by_neighbours is not None:
+        meaning = "unclear" if by_neighbours == "thousands" and elsewhere else by_neighbours
+    elif not elsewhere:
+        largest = max(_sizes(doubtful), default=0.0) * abs(worth)
+        if largest < _IMPOSSIBLE.get(quantity, 0.0):
+            meaning = "thousands"
+        elif largest < _UNLIKELY.get(quantity, 0.0):
+            meaning = "unclear"
+    return meaning
 
 
-def _are_thousands(cells: Sequence[Cell]) -> bool:
-    with_comma = [cell for cell in cells if _has_comma(cell)]
-    if not all(map(is_unclear, with_comma)):
-        return False
-    others = _sizes(cell for cell in cells if not _has_comma(cell))
-    smallest = min((size for size in others if size > 0.0), default=0.0)
-    return max(others, default=0.0) >= _LARGE and smallest > max(_sizes(with_comma))
+def without_thousands(cell: Cell) -> Cell:
+    """Return a cell whose sign parts thousands as a plain number.
+
+    >>> without_thousands("-1.324"), without_thousands("612")
+    ('-1324', '612')
+    """
+    return re.sub("[.,]", "", cell) if isinstance(cell, str) and is_unclear(cell) else cell
 
 
-def _has_comma(cell: Cell) -> bool:
-    return isinstance(cell, str) and _COMMA.search(cell) is not None
+def _sign(cell: Cell) -> str:
+    return "." if "." in str(cell) else ","
+
+
+def _decimal_signs(cells: Iterable[Cell]) -> Iterator[str]:
+    """Yield the sign of each cell in which it can only be the decimal one."""
+    for cell in cells:
+        if isinstance(cell, str) and _ONE_SIGN.fullmatch(cell.strip()) and not is_unclear(cell):
+            yield _sign(cell)
+
+
+def _cells_beside(sheet: Sheet, index: int, rows: tuple[int, int]) -> Iterator[Cell]:
+    for row in range(rows[0], rows[1] + 1):
+        for at, cell in enumerate(sheet.cells(row)):
+            if at != index:
+                yield cell
+
+
+def _by_neighbours(cells: Sequence[Cell]) -> Meaning | None:
+    """Tell from the steps between plain numbers and those with a sign; None where there are none.
+
+    Whoever writes three decimals writes them for all numbers; whoever parts thousands writes
+    numbers up to 999 without a sign.
+    """
+    sizes = [(size, is_unclear(cell)) for cell in cells for size in _sizes([cell]) if size > 0.0]
+    plain = [size for size, parted in sizes if not parted]
+    if not plain:
+        return None
+    parted = [size for size, is_parted in sizes if is_parted]
+    steps = [
+        math.log(one[0] / two[0]) if one[1] else math.log(two[0] / one[0])
+        for one, two in pairwise(sizes)
+        if one[1] != two[1]
+    ] or [math.log(max(parted) / max(plain))]
+    thousand = math.log(1000.0)
+    as_decimals = sorted(map(abs, steps))[len(steps) // 2]
+    as_thousands = sorted(abs(step + thousand) for step in steps)[len(steps) // 2]
+    if as_thousands < as_decimals - _CLEARER and max(plain) < 1000.0:
+        return "thousands"
+    return "decimals" if as_decimals < as_thousands - _CLEARER else "unclear"
 
 
 def _sizes(cells: Iterable[Cell]) -> list[float]:

@@ -44,6 +44,7 @@ _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
         "gram_force * millimeter": "g mm | gf mm | г мм | гс мм",
         "force_ounce * inch": "oz in | ozf in | oz inch | ounce inch | ounce inches | in oz"
         " | in ozf | oz f in | унция дюйм | унц дюйм",
+        "force_ounce * foot": "oz ft | ozf ft | ft oz | oz f ft | унция фут",
         "force_pound * inch": "lb in | lbf in | lbs in | pound inch | pound inches | in lb | in lbf"
         " | in lbs | inch pound | inch pounds | фунт дюйм",
         "force_pound * foot": "lb ft | lbf ft | lbs ft | pound foot | pound feet | ft lb | ft lbf"

@@ -14,6 +14,7 @@ _IN = re.compile(r"^(?:in|в|ед\.?\s*изм\.?:?|units?:?)\s+", re.IGNORECASE)
 _LONGEST_HEADER = 150
 _PREFERRED = 10
 _LESS = 30
+_BY_UNIT = 20
 
 
 @dataclass(frozen=True)
@@ -38,9 +39,19 @@ class Words:
     default_unit: str | None = None
     unit_words: Mapping[str, str] | None = None
     """Words in the name that tell the unit, e.g. {"rpm": "rpm"}."""
+    by_unit: bool = False
+    """Whether a unit tells the quantity where no list has the name."""
 
 
 Vocabulary = Mapping[str, Words]
+#: Other things that a bench records in the units of a thrust, a torque, a speed or a pulse.
+OTHER_MEANINGS = (
+    *("acc*", "vibration*", "efficien*", "specific", "coefficient*", "settling", "time", "mass"),
+    *("weight*", "drag", "lift", "pressure", "temp*", "ускорен*", "вибрац*", "эффективн*", "масса"),
+    *("вес", "время", "коэффициент*", "удельн*", "setpoint", "set-point", "target", "limit*"),
+    *("std", "sd", "error", "uncertainty", "min", "max", "задан*", "погрешн*", "мин", "макс"),
+    *("side", "lateral", "transverse", "боков*", "поперечн*"),
+)
 
 
 @dataclass(frozen=True)
@@ -52,6 +63,7 @@ class HeaderText:
     odd_unit: str | None = None
 
 
+@functools.lru_cache(maxsize=16384)
 def plain(text: str) -> str:
     """Return a name in the form in which names are compared.
 
@@ -130,7 +142,7 @@ def _split_words(text: str) -> tuple[HeaderText, ...]:
             tail = "".join(words[start:])
             unit = read_unit_cell(tail.replace("_", " "))
             name = re.sub(r"\s(?:in|в)$", "", "".join(words[: start - 1])).strip(" ,;:/-–—_")
-            if unit is None or not name or unit == "-":
+            if unit is None or not name or unit in {"-", "1"}:
                 continue
             reading = HeaderText(name, unit)
             # "Drive A" may be a drive called A: one letter alone is not yet a unit. Nor is the
@@ -167,19 +179,26 @@ def name_score(header: HeaderText, words: Words) -> int:
     if bare in words.symbols or fold_lookalikes(bare) in words.symbols:
         return 100
     best = 0
-    phrases = words.names + (words.with_unit if header.unit is not None else ())
-    for phrase in phrases:
+    phrases = [(phrase, 0) for phrase in words.names]
+    phrases += [(phrase, _BY_UNIT) for phrase in words.with_unit if header.unit is not None]
+    for phrase, less in phrases:
         found = _pattern(phrase).search(name)
         if found is not None:
             length = found.end() - found.start()
             rest = len(name) - length
-            best = max(best, 100 if rest == 0 else 50 + min(length, 40) // 2 - min(rest, 40) // 2)
+            score = 100 if rest == 0 else 50 + min(length, 40) // 2 - min(rest, 40) // 2
+            best = max(best, score - less)
     if best == 0:
         indexed = re.sub(r"[\s_]*\d{1,2}$", "", bare)
         return 90 if indexed != bare and indexed in words.symbols else 0
     best += _PREFERRED if _has(name, words.prefer) else 0
     best -= _LESS if _has(name, words.less) else 0
     return max(best, 1)
+
+
+def is_other(header: HeaderText, phrases: tuple[str, ...]) -> bool:
+    """Tell whether a name has one of these phrases."""
+    return _has(plain(header.name), phrases)
 
 
 def unit_fits(unit: str, words: Words) -> bool:

@@ -71,6 +71,8 @@ class Check(Record):
     name: str
     passed: bool
     text: str
+    gate: str = ""
+    """Name by which `accept` in vehicle.yaml lets the firmware pass; empty: it stops nothing."""
 
 
 class PropellerFit(Record):

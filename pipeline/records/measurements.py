@@ -16,6 +16,14 @@ class ColumnRead(Record):
     unit_from: Literal["header", "unit row", "mapping", "assumed"]
 
 
+class ColumnNotUsed(Record):
+    """A column of a table that nothing was read from, and why."""
+
+    header: str
+    column: str
+    reason: str
+
+
 class SheetRead(Record):
     """What was found on one sheet (or the one table of a CSV file)."""
 
@@ -25,6 +33,9 @@ class SheetRead(Record):
     columns: tuple[ColumnRead, ...]
     summary: str
     """One line for a person, e.g. ``code 90 (sheet name), 84 points, 1324-1607 rpm``."""
+    not_used: tuple[ColumnNotUsed, ...] = ()
+    stated_as: tuple[tuple[str, str], ...] = ()
+    """What vehicle.yaml would state for the table to be read so: key and its value as YAML."""
 
 
 class LoadTestPoint(Record):
@@ -73,6 +84,8 @@ class MooringPoint(Record):
     shaft_speed_rpm: float | None = None
     voltage_v: float | None = None
     current_a: float | None = None
+    thruster: str | None = None
+    """Name of its column, where a file holds several thrusters."""
     sweep: Literal["up", "down"]
     marks: tuple[str, ...] = ()
 

@@ -2,6 +2,7 @@
 
 import shutil
 import tempfile
+from collections.abc import Mapping
 from pathlib import Path
 
 from pipeline import __version__
@@ -12,6 +13,7 @@ from pipeline.provenance import file_digest, unwritable
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.stages.job import Job, NotMeasuredError, write_record
 from pipeline.stages.receipt import FirmwareFiles
+from pipeline.vehicle.schema import Gate
 
 
 def run(job: Job) -> str:
@@ -27,11 +29,29 @@ def run(job: Job) -> str:
                     "The inverse characteristic has no firmware form. "
                     + " ".join(inverse.explanations)
                 )
+            accepted = job.vehicle().accept
+            _refuse_failed(inverse, accepted)
             return _write_whole(job, inverse, folder)
         except OSError as error:
             raise unwritable(folder, error) from error
 
     return write_record(job, compute)
+
+
+def _refuse_failed(inverse: InverseCharacteristic, accepted: Mapping[Gate, str]) -> None:
+    """Write no firmware from tables of which a check says that they may be wrong."""
+    failed = [
+        check
+        for check in inverse.checks
+        if not check.passed and check.gate and check.gate not in accepted
+    ]
+    if failed:
+        said = "; ".join(f"{check.name}: no, {check.text}" for check in failed)
+        lines = ", ".join(f'{check.gate}: "..."' for check in failed)
+        raise CannotComputeError(
+            f"No firmware was written, because {said}. Correct the test, or say in vehicle.yaml "
+            f"why it may be used all the same: accept: {{{lines}}}."
+        )
 
 
 def _write_whole(job: Job, inverse: InverseCharacteristic, folder: Path) -> FirmwareFiles:
@@ -57,6 +77,7 @@ def _write_whole(job: Job, inverse: InverseCharacteristic, folder: Path) -> Firm
             folder=work,
             tables=tables,
             layout=layout,
+            accepted={str(gate): why for gate, why in job.vehicle().accept.items()},
         )
         files = {
             (folder / path.name).as_posix(): file_digest(path) for path in sorted(work.iterdir())

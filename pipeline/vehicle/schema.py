@@ -128,12 +128,30 @@ class Tables(Section):
         return self
 
 
+Gate = Literal["thrust_rises", "neighbours", "neutral", "outliers", "signs"]
+"""A check that stops the firmware while it fails and `accept` does not name it."""
+
+
 class Column(Section):
-    """Where a quantity stands when the reader cannot tell by itself."""
+    """Where a quantity stands when the reader cannot tell by itself.
+
+    Its numbers are multiplied by `scale` (a lever, say), and divided by `pole_pairs` where they are
+    the electrical speed of a motor; those of the columns `plus` are added.
+    """
 
     header: str
     unit: str | None = None
     sign: Literal[1, -1] = 1
+    scale: Positive = 1.0
+    pole_pairs: Annotated[int, Field(ge=1, le=100)] | None = None
+    plus: tuple[str, ...] = ()
+
+
+class Direction(Section):
+    """A column of words: rows with one of `reverse` were taken in reverse, the others forward."""
+
+    header: str
+    reverse: tuple[str, ...]
 
 
 class BenchColumns(Section):
@@ -147,15 +165,17 @@ class BenchColumns(Section):
 
 
 class LoadTestColumns(BenchColumns):
-    """Columns of a load test."""
+    """Columns of a load test; `pwm` becomes a code as in a mooring test."""
 
     code: Column | None = None
+    pwm: Column | None = None
     shaft_speed: Column | None = None
     torque: Column | None = None
     current: Column | None = None
     voltage: Column | None = None
     input_power: Column | None = None
     output_power: Column | None = None
+    direction: Direction | None = None
     warm_up_s: Annotated[float, Field(ge=0)] | None = None
 
 
@@ -175,6 +195,9 @@ class MooringColumns(BenchColumns):
     shaft_speed: Column | None = None
     voltage: Column | None = None
     current: Column | None = None
+    speed: Column | None = None
+    time: Column | None = None
+    direction: Direction | None = None
     pwm_range: Pwm = Pwm()
 
 
@@ -295,6 +318,8 @@ class Vehicle(Section):
     columns: Columns = Columns()
     pool: PoolColumns = PoolColumns()
     published: Published | None = None
+    accept: dict[Gate, Annotated[str, Field(min_length=10, max_length=400)]] = {}
+    """Failed checks that the firmware is written in spite of, each with the reason."""
 
     @model_validator(mode="after")
     def _names_exist(self) -> Self:

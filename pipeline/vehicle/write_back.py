@@ -152,3 +152,77 @@ def _written(value: "Value | _Tree") -> str:
     text = f"{value:.{_DIGITS}g}"
     # 1e-05 is text to some readers of YAML; a point makes it a number for all of them
     return text if "." in text or "e" not in text else text.replace("e", ".0e", 1)
+
+
+def with_columns(text: str, wanted: Mapping[str, Mapping[str, str]]) -> str:
+    r"""Put columns into a vehicle file's `columns` section; what it states stays as it is.
+
+    Parameters
+    ----------
+    text : str
+        The file.
+    wanted : mapping of str to mapping of str to str
+        Kind of test -> quantity -> its value as YAML.
+
+    Returns
+    -------
+    str
+        The new text; every other line is as it was.
+
+    Raises
+    ------
+    CannotComputeError
+        When `columns`, or a section of it, is no section.
+
+    Examples
+    --------
+    >>> print(with_columns("name: v\n", {"mooring": {"thrust": "{header: T}"}}))
+    name: v
+    columns:
+      mooring:
+        thrust: {header: T}
+    <BLANKLINE>
+    """
+    from ruamel.yaml import YAML
+
+    for kind, lines in wanted.items():
+        columns = _child(YAML(typ="rt", pure=True).compose(text), "columns")
+        section = _child(columns, kind)
+        missing = {k: v for k, v in lines.items() if _child(section, k) is None}
+        if not missing:
+            continue
+        for node, name in ((columns, "columns"), (section, f"columns: {kind}")):
+            if node is not None and not (_is_mapping(node) and node.value):
+                raise CannotComputeError(
+                    f"{name} of the vehicle file holds no keys; delete the line, then this can "
+                    "be written."
+                )
+        text = _with_section(text, columns, section, (kind, missing))
+    return text
+
+
+def _with_section(
+    text: str,
+    columns: Any,  # noqa: ANN401 - nodes of the parser have no types
+    section: Any,  # noqa: ANN401
+    wanted: tuple[str, Mapping[str, str]],
+) -> str:
+    kind, lines = wanted
+    node = section if section is not None else columns
+    if node is None:
+        body = "".join(f"    {key}: {line}\n" for key, line in lines.items())
+        end = "" if not text or text.endswith("\n") else "\n"
+        return f"{text}{end}columns:\n  {kind}:\n{body}"
+    flow = ", ".join(f"{key}: {line}" for key, line in lines.items())
+    if node.flow_style:
+        at = node.start_mark.index + 1
+        new = f"{flow}, " if section is not None else f"{kind}: {{{flow}}}, "
+        return text[:at] + new + text[at:]
+    first = node.value[0][0].start_mark
+    pad = " " * first.column
+    if section is not None:
+        new = "".join(f"{key}: {line}\n{pad}" for key, line in lines.items())
+    else:
+        body = "".join(f"{pad}  {key}: {line}\n" for key, line in lines.items())
+        new = f"{kind}:\n{body}{pad}"
+    return text[: first.index] + new + text[first.index :]

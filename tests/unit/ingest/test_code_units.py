@@ -93,13 +93,11 @@ def test_per_cent_in_the_cells_alone_is_named(tmp_path: Path) -> None:
     assert codes(named) == [0.0, 25.4, 127.0]
 
 
-def test_shares_without_a_unit_are_told_in_mooring_tables(tmp_path: Path) -> None:
+def test_shares_without_a_unit_are_of_full_throttle_in_mooring_tables(tmp_path: Path) -> None:
     lines = "\n".join(f"{code};{10 * code}" for code in (0, 0.25, 0.5, 1))
     record = mooring(tmp_path, f"code;thrust, N\n{lines}\n")
-    problem = said(record, "a control code is a whole number")
-    assert problem.severity == "warning"
-    assert "code 0.25, 0.5" in problem.what
-    assert "columns: mooring: code" in problem.remedy
+    assert "1 is code 127" in said(record, "shares of full throttle").what
+    assert [point.code for point in record.points] == [0.0, 31.75, 63.5, 127.0]
 
 
 def test_codes_made_of_pulse_widths_may_have_fractions(tmp_path: Path) -> None:

@@ -97,11 +97,10 @@ BACK = ((-20, -1.5), (-40, -6.0), (-80, -19.0), (-127, -41.0), (0, 0.0))
     ],
 )
 def test_every_unit_of_thrust(tmp_path: Path, unit: str, newtons: float) -> None:
-    path = xlsx(tmp_path / "a.xlsx", run=[("Code", f"Thrust ({unit})"), *UP])
+    rows = [(code, thrust / newtons) for code, thrust in UP]
+    path = xlsx(tmp_path / "a.xlsx", run=[("Code", f"Thrust ({unit})"), *rows])
     record = read(make_vehicle(), path)
-    assert [point.thrust_n for point in record.points] == pytest.approx(
-        [thrust * newtons for _, thrust in UP]
-    )
+    assert [point.thrust_n for point in record.points] == pytest.approx([t for _, t in UP])
     (column,) = [c for c in record.sheets[0].columns if c.quantity == "thrust"]
     assert (column.unit, column.unit_from, column.column) == (unit, "header", "B")
 

@@ -1,0 +1,344 @@
+"""Which of several columns holds a quantity: names, units and what the numbers say together."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from pipeline.errors import Problem
+from pipeline.ingest.cells import column_letter, shorten
+from pipeline.ingest.column_data import ColumnData, ratio_of, read_column, wholes_of
+from pipeline.ingest.header_rows import ELECTRICAL, Match, Wanted
+from pipeline.ingest.sheet import Sheet
+from pipeline.ingest.unit_text import UnitTextError, factor
+from pipeline.ingest.vocabulary import plain, read_unit_cell, unit_fits
+from pipeline.types import FloatArray
+
+#: One of these is set and the other follows from it: their columns are weighed together.
+_ROLES = {"code": "command", "pwm": "command"}
+#: Of these a table has one column; a second one must be explained by the first.
+_SINGLE = ("code", "pwm", "thrust", "torque", "shaft_speed")
+#: Above this lead of its name a column needs no other reason.
+_LEAD = 15
+#: Two units of one reading differ by rounding, and by the gravity somebody converted with.
+_SAME = 0.03
+_PULSE_WIDTHS_US = (400.0, 3000.0)
+_UNITS_ROWS = 3
+_COUNTED = re.compile(r"[\s_]*(?:№|#|no\.?)?[\s_]*\d{1,2}(?=\s|$)", re.IGNORECASE)
+_SIDE = re.compile(
+    r"left|right|port|starboard|stbd|front|rear|fore|aft|top|bottom|upper|lower|inner|outer"
+    r"|лев\w*|прав\w*|верх\w*|нижн\w*|перед\w*|задн\w*|[a-dа-г]|[a-z]*\d{1,2}"
+)
+_THRUSTER = re.compile(
+    r"(?:t|thrust|thruster(?: thrust)?|упор|тяга|движитель|упор движителя|дрк)", re.IGNORECASE
+)
+_LEAST_THRUSTERS = 3
+#: Columns of one name from which a table is a grid, which has its own message.
+_GRID = 4
+
+
+@dataclass
+class Weighed:
+    """Columns left to read; of the others why not; problems where none leads clearly."""
+
+    matches: list[Match]
+    not_used: dict[int, str] = field(default_factory=dict)
+    problems: list[Problem] = field(default_factory=list)
+
+
+class ColumnChoice:
+    """Weighs the columns under one row of names against each other."""
+
+    def __init__(self, sheet: Sheet, wanted: Wanted, row: int, following: int) -> None:
+        self._sheet = sheet
+        self._wanted = wanted
+        self._row = row
+        self._rows = (row + 1, min(following, sheet.last_row + 1) - 1)
+        self._data: dict[int, ColumnData] = {}
+
+    def weigh(self, matches: Sequence[Match]) -> Weighed:
+        """Leave out what cannot be, and choose among what is left.
+
+        Parameters
+        ----------
+        matches : sequence of Match
+            Columns that may hold a quantity, by name or unit.
+
+        Returns
+        -------
+        Weighed
+            At most one column of a quantity for each table, where the others are explained.
+        """
+        weighed = Weighed(list(matches))
+        self._without_impossible(weighed)
+        self._with_electrical_speed(weighed)
+        if not self._has_tables_beside(weighed.matches):
+            for quantity in _SINGLE:
+                needed = any(quantity in group for group in self._wanted.required)
+                if needed or quantity in _ROLES:
+                    self._choose(quantity, weighed)
+        return weighed
+
+    def _numbers(self, match: Match) -> ColumnData:
+        if match.index not in self._data:
+            self._data[match.index] = read_column(self._sheet, match.index, self._rows)
+        return self._data[match.index]
+
+    def _without_impossible(self, weighed: Weighed) -> None:
+        """Leave out the columns that contradict their name, where another one stands for them."""
+        faults = {id(match): self._fault(match) for match in weighed.matches}
+        kept: list[Match] = []
+        for match in weighed.matches:
+            fault = faults[id(match)]
+            role = _ROLES.get(match.quantity, match.quantity)
+            others = [
+                other
+                for other in weighed.matches
+                if _ROLES.get(other.quantity, other.quantity) in {role, f"electrical_{role}"}
+                and other is not match
+                and not faults[id(other)]
+                # a channel that is dead is not replaced by one of something else
+                and (other.quantity != match.quantity or other.score > match.score - _LEAD)
+            ]
+            stated = match.quantity in self._wanted.mapping
+            alone_no = fault == _COUNTS and self._is_symbol(match)
+            if fault and not stated and (others or alone_no):
+                weighed.not_used[match.index] = fault
+            else:
+                kept.append(match)
+        weighed.matches = kept
+
+    def _is_symbol(self, match: Match) -> bool:
+        return match.header.name.strip() in self._wanted.vocabulary[match.quantity].symbols
+
+    def _fault(self, match: Match) -> str:
+        """Return why a column cannot hold its quantity; empty where nothing speaks against it."""
+        data, quantity = self._numbers(match), match.quantity
+        words = self._wanted.vocabulary.get(quantity)
+        if words is None:
+            return ""
+        by_numbers = (
+            (data.is_blank, "it holds no number"),
+            (data.is_zero, "it is 0 throughout"),
+            (quantity in ("code", "pwm", "thrust") and data.is_constant, "it never changes"),
+            (quantity in ("code", "thrust", "torque") and data.is_counter, _COUNTS),
+        )
+        fault = next((why for is_so, why in by_numbers if is_so), "")
+        unit = self._unit(match)
+        if fault or unit is None or words.unit_kind is None:
+            return fault
+        if not unit_fits(unit, words):
+            return f"{unit} is no unit of {quantity.replace('_', ' ')}"
+        low, high = _PULSE_WIDTHS_US
+        if quantity == "pwm" and not low <= data.largest * factor(unit, "pulse_width") <= high:
+            return f"numbers up to {data.largest:g} {unit} are no pulse widths"
+        return ""
+
+    def _unit_below(self, index: int) -> str | None:
+        for row in range(self._row + 1, min(self._row + 1 + _UNITS_ROWS, self._rows[1] + 1)):
+            cell = self._sheet.cell(row, index)
+            unit = read_unit_cell(cell) if isinstance(cell, str) else None
+            if unit is not None:
+                return unit
+        return None
+
+    def _with_electrical_speed(self, weighed: Weighed) -> None:
+        """Take no electrical speed for the shaft's, unless the stand says that it converted it."""
+        electrical = [match for match in weighed.matches if match.quantity == ELECTRICAL]
+        if not electrical:
+            return
+        weighed.matches = [match for match in weighed.matches if match.quantity != ELECTRICAL]
+        names = {plain(str(cell)) for cell in self._sheet.cells(self._row) if cell is not None}
+        by_stand = any(name.startswith("motor optical speed") for name in names)
+        for match in electrical:
+            letter = column_letter(match.index)
+            place = self._sheet.place(self._row, letter)
+            if any(other.quantity == "shaft_speed" for other in weighed.matches):
+                weighed.not_used[match.index] = "another column holds the speed of the shaft"
+            elif by_stand:
+                weighed.matches.append(replace(match, quantity="shaft_speed"))
+                what = (
+                    f'shaft speed is read from "{shorten(match.text)}": the stand has divided it '
+                )
+                what += "by the pole pairs that were set there, and measured no other speed."
+                weighed.problems.append(Problem("note", place, what))
+            else:
+                weighed.not_used[match.index] = "the pole pairs of the motor are not stated"
+                weighed.problems.append(self._pole_pairs_wanted(match))
+
+    def _pole_pairs_wanted(self, match: Match) -> Problem:
+        needed = any("shaft_speed" in group for group in self._wanted.required)
+        header = shorten(match.text)
+        return Problem(
+            "error" if needed and self._wanted.kind == "load_test" else "warning",
+            self._sheet.place(self._row, column_letter(match.index)),
+            f'"{header}" is the speed of the motor\'s field, which is that of the shaft times its '
+            "pole pairs; it was not read.",
+            "the speed of the shaft, or the number of pole pairs.",
+            f"State it in vehicle.yaml:\n  columns:\n    {self._wanted.kind}:\n      shaft_speed: "
+            f'{{header: "{header}", unit: rpm, pole_pairs: ...}}',
+        )
+
+    def _has_tables_beside(self, matches: Sequence[Match]) -> bool:
+        """Tell whether whole tables stand side by side: everything that a table needs is twice."""
+        counts = []
+        for group in self._wanted.required:
+            own = [match for match in matches if match.quantity in group]
+            names = [_stem(match) for match in own]
+            counts.append(max((names.count(name) for name in names), default=0))
+        return min(counts, default=0) > 1
+
+    def _choose(self, quantity: str, weighed: Weighed) -> None:
+        """Explain every second column of a quantity by the first, or refuse the table."""
+        of_quantity = [match for match in weighed.matches if match.quantity == quantity]
+        for candidates in self._by_branch(of_quantity):
+            is_grid = len(candidates) >= _GRID and len({one.text for one in candidates}) == 1
+            if len(candidates) < 2 or is_grid:
+                continue
+            left = self._unexplained(candidates, weighed.not_used)
+            for match in candidates:
+                if match.index in weighed.not_used:
+                    weighed.matches.remove(match)
+            if len(left) < 2 or _are_thrusters(left):
+                continue
+            weighed.problems.append(self._tie(quantity, left))
+            for match in left:
+                weighed.matches.remove(match)
+                weighed.not_used[match.index] = "another column may be meant as well"
+
+    def _by_branch(self, matches: Sequence[Match]) -> list[list[Match]]:
+        """Part the columns by what their names say of branch or direction."""
+        groups: dict[tuple[str, ...], list[Match]] = {}
+        for match in matches:
+            words = f" {plain(match.header.name)} "
+            told = tuple(word for word in self._wanted.split_words if f" {plain(word)} " in words)
+            groups.setdefault(told, []).append(match)
+        return list(groups.values())
+
+    def _unexplained(self, candidates: Sequence[Match], not_used: dict[int, str]) -> list[Match]:
+        """Return the columns that may be meant; of the others `not_used` says why they are not."""
+        numbers = [self._in_record_unit(match) for match in candidates]
+        wholes = wholes_of(numbers)
+        if wholes:
+            at, kind = max(wholes, key=lambda one: candidates[one[0]].score)
+            kept = candidates[at]
+            for match in candidates:
+                if match is not kept:
+                    not_used[match.index] = f'"{shorten(kept.text)}" is the {kind} of these'
+            return [kept]
+        order = sorted(range(len(candidates)), key=lambda at: -candidates[at].score)
+        left: list[int] = []
+        for at in order:
+            match = candidates[at]
+            lead = candidates[order[0]].score - match.score
+            reason = next(
+                (
+                    reason
+                    for other in left
+                    if (
+                        reason := self._same_reading(candidates[other], match, numbers, (other, at))
+                    )
+                ),
+                "",
+            )
+            if not reason and lead >= _LEAD:
+                reason = f'"{shorten(candidates[order[0]].text)}" names the quantity more clearly'
+            if reason:
+                not_used[match.index] = reason
+            else:
+                left.append(at)
+        return [candidates[at] for at in sorted(left)]
+
+    def _same_reading(
+        self,
+        kept: Match,
+        match: Match,
+        numbers: Sequence[FloatArray],
+        positions: tuple[int, int],
+    ) -> str:
+        found = ratio_of(numbers[positions[0]], numbers[positions[1]])
+        if found is None:
+            return ""
+        same_unit = self._unit(kept) == self._unit(match)
+        if found.is_equal and not _is_of_sides(kept, match):
+            return f'it repeats "{shorten(kept.text)}"'
+        scaled = kept.quantity in _ROLES and found.spread <= _SAME
+        if scaled or (
+            not same_unit and abs(found.median - 1.0) <= _SAME and found.spread <= 2 * _SAME
+        ):
+            return f'it is the reading of "{shorten(kept.text)}" in another unit'
+        return ""
+
+    def _unit(self, match: Match) -> str | None:
+        return match.header.unit or self._unit_below(match.index)
+
+    def _in_record_unit(self, match: Match) -> FloatArray:
+        values = self._numbers(match).values
+        unit, kind = self._unit(match), self._wanted.vocabulary[match.quantity].unit_kind
+        if unit is None or kind is None:
+            return values
+        try:
+            return np.asarray(values * factor(unit, kind))
+        except UnitTextError:
+            return values
+
+    def _tie(self, quantity: str, matches: Sequence[Match]) -> Problem:
+        """Refuse a table whose quantity several columns may hold, and say what each would give."""
+        name = quantity.replace("_", " ")
+        shown = [
+            f'{column_letter(match.index)} "{shorten(match.text)}" '
+            f"({self._numbers(match).largest:g} at most)"
+            for match in matches[:4]
+        ]
+        lines = "\n".join(
+            f'      {quantity}: {{header: "{shorten(match.text)}"'
+            + (", unit: ..." if self._unit(match) is None else "")
+            + "}"
+            for match in matches[:1]
+        )
+        also = ""
+        if len({self._unit(match) for match in matches}) == 1 and len(matches) == 2:
+            also = (
+                "\nor, where both share the load, the sum of them:\n"
+                f'      {quantity}: {{header: "{shorten(matches[0].text)}", plus: '
+                f'["{shorten(matches[1].text)}"]}}'
+            )
+        return Problem(
+            "error",
+            self._sheet.place(self._row, column_letter(matches[0].index)),
+            f"{name} may be {' or '.join(shown)}; nothing tells which. So the table was left out.",
+            "one column of it, a second one only as the same reading in another unit, or as a part "
+            "of a sum that stands there, too.",
+            f"State it in vehicle.yaml:\n  columns:\n    {self._wanted.kind}:\n{lines}{also}",
+        )
+
+
+_COUNTS = "it counts the rows"
+
+
+def _stem(match: Match) -> str:
+    return " ".join(_COUNTED.sub("", plain(match.header.name)).split())
+
+
+def _is_of_sides(first: Match, second: Match) -> bool:
+    """Tell whether two names are of two places: each sensor there takes its share of a load."""
+    words = set(plain(first.header.name).split()) ^ set(plain(second.header.name).split())
+    return any(_SIDE.fullmatch(word) for word in words)
+
+
+def _are_thrusters(matches: Sequence[Match]) -> bool:
+    """Tell whether columns are of several thrusters: "T1" to "T4"."""
+    stems = {_stem(match) for match in matches}
+    numbered = all(_COUNTED.search(match.header.name) for match in matches)
+    return (
+        len(matches) >= _LEAST_THRUSTERS
+        and numbered
+        and len(stems) == 1
+        and _THRUSTER.fullmatch(stems.pop()) is not None
+    )
+
+
+def told_apart(matches: Sequence[Match]) -> Mapping[int, str]:
+    """Return the names of columns that are of several thrusters, by column index."""
+    return {match.index: match.header.name for match in matches} if _are_thrusters(matches) else {}

@@ -1,0 +1,83 @@
+"""What was understood of a table, as the lines of vehicle.yaml that would state it."""
+
+from dataclasses import dataclass
+
+from pipeline.ingest.blocks import Block, BlockColumn
+from pipeline.ingest.row_directions import (
+    RowDirections,
+    block_rows,
+    directions_of,
+    reverse_texts,
+)
+from pipeline.records.measurements import ColumnNotUsed
+from pipeline.vehicle.schema import BenchColumns, Column, LoadTestColumns, MooringColumns
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a check tells of the columns of a table.
+
+    `stated_as` has key and value, as YAML, of every column that was read, e.g.
+    ``("thrust", '{header: "T", unit: N}')``; columns that vehicle.yaml has no key for are left out.
+    """
+
+    not_used: tuple[ColumnNotUsed, ...]
+    stated_as: tuple[tuple[str, str], ...]
+
+
+def told_of_columns(block: Block, columns: BenchColumns) -> Told:
+    """Return which columns are not used and why, and what would state the others.
+
+    Parameters
+    ----------
+    block : Block
+        The table.
+    columns : BenchColumns
+        Its section of vehicle.yaml; what it states already is repeated as it is.
+    """
+    known = type(columns).model_fields
+    lines = [
+        (name, _line(column, getattr(columns, name)))
+        for name, column in block.columns.items()
+        if name in known
+    ]
+    found = row_directions(block, columns)
+    at = None if found is None else found.column
+    if found is not None and at is not None:
+        head = block.sheet.cell(block.header_row, at)
+        back = ", ".join(map(quoted, reverse_texts(block, found)))
+        lines.append(("direction", f"{{header: {quoted(str(head))}, reverse: [{back}]}}"))
+    return Told(block.columns_not_used(at), tuple(lines))
+
+
+def row_directions(block: Block, columns: BenchColumns) -> RowDirections | None:
+    """Return the directions of the rows that are applied, None where there are none."""
+    if not isinstance(columns, (LoadTestColumns, MooringColumns)):
+        return None
+    kind = "mooring" if isinstance(columns, MooringColumns) else "load_test"
+    found = directions_of(block, block_rows(block), columns.direction, kind)
+    return found if found.signs else None
+
+
+def quoted(text: str) -> str:
+    r"""Return a text as YAML has it in double quotes.
+
+    >>> print(quoted('a "b"'))
+    "a \"b\""
+    """
+    escaped = " ".join(text.split()).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def _line(column: BlockColumn, stated: Column | None) -> str:
+    parts = [f"header: {quoted(column.header)}"]
+    if column.unit and column.unit != "1":
+        parts.append(f"unit: {quoted(column.unit)}")
+    if column.sign < 0:
+        parts.append("sign: -1")
+    if stated is not None:
+        parts += [f"scale: {stated.scale:g}"] if stated.scale != 1.0 else []
+        parts += [f"pole_pairs: {stated.pole_pairs}"] if stated.pole_pairs is not None else []
+        plus = ", ".join(map(quoted, stated.plus))
+        parts += [f"plus: [{plus}]"] if plus else []
+    return "{" + ", ".join(parts) + "}"

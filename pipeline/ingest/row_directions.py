@@ -1,0 +1,253 @@
+"""Which rows were taken in reverse: a column or headings that say so, where codes have no sign."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pipeline.errors import Problem
+from pipeline.ingest.blocks import Block
+from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
+from pipeline.ingest.direction_words import (
+    CLOCKWISE,
+    COUNTERCLOCKWISE,
+    FORWARD,
+    NAMES,
+    REVERSE,
+)
+from pipeline.ingest.rows import listed
+from pipeline.ingest.vocabulary import plain, split_header
+from pipeline.vehicle.schema import Direction
+
+#: One letter means something beside its opposite alone.
+_LETTERS = ({"f": 1, "r": -1}, {"f": 1, "b": -1}, {"в": 1, "н": -1}, {"п": 1, "з": -1})
+_TURNS = ({"r": 1, "l": -1}, {"п": 1, "л": -1})
+_SIGNS = {"+": 1, "-": -1, "\u2212": -1, "+1": 1, "-1": -1}
+_MOST_TEXTS = 4
+
+
+@dataclass(frozen=True)
+class RowDirections:
+    """Direction of each row that has one (1 ahead, -1 reverse), its column, and what was odd."""
+
+    signs: Mapping[int, int]
+    column: int | None
+    problems: tuple[Problem, ...]
+
+
+def directions_of(
+    block: Block, rows: Sequence[int], stated: Direction | None, kind: str
+) -> RowDirections:
+    """Find the direction of the rows of a table.
+
+    Parameters
+    ----------
+    block : Block
+        The table.
+    rows : sequence of int
+        Rows that hold readings.
+    stated : Direction or None
+        What vehicle.yaml says of it.
+    kind : str
+        Section of vehicle.yaml, for messages.
+
+    Returns
+    -------
+    RowDirections
+        No signs where nothing tells a direction; an error where a column of that name holds two
+        words that are not understood.
+    """
+    read = {column.index for column in block.columns.values()}
+    heads = block.sheet.cells(block.header_row) if block.header_row >= block.sheet.first_row else ()
+    low, high = block.span
+    for index, head in enumerate(heads):
+        if index in read or not isinstance(head, str) or not low <= index <= high:
+            continue
+        is_named = any(plain(header.name) in _PLAIN_NAMES for header in split_header(head))
+        if stated is None and not is_named and not _may_be_words(block, rows, index):
+            continue
+        texts = _texts(block, rows, index)
+        if stated is not None:
+            if plain(head) == plain(stated.header):
+                words = {plain(text) for text in stated.reverse}
+                signs = {row: -1 if plain(text) in words else 1 for row, text in texts.items()}
+                return RowDirections(_filled(signs, rows), index, ())
+            continue
+        found = _of_column(block, index, head, texts, kind, is_named=is_named)
+        if found is not None:
+            return RowDirections(_filled(found.signs, rows), index, found.problems)
+    # within a load test these words are its branches, loading and unloading
+    no_words = _BRANCHES if kind == "load_test" else frozenset()
+    return RowDirections(_sections(block, rows, no_words), None, ())
+
+
+def _may_be_words(block: Block, rows: Sequence[int], index: int) -> bool:
+    """Tell whether the first filled cell of a column is a word or a sign."""
+    cells = (block.sheet.cell(row, index) for row in rows)
+    first = next((cell for cell in cells if cell is not None), None)
+    return isinstance(first, str) and (is_text(first) or first.strip() in _SIGNS)
+
+
+def _texts(block: Block, rows: Sequence[int], index: int) -> dict[int, str]:
+    texts: dict[int, str] = {}
+    for row in rows:
+        cell = block.sheet.cell(row, index)
+        if isinstance(cell, float) and not isinstance(cell, bool):
+            texts[row] = f"{cell:g}"
+        elif isinstance(cell, str):
+            texts[row] = cell.strip()
+    return texts
+
+
+def _of_column(
+    block: Block, index: int, head: str, texts: Mapping[int, str], kind: str, *, is_named: bool
+) -> RowDirections | None:
+    distinct = list(dict.fromkeys(_key(text) for text in texts.values()))
+    if not 1 <= len(distinct) <= _MOST_TEXTS or 2 * len(texts) < len(block_rows(block)):
+        return None
+    if any(is_number(text) for text in distinct) and not (
+        is_named and set(distinct) <= {*_SIGNS, "1"}
+    ):
+        return None
+    meaning, by_turn = _meaning(distinct)
+    letter = column_letter(index)
+    if meaning is None:
+        if not is_named or len(distinct) < 2:
+            return None
+        return RowDirections({}, index, (_unknown(block, letter, head, distinct, kind),))
+    if -1 not in meaning.values():
+        return None
+    signs = {row: meaning[_key(text)] for row, text in texts.items()}
+    problems: tuple[Problem, ...] = ()
+    if by_turn:
+        back = next(text for text in texts.values() if meaning[_key(text)] < 0)
+        what = (
+            f'"{shorten(head)}": "{shorten(back)}" is taken for reverse, that is for negative '
+            "codes; a left-handed screw pushes ahead with it."
+        )
+        remedy = (
+            "If it is the other way round, state it in vehicle.yaml: columns: "
+            f'{{{kind}: {{direction: {{header: "{shorten(head)}", reverse: [...]}}}}}}.'
+        )
+        place = block.sheet.place(block.header_row, letter)
+        problems = (Problem("warning", place, what, "", remedy),)
+    return RowDirections(signs, index, problems)
+
+
+def reverse_texts(block: Block, found: RowDirections) -> list[str]:
+    """Return the texts of a column of directions that mean reverse."""
+    if found.column is None:
+        return []
+    cells = [block.sheet.cell(row, found.column) for row, sign in found.signs.items() if sign < 0]
+    return list(dict.fromkeys(str(cell).strip() for cell in cells if cell is not None))
+
+
+def block_rows(block: Block) -> list[int]:
+    """Return the rows of a table that hold a number in a column that is read."""
+    columns = [column.index for column in block.columns.values()]
+    return [
+        row
+        for row, cells in block.rows()
+        if any(index < len(cells) and is_number(cells[index]) for index in columns)
+    ]
+
+
+def _meaning(distinct: Sequence[str]) -> tuple[dict[str, int] | None, bool]:
+    """Return the sign of each text, None where one is not understood; whether a turn tells it."""
+    for signs, by_turn in ((_WORDS, False), (_TURNING, True)):
+        if all(text in signs for text in distinct):
+            return {text: signs[text] for text in distinct}, by_turn
+    if len(distinct) == 2:
+        for tables, by_turn in ((_LETTERS, False), (_TURNS, True)):
+            for letters in tables:
+                if set(distinct) == set(letters):
+                    return dict(letters), by_turn
+    return None, False
+
+
+def _unknown(block: Block, letter: str, head: str, texts: Sequence[str], kind: str) -> Problem:
+    shown = ", ".join(f'"{shorten(text, 20)}"' for text in texts)
+    return Problem(
+        "error",
+        block.sheet.place(block.header_row, letter),
+        f'"{shorten(head)}" parts the rows into {shown}; which of them is reverse is not known. So '
+        "the table was left out.",
+        "negative codes, or words such as forward and reverse.",
+        f"State it in vehicle.yaml:\n  columns:\n    {kind}:\n      direction: "
+        f'{{header: "{shorten(head)}", reverse: ["..."]}}',
+    )
+
+
+def _sections(block: Block, rows: Sequence[int], no_words: frozenset[str]) -> dict[int, int]:
+    """Return the direction that the nearest heading between the rows says."""
+    signs: dict[int, int] = {}
+    heads = " ".join(str(one.value) for one in block.above if one.row > block.header_row)
+    sign, wanted = _section_sign(heads, no_words), set(rows)
+    for row, cells in block.rows():
+        if row in wanted:
+            if sign:
+                signs[row] = sign
+            continue
+        text = block.section_text(cells)
+        if text is None or not is_text(text):
+            continue
+        sign = _section_sign(text, no_words) or sign
+    return signs
+
+
+def _section_sign(text: str, no_words: frozenset[str]) -> int:
+    """Return the direction that a heading states, 0 for none or both."""
+    words = set(plain(text).split()) - no_words
+    ahead, back = words & _PLAIN_FORWARD, words & _PLAIN_REVERSE
+    return 0 if bool(ahead) == bool(back) else (1 if ahead else -1)
+
+
+def _filled(signs: Mapping[int, int], rows: Sequence[int]) -> dict[int, int]:
+    """Let a blank cell say what the one above says."""
+    filled: dict[int, int] = {}
+    last = 0
+    for row in rows:
+        last = signs.get(row, last)
+        if last:
+            filled[row] = last
+    return filled
+
+
+def against_codes(
+    block: Block, codes: Mapping[int, float], directions: RowDirections
+) -> tuple[dict[int, float], list[Problem]]:
+    """Return the codes with the sign of their direction.
+
+    Codes that have signs already keep them; rows in which the two contradict are named.
+    """
+    signs = directions.signs
+    if all(code >= 0.0 for code in codes.values()):
+        return {row: code * signs.get(row, 1) + 0.0 for row, code in codes.items()}, []
+    wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
+    if not wrong:
+        return dict(codes), []
+    what = f"the direction and the sign of the code contradict in {listed(wrong)}."
+    letter = None if directions.column is None else column_letter(directions.column)
+    place = block.sheet.place(wrong[0], letter)
+    remedy = "Correct the rows, or rename the column if it is no direction of thrust."
+    return dict(codes), [Problem("warning", place, what, "one direction a row.", remedy)]
+
+
+def _key(text: str) -> str:
+    if is_number(text):
+        return f"{parse_number(text):g}"
+    return plain(text) or text.strip()
+
+
+_BRANCHES = frozenset(map(plain, ("прямой", "прямое", "обратный", "обратное", "back")))
+_PLAIN_NAMES = frozenset(map(plain, NAMES))
+_PLAIN_FORWARD = frozenset(map(plain, FORWARD))
+_PLAIN_REVERSE = frozenset(map(plain, REVERSE))
+_WORDS = {
+    **dict.fromkeys(_PLAIN_FORWARD, 1),
+    **dict.fromkeys(_PLAIN_REVERSE, -1),
+    **_SIGNS,
+    "1": 1,
+}
+_TURNING = {
+    **{plain(word): 1 for word in CLOCKWISE},
+    **{plain(word): -1 for word in COUNTERCLOCKWISE},
+}
