@@ -10,8 +10,9 @@ from pipeline.diagnose.kinematics.instruments import InstrumentErrors
 from pipeline.diagnose.linear.characteristic import characteristic_profiles, curve_errors
 from pipeline.diagnose.linear.coordinates import coordinates
 from pipeline.diagnose.linear.follow import follow
-from pipeline.diagnose.linear.linear_model import Setting
+from pipeline.diagnose.linear.linear_model import Setting, motion_at
 from pipeline.diagnose.linear.predictions import Bench, voltage_channel
+from pipeline.diagnose.linear.rest import RestTerm, no_rest, rest_forces
 from pipeline.diagnose.linear.workers import Workers
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import candidates, unstated
@@ -100,6 +101,7 @@ def setting_of(
     threads: int = 2,
     vector: FloatArray | None = None,
     taken: Callable[[Sequence[Window]], BoolArray] | None = None,
+    terms: Sequence[RestTerm] | None = None,
 ) -> Setting:
     """Cut runs into windows and set up all unknowns.
 
@@ -119,6 +121,8 @@ def setting_of(
         Parameter vector of the model that follows the motion; the nominal one otherwise.
     taken : callable, optional
         Says of each window whether it is taken; all are otherwise.
+    terms : sequence of RestTerm, optional
+        Forces that the vehicle file lacks; none otherwise.
 
     Raises
     ------
@@ -148,18 +152,42 @@ def setting_of(
     )
     every = coordinates(packed, {**case.candidates, **unstated(packed.context)}, model.uncertainty)
     curves = curve_errors(case.vehicle, model.uncertainty.thrust)
+    unit = usual_force(packed) if force_unit is None else force_unit
     setting = Setting(
         bench,
         run_nuisance(stack, len(runs)),
         every,
-        usual_force(packed) if force_unit is None else force_unit,
+        unit,
         np.zeros((len(stack.owner), 0)),
+        np.zeros(0, int),
         np.ones(len(stack.owner)),
+        no_rest(bench.window_count, PIECES),
         characteristic_profiles(packed, stack.windows, bench.whole, curves),
-        np.zeros(len(every)),
         curves,
     )
-    return replace(setting, extra=_voltage_offsets(setting, len(runs)))
+    offsets = _voltage_offsets(setting, len(runs))
+    setting = replace(setting, extra=offsets, extra_run=np.arange(offsets.shape[1]))
+    return with_rest(setting, terms) if terms else setting
+
+
+def with_rest(setting: Setting, terms: Sequence[RestTerm]) -> Setting:
+    """Give a setting the forces of the rest, along the motion that its pulls lead to."""
+    bench = setting.bench
+    motion = motion_at(setting, setting.origin())
+    lengths = np.array([len(window.command) for window in bench.stack.windows])
+    # the last sample of a window begins no step
+    begins = np.ones(len(motion.state), bool)
+    begins[np.cumsum(lengths + 1) - 1] = False
+    rest = rest_forces(
+        bench.stack.packed,
+        terms,
+        motion.state[begins],
+        np.repeat(bench.whole.steps_s, lengths),
+        bench.cut.bounds,
+        setting.force_unit,
+        bench.window_count,
+    )
+    return replace(setting, rest=rest)
 
 
 def led_by(

@@ -7,7 +7,9 @@ are
 
 with y the whitened residual plus what the unknowns at the point add, so the unknowns are counted
 from zero, where their priors are centred. Starts and forces belong to one window, the shared
-unknowns (sensor offsets, attitude wander) to a run, the departures to all.
+unknowns (sensor offsets, attitude wander) to a run, the departures to all. A departure is how far a
+parameter of an effect is off its file, how much of a force of the rest there is (`rest`), or by how
+much a thruster's curve is off (`characteristic`), in this order.
 """
 
 from collections.abc import Sequence
@@ -26,10 +28,11 @@ from pipeline.diagnose.linear.predictions import (
     simulate_windows,
 )
 from pipeline.identify.run_nuisance import RunNuisance
+from pipeline.diagnose.linear.rest import RestForces
 from pipeline.identify.window_derivatives import Problem, moved_starts
 from pipeline.identify.window_outputs import whitened
 from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.types import BoolArray, FloatArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: How far beyond what an effect allows its mirror image is believed, in the same units.
 BEYOND = 0.3
@@ -42,7 +45,7 @@ class Point:
     """Where the model is linear: starts (windows, 12), forces (windows, 6 pieces), shared (s,).
 
     Starts are counted in prior standard deviations, forces in `Setting.force_unit`, `departures`
-    (g,) in the coordinates' units.
+    (d,) in the units of `Setting`.
     """
 
     starts: FloatArray
@@ -60,18 +63,37 @@ class Setting:
     bench: Bench
     shared: RunNuisance
     coordinates: tuple[Coordinate, ...]
+    """Of the first departures: one a parameter of an effect."""
     force_unit: FloatArray
-    """(6,) N and N m: standard deviation of the outside force of a healthy vehicle."""
+    """(6,) N and N m: unit of the outside force."""
     extra: FloatArray
-    """(rows, e) columns of further unknowns of unit variance."""
+    """(rows, e) columns of further unknowns of unit variance, each of one run."""
+    extra_run: IntArray
+    """(e,) their runs."""
     row_scale: FloatArray
     """(rows,) weight of each reading: below 1 for outliers and noisy channels."""
+    rest: RestForces
+    """Forces of the rest, over pieces: the departures after the coordinates'."""
     profiles: FloatArray
-    """(steps, 6, k) forces of further unknowns of unit variance, after those of `extra`."""
-    scatter: FloatArray
-    """(g,) by how much the departures of a run differ from the vehicle's."""
+    """(steps, 6, k) forces of curves that are off by a standard deviation: the last departures."""
     curves: CurveErrors
     """By how much the thrusters' curves may be off: what `profiles` are made of."""
+
+    @property
+    def size(self) -> int:
+        """Number of departures."""
+        return len(self.coordinates) + self.rest.size + self.profiles.shape[2]
+
+    @property
+    def of_rest(self) -> slice:
+        """Departures that are forces of the rest."""
+        first = len(self.coordinates)
+        return slice(first, first + self.rest.size)
+
+    @property
+    def of_curves(self) -> slice:
+        """Departures that are errors of the thrusters' curves."""
+        return slice(len(self.coordinates) + self.rest.size, self.size)
 
     @property
     def problem(self) -> Problem:
@@ -84,8 +106,8 @@ class Setting:
         return Point(
             np.zeros((count, 12)),
             np.zeros((count, 6 * self.bench.pieces)),
-            np.zeros(self.shared.size + self.extra.shape[1] + self.profiles.shape[2]),
-            np.zeros(len(self.coordinates)),
+            np.zeros(self.shared.size + self.extra.shape[1]),
+            np.zeros(self.size),
             pull=1.0,
         )
 
@@ -142,20 +164,20 @@ def forces_at(setting: Setting, point: Point) -> FloatArray:
     Unknown ones are counted as the acceleration that they give the nominal vehicle.
     """
     bench = setting.bench
-    forces = point.forces * np.tile(setting.force_unit, bench.pieces)
-    if point.forces.any():
+    rest = setting.rest.of(point.departures[setting.of_rest])
+    forces = (point.forces + rest) * np.tile(setting.force_unit, bench.pieces)
+    if forces.any():
         here = mass_of(vector_of(setting, point.departures))
         same = np.linalg.solve(mass_of(bench.stack.packed.vector), here)
         forces = (forces.reshape(-1, 6) @ same).reshape(forces.shape)
-    first = setting.shared.size + setting.extra.shape[1]
-    return outside_forces(bench, forces, point.pull) + setting.profiles @ point.shared[first:]
+    curves = setting.profiles @ point.departures[setting.of_curves]
+    return outside_forces(bench, forces, point.pull) + curves
 
 
 def vector_of(setting: Setting, departures: FloatArray) -> FloatArray:
     """Parameter vector at departures, those of a product taken apart."""
-    return vector_at(
-        setting.bench.stack.packed, setting.coordinates, plain(setting.coordinates, departures)
-    )
+    every = setting.coordinates
+    return vector_at(setting.bench.stack.packed, every, plain(every, departures[: len(every)]))
 
 
 def plain(all_coordinates: Sequence[Coordinate], departures: FloatArray) -> FloatArray:

@@ -107,17 +107,19 @@ def chained(  # noqa: PLR0917 - one caller
     weight = setting.row_scale[:, None]
     if known is not None:
         departures = known.departures.copy()
-        curves = known.extra[:, setting.extra.shape[1] :]
     else:
-        departures = np.zeros((len(white), len(setting.coordinates)))
-        curves = white[:, first : first + profiles]
+        departures = np.zeros((len(white), setting.size))
+        departures[:, setting.of_curves] = white[:, first : first + profiles]
     departures[:, list(anew)] = white[:, 12 + forces : first]
+    for number, (a, b) in enumerate(pairwise(bench.stack.bounds)):
+        # a force of the rest is an outside force whose course is known
+        departures[a:b, setting.of_rest] = white[a:b, 12 : 12 + forces] @ setting.rest.shape[number]
     model = LinearModel(
         setting,
         point,
         white[:, : 12 + forces],
         setting.shared.columns * weight,
-        np.concatenate([setting.extra * weight, curves], axis=1),
+        setting.extra * weight,
         departures,
         np.zeros(0),
         residual,
