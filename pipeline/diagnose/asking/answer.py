@@ -16,14 +16,15 @@ from pipeline.diagnose.asking.hypotheses import (
 from pipeline.diagnose.asking.view import View
 from pipeline.diagnose.linear.linear_model import realisable
 from pipeline.diagnose.linear.scales import Level
+from pipeline.diagnose.linear.tangent import linear_model
 from pipeline.types import FloatArray
 
 #: Ordinary departures go no further than this, in standard deviations: no simulation is led astray.
 _MOST_ORDINARY = 4.0
-#: A departure has settled when it moves by less than this, or by less than it is known to.
-_SETTLED, _OF_DEVIATION = 0.02, 0.3
+#: An answer has settled when a step changes its log evidence by less.
+_SAME = 1.0
 #: Steps of one simulation each.
-_STEPS = 4
+_STEPS = 6
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,10 @@ class Answer:
         """Most probable departures (d,) by the chosen windows, and their deviations."""
         variance = np.zeros(0) if self.finding is None else self.finding.variance
         return self.view.estimate(self.level, self.which, variance)
+
+    def within(self) -> FloatArray:
+        """Most probable departures (d,), the ordinary ones kept ordinary."""
+        return _within(self.view, self.estimate()[0], self)
 
 
 def answer_in(
@@ -153,41 +158,73 @@ def answer_in(
 
 
 def settled(
-    answer: Answer, groups: dict[Group, tuple[int, ...]]
+    answer: Answer, groups: dict[Group, tuple[int, ...]], relinearised: int = 0
 ) -> Answer:
-    """Go to where an answer is most probable, with the derivatives of its view.
+    """Go to where an answer is most probable.
 
-    Each step is one simulation (chord method). What the linear model promises and the simulation
-    does not bear out is lost.
+    Each step is one simulation with the derivatives of the view (chord method). What the linear
+    model promises and the simulation does not bear out is lost.
+
+    Parameters
+    ----------
+    answer : Answer
+        As its view promises it.
+    groups : dict
+        Coordinates of each effect at each target.
+    relinearised : int
+        How often new derivatives may be taken, of the motion and the answer's own departures, where
+        the steps do not come to an end.
     """
-    every, view, best = answer.view.setting.coordinates, answer.view, answer
-    departures, deviation = answer.estimate()
-    at = _within(view, departures, answer)
-    reached: Answer | None = None
+    best, view = _stepped(answer, answer.view, groups)
+    for _ in range(relinearised):
+        if best is None or best.settled:
+            break
+        point = best.view.model.point
+        view = View.of(
+            linear_model(view.setting, point, known=view.model, renew=answer.which),
+            view.beliefs,
+            view.chosen,
+        )
+        again = answer_in(
+            view, groups, answer.groups, answer.which or None, _near(view, best.level)
+        )
+        if again is None:
+            break
+        better, _ = _stepped(again, view, groups)
+        best = best if better is None else better
+    if best is None or not best.settled:
+        # what the last step promises was borne out by none before
+        return replace(best or answer, ordinary=-np.inf, strange=-np.inf)
+    return best
+
+
+def _stepped(
+    answer: Answer, view: View, groups: dict[Group, tuple[int, ...]]
+) -> tuple[Answer | None, View]:
+    """Take steps with the derivatives of a view; None where no vehicle can be led there."""
+    every, at = view.setting.coordinates, answer.within()
+    found: Answer | None = None
+    level = answer.level
+    seen_from = answer.view
     for _ in range(_STEPS):
-        seen = view.at(view.motion(best.level, realisable(every, at)))
-        found = None
+        seen = view.at(seen_from.motion(level, realisable(every, at)))
+        told = None
         if seen is not None:
-            near = _near(view, best.level)
-            found = answer_in(seen, groups, answer.groups, answer.which or None, near)
-        if found is None:
-            if reached is None and answer.which:
-                # too far for one step: what acts strongly is far from straight
-                at = _halved(view, at, answer)
-                continue
-            break
-        step = found.estimate()[0] - at
-        moved = np.abs(step[list(answer.which)]) if answer.which else np.abs(step)
-        own = deviation[list(answer.which)] if answer.which else deviation
-        if reached is not None and found.value < reached.value - 1.0:
-            break
-        reached = best = replace(found, settled=True)
-        if (moved < np.maximum(_SETTLED, _OF_DEVIATION * own)).all():
-            break
-        at = _within(view, at + step, answer)
-    if reached is None:
-        return replace(answer, ordinary=-np.inf, strange=-np.inf)
-    return reached
+            told = answer_in(
+                seen, groups, answer.groups, answer.which or None, _near(view, level)
+            )
+        if seen is None or told is None:
+            if found is not None or not answer.which:
+                break
+            # too far for one step: what acts strongly is far from straight
+            at = _halved(view, at, answer)
+            continue
+        before, found = found, told
+        level, seen_from = found.level, seen
+        if before is not None and abs(found.value - before.value) < _SAME:
+            return replace(found, settled=True), view
+        at = found.within()
+    return found, view
 
 
 def _near(view: View, level: Level) -> tuple[Level, ...]:

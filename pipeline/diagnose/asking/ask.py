@@ -1,6 +1,6 @@
 """Ask the runs: which answer makes them most probable, each at its own point."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -24,15 +24,19 @@ from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
 #: Single effects that are gone to, and pairs.
-_SINGLES, _PAIRS = 6, 3
+_SINGLES, _PAIRS = 5, 3
+#: Targets of an effect that are gone to; single effects from which pairs are built.
+_TARGETS, _FROM = 2, 4
+#: How often `none` is made linear again on the way to its own point.
+_RELINEARISED = 3
 #: Log evidence by which an answer is too far behind to be gone to.
 _BEHIND = 50.0
 #: Times that all are judged anew at the point of the best one.
 _ANEW = 2
-#: Departure from which on the best answer's own point is another place than where all were judged.
-_ELSEWHERE = 0.1
 #: Sizes at which signatures are taken of what has none at neutral: weak and strong.
 _WEAK, _STRONG = 0.1, 1.0
+#: Force, over what is most probable, that is free to follow whatever is slow.
+_FREE = 4.0
 #: Share of the time in which the simulation may run away.
 _MOST_LOST = 0.3
 
@@ -104,35 +108,46 @@ def ask(  # noqa: PLR0917 - one caller
             setting, reach(led, stated), levels(healthy_known=False), several_runs=several
         )
     groups = groups_of(setting.coordinates)
-    begun = View.of(led, beliefs, taking)
-    first = _first(begun, groups)
-    view, noise = _with_noise(begun, first, beliefs)
-    strong = linear_model(
-        view.setting, view.model.point, wide=_STRONG, known=view.model, renew=sorted(may_bend(setting.coordinates))
+    view, _ = _with_noise(View.of(led, beliefs, taking), groups)
+    # along the measured motion the evidence is off by the square of its noise
+    first = _first(view, groups)
+    at = realisable(setting.coordinates, first.within())
+    near = linear_near(view.setting, force_prior(setting, first.level), at, view.model, ())
+    view, noise = _with_noise(View.of(near, beliefs, taking), groups)
+    none = settled(_first(view, groups), groups, _RELINEARISED)
+    view = View.of(
+        linear_model(view.setting, none.view.model.point, known=view.model, renew=()),
+        beliefs,
+        taking,
     )
-    found: dict[tuple[Group, ...], Answer] = {}
+    bending = sorted(may_bend(setting.coordinates))
+    strong = View.of(
+        linear_model(
+            view.setting, view.model.point, wide=_STRONG, known=view.model, renew=bending
+        ),
+        beliefs,
+        taking,
+    )
+    found: dict[tuple[Group, ...], Answer] = {(): none}
     _judge_all(view, groups, found)
-    _judge_all(View.of(strong, beliefs, taking), groups, found, pairs_too=False)
-    rounds = 2
+    _judge_all(strong, groups, found, only={setting.coordinates[k].effect.id for k in bending})
+    rounds = 3
     for _ in range(_ANEW):
         best = _best(found)
-        departures = best.estimate()[0]
-        at = realisable(setting.coordinates, departures)
-        moved = np.abs(at - view.model.point.departures)[list(best.which)] if best.which else np.zeros(1)
-        if moved.max() < _ELSEWHERE and rounds > 2:
+        if not best.groups:
             break
-        there = _linear_at(case, runs, channels, view, best, at)
+        point = best.view.model.point
+        try:
+            model = linear_model(view.setting, point)
+        except CannotComputeError:
+            break
         rounds += 1
-        if there is None:
-            break
-        view = View.of(there, beliefs, taking)
         before = best.groups
-        found.pop(best.groups)
-        _judge_all(view, groups, found, always=(best.groups,))
-        if _best(found).groups == before and rounds > 2:
+        _judge_all(View.of(model, beliefs, taking), groups, found, anchor=best)
+        if _best(found).groups == before:
             break
     ordered = sorted(found.values(), key=lambda one: -one.value)
-    return Asked(tuple(ordered), view, groups, noise, rounds)
+    return Asked(tuple(ordered), ordered[0].view, groups, noise, rounds)
 
 
 def _first(view: View, groups: dict[Group, tuple[int, ...]]) -> Answer:
@@ -145,84 +160,84 @@ def _best(found: dict[tuple[Group, ...], Answer]) -> Answer:
     return max(found.values(), key=lambda one: one.value)
 
 
-def _with_noise(view: View, none: Answer, beliefs: Beliefs) -> tuple[View, dict[str, NoiseFound]]:
+def _with_noise(
+    view: View, groups: dict[Group, tuple[int, ...]]
+) -> tuple[View, dict[str, NoiseFound]]:
     """Weigh channels by their noise, judged where the force may explain all that is slow."""
-    high = Level(np.maximum(2.0 * none.level.factor, 2.0), 1.0, False)
-    departures = none.estimate()[0]
-    motion = view.motion(high, departures)
-    residual = residual_with(view.model, motion, departures)
+    none = _first(view, groups)
+    high = Level(np.maximum(_FREE * none.level.factor, _FREE), 1.0, False)
+    departures = none.within()
+    residual = residual_with(view.model, view.motion(high, departures), departures)
     noise = noise_found(view.model, residual)
-    widen = {name: max(one.widen, beliefs.widen.get(name, 1.0)) for name, one in noise.items()}
-    return View.of(widened(view.model, residual, widen), beliefs, view.chosen), noise
+    known = view.beliefs.widen
+    widen = {name: min(known.get(name, one.widen), one.widen) for name, one in noise.items()}
+    if (view.setting.row_scale < 1.0).any():
+        # what was weighed already needs no more, but where a window asks for it
+        widen = dict.fromkeys(widen, 1.0)
+    return View.of(widened(view.model, residual, widen), view.beliefs, view.chosen), noise
 
 
 def _judge_all(
     view: View,
     groups: dict[Group, tuple[int, ...]],
     found: dict[tuple[Group, ...], Answer],
-    always: Sequence[tuple[Group, ...]] = (),
-    *,
-    pairs_too: bool = True,
+    anchor: Answer | None = None,
+    only: Collection[str] | None = None,
 ) -> None:
-    """Judge all answers from a view, go to the most probable ones, and keep what is better."""
+    """Judge all answers from a view, go to the most probable ones, and keep what is better.
+
+    `anchor` is the answer at whose point the view is, `none` otherwise: what is not gone to counts
+    by what the view promises of it beyond the anchor. `only` names the effects that are asked.
+    """
     workers = view.setting.bench.workers
-    every = view.setting.coordinates
-    none = _first(view, groups)
+    own = () if anchor is None else anchor.groups
+    here = answer_in(view, groups, own, None if anchor is None else anchor.which)
+    if here is None:
+        return
+    if anchor is not None:
+        settled_here = settled(here, groups)
+        if settled_here.value > found[own].value:
+            found[own] = settled_here
+    shift = found[own].value - here.value
+    asked = [g for g in groups if only is None or g[0] in only]
     singles = [
-        one for one in workers.each([partial(answer_in, view, groups, (g,)) for g in groups]) if one
+        one for one in workers.each([partial(answer_in, view, groups, (g,)) for g in asked]) if one
     ]
     singles.sort(key=lambda one: -one.value)
-    strongest: list[Answer] = []
-    for one in singles:
-        if len({other.effects for other in strongest}) >= _SINGLES and one.effects not in {
-            other.effects for other in strongest
-        }:
-            continue
-        if sum(other.effects == one.effects for other in strongest) < 2:
-            strongest.append(one)
     both: list[Answer] = []
-    if pairs_too:
-        level = singles[0].level if singles else none.level
-        ground = view.told(level, held_out=True).ground
-        each = [one.finding for one in singles[:4] if one.finding is not None]
-        for pair in pairs(ground, every, groups, each, 4)[: 2 * _PAIRS]:
+    if only is None and singles:
+        ground = view.told(singles[0].level, held_out=True).ground
+        each = [one.finding for one in singles[:_FROM] if one.finding is not None]
+        for pair in pairs(ground, view.setting.coordinates, groups, each, _FROM)[: 2 * _PAIRS]:
             answer = answer_in(view, groups, pair.groups, pair.which)
             if answer is not None:
                 both.append(answer)
         both.sort(key=lambda one: -one.value)
-        both = both[:_PAIRS]
-    again = [one for one in singles if (one.groups,) and one.groups in always]
-    if found:
+    best = max(one.value for one in found.values())
+    tried = [*_of_each(singles, _SINGLES), *both[:_PAIRS]]
+    if own or only is not None:
         # what is far behind an answer that was gone to will not come first
-        least = _best(found).value - _BEHIND
-        strongest = [one for one in strongest if one.value > least]
-        both = [one for one in both if one.value > least]
-    tried = {one.groups: one for one in [none, *strongest, *again, *both]}
-    for groups_ in always:
-        if groups_ not in tried and groups_:
-            old = [k for g in groups_ for k in groups[g]]
-            answer = answer_in(view, groups, groups_, old)
-            if answer is not None:
-                tried[groups_] = answer
-    for one in workers.each([partial(settled, one, groups) for one in tried.values()]):
+        tried = [one for one in tried if one.value + shift > best - _BEHIND]
+    # nothing is the matter, seen from where something was thought to be
+    tried.append(_first(view, groups))
+    for one in workers.each([partial(settled, one, groups, 1) for one in tried]):
         known = found.get(one.groups)
-        if known is None or one.value > known.value:
+        if known is None or not known.settled or one.value > known.value:
             found[one.groups] = one
     for one in singles:
-        found.setdefault(one.groups, one)
+        if one.groups not in found and one.value + shift < best:
+            found[one.groups] = replace(
+                one, ordinary=one.ordinary + shift, strange=one.strange + shift
+            )
 
 
-def _linear_at(  # noqa: PLR0917 - one caller
-    case: Case,
-    runs: Sequence[RunTable],
-    channels: Sequence[ChannelNoise],
-    view: View,
-    best: Answer,
-    at: FloatArray,
-) -> "object | None":
-    """Linearise at an answer's own point, with derivatives of all departures."""
-    try:
-        led = led_by(view.setting, case.packed, runs, channels, vector_of(view.setting, at))
-        return linear_near(led, force_prior(view.setting, best.level), at)
-    except CannotComputeError:
-        return None
+def _of_each(singles: Sequence[Answer], most: int) -> list[Answer]:
+    """Take the strongest effects, each at its two strongest targets."""
+    found: list[Answer] = []
+    for one in singles:
+        names = {other.effects for other in found}
+        if one.effects not in names and len(names) >= most:
+            continue
+        if sum(other.effects == one.effects for other in found) < _TARGETS:
+            found.append(one)
+    return found

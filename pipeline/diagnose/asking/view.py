@@ -21,7 +21,8 @@ from pipeline.diagnose.linear.elimination import (
     with_readings,
     without_scatter,
 )
-from pipeline.diagnose.linear.evidence import fit
+from pipeline.diagnose.linear.coordinates import limits_of
+from pipeline.diagnose.linear.evidence import held_within, posterior
 from pipeline.diagnose.linear.linear_model import LinearModel, Point, Setting
 from pipeline.diagnose.linear.most_probable import readings_there
 from pipeline.diagnose.linear.scales import Level, force_prior
@@ -130,7 +131,8 @@ class View:
         covariance = self.beliefs.prior.covariance.copy()
         index = np.array(which, int)
         covariance[index, index] += variance
-        found = fit(
+        found = posterior(
             self.told(level, held_out=False).whole, replace(self.beliefs.prior, covariance=covariance)
         )
-        return found.mean, found.std
+        found = held_within(found, limits_of(self.setting.coordinates))
+        return found.mean, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))

@@ -30,7 +30,8 @@ from pipeline.diagnose.linear.elimination import (
     together,
     without_scatter,
 )
-from pipeline.diagnose.linear.evidence import Prior, posterior
+from pipeline.diagnose.linear.coordinates import limits_of
+from pipeline.diagnose.linear.evidence import Prior, held_within, posterior
 from pipeline.diagnose.linear.linear_model import LinearModel, Setting, realisable
 from pipeline.diagnose.linear.most_probable import moving_freely
 from pipeline.diagnose.linear.noise_check import noise_found, residual_with, widened
@@ -56,6 +57,8 @@ _COMMON = "thrust_deduction"
 _BEFORE = 1.0
 #: Rounds of the expectation maximisation, and of the widths within each.
 _ROUNDS, _WITHIN = 5, 3
+#: Force, over the ordinary, that follows whatever is slow: what is left is noise.
+_FREE = 8.0
 #: No axis has an outside force below this share of the usual one.
 _LEAST_FORCE = 0.1
 
@@ -91,27 +94,24 @@ def learn(setting: Setting) -> Learned:
     """
     led = linear_model(setting, setting.origin())
     width = ordinary_widths(setting, reach(led, _stated(setting)))
-    widths = _begun(setting, width)
-    factor = np.ones(6)
-    model, normal = led, grams(led)
+    widths, factor, widen = _begun(setting, width), np.ones(6), {}
+    model = led
     for number in range(2):
+        model, told = _with_noise(model, widths, factor)
+        widen = told or widen
+        normal = grams(model)
         vehicle, of_runs, widths, factor = _maximised(setting, normal, widths, factor)
         if number == 0:
             # once more at the motion that is most probable with what was learned
             forces = force_prior(setting, Level(factor, 1.0, True))
             at = realisable(setting.coordinates, vehicle)
-            freely = moving_freely(led, forces, at, led, ())
-            if freely is not None and freely.lost <= led.lost:
+            freely = moving_freely(model, forces, at, model, ())
+            if freely is not None and freely.lost <= model.lost:
                 model = freely
-            normal = grams(model)
-            state = solve(normal, factored(normal, forces), of_runs)
-            residual = _residual(model, state, of_runs)
-            widen = {name: one.widen for name, one in noise_found(model, residual).items()}
-            model = widened(model, residual, widen)
-            normal = grams(model)
     equations = factored(normal, force_prior(setting, Level(factor, 1.0, True)))
     stats = marginals(normal, equations)
-    found = posterior(_pooled(stats, np.sqrt(widths.runs)), _prior(widths))
+    limits = limits_of(setting.coordinates)
+    found = held_within(posterior(_pooled(stats, np.sqrt(widths.runs)), _prior(widths)), limits)
     unit = setting.force_unit * factor
     beliefs = Beliefs(
         Prior(found.mean, found.covariance),
@@ -122,6 +122,21 @@ def learn(setting: Setting) -> Learned:
         widen,
     )
     return Learned(beliefs, model, found.mean, of_runs)
+
+
+def _with_noise(
+    model: LinearModel, widths: _Widths, factor: FloatArray
+) -> tuple[LinearModel, dict[str, float]]:
+    """Weigh readings by what is left of them where the force is free; with the factors on channels."""
+    setting, normal = model.setting, grams(model)
+    free = factored(normal, force_prior(setting, Level(_FREE * np.maximum(factor, 1.0), 1.0, True)))
+    _, of_runs, _ = _expected(setting, marginals(normal, free), widths)
+    residual = _residual(model, solve(normal, free, of_runs), of_runs)
+    noise = noise_found(model, residual)
+    widen = {name: one.widen for name, one in noise.items()}
+    if (setting.row_scale < 1.0).any():
+        return widened(model, residual, dict.fromkeys(widen, 1.0)), {}
+    return widened(model, residual, widen), widen
 
 
 def _stated(setting: Setting) -> FloatArray:
@@ -138,12 +153,12 @@ def groups_of_widths(setting: Setting) -> list[list[int]]:
     first = len(setting.coordinates)
     for k, term in enumerate(setting.rest.terms):
         found.setdefault(term.group, []).append(first + k)
-    return list(found.values())
+    return [*found.values(), list(range(setting.size))[setting.of_curves]]
 
 
 def _begun(setting: Setting, width: FloatArray) -> _Widths:
     vehicle, runs = width**2, (_BETWEEN_RUNS * width) ** 2
-    runs[setting.of_curves] = 0.0
+    runs[setting.of_curves] = _BETWEEN_RUNS**2
     for k, term in enumerate(setting.rest.terms, len(setting.coordinates)):
         own = _REST[term.kind]
         vehicle[k], runs[k] = own[0] ** 2, own[1] ** 2
@@ -164,7 +179,8 @@ def _maximised(
     """Departures of the vehicle (d,) and of the runs (runs, d), their widths, and the force (6,)."""
     begun, groups = widths, groups_of_widths(setting)
     rest = np.zeros(setting.size, bool)
-    rest[setting.of_rest] = True
+    # errors of curves as well: how a controller makes thrust of a stick is in no file
+    rest[setting.of_rest], rest[setting.of_curves] = True, True
     free = rest.copy()
     free[[k for k, one in enumerate(setting.coordinates) if one.effect.id == _COMMON]] = True
     window = max(w.duration_s for w in setting.bench.stack.windows)
@@ -174,7 +190,7 @@ def _maximised(
         equations = factored(normal, force_prior(setting, Level(factor, 1.0, True)))
         stats = marginals(normal, equations)
         for _ in range(_WITHIN):
-            vehicle, of_runs, squares = _expected(stats, widths)
+            vehicle, of_runs, squares = _expected(setting, stats, widths)
             runs, wide = widths.runs.copy(), widths.vehicle.copy()
             for own in groups:
                 moving = [k for k in own if begun.runs[k] > 0.0 and (rest[k] or stated[k] > 0.0)]
@@ -199,11 +215,12 @@ def _ratio(squares: FloatArray, before: FloatArray) -> float:
 
 
 def _expected(
-    stats: Sequence[Marginal], widths: _Widths
+    setting: Setting, stats: Sequence[Marginal], widths: _Widths
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
     """Expected departures of vehicle (d,) and runs (r, d); squares of the vehicle's, of runs' own."""
     scatter = np.sqrt(widths.runs)
-    found = posterior(_pooled(stats, scatter), _prior(widths))
+    limits = limits_of(setting.coordinates)
+    found = held_within(posterior(_pooled(stats, scatter), _prior(widths)), limits)
     free = np.flatnonzero(scatter)
     of_runs, squares = [], []
     for one in stats:
