@@ -101,7 +101,6 @@ def setting_of(
     threads: int = 2,
     vector: FloatArray | None = None,
     taken: Callable[[Sequence[Window]], BoolArray] | None = None,
-    terms: Sequence[RestTerm] | None = None,
 ) -> Setting:
     """Cut runs into windows and set up all unknowns.
 
@@ -121,8 +120,6 @@ def setting_of(
         Parameter vector of the model that follows the motion; the nominal one otherwise.
     taken : callable, optional
         Says of each window whether it is taken; all are otherwise.
-    terms : sequence of RestTerm, optional
-        Forces that the vehicle file lacks; none otherwise.
 
     Raises
     ------
@@ -152,22 +149,19 @@ def setting_of(
     )
     every = coordinates(packed, {**case.candidates, **unstated(packed.context)}, model.uncertainty)
     curves = curve_errors(case.vehicle, model.uncertainty.thrust)
-    unit = usual_force(packed) if force_unit is None else force_unit
     setting = Setting(
         bench,
         run_nuisance(stack, len(runs)),
         every,
-        unit,
+        usual_force(packed) if force_unit is None else force_unit,
         np.zeros((len(stack.owner), 0)),
-        np.zeros(0, int),
         np.ones(len(stack.owner)),
-        no_rest(bench.window_count, PIECES),
         characteristic_profiles(packed, stack.windows, bench.whole, curves),
+        np.zeros(len(every)),
         curves,
+        no_rest(bench.window_count, PIECES),
     )
-    offsets = _voltage_offsets(setting, len(runs))
-    setting = replace(setting, extra=offsets, extra_run=np.arange(offsets.shape[1]))
-    return with_rest(setting, terms) if terms else setting
+    return replace(setting, extra=_voltage_offsets(setting, len(runs)))
 
 
 def with_rest(setting: Setting, terms: Sequence[RestTerm]) -> Setting:

@@ -1,4 +1,4 @@
-"""One answer: its effects, at its own most probable point, and how probable it makes the readings."""
+"""One answer: its effects at their most probable point, and how probable it makes the readings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,15 +6,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from pipeline.diagnose.asking.hypotheses import (
+from pipeline.diagnose.asking.run_marginals import possible
+from pipeline.diagnose.asking.view import View
+from pipeline.diagnose.judging.hypotheses import (
     Finding,
     Group,
     best_subset,
     judge,
     subset_price,
 )
-from pipeline.diagnose.asking.view import View
-from pipeline.diagnose.linear.linear_model import realisable
 from pipeline.diagnose.linear.scales import Level
 from pipeline.diagnose.linear.tangent import linear_model
 from pipeline.types import FloatArray
@@ -118,9 +118,7 @@ def answer_in(
     levels = view.even if levels is None else levels
     grounds = [view.told(level, held_out=True) for level in levels]
     if own and which is None:
-        first = max(
-            range(len(levels)), key=lambda k: grounds[k].nothing + np.log(levels[k].weight)
-        )
+        first = max(range(len(levels)), key=lambda k: grounds[k].nothing + np.log(levels[k].weight))
         targets = sum(effect == own[0][0] for effect, _ in groups)
         found = []
         for k in sorted({first, max(first - 2, 0)}):
@@ -130,7 +128,9 @@ def answer_in(
         if not found:
             return None
         which = max(found)[1]
-    price = sum(subset_price(groups, one, sum(k in groups[one] for k in which or ())) for one in own)
+    price = sum(
+        subset_price(groups, one, sum(k in groups[one] for k in which or ())) for one in own
+    )
     for level, told in zip(levels, grounds, strict=True):
         if not own:
             rows.append((level, told.nothing, None))
@@ -157,9 +157,7 @@ def answer_in(
     )
 
 
-def settled(
-    answer: Answer, groups: dict[Group, tuple[int, ...]], relinearised: int = 0
-) -> Answer:
+def settled(answer: Answer, groups: dict[Group, tuple[int, ...]], relinearised: int = 0) -> Answer:
     """Go to where an answer is most probable.
 
     Each step is one simulation with the derivatives of the view (chord method). What the linear
@@ -192,6 +190,8 @@ def settled(
             break
         better, _ = _stepped(again, view, groups)
         best = best if better is None else better
+    if best is not None and not answer.groups:
+        return best
     if best is None or not best.settled:
         # what the last step promises was borne out by none before
         return replace(best or answer, ordinary=-np.inf, strange=-np.inf)
@@ -202,17 +202,15 @@ def _stepped(
     answer: Answer, view: View, groups: dict[Group, tuple[int, ...]]
 ) -> tuple[Answer | None, View]:
     """Take steps with the derivatives of a view; None where no vehicle can be led there."""
-    every, at = view.setting.coordinates, answer.within()
+    at = answer.within()
     found: Answer | None = None
     level = answer.level
     seen_from = answer.view
     for _ in range(_STEPS):
-        seen = view.at(seen_from.motion(level, realisable(every, at)))
+        seen = view.at(seen_from.motion(level, possible(view.setting, at)))
         told = None
         if seen is not None:
-            told = answer_in(
-                seen, groups, answer.groups, answer.which or None, _near(view, level)
-            )
+            told = answer_in(seen, groups, answer.groups, answer.which or None, _near(view, level))
         if seen is None or told is None:
             if found is not None or not answer.which:
                 break

@@ -1,22 +1,23 @@
 """Ask the runs: which answer makes them most probable, each at its own point."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from pipeline.diagnose.asking.answer import Answer, answer_in, settled
-from pipeline.diagnose.asking.hypotheses import Group, groups_of, with_wide, screen
-from pipeline.diagnose.asking.pairs import pairs
+from pipeline.diagnose.asking.beliefs import Beliefs, as_stated, reach
+from pipeline.diagnose.asking.run_marginals import possible, solve
 from pipeline.diagnose.asking.view import View
-from pipeline.diagnose.case import Case, led_by, setting_of
-from pipeline.diagnose.linear.beliefs import Beliefs, as_stated, reach
+from pipeline.diagnose.asking.window_noise import residual_left, widened_by_window
+from pipeline.diagnose.case import Case, led_by, setting_of, with_rest
+from pipeline.diagnose.judging.hypotheses import Group, groups_of
+from pipeline.diagnose.judging.pairs import pairs
 from pipeline.diagnose.linear.coordinates import may_bend
-from pipeline.diagnose.linear.linear_model import Setting, realisable, vector_of
-from pipeline.diagnose.linear.most_probable import linear_near
-from pipeline.diagnose.linear.noise_check import NoiseFound, noise_found, residual_with, widened
-from pipeline.diagnose.linear.scales import Level, force_prior, levels
+from pipeline.diagnose.linear.linear_model import Setting, vector_of
+from pipeline.diagnose.linear.noise_check import NoiseFound, noise_found
+from pipeline.diagnose.linear.scales import Level, levels
 from pipeline.diagnose.linear.tangent import linear_model
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
@@ -50,6 +51,8 @@ class Asked:
     groups: dict[Group, tuple[int, ...]]
     noise: dict[str, NoiseFound]
     linearisations: int
+    reach: FloatArray
+    """(g,) what a unit of each coordinate moves the worst channel by, over its floor."""
 
     @property
     def setting(self) -> Setting:
@@ -62,7 +65,7 @@ def ask(  # noqa: PLR0917 - one caller
     runs: Sequence[RunTable],
     channels: Sequence[ChannelNoise],
     beliefs: Beliefs | None,
-    chosen: BoolArray | None,
+    chosen: Callable[[Setting], BoolArray] | None,
     threads: int,
 ) -> Asked:
     """Weigh all answers.
@@ -86,45 +89,46 @@ def ask(  # noqa: PLR0917 - one caller
         channels,
         threads=threads,
         force_unit=None if beliefs is None else beliefs.force_unit,
-        terms=() if beliefs is None else beliefs.terms,
     )
-    taking = chosen(setting) if callable(chosen) else np.ones(setting.bench.window_count, bool)
-    if beliefs is not None:
-        mean = realisable(setting.coordinates, beliefs.prior.mean)
-        setting = led_by(setting, case.packed, runs, channels, vector_of(setting, mean))
+    taking = np.ones(setting.bench.window_count, bool) if chosen is None else chosen(setting)
     origin = setting.origin()
     if beliefs is not None:
-        origin = replace(origin, departures=mean)
+        mean = possible(setting, beliefs.prior.mean)[: len(setting.coordinates)]
+        setting = led_by(setting, case.packed, runs, channels, vector_of(setting, mean))
+        setting = with_rest(setting, beliefs.terms)
+        origin = replace(setting.origin(), departures=mean)
     led = linear_model(setting, origin, wide=_WEAK)
     if led.lost > _MOST_LOST:
         raise CannotComputeError(
             f"the simulation runs away in {led.lost:.0%} of the time, whatever the effect. Check "
             "that the vehicle file belongs to these runs: masses, thruster positions and signs."
         )
+    stated = np.array([one.ordinary for one in setting.coordinates])
+    moved = reach(led, stated)
     if beliefs is None:
-        stated = np.array([one.ordinary for one in setting.coordinates])
         several = len({w.run for w in setting.bench.stack.windows}) > 1
-        beliefs = as_stated(
-            setting, reach(led, stated), levels(healthy_known=False), several_runs=several
-        )
+        beliefs = as_stated(setting, moved, levels(healthy_known=False), several_runs=several)
     groups = groups_of(setting.coordinates)
-    view, _ = _with_noise(View.of(led, beliefs, taking), groups)
-    # along the measured motion the evidence is off by the square of its noise
-    first = _first(view, groups)
-    at = realisable(setting.coordinates, first.within())
-    near = linear_near(view.setting, force_prior(setting, first.level), at, view.model, ())
-    view, noise = _with_noise(View.of(near, beliefs, taking), groups)
-    none = settled(_first(view, groups), groups, _RELINEARISED)
-    view = View.of(
-        linear_model(view.setting, none.view.model.point, known=view.model, renew=()),
-        beliefs,
-        taking,
-    )
+    view = View.of(led, beliefs, taking)
+    noise: dict[str, NoiseFound] = {}
+    for _ in range(2):
+        view, noise = _with_noise(view, groups)
+        # along the measured motion the evidence is off by the square of its noise
+        none = settled(_first(view, groups), groups, _RELINEARISED)
+        if not np.isfinite(none.value):
+            raise CannotComputeError(
+                f"{case.name}: no motion of the model comes near what was measured in these runs, "
+                "whatever the outside force. Identify the vehicle first (rig2sea identify), or "
+                "check that the vehicle file belongs to these runs."
+            )
+        view = View.of(
+            linear_model(view.setting, none.view.model.point, known=view.model, renew=()),
+            beliefs,
+            taking,
+        )
     bending = sorted(may_bend(setting.coordinates))
     strong = View.of(
-        linear_model(
-            view.setting, view.model.point, wide=_STRONG, known=view.model, renew=bending
-        ),
+        linear_model(view.setting, view.model.point, wide=_STRONG, known=view.model, renew=bending),
         beliefs,
         taking,
     )
@@ -146,13 +150,15 @@ def ask(  # noqa: PLR0917 - one caller
         _judge_all(View.of(model, beliefs, taking), groups, found, anchor=best)
         if _best(found).groups == before:
             break
-    ordered = sorted(found.values(), key=lambda one: -one.value)
-    return Asked(tuple(ordered), ordered[0].view, groups, noise, rounds)
+    possible_ones = [one for one in found.values() if np.isfinite(one.value)]
+    ordered = sorted(possible_ones, key=lambda one: -one.value)
+    return Asked(tuple(ordered), ordered[0].view, groups, noise, rounds, moved)
 
 
 def _first(view: View, groups: dict[Group, tuple[int, ...]]) -> Answer:
     found = answer_in(view, groups, ())
-    assert found is not None
+    if found is None:
+        raise CannotComputeError("the runs say nothing under any outside force")
     return found
 
 
@@ -167,14 +173,15 @@ def _with_noise(
     none = _first(view, groups)
     high = Level(np.maximum(_FREE * none.level.factor, _FREE), 1.0, False)
     departures = none.within()
-    residual = residual_with(view.model, view.motion(high, departures), departures)
+    best = solve(view.normal, view.factor(high), departures)
+    residual = residual_left(view.model, best, departures)
     noise = noise_found(view.model, residual)
     known = view.beliefs.widen
     widen = {name: min(known.get(name, one.widen), one.widen) for name, one in noise.items()}
     if (view.setting.row_scale < 1.0).any():
         # what was weighed already needs no more, but where a window asks for it
         widen = dict.fromkeys(widen, 1.0)
-    return View.of(widened(view.model, residual, widen), view.beliefs, view.chosen), noise
+    return View.of(widened_by_window(view.model, residual, widen), view.beliefs, view.chosen), noise
 
 
 def _judge_all(
@@ -204,15 +211,7 @@ def _judge_all(
         one for one in workers.each([partial(answer_in, view, groups, (g,)) for g in asked]) if one
     ]
     singles.sort(key=lambda one: -one.value)
-    both: list[Answer] = []
-    if only is None and singles:
-        ground = view.told(singles[0].level, held_out=True).ground
-        each = [one.finding for one in singles[:_FROM] if one.finding is not None]
-        for pair in pairs(ground, view.setting.coordinates, groups, each, _FROM)[: 2 * _PAIRS]:
-            answer = answer_in(view, groups, pair.groups, pair.which)
-            if answer is not None:
-                both.append(answer)
-        both.sort(key=lambda one: -one.value)
+    both = [] if only is not None else _pairs_in(view, groups, singles)
     best = max(one.value for one in found.values())
     tried = [*_of_each(singles, _SINGLES), *both[:_PAIRS]]
     if own or only is not None:
@@ -220,15 +219,34 @@ def _judge_all(
         tried = [one for one in tried if one.value + shift > best - _BEHIND]
     # nothing is the matter, seen from where something was thought to be
     tried.append(_first(view, groups))
-    for one in workers.each([partial(settled, one, groups, 1) for one in tried]):
-        known = found.get(one.groups)
-        if known is None or not known.settled or one.value > known.value:
-            found[one.groups] = one
+    _keep_better(found, workers.each([partial(settled, one, groups, 1) for one in tried]))
     for one in singles:
         if one.groups not in found and one.value + shift < best:
             found[one.groups] = replace(
                 one, ordinary=one.ordinary + shift, strange=one.strange + shift
             )
+
+
+def _pairs_in(
+    view: View, groups: dict[Group, tuple[int, ...]], singles: Sequence[Answer]
+) -> list[Answer]:
+    """Judge pairs of the strongest effects in a view, the strongest first."""
+    if not singles:
+        return []
+    ground = view.told(singles[0].level, held_out=True).ground
+    each = [one.finding for one in singles[:_FROM] if one.finding is not None]
+    every = view.setting.coordinates
+    built = pairs(ground, every, groups, each, _FROM)[: 2 * _PAIRS]
+    found = [answer_in(view, groups, pair.groups, pair.which) for pair in built]
+    return sorted((one for one in found if one is not None), key=lambda one: -one.value)
+
+
+def _keep_better(found: dict[tuple[Group, ...], Answer], seen: Sequence[Answer]) -> None:
+    """Keep of each answer the one that was gone to, or the better of two."""
+    for one in seen:
+        known = found.get(one.groups)
+        if known is None or not known.settled or one.value > known.value:
+            found[one.groups] = one
 
 
 def _of_each(singles: Sequence[Answer], most: int) -> list[Answer]:

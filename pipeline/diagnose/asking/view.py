@@ -6,26 +6,28 @@ from functools import cached_property
 
 import numpy as np
 
-from pipeline.diagnose.asking.hypotheses import with_ordinary
-from pipeline.diagnose.linear.beliefs import Beliefs
-from pipeline.diagnose.linear.elimination import (
+from pipeline.diagnose.asking.beliefs import Beliefs
+from pipeline.diagnose.asking.held import held_within, limits_of
+from pipeline.diagnose.asking.levels import force_prior
+from pipeline.diagnose.asking.run_marginals import (
     Factored,
-    Grams,
-    Marginal,
+    RunGrams,
     factored,
     grams,
     marginals,
+    point_at,
     solve,
     together,
     with_other_readings,
     with_readings,
     without_scatter,
 )
-from pipeline.diagnose.linear.coordinates import limits_of
-from pipeline.diagnose.linear.evidence import held_within, posterior
+from pipeline.diagnose.judging.hypotheses import with_ordinary
+from pipeline.diagnose.linear.elimination import Marginal
+from pipeline.diagnose.linear.evidence import posterior
 from pipeline.diagnose.linear.linear_model import LinearModel, Point, Setting
 from pipeline.diagnose.linear.most_probable import readings_there
-from pipeline.diagnose.linear.scales import Level, force_prior
+from pipeline.diagnose.linear.scales import Level
 from pipeline.types import BoolArray, FloatArray
 
 
@@ -61,7 +63,7 @@ class View:
     model: LinearModel
     beliefs: Beliefs
     chosen: BoolArray
-    normal: Grams
+    normal: RunGrams
     factors: dict[float, Factored] = field(default_factory=dict)
     known: dict[tuple[bytes, bool], Told] = field(default_factory=dict)
 
@@ -102,7 +104,7 @@ class View:
     def motion(self, level: Level, departures: FloatArray) -> Point:
         """Most probable motion at departures (d,)."""
         best = solve(self.normal, self.factor(level), departures)
-        return Point(best.starts, best.forces, best.shared, departures)
+        return point_at(self.setting, best, departures)
 
     def at(self, point: Point) -> "View | None":
         """See the readings as they are at a point, with the derivatives of this one.
@@ -118,21 +120,20 @@ class View:
             self,
             model=model,
             normal=normal,
-            factors={
-                key: with_other_readings(one, normal) for key, one in self.factors.items()
-            },
+            factors={key: with_other_readings(one, normal) for key, one in self.factors.items()},
             known={},
         )
 
     def estimate(
         self, level: Level, which: Sequence[int], variance: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Most probable departures (d,), and deviations, if some of them are wide, by chosen windows."""
+        """Estimate departures (d,), some of them wide, by the chosen windows; with deviations."""
         covariance = self.beliefs.prior.covariance.copy()
         index = np.array(which, int)
         covariance[index, index] += variance
         found = posterior(
-            self.told(level, held_out=False).whole, replace(self.beliefs.prior, covariance=covariance)
+            self.told(level, held_out=False).whole,
+            replace(self.beliefs.prior, covariance=covariance),
         )
         found = held_within(found, limits_of(self.setting.coordinates))
         return found.mean, np.sqrt(np.maximum(np.diag(found.covariance), 0.0))

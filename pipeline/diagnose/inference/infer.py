@@ -74,7 +74,7 @@ def infer(
     scatter = None if healthy is None else healthy.scatter
 
     def few(windows: Sequence[Window]) -> BoolArray:
-        return thinned(_chosen(case, windows), _ENOUGH)
+        return thinned(held_in(case, windows), _ENOUGH)
 
     def lead(setting: Setting, vector: FloatArray) -> Setting:
         return led_by(setting, case.packed, runs, channels, vector)
@@ -88,7 +88,7 @@ def infer(
         setting = setting_of(
             case, runs, channels, force_unit=force_unit, threads=threads, vector=vector
         )
-        chosen = _chosen(case, setting.bench.stack.windows)
+        chosen = held_in(case, setting.bench.stack.windows)
         found = search(setting, near, every_level, chosen, widen, scatter)
         return found, answers(found, limits, healthy_known=known_well)
 
@@ -123,7 +123,7 @@ def infer(
     return found, with_settled_places(found, checked(found, answered, limits))
 
 
-def _chosen(case: Case, windows: Sequence[Window]) -> BoolArray:
+def held_in(case: Case, windows: Sequence[Window]) -> BoolArray:
     """Windows that may speak: those of the runs, less every fourth where no run is held out."""
     if case.holdout:
         return np.array([window.run < len(case.runs) for window in windows])

@@ -166,12 +166,6 @@ def coordinates(
     return tuple(found)
 
 
-def limits_of(all_coordinates: Sequence[Coordinate]) -> FloatArray:
-    """Where departures have a meaning (g, 2); a product has none of its own."""
-    none = (-np.inf, np.inf)
-    return np.array([none if one.leads else one.limits for one in all_coordinates]).reshape(-1, 2)
-
-
 def counted_by_size(all_coordinates: Sequence[Coordinate]) -> tuple[Coordinate, ...]:
     """Count places by all that there is: on a long way it may sink at first and float at last."""
     return tuple(

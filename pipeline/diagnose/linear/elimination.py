@@ -5,16 +5,15 @@ products. All that is needed of it is
 
 .. math:: M = G^T S^{-1} G, \quad b = G^T S^{-1} y, \quad c = y^T S^{-1} y, \quad \log|S|
 
-which comes from the windows' normal equations by two Schur complements, each window's own unknowns
-and then those that a run shares. What is left of a run are four numbers and arrays (`Marginal`):
-all that is asked later, of whichever runs together, is asked of them.
+which comes from the windows' normal equations by three Schur complements: each window's own
+unknowns, then those that a run shares, then those that all runs share.
 
 What a model lacks acts from one manoeuvre to the next like other values of its parameters. So the
 departures of a run may differ from those of the vehicle, x_r = x + d_r with d_r ~ N(0, D) and D
-diagonal (a random-effects model; Laird and Ware 1982, Biometrics 38, 963-974).
+diagonal (a random-effects model; Laird and Ware 1982, Biometrics 38, 963-974). Being sums of
+squares over the same columns, the d_r leave with the unknowns of their run.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
@@ -23,10 +22,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from pipeline.diagnose.linear.linear_model import LinearModel
-from pipeline.types import BoolArray, FloatArray, IntArray
-
-#: Share of their trace that is added to equations that rounding has made indefinite.
-_DROWNED = 1e-10
+from pipeline.types import FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -35,7 +31,8 @@ class Grams:
 
     `own` (w, a, a), `cross` (w, a, r), `rest` (w, r, r); `index` (w, k) says which shared unknown
     the first k of the rest are, `precision` (s, s) is the prior of the shared. `run` (w,) is that
-    of each window, `owner` (s,) that of each shared unknown.
+    of each window, `owner` (s,) that of each shared unknown, -1 where all runs share it; `scatter`
+    (g,) is by how much the departures of a run differ from the vehicle's.
     """
 
     own: FloatArray
@@ -45,6 +42,7 @@ class Grams:
     precision: FloatArray
     run: IntArray
     owner: IntArray
+    scatter: FloatArray
 
 
 @dataclass(frozen=True)
@@ -89,9 +87,8 @@ def grams(model: LinearModel) -> Grams:
     precision = np.eye(count + extra)
     precision[:count, :count] = setting.shared.precision
     run = np.array([window.run for window in setting.bench.stack.windows])
-    owner = np.zeros(count + extra, int)
+    owner = np.full(count + extra, -1)
     owner[setting.shared.index] = run[:, None]
-    owner[count:] = setting.extra_run
     local = model.local.shape[1]
     columns = (model.local, model.shared, model.extra, model.departures, model.readings[:, None])
 
@@ -110,6 +107,7 @@ def grams(model: LinearModel) -> Grams:
         precision,
         run,
         owner,
+        setting.scatter,
     )
 
 
@@ -128,94 +126,52 @@ def with_readings(normal: Grams, model: LinearModel) -> Grams:
     return replace(normal, cross=cross, rest=rest)
 
 
-@dataclass(frozen=True)
-class Factored:
-    """Windows' own equations under one force prior: roots (w, a, a), root^-1 cross (w, a, r)."""
-
-    root: FloatArray
-    half: FloatArray
-    log_own: FloatArray
-
-
-def factored(found: Grams, forces: ForcePrior) -> Factored:
-    """Factor the windows' own equations (Cholesky), each with the prior of its unknowns."""
-    own = found.own.copy()
-    at = np.arange(12)
-    own[:, at, at] += 1.0
-    own[:, 12:, 12:] += forces.precision
-    try:
-        root = np.linalg.cholesky(own)
-    except np.linalg.LinAlgError:
-        # readings of a motion that nearly ran away drown the priors
-        size = np.trace(own, axis1=1, axis2=2)[:, None, None] * np.eye(own.shape[1])
-        root = np.linalg.cholesky(own + _DROWNED * size)
-    half = solve_triangular(root, found.cross, lower=True, check_finite=False)
-    log_own = 2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
-    return Factored(root, half, np.asarray(log_own + forces.log_determinant))
-
-
-def with_other_readings(one: Factored, found: Grams) -> Factored:
-    """Renew what depends on the readings: `found` differs from what was factored in them alone."""
-    half = one.half.copy()
-    half[:, :, -1:] = solve_triangular(
-        one.root, found.cross[:, :, -1:], lower=True, check_finite=False
-    )
-    return replace(one, half=half)
-
-
-def marginals(found: Grams, own: Factored, kept: BoolArray | None = None) -> tuple[Marginal, ...]:
-    """Integrate out own and shared unknowns, run by run in the order of their numbers.
+def marginal(found: Grams, forces: ForcePrior) -> Marginal:
+    """Integrate out own and shared unknowns.
 
     Parameters
     ----------
     found : Grams
         Of the windows.
-    own : Factored
-        Their own equations.
-    kept : ndarray of bool, shape (windows,), optional
-        Windows that speak; all otherwise. A run of which none does says nothing.
+    forces : ForcePrior
+        What is believed of the outside forces.
     """
-    left = found.rest - np.swapaxes(own.half, 1, 2) @ own.half
-    if kept is not None:
-        left = np.where(kept[:, None, None], left, 0.0)
-    log_own = own.log_own if kept is None else np.where(kept, own.log_own, 0.0)
-    told = []
+    left, _, log_determinant = _schur(found, forces)
+    common = np.flatnonzero(found.owner < 0)
+    size = common.size + found.scatter.size + 1
+    wide = np.zeros((size, size))
+    wide[: common.size, : common.size] = found.precision[np.ix_(common, common)]
+    log_determinant -= float(np.linalg.slogdet(wide[: common.size, : common.size])[1])
     for number in np.unique(found.run):
-        shared = np.flatnonzero(found.owner == number)
-        rest, more = _without(_of_run(found, left, number, shared), shared.size)
-        more -= float(np.linalg.slogdet(found.precision[np.ix_(shared, shared)])[1])
-        information = rest[:-1, :-1]
-        told.append(
-            Marginal(
-                (information + information.T) / 2,
-                rest[:-1, -1],
-                float(rest[-1, -1]),
-                more + float(log_own[found.run == number].sum()),
-            )
-        )
-    return tuple(told)
+        own = np.flatnonzero(found.owner == number)
+        of_run, more = _without(_of_run(found, left, number, own, common), own.size)
+        log_determinant += more - float(np.linalg.slogdet(found.precision[np.ix_(own, own)])[1])
+        of_run, more = _without_scatter(of_run, found.scatter)
+        log_determinant += more
+        wide += of_run
+    rest, more = _without(wide, common.size)
+    information = rest[:-1, :-1]
+    return Marginal(
+        (information + information.T) / 2,
+        rest[:-1, -1],
+        float(rest[-1, -1]),
+        log_determinant + more,
+    )
 
 
 def _of_run(
-    found: Grams, left: FloatArray, number: int, own: IntArray
+    found: Grams, left: FloatArray, number: int, own: IntArray, common: IntArray
 ) -> FloatArray:
-    """Put one run together, with the prior of its own unknowns: own, departures, readings."""
-    windows = np.flatnonzero(found.run == number)
-    count, shared = own.size, found.index.shape[1]
+    """Put one run together, with the prior of its own unknowns: own, common, x, readings."""
+    ordered = np.concatenate([own, common])
     place = np.full(len(found.precision), -1)
-    place[own] = np.arange(count)
-    size = count + left.shape[1] - shared
-    wide = np.zeros((size, size))
-    wide[:count, :count] = found.precision[np.ix_(own, own)]
-    wide[count:, count:] = left[windows, shared:, shared:].sum(axis=0)
-    for window in windows:
-        at = place[found.index[window]]
-        # what belongs to another run acts in none of the rows
-        mine = np.flatnonzero(at >= 0)
-        at = at[mine]
-        wide[np.ix_(at, at)] += left[window][np.ix_(mine, mine)]
-        wide[at, count:] += left[window, mine, shared:]
-    wide[count:, :count] = wide[:count, count:].T
+    place[ordered] = np.arange(ordered.size)
+    tail = np.arange(ordered.size, ordered.size + left.shape[1] - found.index.shape[1])
+    wide = np.zeros((ordered.size + tail.size,) * 2)
+    wide[: own.size, : own.size] = found.precision[np.ix_(own, own)]
+    for window in np.flatnonzero(found.run == number):
+        places = np.concatenate([place[found.index[window]], tail])
+        wide[np.ix_(places, places)] += left[window]
     return wide
 
 
@@ -226,73 +182,76 @@ def _without(wide: FloatArray, count: int) -> tuple[FloatArray, float]:
     return rest, float(np.linalg.slogdet(wide[:count, :count])[1])
 
 
-def without_scatter(one: Marginal, scatter: FloatArray) -> Marginal:
-    """Take out what the departures of a run differ by from the vehicle's: N(0, scatter^2).
-
-    A random-effects model: they have the columns of the departures (Laird and Ware 1982).
-    """
+def _without_scatter(of_run: FloatArray, scatter: FloatArray) -> tuple[FloatArray, float]:
+    """Take out what the departures of a run differ by: they have the columns of the departures."""
     free = np.flatnonzero(scatter)
     if not free.size:
-        return one
-    side = one.information[:, free] * scatter[free]
-    inner = np.eye(free.size) + side[free] * scatter[free, None]
-    own = one.score[free] * scatter[free]
-    solved = np.linalg.solve(inner, np.column_stack([side.T, own]))
-    information = one.information - side @ solved[:, :-1]
-    return Marginal(
-        (information + information.T) / 2,
-        one.score - side @ solved[:, -1],
-        one.misfit - float(own @ solved[:, -1]),
-        one.log_determinant + float(np.linalg.slogdet(inner)[1]),
+        return of_run, 0.0
+    at = len(of_run) - 1 - scatter.size + free
+    side = of_run[:, at] * scatter[free]
+    inner = np.eye(free.size) + side[at] * scatter[free, None]
+    return of_run - side @ np.linalg.solve(inner, side.T), float(np.linalg.slogdet(inner)[1])
+
+
+def _schur(found: Grams, forces: ForcePrior) -> tuple[FloatArray, FloatArray, float]:
+    """Take every window's own unknowns out: rest (w, r, r), own equations (w, a, a), log |own|."""
+    own = _own_equations(found, forces)
+    try:
+        root = np.linalg.cholesky(own)
+    except np.linalg.LinAlgError:
+        # readings of a motion that nearly ran away drown the priors
+        left = found.rest - np.swapaxes(found.cross, 1, 2) @ np.linalg.solve(own, found.cross)
+        log_own = np.linalg.slogdet(own)[1].sum()
+    else:
+        half = solve_triangular(root, found.cross, lower=True, check_finite=False)
+        left = found.rest - np.swapaxes(half, 1, 2) @ half
+        log_own = 2.0 * np.log(np.diagonal(root, axis1=1, axis2=2)).sum()
+    return left, own, float(log_own + len(own) * forces.log_determinant)
+
+
+def _own_equations(found: Grams, forces: ForcePrior) -> FloatArray:
+    """Windows' own normal equations (w, a, a) with the priors of starts and forces."""
+    own = found.own.copy()
+    at = np.arange(12)
+    own[:, at, at] += 1.0
+    own[:, 12:, 12:] += forces.precision
+    return own
+
+
+def _assembled(found: Grams, left: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Put the windows together: (s + g + 1, same), and its shared block with the prior."""
+    shared, own = len(found.precision), found.index.shape[1]
+    size = shared + left.shape[1] - own
+    wide = np.zeros((size, size))
+    tail = np.arange(shared, size)
+    for number, index in enumerate(found.index):
+        places = np.concatenate([index, tail])
+        wide[np.ix_(places, places)] += left[number]
+    wide[:shared, :shared] += found.precision
+    return wide, wide[:shared, :shared]
+
+
+def solve(found: Grams, forces: ForcePrior, departures: FloatArray) -> Solution:
+    """Most probable own and shared unknowns at given departures (g,)."""
+    left, equations, _ = _schur(found, forces)
+    wide, block = _assembled(found, left)
+    count = len(block)
+    right = wide[:count, -1] - wide[:count, count:-1] @ departures
+    shared = np.linalg.solve(block, right)
+    own = found.index.shape[1]
+    rest = np.concatenate(
+        [shared[found.index], np.broadcast_to(departures, (len(left), departures.size))], axis=1
     )
+    unknown = found.cross[:, :, : own + departures.size] @ rest[:, :, None]
+    local = np.linalg.solve(equations, found.cross[:, :, -1:] - unknown)[:, :, 0]
+    return Solution(local[:, :12], local[:, 12:], np.asarray(shared))
 
 
-def together(several: Sequence[Marginal]) -> Marginal:
-    """Add up what several runs say of the same departures."""
-    return Marginal(
-        np.sum([one.information for one in several], axis=0),
-        np.sum([one.score for one in several], axis=0),
-        sum(one.misfit for one in several),
-        sum(one.log_determinant for one in several),
-    )
-
-
-def solve(found: Grams, own: Factored, departures: FloatArray) -> Solution:
-    """Most probable own and shared unknowns at given departures, (d,) or of each run (runs, d)."""
-    left = found.rest - np.swapaxes(own.half, 1, 2) @ own.half
-    numbers = np.unique(found.run)
-    each = np.broadcast_to(departures, (numbers.size, departures.shape[-1]))
-    shared = np.zeros(len(found.precision))
-    for number, at in zip(numbers, each, strict=True):
-        mine = np.flatnonzero(found.owner == number)
-        wide = _of_run(found, left, number, mine)
-        right = wide[: mine.size, -1] - wide[: mine.size, mine.size : -1] @ at
-        shared[mine] = np.linalg.solve(wide[: mine.size, : mine.size], right)
-    of_window = each[np.searchsorted(numbers, found.run)]
-    rest = np.concatenate([shared[found.index], of_window], axis=1)
-    side = own.half[:, :, -1:] - own.half[:, :, :-1] @ rest[:, :, None]
-    local = solve_triangular(
-        own.root, side, lower=True, trans="T", check_finite=False
-    )[:, :, 0]
-    return Solution(local[:, :12], local[:, 12:], shared)
-
-
-def force_energy(
-    found: Grams, own: Factored, departures: FloatArray, time: FloatArray
-) -> FloatArray:
-    """Mean square of the outside forces by window and axis (windows, 6), what is not known counted.
-
-    `time` (pieces, pieces) is their correlation, which is taken out of the mean.
-    """
-    best = solve(found, own, departures)
-    inverse_root = solve_triangular(
-        own.root, np.eye(own.root.shape[1])[None], lower=True, check_finite=False
-    )
-    spread = (np.swapaxes(inverse_root, 1, 2) @ inverse_root)[:, 12:, 12:]
-    count, pieces = len(spread), len(time)
-    inverse = np.linalg.inv(time)
-    mean = best.forces.reshape(count, pieces, 6)
-    spread = spread.reshape(count, pieces, 6, pieces, 6)
-    energy = np.einsum("wpa,pq,wqa->wa", mean, inverse, mean)
-    energy += np.einsum("wpaqa,pq->wa", spread, inverse)
-    return np.asarray(energy / pieces)
+def force_posterior(
+    found: Grams, forces: ForcePrior, departures: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean and standard deviation of the outside forces (windows, 6 pieces), shared ones known."""
+    best = solve(found, forces, departures)
+    spread = np.linalg.inv(_own_equations(found, forces))
+    spread = np.sqrt(np.diagonal(spread, axis1=1, axis2=2))
+    return best.forces, np.asarray(spread[:, 12:])

@@ -18,10 +18,6 @@ from pipeline.diagnose.linear.elimination import Marginal
 from pipeline.types import FloatArray, IntArray
 
 
-#: A departure is at its bound when it is beyond by less.
-_AT_BOUND = 1e-6
-
-
 @dataclass(frozen=True)
 class Prior:
     """What is believed of the departures before: mean (g,) and covariance (g, g)."""
@@ -60,30 +56,6 @@ def held_at(prior: Prior, index: int, value: float) -> Prior:
     mean[index] = value
     covariance[index], covariance[:, index] = 0.0, 0.0
     return Prior(mean, covariance)
-
-
-def held_within(prior: Prior, limits: FloatArray) -> Prior:
-    """Hold departures where they have a meaning, if they are believed to lie beyond.
-
-    A normal distribution knows no bounds. Beyond them the linear model promises what no vehicle
-    has: the others are what they are with those at their bound.
-
-    Parameters
-    ----------
-    prior : Prior
-        Of the departures (d,).
-    limits : ndarray, shape (k, 2)
-        Bounds of the first k.
-    """
-    for _ in range(len(limits)):
-        beyond = prior.mean[: len(limits)] - np.clip(
-            prior.mean[: len(limits)], limits[:, 0], limits[:, 1]
-        )
-        worst = int(np.argmax(np.abs(beyond))) if len(limits) else 0
-        if not len(limits) or abs(beyond[worst]) < _AT_BOUND:
-            break
-        prior = held_at(prior, worst, float(prior.mean[worst] - beyond[worst]))
-    return prior
 
 
 def fit(found: Marginal, prior: Prior) -> Fit:

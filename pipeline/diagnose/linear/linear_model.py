@@ -7,9 +7,7 @@ are
 
 with y the whitened residual plus what the unknowns at the point add, so the unknowns are counted
 from zero, where their priors are centred. Starts and forces belong to one window, the shared
-unknowns (sensor offsets, attitude wander) to a run, the departures to all. A departure is how far a
-parameter of an effect is off its file, how much of a force of the rest there is (`rest`), or by how
-much a thruster's curve is off (`characteristic`), in this order.
+unknowns (sensor offsets, attitude wander) to a run, the departures to all.
 """
 
 from collections.abc import Sequence
@@ -27,12 +25,12 @@ from pipeline.diagnose.linear.predictions import (
     outside_forces,
     simulate_windows,
 )
-from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.diagnose.linear.rest import RestForces
+from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.identify.window_derivatives import Problem, moved_starts
 from pipeline.identify.window_outputs import whitened
 from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.types import BoolArray, FloatArray
 
 #: How far beyond what an effect allows its mirror image is believed, in the same units.
 BEYOND = 0.3
@@ -45,13 +43,15 @@ class Point:
     """Where the model is linear: starts (windows, 12), forces (windows, 6 pieces), shared (s,).
 
     Starts are counted in prior standard deviations, forces in `Setting.force_unit`, `departures`
-    (d,) in the units of `Setting`.
+    (g,) in the coordinates' units.
     """
 
     starts: FloatArray
     forces: FloatArray
     shared: FloatArray
     departures: FloatArray
+    rest: FloatArray
+    """(k,) forces of the rest, in units of their terms."""
     pull: float = 0.0
     """Share of the force that leads the nominal model along the measured motion."""
 
@@ -63,37 +63,20 @@ class Setting:
     bench: Bench
     shared: RunNuisance
     coordinates: tuple[Coordinate, ...]
-    """Of the first departures: one a parameter of an effect."""
     force_unit: FloatArray
-    """(6,) N and N m: unit of the outside force."""
+    """(6,) N and N m: standard deviation of the outside force of a healthy vehicle."""
     extra: FloatArray
-    """(rows, e) columns of further unknowns of unit variance, each of one run."""
-    extra_run: IntArray
-    """(e,) their runs."""
+    """(rows, e) columns of further unknowns of unit variance."""
     row_scale: FloatArray
     """(rows,) weight of each reading: below 1 for outliers and noisy channels."""
-    rest: RestForces
-    """Forces of the rest, over pieces: the departures after the coordinates'."""
     profiles: FloatArray
-    """(steps, 6, k) forces of curves that are off by a standard deviation: the last departures."""
+    """(steps, 6, k) forces of further unknowns of unit variance, after those of `extra`."""
+    scatter: FloatArray
+    """(g,) by how much the departures of a run differ from the vehicle's."""
     curves: CurveErrors
     """By how much the thrusters' curves may be off: what `profiles` are made of."""
-
-    @property
-    def size(self) -> int:
-        """Number of departures."""
-        return len(self.coordinates) + self.rest.size + self.profiles.shape[2]
-
-    @property
-    def of_rest(self) -> slice:
-        """Departures that are forces of the rest."""
-        first = len(self.coordinates)
-        return slice(first, first + self.rest.size)
-
-    @property
-    def of_curves(self) -> slice:
-        """Departures that are errors of the thrusters' curves."""
-        return slice(len(self.coordinates) + self.rest.size, self.size)
+    rest: RestForces
+    """What a reference adds to the vehicle file; no terms where there is none."""
 
     @property
     def problem(self) -> Problem:
@@ -106,8 +89,9 @@ class Setting:
         return Point(
             np.zeros((count, 12)),
             np.zeros((count, 6 * self.bench.pieces)),
-            np.zeros(self.shared.size + self.extra.shape[1]),
-            np.zeros(self.size),
+            np.zeros(self.shared.size + self.extra.shape[1] + self.profiles.shape[2]),
+            np.zeros(len(self.coordinates)),
+            np.zeros(self.rest.size),
             pull=1.0,
         )
 
@@ -123,6 +107,7 @@ class LinearModel:
     shared: FloatArray
     extra: FloatArray
     departures: FloatArray
+    rest: FloatArray
     readings: FloatArray
     residual: FloatArray
     """Weighted residual at the point."""
@@ -164,20 +149,22 @@ def forces_at(setting: Setting, point: Point) -> FloatArray:
     Unknown ones are counted as the acceleration that they give the nominal vehicle.
     """
     bench = setting.bench
-    rest = setting.rest.of(point.departures[setting.of_rest])
-    forces = (point.forces + rest) * np.tile(setting.force_unit, bench.pieces)
+    forces = (point.forces + setting.rest.of(point.rest)) * np.tile(
+        setting.force_unit, bench.pieces
+    )
     if forces.any():
         here = mass_of(vector_of(setting, point.departures))
         same = np.linalg.solve(mass_of(bench.stack.packed.vector), here)
         forces = (forces.reshape(-1, 6) @ same).reshape(forces.shape)
-    curves = setting.profiles @ point.departures[setting.of_curves]
-    return outside_forces(bench, forces, point.pull) + curves
+    first = setting.shared.size + setting.extra.shape[1]
+    return outside_forces(bench, forces, point.pull) + setting.profiles @ point.shared[first:]
 
 
 def vector_of(setting: Setting, departures: FloatArray) -> FloatArray:
     """Parameter vector at departures, those of a product taken apart."""
-    every = setting.coordinates
-    return vector_at(setting.bench.stack.packed, every, plain(every, departures[: len(every)]))
+    return vector_at(
+        setting.bench.stack.packed, setting.coordinates, plain(setting.coordinates, departures)
+    )
 
 
 def plain(all_coordinates: Sequence[Coordinate], departures: FloatArray) -> FloatArray:
@@ -227,4 +214,5 @@ def readings_from_zero(model: LinearModel, point: Point, residual: FloatArray) -
     found = residual + np.einsum("rk,rk->r", model.local, own)
     found += setting.shared.whitened(point.shared[:count]) * setting.row_scale
     found += model.extra @ point.shared[count:]
+    found += model.rest @ point.rest
     return np.asarray(found + model.departures @ point.departures)

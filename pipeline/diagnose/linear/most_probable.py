@@ -7,21 +7,13 @@ evidence there is the same to about a nat (Gauss-Newton steps; the evidence is L
 "Information Theory, Inference, and Learning Algorithms", 2003, ch. 27).
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
-from pipeline.diagnose.linear.elimination import (
-    ForcePrior,
-    Grams,
-    factored,
-    grams,
-    solve,
-    with_readings,
-)
+from pipeline.diagnose.linear.elimination import ForcePrior, Grams, grams, solve, with_readings
 from pipeline.diagnose.linear.linear_model import (
     LinearModel,
     Point,
@@ -50,17 +42,12 @@ _SETTLED = 0.1
 
 def most_probable(normal: Grams, forces: ForcePrior, departures: FloatArray) -> Point:
     """Most probable starts, forces and shared unknowns at departures (g,), led by nothing."""
-    best = solve(normal, factored(normal, forces), departures)
-    return Point(best.starts, best.forces, best.shared, departures)
+    best = solve(normal, forces, departures)
+    # whoever asks so has no reference
+    return Point(best.starts, best.forces, best.shared, departures, np.zeros(0))
 
 
-def linear_near(
-    setting: Setting,
-    forces: ForcePrior,
-    departures: FloatArray,
-    known: LinearModel | None = None,
-    renew: Sequence[int] | None = None,
-) -> LinearModel:
+def linear_near(setting: Setting, forces: ForcePrior, departures: FloatArray) -> LinearModel:
     """Linearise at the most probable motion of a vehicle at departures (g,).
 
     It is sought from the measured motion, along which `setting` leads. Where no velocity was
@@ -73,27 +60,19 @@ def linear_near(
         Windows, led by a model near the departures.
     forces : ForcePrior
         What is believed of the outside forces.
-    departures : ndarray, shape (d,)
+    departures : ndarray, shape (g,)
         Where the vehicle is.
-    known, renew
-        Of `linear_model`: whose derivatives by departures stay, and which are taken anew.
     """
     led = replace(setting.origin(), departures=departures)
-    freely = moving_freely(
-        linear_model(setting, led, known=known, renew=()), forces, departures, known, renew
-    )
+    freely = moving_freely(linear_model(setting, led, renew=()), forces, departures)
     if freely is not None and freely.lost == 0.0:
         return freely
-    along = linear_model(setting, led, known=known, renew=renew)
+    along = linear_model(setting, led)
     return along if freely is None or along.lost < freely.lost else freely
 
 
 def moving_freely(
-    model: LinearModel,
-    forces: ForcePrior,
-    departures: FloatArray,
-    known: LinearModel | None = None,
-    renew: Sequence[int] | None = None,
+    model: LinearModel, forces: ForcePrior, departures: FloatArray
 ) -> LinearModel | None:
     """Linearise at the most probable motion at departures (g,), sought from a model near it.
 
@@ -103,9 +82,7 @@ def moving_freely(
     best = None
     for way in ways:
         point = way(forces, departures)
-        found = None
-        if point is not None:
-            found = linear_model(model.setting, point, known=known, renew=renew)
+        found = None if point is None else linear_model(model.setting, point)
         if found is None or _astray(found.setting, found.residual):
             continue
         if best is None or found.lost < best.lost:
@@ -159,6 +136,7 @@ def _between(begin: Point, end: Point, share: float) -> Point:
         begin.forces + share * (end.forces - begin.forces),
         begin.shared + share * (end.shared - begin.shared),
         begin.departures,
+        begin.rest,
         begin.pull + share * (end.pull - begin.pull),
     )
 

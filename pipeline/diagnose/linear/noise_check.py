@@ -1,6 +1,5 @@
 """Whether the readings are as noisy as believed; a channel that is not, counts for less."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,8 +13,6 @@ VARIANCE = (0.8, 1.2)
 LAG1 = 0.1
 #: A channel is not widened further: what is left then is for the verdict to explain.
 _MOST = 3.0
-#: Root mean square of a window's whitened readings from which its noise is its own.
-_OF_WINDOW = 1.4
 #: Beyond this many (widened) standard deviations a reading counts for less.
 _OUTLIER = 4.0
 
@@ -60,37 +57,15 @@ def noise_found(model: LinearModel, residual: FloatArray) -> dict[str, NoiseFoun
     return found
 
 
-def widened(model: LinearModel, residual: FloatArray, factors: Mapping[str, float]) -> LinearModel:
-    """Weigh readings by their channel's noise, windows by theirs, and outliers so they do no harm.
-
-    A window in which the readings contradict each other (a vehicle that tumbles faster than a
-    camera sees) has more noise than its channel: there it is what the residual shows, as in a
-    normal distribution whose variance differs from block to block (Student's t; Lange, Little and
-    Taylor 1989, J. Am. Stat. Assoc. 84, 881-896). `residual` (rows,) is that with the outside force
-    free, so that what a model lacks is no noise.
-    """
-    stack, window = model.setting.bench.stack, model.setting.shared.window
+def widened(model: LinearModel, residual: FloatArray, factors: dict[str, float]) -> LinearModel:
+    """Weigh readings by their channel's noise, and outliers down to where they do no harm."""
+    stack = model.setting.bench.stack
     weight = np.ones(residual.size)
-    count = model.setting.bench.window_count
     for number, rows in enumerate(stack.rows):
         own = stack.owner == number
-        factor = factors.get(rows.channel.quantity, 1.0)
-        size = np.minimum(np.abs(residual[own]) / factor, _OUTLIER * _OF_WINDOW)
-        number_of = np.maximum(np.bincount(window[own], minlength=count), 1)
-        rms = np.sqrt(np.bincount(window[own], size**2, minlength=count) / number_of)
-        rms = np.where(rms > _OF_WINDOW, rms, 1.0)
-        # clipped where all of a window is far off: then by the median
-        for one in np.flatnonzero(rms > _OF_WINDOW * 2.0):
-            inside = window[own] == one
-            rms[one] = max(rms[one], 1.4826 * np.median(np.abs(residual[own][inside])) / factor)
-        weight[own] /= factor * rms[window[own]]
+        weight[own] /= factors.get(rows.channel.quantity, 1.0)
     size = np.abs(residual) * weight
     weight *= np.sqrt(_OUTLIER / np.maximum(size, _OUTLIER))
-    return weighed(model, weight)
-
-
-def weighed(model: LinearModel, weight: FloatArray) -> LinearModel:
-    """Weigh the readings by further weights (rows,)."""
     return replace(
         model,
         setting=replace(model.setting, row_scale=model.setting.row_scale * weight),

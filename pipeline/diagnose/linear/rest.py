@@ -3,8 +3,8 @@ r"""The rest: forces that a real vehicle has and its file lacks, linear in physi
 .. math:: f_a = c_a + (R^T e)_a + \sum_i g_{ai} T_i + l_a \dot{\tau}_a
           - \sum_{b \ne a} D_{ab} \nu_b
 
-by axis a: a constant in the body (ballast, a camera's wash) and in the earth (a cable, the water), a
-share of each thruster's thrust that goes elsewhere than its lever says, what of the thrust is late,
+by axis a: a constant in the body (ballast, a camera's wash) and in the earth (a cable, the water),
+a share of each thruster's thrust that goes elsewhere than its lever says, what of the thrust is late,
 and damping that couples axes. What the vehicle file can say itself (damping along an axis, masses,
 trim, the scale of all thrusters) is no rest.
 
@@ -21,10 +21,12 @@ from pipeline.physics.parameters import read
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray, IntArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Speed at which damping is compared with damping. [m/s, rad/s]
 _USUAL_SPEED = 0.3
+#: Share of a typical lever below which a thruster has none on an axis.
+_NO_LEVER = 0.1
 #: By how much late thrust counts as one unit. [s]
 _LATE_S = 0.1
 
@@ -50,7 +52,7 @@ class RestTerm:
 
 @dataclass(frozen=True)
 class RestForces:
-    """Forces of unit terms in every piece, (windows, 6 pieces, k), in units of the outside force."""
+    """Forces of unit terms by piece, (windows, 6 pieces, k), in units of the outside force."""
 
     terms: tuple[RestTerm, ...]
     shape: FloatArray
@@ -61,7 +63,7 @@ class RestForces:
         return len(self.terms)
 
     def of(self, values: FloatArray) -> FloatArray:
-        """Forces (windows, 6 pieces) of some coefficients (k,)."""
+        """Sum up the forces (windows, 6 pieces) of some coefficients (k,)."""
         return np.asarray(self.shape @ values)
 
 
@@ -89,10 +91,15 @@ def rest_terms(packed: PackedVehicle, force_unit: FloatArray) -> tuple[RestTerm,
     damping = np.maximum(damping, force_unit / _USUAL_SPEED)
     found = [RestTerm("constant", axis, -1, float(force_unit[axis])) for axis in range(6)]
     found += [RestTerm("earth", -1, axis, float(force_unit[:3].mean())) for axis in range(2)]
+    direction = read(vector, "thruster_direction")[:count]
+    place = read(vector, "thruster_position")[:count]
+    own = np.concatenate([direction, np.cross(place, direction)], axis=1)
+    # along its own lever a thruster that is off is a weak or a strong one
     found += [
         RestTerm("thrust", axis, thruster, float(lever[axis]))
         for axis in range(6)
         for thruster in range(count)
+        if abs(own[thruster, axis]) < _NO_LEVER * lever[axis]
     ]
     found += [RestTerm("late", axis, -1, _LATE_S) for axis in range(6)]
     found += [
@@ -133,7 +140,7 @@ def rest_forces(  # noqa: PLR0917 - one caller
         Number of windows: each has as many pieces as the others.
     """
     count = len(packed.thruster_names)
-    known = np.isfinite(state).all(axis=1)
+    known: BoolArray = np.asarray(np.isfinite(state).all(axis=1))
     state = np.where(known[:, None], state, 0.0)
     nu = state[:, 7:13]
     wrench, thrust = thruster_wrench(

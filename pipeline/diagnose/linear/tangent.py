@@ -107,20 +107,23 @@ def chained(  # noqa: PLR0917 - one caller
     weight = setting.row_scale[:, None]
     if known is not None:
         departures = known.departures.copy()
+        curves = known.extra[:, setting.extra.shape[1] :]
     else:
-        departures = np.zeros((len(white), setting.size))
-        departures[:, setting.of_curves] = white[:, first : first + profiles]
+        departures = np.zeros((len(white), len(setting.coordinates)))
+        curves = white[:, first : first + profiles]
     departures[:, list(anew)] = white[:, 12 + forces : first]
-    for number, (a, b) in enumerate(pairwise(bench.stack.bounds)):
+    rest = np.zeros((len(white), setting.rest.size))
+    for number, (a, b) in enumerate(pairwise(bench.stack.bounds) if setting.rest.size else ()):
         # a force of the rest is an outside force whose course is known
-        departures[a:b, setting.of_rest] = white[a:b, 12 : 12 + forces] @ setting.rest.shape[number]
+        rest[a:b] = white[a:b, 12 : 12 + forces] @ setting.rest.shape[number]
     model = LinearModel(
         setting,
         point,
         white[:, : 12 + forces],
         setting.shared.columns * weight,
-        setting.extra * weight,
+        np.concatenate([setting.extra * weight, curves], axis=1),
         departures,
+        rest,
         np.zeros(0),
         residual,
     )
@@ -152,6 +155,7 @@ def _without_lost(model: LinearModel) -> LinearModel:
         shared=zeroed(model.shared),
         extra=zeroed(model.extra),
         departures=zeroed(model.departures),
+        rest=zeroed(model.rest),
         readings=zeroed(model.readings),
         residual=zeroed(model.residual),
     )

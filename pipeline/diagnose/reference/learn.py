@@ -12,30 +12,36 @@ observations of what does not matter. With one run the vehicle is nearly that of
 it is nearly what was measured.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.diagnose.linear.beliefs import Beliefs, ordinary_widths, reach
-from pipeline.diagnose.linear.elimination import (
+from pipeline.diagnose.asking.beliefs import Beliefs, ordinary_widths, reach
+from pipeline.diagnose.asking.held import held_within, limits_of
+from pipeline.diagnose.asking.levels import force_prior, time_course, usual_levels
+from pipeline.diagnose.asking.run_marginals import (
     Factored,
-    Grams,
-    Marginal,
+    RunGrams,
+    departure_count,
     factored,
     force_energy,
     grams,
     marginals,
+    of_curves,
+    of_rest,
+    point_at,
+    possible,
     solve,
     together,
     without_scatter,
 )
-from pipeline.diagnose.linear.coordinates import limits_of
-from pipeline.diagnose.linear.evidence import Prior, held_within, posterior
-from pipeline.diagnose.linear.linear_model import LinearModel, Setting, realisable
-from pipeline.diagnose.linear.most_probable import moving_freely
-from pipeline.diagnose.linear.noise_check import noise_found, residual_with, widened
-from pipeline.diagnose.linear.scales import Level, force_prior, time_covariance, usual_levels
+from pipeline.diagnose.asking.window_noise import residual_left, widened_by_window
+from pipeline.diagnose.linear.elimination import Marginal
+from pipeline.diagnose.linear.evidence import Prior, fit, posterior
+from pipeline.diagnose.linear.linear_model import LinearModel, Setting
+from pipeline.diagnose.linear.noise_check import noise_found
+from pipeline.diagnose.linear.scales import Level
 from pipeline.diagnose.linear.tangent import linear_model
 from pipeline.types import FloatArray
 
@@ -44,17 +50,22 @@ _REST = {
     "constant": (1.0, 0.5),
     "earth": (1.0, 0.5),
     "thrust": (0.03, 0.02),
-    "late": (0.3, 0.2),
-    "damping": (0.1, 0.05),
+    "late": (0.3, 0.1),
+    "damping": (0.1, 0.03),
 }
 #: The same of coordinates, as a share of what is ordinary, between runs, and the most it may be:
 #: what is stated with a width has it, and beyond it is a finding.
-_BETWEEN_RUNS, _MOST_BETWEEN = 0.2, 1.0
+_BETWEEN_RUNS, _MOST_BETWEEN = 0.2, 0.5
+#: Forces of the rest that differ from run to run by as much as the runs show (ballast, cables).
+#: How thrusters push where they should not, and what couples axes, stays.
+_DIFFERS = ("constant", "earth")
 #: What differs from run to run without anybody logging it, by as much as it does: the scale of all
 #: thrusters (a pilot's gain, the supply).
 _COMMON = "thrust_deduction"
 #: Observations that these widths count as.
 _BEFORE = 1.0
+#: Motions about which it is learned: the measured one, then the most probable ones.
+_MOTIONS = 3
 #: Rounds of the expectation maximisation, and of the widths within each.
 _ROUNDS, _WITHIN = 5, 3
 #: Force, over the ordinary, that follows whatever is slow: what is left is noise.
@@ -74,6 +85,8 @@ class Learned:
     model: LinearModel
     vehicle: FloatArray
     of_runs: FloatArray
+    gain: float
+    """Log evidence of the runs over that of the file's own widths, both with the learned force."""
 
 
 @dataclass(frozen=True)
@@ -94,55 +107,62 @@ def learn(setting: Setting) -> Learned:
     """
     led = linear_model(setting, setting.origin())
     width = ordinary_widths(setting, reach(led, _stated(setting)))
-    widths, factor, widen = _begun(setting, width), np.ones(6), {}
+    widths, factor = _begun(setting, width), np.ones(6)
+    widen: dict[str, float] = {}
     model = led
-    for number in range(2):
+    for number in range(_MOTIONS):
         model, told = _with_noise(model, widths, factor)
         widen = told or widen
         normal = grams(model)
         vehicle, of_runs, widths, factor = _maximised(setting, normal, widths, factor)
-        if number == 0:
+        if number < _MOTIONS - 1:
             # once more at the motion that is most probable with what was learned
-            forces = force_prior(setting, Level(factor, 1.0, True))
-            at = realisable(setting.coordinates, vehicle)
-            freely = moving_freely(model, forces, at, model, ())
-            if freely is not None and freely.lost <= model.lost:
-                model = freely
+            equations = factored(normal, force_prior(setting, Level(factor, 1.0, True)))
+            point = point_at(setting, solve(normal, equations, of_runs), possible(setting, vehicle))
+            found = linear_model(model.setting, point, known=model, renew=())
+            if found.lost <= model.lost:
+                model = found
     equations = factored(normal, force_prior(setting, Level(factor, 1.0, True)))
     stats = marginals(normal, equations)
     limits = limits_of(setting.coordinates)
-    found = held_within(posterior(_pooled(stats, np.sqrt(widths.runs)), _prior(widths)), limits)
+    vehicle_of = held_within(
+        posterior(_pooled(stats, np.sqrt(widths.runs)), _prior(widths)), limits
+    )
     unit = setting.force_unit * factor
     beliefs = Beliefs(
-        Prior(found.mean, found.covariance),
+        Prior(vehicle_of.mean, vehicle_of.covariance),
         np.sqrt(widths.runs),
         unit,
         usual_levels(_spread_of_levels(setting, normal, equations, of_runs)),
         setting.rest.terms,
         widen,
     )
-    return Learned(beliefs, model, found.mean, of_runs)
+    gain = _log_evidence(stats, widths) - _log_evidence(stats, _begun(setting, width))
+    return Learned(beliefs, model, vehicle_of.mean, of_runs, gain)
+
+
+def _log_evidence(stats: Sequence[Marginal], widths: _Widths) -> float:
+    """Log evidence of the runs if the departures have these widths."""
+    return fit(_pooled(stats, np.sqrt(widths.runs)), _prior(widths)).log_evidence
 
 
 def _with_noise(
     model: LinearModel, widths: _Widths, factor: FloatArray
 ) -> tuple[LinearModel, dict[str, float]]:
-    """Weigh readings by what is left of them where the force is free; with the factors on channels."""
+    """Weigh readings by what a free force leaves of them; with the factors on channels."""
     setting, normal = model.setting, grams(model)
     free = factored(normal, force_prior(setting, Level(_FREE * np.maximum(factor, 1.0), 1.0, True)))
     _, of_runs, _ = _expected(setting, marginals(normal, free), widths)
-    residual = _residual(model, solve(normal, free, of_runs), of_runs)
+    residual = residual_left(model, solve(normal, free, of_runs), of_runs)
     noise = noise_found(model, residual)
     widen = {name: one.widen for name, one in noise.items()}
     if (setting.row_scale < 1.0).any():
-        return widened(model, residual, dict.fromkeys(widen, 1.0)), {}
-    return widened(model, residual, widen), widen
+        return widened_by_window(model, residual, dict.fromkeys(widen, 1.0)), {}
+    return widened_by_window(model, residual, widen), widen
 
 
 def _stated(setting: Setting) -> FloatArray:
-    return np.array(
-        [0.0 if one.effect.unstated else one.ordinary for one in setting.coordinates]
-    )
+    return np.array([0.0 if one.effect.unstated else one.ordinary for one in setting.coordinates])
 
 
 def groups_of_widths(setting: Setting) -> list[list[int]]:
@@ -153,12 +173,12 @@ def groups_of_widths(setting: Setting) -> list[list[int]]:
     first = len(setting.coordinates)
     for k, term in enumerate(setting.rest.terms):
         found.setdefault(term.group, []).append(first + k)
-    return [*found.values(), list(range(setting.size))[setting.of_curves]]
+    return [*found.values(), list(range(departure_count(setting)))[of_curves(setting)]]
 
 
 def _begun(setting: Setting, width: FloatArray) -> _Widths:
     vehicle, runs = width**2, (_BETWEEN_RUNS * width) ** 2
-    runs[setting.of_curves] = _BETWEEN_RUNS**2
+    runs[of_curves(setting)] = 0.0
     for k, term in enumerate(setting.rest.terms, len(setting.coordinates)):
         own = _REST[term.kind]
         vehicle[k], runs[k] = own[0] ** 2, own[1] ** 2
@@ -174,18 +194,24 @@ def _pooled(stats: Sequence[Marginal], scatter: FloatArray) -> Marginal:
 
 
 def _maximised(
-    setting: Setting, normal: Grams, widths: _Widths, factor: FloatArray
+    setting: Setting, normal: RunGrams, widths: _Widths, factor: FloatArray
 ) -> tuple[FloatArray, FloatArray, _Widths, FloatArray]:
-    """Departures of the vehicle (d,) and of the runs (runs, d), their widths, and the force (6,)."""
+    """Find departures of vehicle (d,) and runs (runs, d), their widths, and the force (6,)."""
     begun, groups = widths, groups_of_widths(setting)
-    rest = np.zeros(setting.size, bool)
+    rest = np.zeros(departure_count(setting), bool)
     # errors of curves as well: how a controller makes thrust of a stick is in no file
-    rest[setting.of_rest], rest[setting.of_curves] = True, True
-    free = rest.copy()
-    free[[k for k, one in enumerate(setting.coordinates) if one.effect.id == _COMMON]] = True
-    window = max(w.duration_s for w in setting.bench.stack.windows)
-    time = time_covariance(setting.bench.pieces, window / setting.bench.pieces)
-    stated = np.concatenate([_stated(setting), np.zeros(setting.size - len(setting.coordinates))])
+    rest[of_rest(setting)], rest[of_curves(setting)] = True, True
+    free, fixed = np.zeros(rest.size, bool), np.ones(rest.size, bool)
+    for k, one in enumerate(setting.coordinates):
+        free[k] = one.effect.id == _COMMON
+        fixed[k] = one.effect.unstated or one.ordinary == 0.0
+    for k, term in enumerate(setting.rest.terms, len(setting.coordinates)):
+        free[k] = term.kind in _DIFFERS
+        fixed[k] = not free[k]
+    time = time_course(setting)
+    stated = np.concatenate(
+        [_stated(setting), np.zeros(departure_count(setting) - len(setting.coordinates))]
+    )
     for _ in range(_ROUNDS):
         equations = factored(normal, force_prior(setting, Level(factor, 1.0, True)))
         stats = marginals(normal, equations)
@@ -193,15 +219,14 @@ def _maximised(
             vehicle, of_runs, squares = _expected(setting, stats, widths)
             runs, wide = widths.runs.copy(), widths.vehicle.copy()
             for own in groups:
-                moving = [k for k in own if begun.runs[k] > 0.0 and (rest[k] or stated[k] > 0.0)]
+                moving = [k for k in own if begun.runs[k] > 0.0 and not fixed[k]]
                 if moving and len(stats) > 1:
                     ratio = _ratio(squares[1][:, moving], begun.runs[moving])
                     runs[moving] = begun.runs[moving] * ratio
                 if rest[own[0]]:
                     ratio = _ratio(squares[0][None, own], begun.vehicle[own])
                     wide[own] = begun.vehicle[own] * ratio
-            runs = np.where(free, runs, np.minimum(runs, (_MOST_BETWEEN * stated) ** 2))
-            runs = np.where(rest | (stated > 0.0), runs, begun.runs)
+            runs = np.where(free | fixed, runs, np.minimum(runs, (_MOST_BETWEEN * stated) ** 2))
             widths = _Widths(wide, runs)
         energy = force_energy(normal, equations, of_runs, time)
         factor = np.maximum(np.sqrt(energy.mean(axis=0)), _LEAST_FORCE)
@@ -209,7 +234,7 @@ def _maximised(
 
 
 def _ratio(squares: FloatArray, before: FloatArray) -> float:
-    """By how much larger than before the variance of a group is, (n, k) expected squares."""
+    """Say by how much larger than before the variance of a group is, (n, k) expected squares."""
     each = squares / before
     return float((_BEFORE + each.sum()) / (_BEFORE + each.size))
 
@@ -217,7 +242,7 @@ def _ratio(squares: FloatArray, before: FloatArray) -> float:
 def _expected(
     setting: Setting, stats: Sequence[Marginal], widths: _Widths
 ) -> tuple[FloatArray, FloatArray, tuple[FloatArray, FloatArray]]:
-    """Expected departures of vehicle (d,) and runs (r, d); squares of the vehicle's, of runs' own."""
+    """Expect departures of vehicle (d,) and runs (r, d); squares of the vehicle's, of runs' own."""
     scatter = np.sqrt(widths.runs)
     limits = limits_of(setting.coordinates)
     found = held_within(posterior(_pooled(stats, scatter), _prior(widths)), limits)
@@ -240,26 +265,12 @@ def _expected(
     return found.mean, np.stack(of_runs), (vehicle, np.stack(squares))
 
 
-def _residual(model: LinearModel, state: object, of_runs: FloatArray) -> FloatArray:
-    run = np.array([window.run for window in model.setting.bench.stack.windows])
-    numbers = np.unique(run)
-    row_run = np.searchsorted(numbers, run)[model.setting.shared.window]
-    found = residual_with(model, state, np.zeros(of_runs.shape[1]))
-    for number in range(numbers.size):
-        own = row_run == number
-        found[own] -= model.departures[own] @ of_runs[number]
-    return found
-
-
 def _spread_of_levels(
-    setting: Setting, normal: Grams, equations: Factored, of_runs: FloatArray
+    setting: Setting, normal: RunGrams, equations: Factored, of_runs: FloatArray
 ) -> float:
-    """Standard deviation between runs of the logarithm of the outside force."""
-    window = max(w.duration_s for w in setting.bench.stack.windows)
-    time = time_covariance(setting.bench.pieces, window / setting.bench.pieces)
+    """Return the standard deviation between runs of the logarithm of the outside force."""
+    time = time_course(setting)
     energy = force_energy(normal, equations, of_runs, time)
     energy = energy / energy.mean(axis=0)
-    each = [
-        0.5 * np.log(energy[normal.run == number].mean()) for number in np.unique(normal.run)
-    ]
+    each = [0.5 * np.log(energy[normal.run == number].mean()) for number in np.unique(normal.run)]
     return float(np.std(each, ddof=1)) if len(each) > 1 else 0.0

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.diagnose.asking.run_marginals import departure_count, of_curves
 from pipeline.diagnose.linear.evidence import Prior
 from pipeline.diagnose.linear.linear_model import LinearModel, Setting
 from pipeline.diagnose.linear.rest import RestTerm
@@ -58,7 +59,7 @@ class Beliefs:
 def reach(model: LinearModel, stated: FloatArray) -> FloatArray:
     """Compute by what one unit of each coordinate moves the worst channel, over its floor (g,).
 
-    The floor is the sensors' noise, what is stated, (g,) standard deviations, and the outside force.
+    The floor is of the sensors' noise, what is stated (g,), and the outside force.
     """
     stack, count = model.setting.bench.stack, len(model.setting.coordinates)
     found = np.zeros(count)
@@ -77,7 +78,7 @@ def reach(model: LinearModel, stated: FloatArray) -> FloatArray:
 
 
 def ordinary_widths(setting: Setting, moved: FloatArray) -> FloatArray:
-    r"""Standard deviations (d,) of what is ordinary on any vehicle.
+    r"""Return the standard deviations (d,) of what is ordinary on any vehicle.
 
     What the file states of a coordinate; else, by what a unit moves (g,), what does not matter,
 
@@ -90,9 +91,9 @@ def ordinary_widths(setting: Setting, moved: FloatArray) -> FloatArray:
     small = np.minimum(SMALL / np.maximum(moved, 1e-12), _MOST_SMALL)
     # a place has no meaning where nothing is on board
     small = np.where([bool(one.leads) for one in every], 0.0, small)
-    found = np.zeros(setting.size)
+    found = np.zeros(departure_count(setting))
     found[: len(every)] = np.where(stated > 0.0, stated, small)
-    found[setting.of_curves] = 1.0
+    found[of_curves(setting)] = 1.0
     return found
 
 
@@ -102,7 +103,7 @@ def as_stated(
     """Return what the vehicle file alone lets believe."""
     width = ordinary_widths(setting, moved)
     scatter = _BETWEEN_RUNS * width if several_runs else np.zeros(width.size)
-    scatter[setting.of_curves] = 0.0
+    scatter[of_curves(setting)] = 0.0
     return Beliefs(
         Prior(np.zeros(width.size), np.diag(width**2)),
         scatter,
