@@ -115,6 +115,6 @@ def decide(posterior: Posterior) -> Said:
 
 
 def _cost(own: float, held: float, members: int) -> float:
-    """Return the expected cost of an answer of a probability with a set that holds as much besides."""
+    """Return the expected cost of an answer and of a set that holds as much besides."""
     out = max(1.0 - own - held, 0.0)
     return _WRONG * out + (_WRONG - _MISSED) * held * 0.5 + _FURTHER * (members - 1)

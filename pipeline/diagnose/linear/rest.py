@@ -4,9 +4,9 @@ r"""The rest: forces that a real vehicle has and its file lacks, linear in physi
           - \sum_{b \ne a} D_{ab} \nu_b
 
 by axis a: a constant in the body (ballast, a camera's wash) and in the earth (a cable, the water),
-a share of each thruster's thrust that goes elsewhere than its lever says, what of the thrust is late,
-and damping that couples axes. What the vehicle file can say itself (damping along an axis, masses,
-trim, the scale of all thrusters) is no rest.
+a share of each thruster's thrust that goes elsewhere than its lever says, what of the thrust is
+late, and damping that couples axes. What the vehicle file can say itself (damping along an axis,
+masses, trim, the scale of all thrusters) is no rest.
 
 Which of it a vehicle has is learned from its sound runs (`reference.learn`).
 """
