@@ -15,6 +15,7 @@ from pipeline.diagnose.conclude.conclusion import conclude
 from pipeline.diagnose.conclude.gap_seen import gap_seen
 from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen, by_shaft_speeds, shafts_seen
 from pipeline.diagnose.hopeless import refuse_hopeless
+from pipeline.diagnose.inference.healthy import learn
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
@@ -109,10 +110,11 @@ def _diagnosed(
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
     shafts = shafts_seen(case)
-    reference = reference_of(case, threads)
+    healthy = learn(case, threads) if case.healthy else None
+    reference = None if healthy is None else reference_of(case, healthy.force_unit, threads)
     if reference is not None:
         return _since(case, reference, runs, channels, shafts, threads, seed, began)
-    found, answered = infer(case, runs, channels, limits, threads)
+    found, answered = infer(case, runs, channels, limits, threads, healthy)
     answered = by_shaft_speeds(found, answered, shafts)
     seen = gap_seen(case, found, answered, runs, channels, seed)
     supply_known = shafts is not None or any(one.quantity == "voltage" for one in channels)

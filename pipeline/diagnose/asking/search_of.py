@@ -15,6 +15,9 @@ from pipeline.diagnose.linear.elimination import Marginal, grams
 from pipeline.diagnose.linear.evidence import Prior
 from pipeline.diagnose.linear.scales import Level
 
+#: Log evidence of what the readings exclude: no logarithm of zero is written down.
+_NO_EVIDENCE = -1e6
+
 
 def search_of(asked: Asked) -> Search:
     """Say of the first answer's view what a search says, of the coordinates alone."""
@@ -51,7 +54,8 @@ def answers_of(asked: Asked, posterior: Posterior) -> Answers:
         one = posterior.shown.get(name)
         if one is None:
             one = asked.answers[0]
-            rows.append(Candidate(name, probability, one.strange - none, None, judged_of(one)))
+            strange = max(one.strange - none, _NO_EVIDENCE)
+            rows.append(Candidate(name, probability, strange, None, judged_of(one)))
             continue
         rows.append(Candidate(name, probability, one.value - none, one.finding, judged_of(one)))
     return Answers(tuple(rows))

@@ -204,7 +204,8 @@ def _maximised(
     free, fixed = np.zeros(rest.size, bool), np.ones(rest.size, bool)
     for k, one in enumerate(setting.coordinates):
         free[k] = one.effect.id == _COMMON
-        fixed[k] = one.effect.unstated or one.ordinary == 0.0
+        of_one = one.effect.scope == "thruster" and one.ordinary == 0.0
+        fixed[k] = one.effect.unstated or bool(one.leads) or of_one
     for k, term in enumerate(setting.rest.terms, len(setting.coordinates)):
         free[k] = term.kind in _DIFFERS
         fixed[k] = not free[k]
@@ -226,7 +227,8 @@ def _maximised(
                 if rest[own[0]]:
                     ratio = _ratio(squares[0][None, own], begun.vehicle[own])
                     wide[own] = begun.vehicle[own] * ratio
-            runs = np.where(free | fixed, runs, np.minimum(runs, (_MOST_BETWEEN * stated) ** 2))
+            most = np.where(stated > 0.0, _MOST_BETWEEN * stated, _MOST_BETWEEN)
+            runs = np.where(free | fixed, runs, np.minimum(runs, most**2))
             widths = _Widths(wide, runs)
         energy = force_energy(normal, equations, of_runs, time)
         factor = np.maximum(np.sqrt(energy.mean(axis=0)), _LEAST_FORCE)
