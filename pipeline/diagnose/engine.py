@@ -13,15 +13,19 @@ from pipeline.diagnose.conclude.beside_errors import case_beside, errors_of
 from pipeline.diagnose.conclude.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.conclude.conclusion import conclude
 from pipeline.diagnose.conclude.gap_seen import gap_seen
-from pipeline.diagnose.conclude.shaft_speeds import by_shaft_speeds, shafts_seen
+from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen, by_shaft_speeds, shafts_seen
 from pipeline.diagnose.hopeless import refuse_hopeless
+from pipeline.diagnose.inference.healthy import learn
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
+from pipeline.diagnose.reference.learn import Learned
 from pipeline.diagnose.rules.calibration import calibration
 from pipeline.diagnose.tell.record import record_of
+from pipeline.diagnose.with_reference import asked_with, concluded, reference_of
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
 
@@ -105,8 +109,12 @@ def _diagnosed(
     limits, healthy_known = calibration(), bool(case.healthy)
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
-    found, answered = infer(case, runs, channels, limits, threads)
     shafts = shafts_seen(case)
+    healthy = learn(case, threads) if case.healthy else None
+    reference = None if healthy is None else reference_of(case, healthy.force_unit, threads)
+    if reference is not None:
+        return _since(case, reference, runs, channels, shafts, threads, seed, began)
+    found, answered = infer(case, runs, channels, limits, threads, healthy)
     answered = by_shaft_speeds(found, answered, shafts)
     seen = gap_seen(case, found, answered, runs, channels, seed)
     supply_known = shafts is not None or any(one.quantity == "voltage" for one in channels)
@@ -117,6 +125,26 @@ def _diagnosed(
     record = record_of(case, runs, found, seen, concluded, shafts, limits)
     record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
     specs = specs_of(found, concluded.led_to.added) if concluded.names_effects else ()
+    return Diagnosis(record, (*case.known_specs, *specs)), found
+
+
+def _since(  # noqa: PLR0917 - one caller
+    case: Case,
+    reference: Learned,
+    runs: Sequence[RunTable],
+    channels: Sequence[ChannelNoise],
+    shafts: ShaftsSeen | None,
+    threads: int,
+    seed: int,
+    began: float,
+) -> tuple[Diagnosis, Search]:
+    """Diagnose against the vehicle as it was when its sound runs were made."""
+    _, found, answered, said = asked_with(case, runs, channels, reference, threads)
+    seen = gap_seen(case, found, answered, runs, channels, seed)
+    told = concluded(found, answered, said, seen)
+    record = record_of(case, runs, found, seen, told, shafts, calibration())
+    record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
+    specs = specs_of(found, told.led_to.added) if told.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
 
 

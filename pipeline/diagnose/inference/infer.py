@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.diagnose.case import Case, led_by, setting_of, thinned
 from pipeline.diagnose.inference.answer import Answers, Candidate, answers
 from pipeline.diagnose.inference.approach import approach
-from pipeline.diagnose.inference.healthy import learn
+from pipeline.diagnose.inference.healthy import Healthy
 from pipeline.diagnose.inference.held_out import checked
 from pipeline.diagnose.inference.margins import cautious
 from pipeline.diagnose.inference.refine import Refined, possible_alone, refined, that_depart
@@ -34,12 +34,13 @@ _ENOUGH = 16
 HELD_OUT = 4
 
 
-def infer(
+def infer(  # noqa: PLR0917 - one caller
     case: Case,
     runs: Sequence[RunTable],
     channels: Sequence[ChannelNoise],
     limits: Calibration,
     threads: int,
+    healthy: Healthy | None,
 ) -> tuple[Search, Answers]:
     """Weigh all answers on the runs of a case.
 
@@ -55,6 +56,8 @@ def infer(
         Thresholds.
     threads : int
         Simulations side by side.
+    healthy : Healthy or None
+        Learned from the healthy runs of the case.
 
     Returns
     -------
@@ -66,7 +69,6 @@ def infer(
     CannotComputeError
         Where no diagnosis can be given; the text says why.
     """
-    healthy = learn(case, threads) if case.healthy else None
     known_well = healthy is not None
     every_level = levels(healthy_known=known_well)
     force_unit = None if healthy is None else healthy.force_unit
@@ -74,7 +76,7 @@ def infer(
     scatter = None if healthy is None else healthy.scatter
 
     def few(windows: Sequence[Window]) -> BoolArray:
-        return thinned(_chosen(case, windows), _ENOUGH)
+        return thinned(held_in(case, windows), _ENOUGH)
 
     def lead(setting: Setting, vector: FloatArray) -> Setting:
         return led_by(setting, case.packed, runs, channels, vector)
@@ -88,7 +90,7 @@ def infer(
         setting = setting_of(
             case, runs, channels, force_unit=force_unit, threads=threads, vector=vector
         )
-        chosen = _chosen(case, setting.bench.stack.windows)
+        chosen = held_in(case, setting.bench.stack.windows)
         found = search(setting, near, every_level, chosen, widen, scatter)
         return found, answers(found, limits, healthy_known=known_well)
 
@@ -123,7 +125,7 @@ def infer(
     return found, with_settled_places(found, checked(found, answered, limits))
 
 
-def _chosen(case: Case, windows: Sequence[Window]) -> BoolArray:
+def held_in(case: Case, windows: Sequence[Window]) -> BoolArray:
     """Windows that may speak: those of the runs, less every fourth where no run is held out."""
     if case.holdout:
         return np.array([window.run < len(case.runs) for window in windows])

@@ -43,7 +43,8 @@ _SETTLED = 0.1
 def most_probable(normal: Grams, forces: ForcePrior, departures: FloatArray) -> Point:
     """Most probable starts, forces and shared unknowns at departures (g,), led by nothing."""
     best = solve(normal, forces, departures)
-    return Point(best.starts, best.forces, best.shared, departures)
+    # whoever asks so has no reference
+    return Point(best.starts, best.forces, best.shared, departures, np.zeros(0))
 
 
 def linear_near(setting: Setting, forces: ForcePrior, departures: FloatArray) -> LinearModel:
@@ -135,6 +136,7 @@ def _between(begin: Point, end: Point, share: float) -> Point:
         begin.forces + share * (end.forces - begin.forces),
         begin.shared + share * (end.shared - begin.shared),
         begin.departures,
+        begin.rest,
         begin.pull + share * (end.pull - begin.pull),
     )
 
