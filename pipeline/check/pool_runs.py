@@ -51,8 +51,8 @@ def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> tuple[RunFinding, 
         run = read_pool_run(path, vehicle, path.parent)
         record = summarize(run)
     except InputError as error:
-        problems = (_shown_at(path.parent, error.problem),)
-        return RunFinding(str(path), kind_from, None, problems), None
+        wrong = (_shown_at(path.parent, error.problem),)
+        return RunFinding(str(path), kind_from, None, wrong), None
     problems = tuple(_shown_at(path.parent, problem) for problem in record.problems)
     try:
         table = resample(run, RATE_HZ, by_step=True)

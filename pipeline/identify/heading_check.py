@@ -120,7 +120,7 @@ def _worth(first: FloatArray, second: FloatArray) -> float:
     """Count the independent samples that a correlation of two series is worth, at least 4."""
     count = first.size
     lags = np.arange(1, count // 4)
-    both = np.array([_at_lag(first, k) * _at_lag(second, k) for k in lags])
+    both = np.array([_at_lag(first, k) * _at_lag(second, k) for k in lags.tolist()])
     return float(max(count / max(1.0 + 2.0 * float((1.0 - lags / count) @ both), 1.0), 4.0))
 
 
