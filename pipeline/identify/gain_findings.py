@@ -33,8 +33,8 @@ from pipeline.identify.thruster_gains import (
 from pipeline.records.gains import FindingKind, GainFinding
 from pipeline.records.intervals import student_95
 
-#: A thruster is dead where its interval holds 0 and ends below this share of what is expected.
-_DEAD = 0.35
+#: A thruster is dead that surely gives less than this share of what is expected, either way.
+_DEAD = 0.5
 
 
 def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
@@ -47,20 +47,22 @@ def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
     sound : Sound
         Runs that are known to be sound; a run is compared with the others of them.
     """
-    questions = [
-        *_thrusters(asked, sound),
-        *_layouts(asked),
-        *_couplings(asked),
-        *_headings(asked),
-        *_common_scales(asked, sound),
-    ]
-    p = [one.p for one in questions]
-    stand, chances = rejected(p), adjusted(p)
-    found = [
-        (one, float(chance))
-        for one, chance, ok in zip(questions, chances, stand, strict=True)
-        if ok
-    ]
+    # half of the rate for single thrusters, half for all else: the many other questions are not to
+    # hide a dead one
+    groups = (
+        _thrusters(asked, sound),
+        [
+            *_layouts(asked),
+            *_couplings(asked),
+            *_headings(asked),
+            *_common_scales(asked, sound),
+        ],
+    )
+    found = []
+    for questions in groups:
+        p = [min(one.p * len(groups), 1.0) for one in questions]
+        chances = zip(questions, adjusted(p), rejected(p), strict=True)
+        found += [(one, float(chance)) for one, chance, stands in chances if stands]
     kept = _without_consequences([one for one, _ in found])
     chance_of = {id(one): chance for one, chance in found}
     return _merged(kept, chance_of)
@@ -152,15 +154,9 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     spread = float(np.hypot(std[i], doubt))
     less = tail(float(value[i]) - expected, spread, degrees)
     more = tail(expected - float(value[i]), spread, degrees)
-    # nothing at all, or the other way: seen where the ordinary scatter drowns a weakness
-    less_than_half = tail(
-        float(value[i]) - 0.5 * expected, float(np.hypot(std[i], 0.5 * doubt)), degrees
-    )
-    kind: FindingKind = "weak"
-    if high < 0.0:
-        kind = "reversed"
-    elif low <= 0.0 and high < max(_DEAD * expected, 2.0 * _DEAD * float(std[i])):
-        kind = "dead"
+    kind: FindingKind = "reversed" if high < 0.0 else "weak"
+    # dead is no difference from what is expected, which may be vague, but next to nothing for sure
+    nothing = tail(abs(float(value[i])) - _DEAD * min(expected, 1.0), float(std[i]), degrees)
     figures = {
         "runs": runs,
         "thrusters": (name,),
@@ -169,9 +165,9 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
         "expected": expected,
         "against": other,
     }
-    below = min(2.0 * min(less, less_than_half), 1.0)
     return [
-        Question(kind, below, **figures),  # type: ignore[arg-type]
+        Question(kind, less, **figures),  # type: ignore[arg-type]
+        Question("dead", nothing, **figures),  # type: ignore[arg-type]
         Question("strong", more, **figures),  # type: ignore[arg-type]
     ]
 
