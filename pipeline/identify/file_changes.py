@@ -27,8 +27,8 @@ def file_changes(
     Written is what stands, with the values of the fit in which everything else was held at what the
     file says; the factors of the thrusters become their thrust deduction. Buoyancy becomes
     displaced volume, the heights between the centres become the place of the centre of buoyancy,
-    ballast and payloads on board taken off both. Where the lift of the hull holds the Munk moment, its slopes
-    are moved so that the moment of both together stays what it was in the fit.
+    ballast and payloads on board taken off both. Where the lift of the hull holds the Munk moment,
+    its slopes are moved so that the moment of both together stays what it was in the fit.
 
     Parameters
     ----------
