@@ -112,7 +112,6 @@ def one_seed(campaign: Campaign, seed: int, threads: int = 1) -> dict[str, Any]:
         uncertainty=model_of(campaign.vehicle).uncertainty,
         hold_out=False,
         threads=threads,
-        correct=False,
     )
     return {
         "seed": seed,

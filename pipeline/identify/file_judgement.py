@@ -6,7 +6,9 @@ import numpy as np
 
 from pipeline.identify.output_error import Solution
 from pipeline.identify.vehicle_parameters import values_from_steps
+from pipeline.identify.window_derivatives import Problem
 from pipeline.records.identification import ChannelQuality, IdentifiedParameter, ThrustFound
+from pipeline.types import FloatArray
 
 #: Why there is none where none was asked for.
 NOT_CORRECTED = "no corrected file was fitted"
@@ -16,13 +18,31 @@ FIRST = ("velocity", "angular_velocity")
 WORSE = 0.05
 
 
+def steps_of_file(
+    solution: Solution, found: Sequence[IdentifiedParameter], thrust: Sequence[ThrustFound]
+) -> FloatArray:
+    """Unknowns (p + q,) of a file that has what stands and the factors of the thrusters, as found.
+
+    What does not stand is as the file before has it, and so are the curves of the thrust.
+    """
+    parameters = solution.problem.parameters
+    own = [
+        (one.value - parameter.nominal) / parameter.prior_std if one.stands else 0.0
+        for parameter, one in zip(parameters, found, strict=True)
+    ]
+    factors = [(one.value - 1.0) / one.prior_std if one.unit == "1" else 0.0 for one in thrust]
+    return np.array([*own, *factors])
+
+
 def as_filed(
-    found: Sequence[IdentifiedParameter], thrust: Sequence[ThrustFound], filed: Solution | None
+    problem: Problem,
+    steps: FloatArray | None,
+    found: Sequence[IdentifiedParameter],
+    thrust: Sequence[ThrustFound],
 ) -> tuple[tuple[IdentifiedParameter, ...], tuple[ThrustFound, ...]]:
     """Add to parameters and thrust the values that the corrected vehicle file has."""
-    if filed is None:
+    if steps is None:
         return tuple(found), tuple(thrust)
-    problem, steps = filed.problem, filed.point.steps
     values = values_from_steps(problem.parameters, steps[: len(found)]).tolist()
     moved = (problem.thrust.scales * steps[len(found) :]).tolist()
     return (

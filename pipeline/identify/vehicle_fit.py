@@ -71,8 +71,6 @@ class Fit:
     halves: Halves
     settled: bool
     """Whether it came to rest in all that is not held."""
-    filed: Solution | None = None
-    """The fit behind the corrected vehicle file: what stands, and factors of the thrust."""
     out_of_steps: bool = False
     """Whether it was stopped because the steps that it was given were used up."""
 
@@ -106,7 +104,6 @@ def fit_vehicle(
     window_s: float | None = None,
     threads: int = 2,
     most_steps: int | None = None,
-    correct: bool = True,
 ) -> Fit:
     """Fit alone, without judging it; parameters as `identify_vehicle`."""
     steps = _Steps(most_steps)
@@ -159,7 +156,6 @@ def fit_vehicle(
         at_rest(solution, posterior),
         halves,
     )
-    filed = _filed(solution, judged, channels, steps) if correct and not steps.used_up else None
     return Fit(
         solution,
         posterior,
@@ -171,7 +167,6 @@ def fit_vehicle(
         judged,
         halves,
         bool(at_rest(solution, posterior).all()),
-        filed,
         steps.used_up and solution.out_of_steps,
     )
 
@@ -221,18 +216,14 @@ def _holding(
     return _settled(problem, channels, problem.stack.scale, steps, begin)
 
 
-def _filed(
-    solution: Solution,
-    found: Sequence[IdentifiedParameter],
-    channels: Sequence[ChannelNoise],
-    steps: _Steps,
-) -> Solution:
+def fit_for_file(fit: Fit) -> Solution:
     """Fit again what a vehicle file can say: parameters that stand, factors of the thrust.
 
     The shape of the thrust curves has no key: the rest is fitted to the stated one.
     """
-    count, thrust = len(found), solution.problem.thrust
-    aside = {i for i, one in enumerate(found) if not one.stands}
+    solution, channels, steps = fit.solution, fit.channels, _Steps(None)
+    count, thrust = len(fit.found), solution.problem.thrust
+    aside = {i for i, one in enumerate(fit.found) if not one.stands}
     aside |= set(range(count + thrust.gains, count + thrust.size))
     aside -= solution.problem.held
     return _holding(solution, frozenset(aside), channels, steps) if aside else solution

@@ -16,6 +16,7 @@ from pipeline.identify.file_judgement import (
     NOT_CORRECTED,
     as_filed,
     channels_worse,
+    steps_of_file,
     worse_than_before,
 )
 from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
@@ -23,13 +24,14 @@ from pipeline.identify.output_error import Solution
 from pipeline.identify.parameter_intervals import close_pairs
 from pipeline.identify.thrust_found import deduction_found, thrust_found
 from pipeline.identify.unused_channels import notes_on_unused
-from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_vehicle
+from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_for_file, fit_vehicle
 from pipeline.identify.vehicle_parameters import PriorWidths
 from pipeline.identify.window_prediction import prediction_quality
 from pipeline.identify.windows import cut
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     ChannelNoiseFound,
+    ChannelQuality,
     ThrustFound,
     VehicleIdentification,
 )
@@ -111,35 +113,43 @@ def identify_vehicle(
         window_s=window_s,
         threads=threads,
         most_steps=most_steps,
-        correct=correct,
     )
-    solution, filed = fit.solution, fit.filed
+    solution = fit.solution
     windows, judged_by = list(fit.held_out), runs
     offsets: FloatArray | None = solution.problem.shared.offsets(solution.point.shared)
     if holdout:
         judged_by, offsets = _with_channels_of(fit, holdout), None
         windows = cut(packed, judged_by, fit.channels, fit.window_s)
         windows = chained_windows(solution.packed, solution.vector, windows)
-    found, thrust = as_filed(
-        fit.found,
-        thrust_found(solution.problem.thrust, solution.point.steps, fit.posterior, fit.halves),
-        filed,
-    )
+    found = fit.found
+    thrust = thrust_found(solution.problem.thrust, solution.point.steps, fit.posterior, fit.halves)
     code_max = np.abs(packed.code_limits).max(axis=1)
-    quality = prediction_quality(
-        packed,
-        solution.vector,
-        windows,
-        judged_by,
-        fit.channels,
-        fit_black_box(runs, solution.problem.stack.windows, code_max),
-        offsets=offsets,
-        found=solution.packed,
-        corrected=None if filed is None else filed.vector,
-        threads=threads,
-    )
+    black_box = fit_black_box(runs, solution.problem.stack.windows, code_max)
+
+    def judged(corrected: FloatArray | None) -> tuple[ChannelQuality, ...]:
+        return prediction_quality(
+            packed,
+            solution.vector,
+            windows,
+            judged_by,
+            fit.channels,
+            black_box,
+            offsets=offsets,
+            found=solution.packed,
+            corrected=None if corrected is None else solution.problem.vector(corrected),
+            threads=threads,
+        )
+
+    filed = steps_of_file(solution, found, thrust) if correct else None
+    quality = judged(filed)
+    why_no_file = worse_than_before(quality) if correct else NOT_CORRECTED
+    if correct and quality and why_no_file:
+        # without the curves of the thrust what was found does not belong together
+        filed = fit_for_file(fit).point.steps
+        quality = judged(filed)
+        why_no_file = worse_than_before(quality)
+    found, thrust = as_filed(solution.problem, filed, found, thrust)
     gains = best_manoeuvres(packed, sensors, solution, found, threads) if suggest else None
-    why_no_file = worse_than_before(quality) if filed is not None else NOT_CORRECTED
     return VehicleIdentification(
         vehicle=packed.name,
         runs=tuple(run.name for run in runs),

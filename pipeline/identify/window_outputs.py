@@ -224,7 +224,9 @@ def simulate_windows(
     """
     pieces = stack.pieces
     forces = np.zeros((len(pieces.commands), 6)) if stack.outside is None else stack.outside
-    states, rates = run_alike(stack.packed, pieces, stack.alike, vector, starts, forces, method=RK4)
+    states, rates = run_alike(
+        stack.packed, pieces, stack.alike, vector, starts=starts, external=forces, method=RK4
+    )
     size = np.abs(states[:, 7:13]).max(axis=1)
     lost = ~(np.maximum.reduceat(size, pieces.first_row) <= _FASTEST)
     lost |= pieces.steps_s > largest_step_s(stack.packed, vector)

@@ -48,9 +48,9 @@ def run_alike(  # noqa: PLR0917 - as run_pieces
     layout: Pieces,
     alike: tuple[Alike, ...],
     vector: FloatArray,
+    *,
     starts: FloatArray,
     external: FloatArray,
-    *,
     method: int | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """States and accelerations of a layout, each run as it is known to have been.

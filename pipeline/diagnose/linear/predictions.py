@@ -220,7 +220,7 @@ def _simulate(  # noqa: PLR0917 - two callers
     """Simulate a layout, each run as it is known to have been, pulled by its cable."""
     if bench.stack.outside is not None:
         forces = forces + bench.stack.outside
-    return run_alike(bench.stack.packed, layout, alike, vector, starts, forces)
+    return run_alike(bench.stack.packed, layout, alike, vector, starts=starts, external=forces)
 
 
 def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatArray]:
