@@ -178,7 +178,7 @@ def bounded_thrusts(
     target = do.times(tau, scale, 24)
     thrust = np.stack([_dot(do, tau, inverse[i], 24) for i in range(count)], axis=1)
     held: BoolArray = np.asarray((thrust < low) | (thrust > high), bool)
-    cut: BoolArray = np.asarray(held.any(axis=1))
+    cut: BoolArray = np.asarray(held.any(axis=1), bool)
     work = np.flatnonzero(cut)
     thrust = np.where(cut[:, None], np.clip(thrust, low, high), thrust)
     for _ in range(MOST_STEPS):

@@ -43,7 +43,7 @@ def alike_pieces(layout: Pieces, conditions: Sequence[Conditions]) -> tuple[Alik
     return tuple(found)
 
 
-def run_alike(  # noqa: PLR0917 - as run_pieces
+def run_alike(
     packed: PackedVehicle,
     layout: Pieces,
     alike: tuple[Alike, ...],

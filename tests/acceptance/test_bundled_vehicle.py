@@ -87,6 +87,13 @@ def family(bundled: Finished) -> Family:
     return Family(bundled.record("mmt300", "static"))
 
 
+@pytest.fixture(scope="module")
+def measured(bundled: Finished) -> dict[int, Family]:
+    """The family of each sign in which the mooring test has its part."""
+    both = bundled.record("mmt300", "inverse")["family"]
+    return {1: Family(both["positive"]), -1: Family(both["negative"])}
+
+
 def test_the_run_ends_well_and_leaves_the_raw_files_alone(
     bundled: Finished, tables: dict[str, Any]
 ) -> None:
@@ -228,12 +235,16 @@ def test_round_trip_of_the_cubic(tables: dict[str, Any], family: Family, speed_m
     assert np.abs(family.thrust(code, speed_mps) - thrust).max() <= 0.3
 
 
-def test_round_trip_of_the_firmware_form(tables: dict[str, Any], family: Family) -> None:
+@pytest.mark.parametrize("sign", [1, -1])
+def test_round_trip_of_the_firmware_form(
+    tables: dict[str, Any], measured: dict[int, Family], sign: int
+) -> None:
     """Every 0.1 m/s: 0.1 N before the code is rounded, half a code more after it."""
+    family = measured[sign]
     for speed_mps in np.arange(0.0, 2.01, 0.1).round(1):
         largest = float(family.row(speed_mps)[-1])
         thrust = np.linspace(0.5, largest, 1000)[1:]
-        code = firmware_code(tables["firmware"], thrust, speed_mps)
+        code = sign * firmware_code(tables["firmware"], sign * thrust, sign * speed_mps)
         assert code.min() > 0
         back = family.thrust(code, speed_mps)
         assert np.abs(back - thrust).max() <= 0.1, speed_mps
@@ -246,13 +257,25 @@ def test_round_trip_of_the_firmware_form(tables: dict[str, Any], family: Family)
         assert (error - half_a_code).max() <= 0.1, speed_mps
 
 
-def test_firmware_form_is_odd(tables: dict[str, Any]) -> None:
-    """The bench tested one direction; reverse thrust astern mirrors thrust ahead."""
-    thrust = np.linspace(0.0, 45.0, 451)
-    for speed_mps in (0.0, 0.35, 1.1, 2.0):
-        ahead = firmware_code(tables["firmware"], thrust, speed_mps)
-        astern = firmware_code(tables["firmware"], -thrust, -speed_mps)
-        np.testing.assert_allclose(astern, -ahead, atol=1e-9)
+@pytest.mark.parametrize("sign", [1, -1])
+def test_the_firmware_gives_at_rest_what_was_moored(tables: dict[str, Any], sign: int) -> None:
+    """Each sign by itself: -12.5 N at code -60, where the calculation says -14.4."""
+    codes = np.arange(25, 128)
+    thrust = sign * np.array([moored_thrust(code, sign) for code in codes])
+    found = firmware_code(tables["firmware"], thrust, 0.0)
+    assert np.abs(sign * found - codes).max() <= 2.0
+
+
+def test_what_speed_takes_away_is_what_is_calculated(
+    family: Family, measured: dict[int, Family]
+) -> None:
+    """Thrusters alike at rest are alike under way."""
+    for one in measured.values():
+        for code in (70.0, 90.0, 110.0):
+            equal = np.interp(one.thrust(code, 0.0), family.row(0.0), family.code)
+            for speed_mps in (0.5, 1.0, 2.0):
+                expected = family.thrust(equal, speed_mps)
+                assert one.thrust(code, speed_mps) == pytest.approx(expected, abs=0.1)
 
 
 def test_firmware_form_rises_with_thrust_and_speed(tables: dict[str, Any]) -> None:
@@ -371,9 +394,10 @@ def test_error_without_compensation_grows_with_speed(bundled: Finished) -> None:
 
 
 def test_compensation_holds_the_wrench(
-    bundled: Finished, tables: dict[str, Any], family: Family
+    bundled: Finished, tables: dict[str, Any], measured: dict[int, Family]
 ) -> None:
     """At most 2 % of the range; recomputed here from the tables, and as reported."""
+    family = measured[1]
     for speed_mps in np.arange(0.0, 2.01, 0.1).round(1):
         largest = float(family.row(speed_mps)[-1])
         wanted = demands(largest)

@@ -2,12 +2,14 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 import pytest
 
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read
+from pipeline.records.fits import SignedFamily, ThrustFamily
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.pack_thrusters import bollard_table
@@ -163,3 +165,31 @@ def test_the_rate_of_a_shaft_by_hand(make_packed: Callable[..., PackedVehicle]) 
         load = 2.0 * density * 0.2**5 * 0.05 * 10.0
         expected = (2.0 / 5.0 + load) / (2.0 * np.pi)
         assert packed.fastest_shaft_rate(0, density) == pytest.approx(expected, rel=1e-12)
+
+
+def test_measured_thrust_and_the_gains_of_thrusters_are_flown(
+    vehicles: dict[str, Vehicle],
+) -> None:
+    """`kind: mooring`: each sign as it was measured; no bench family is needed."""
+    text = vehicles["mmt300"].model_dump()
+    text["model"]["thrusters"]["at_drive"]["characteristic"] = {"kind": "mooring"}
+    text["thrusters"] = [dict(one) for one in text["thrusters"]]
+    text["thrusters"][1] |= {"gain_ahead": 0.8, "gain_reverse": 0.6}
+    vehicle = Vehicle.model_validate(text)
+
+    def side(sign: Literal[1, -1], largest_n: float) -> SignedFamily:
+        rest = (0.0, largest_n / 3, largest_n)
+        rows = (rest, tuple(t / 2 for t in rest))
+        return SignedFamily(
+            sign=sign, basis="measured", speed_mps=(0.0, 1.0), code=(0.0, 64.0, 128.0),
+            thrust_n=rows, half95_n=rows,
+        )  # fmt: skip
+
+    family = ThrustFamily(positive=side(1, 42.0), negative=side(-1, 33.6))
+    packed = pack_vehicle(vehicle, BenchModel(None, family=family))
+    assert packed.thrust_tables.shape == (1, 2, 11, 3)
+    assert packed.thrust_tables[0, :, 0, -1].tolist() == [42.0, 33.6]
+    assert packed.thrust_tables[0, 1, -1, -1] == pytest.approx(16.8)
+    assert packed.thrust_tables[0, 0, 5, -1] == pytest.approx(31.5)
+    assert read(packed.vector, "thrust_gain")[:3].tolist() == [1.0, 0.8, 1.0]
+    assert read(packed.vector, "reverse_gain")[1] == pytest.approx(0.75)
