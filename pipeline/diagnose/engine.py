@@ -22,7 +22,7 @@ from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.reference.learn import Learned
 from pipeline.diagnose.rules.calibration import calibration
 from pipeline.diagnose.tell.record import record_of
-from pipeline.diagnose.with_reference import asked_with, concluded, reference_of
+from pipeline.diagnose.with_reference import CALIBRATED, asked_with, concluded, reference_of
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise
@@ -143,7 +143,13 @@ def _since(  # noqa: PLR0917 - one caller
     seen = gap_seen(case, found, answered, runs, channels, seed)
     told = concluded(found, answered, said, seen)
     record = record_of(case, runs, found, seen, told, shafts, calibration())
-    record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
+    evidence = record.evidence.model_copy(
+        update={
+            "posterior": {one.name: one.probability for one in said.ranking},
+            "calibrated": CALIBRATED,
+        }
+    )
+    record = record.model_copy(update={"elapsed_s": time.monotonic() - began, "evidence": evidence})
     specs = specs_of(found, told.led_to.added) if told.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
 

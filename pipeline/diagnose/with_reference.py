@@ -27,6 +27,11 @@ _LEAST_RUNS = 2
 #: Outside force on sound runs over what is usual, on the middle axis, from which on the file errs
 #: by more than it states. Vehicles that are as their file says leave 0.1 to 1, measured ones 10.
 _LACKS = 3.0
+#: What the probabilities rest on.
+CALIBRATED = (
+    "one posterior: log evidence of all windows to a power that was chosen on measured runs of one "
+    "vehicle with effects put into them; see docs/methods/diagnosis.md, section 6"
+)
 
 
 def reference_of(case: Case, force: FloatArray, threads: int) -> Learned | None:

@@ -185,6 +185,8 @@ class Evidence(Record):
     """What kinematics, actuators and dynamics said, or why they were skipped."""
     calibrated: str
     healthy_runs: tuple[str, ...]
+    posterior: dict[str, float] = Field(default_factory=dict)
+    """Probability of every answer as it was computed, where one posterior decides."""
 
 
 class Series(Record):
