@@ -125,6 +125,20 @@ def test_commands_of_a_log_give_the_same_run_again(bench_folder: Path, tmp_path:
     assert {"/thrusters/command", "/sim/imu/data", "/sim/depth"} <= set(other)
 
 
+def test_what_the_notes_of_a_log_say_happens_again(tmp_path: Path) -> None:
+    """A module let go and a winch, declared: the run is the same, bit for bit, on its tether."""
+    flown, again = tmp_path / "flown.mcap", tmp_path / "again.mcap"
+    common = ("cargo_carrier", "--manoeuvre", "hover", "--duration", "6", "--to", str(flown))
+    succeeded(simulate(tmp_path, *common, "--release", "module_1@2", "--winch", "0.3@3"))
+    (tmp_path / "flown.yaml").write_text(
+        "events:\n  - {at_s: 2.0, release: module_1}\n  - {at_s: 3.0, winch_mps: 0.3}\n",
+        encoding="utf-8",
+    )
+    done = succeeded(simulate(tmp_path, "cargo_carrier", "--run", str(flown), "--to", str(again)))
+    assert "release module_1 at 2 s" in done.stdout
+    assert motion(read(flown)[0]).tobytes() == motion(read(again)[0]).tobytes()
+
+
 def raw_messages(path: Path, *, under: str = "/") -> dict[str, list[tuple[int, int, bytes]]]:
     """Messages as bytes by topic, read with the mcap library."""
     found: dict[str, list[tuple[int, int, bytes]]] = {}
