@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
-from pipeline.ingest.pool_run_plan import PER_THRUSTER
+from pipeline.ingest.pool_run_elements import PER_THRUSTER
 from pipeline.ingest.pool_run_resample import resample
 from pipeline.ingest.pool_run_suspicions import contradictions
 from pipeline.ingest.pool_run_velocity import disagreeing_frames

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
+from pipeline.ingest.pool_run_elements import PER_THRUSTER, thrusters_named
+from pipeline.ingest.pool_run_plan import Plan
 from pipeline.records.pool_schema import UNITS
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle

@@ -21,7 +21,7 @@ _LEAST_EXPLAINED = 0.15
 _MOST_LEFT = 0.75
 _MOST_LEFT_OF_HALF = 0.9
 #: An axis runs against its moments at such a correlation, and such a one in each half of the run.
-_AGAINST, _AGAINST_IN_HALF = -0.5, -0.4
+_AGAINST, _AGAINST_IN_HALF = -0.85, -0.75
 
 
 @dataclass(frozen=True)
@@ -58,9 +58,6 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
         [np.cross(stated[name].position_m, stated[name].direction) for name in moments.names]
     )
     whole = _axes_of(moments)
-    reversed_axes = _against_moments(moments, whole, arms, place)
-    if reversed_axes:
-        return reversed_axes
     total = sum(axis.power / axis.rows for axis in whole)
     candidates = _rearranged(arms, moments.names)
     left = {name: _rest(whole, changed) for name, changed in candidates.items()}
@@ -70,7 +67,7 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     as_stated = _rest(whole, arms)
     plainly = left[best] < _MOST_LEFT * as_stated and left[best] < (1 - _LEAST_EXPLAINED) * total
     if not plainly or not _in_both_halves(moments, arms, candidates[best]):
-        return []
+        return _against_moments(moments, whole, arms, place)
     equal = [name for name in left if left[name] < 1.05 * left[best] and name != best]
     others = f" (or {'; or '.join(equal[:3])})" if equal else ""
     return [

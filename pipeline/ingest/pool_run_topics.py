@@ -10,14 +10,9 @@ from pipeline.ingest.mcap_records import SchemaRecord
 from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
 from pipeline.ingest.pool_run_defaults import choose_by_default, same_quantities
+from pipeline.ingest.pool_run_elements import PER_THRUSTER, NotThereError
 from pipeline.ingest.pool_run_extract import MessageFile, Request
-from pipeline.ingest.pool_run_plan import (
-    PER_THRUSTER,
-    NotThereError,
-    Plan,
-    TopicFound,
-    plan_channel,
-)
+from pipeline.ingest.pool_run_plan import Plan, TopicFound, plan_channel
 from pipeline.ingest.pool_run_stamps import Stamp
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle
