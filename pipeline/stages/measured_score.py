@@ -135,6 +135,13 @@ def score_measured(lines: Sequence[MeasuredLine]) -> MeasuredScore:
             between(0.90, 0.98),
         ),
         rate(
+            "answered, neither refused nor a fault of the program",
+            "all cases",
+            (not line.score.refused for line in lines),
+            "100 %",
+            at_least(1.0),
+        ),
+        rate(
             "named",
             "a thruster commanded and without effect",
             (line.first for line in dead),
