@@ -33,7 +33,8 @@ from pipeline.identify.thruster_gains import (
 from pipeline.records.gains import FindingKind, GainFinding
 from pipeline.records.intervals import student_95
 
-#: A thruster is dead that surely gives less than this share of what is expected, either way.
+#: A thruster is dead whose interval holds 0 and which surely gives less than this share, either
+#: way, of what sound runs gave, or the file says.
 _DEAD = 0.5
 
 
@@ -156,7 +157,10 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     more = tail(expected - float(value[i]), spread, degrees)
     kind: FindingKind = "reversed" if high < 0.0 else "weak"
     # dead is no difference from what is expected, which may be vague, but next to nothing for sure
-    nothing = tail(abs(float(value[i])) - _DEAD * min(expected, 1.0), float(std[i]), degrees)
+    limit = _DEAD * min(float(usual[i]), 1.0)
+    nothing = tail(abs(float(value[i])) - limit, float(std[i]), degrees)
+    if not low <= 0.0 <= high:
+        nothing = 1.0
     figures = {
         "runs": runs,
         "thrusters": (name,),
