@@ -135,7 +135,7 @@ def test_files_among_the_runs_are_judged_as_a_run_judges_them(boat: Path) -> Non
     for path in (boat, pool):
         findings = check(path)
         (warning,) = texts(findings, "warning")
-        assert warning.startswith(f"{pool}/list.txt: is no MCAP log by its name")
+        assert warning.startswith(f"{pool}/list.txt: is no log by its name")
         (error,) = texts(findings, "error")
         assert error.startswith(f"{pool}/dive.MCAP: ")
     alone = check(pool / "list.txt")
