@@ -1,5 +1,7 @@
 """Checks that stand between a mooring test and firmware: what fails here must be accepted first."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from pipeline.records.fits import Check, PolynomialFit
@@ -98,7 +100,8 @@ def _fold(thrust_n: FloatArray) -> int | None:
     if thrust_n.size < 4:
         return None
     at = int(np.argmax(thrust_n))
-    scatter = float(np.median(np.abs(np.diff(thrust_n, 2)))) / (0.6745 * 6**0.5)
+    # third differences hold no slope and no bend, which a sound curve has
+    scatter = float(np.median(np.abs(np.diff(thrust_n, 3)))) / (0.6745 * 20**0.5)
     fall = float(thrust_n[at] - thrust_n[at:].min())
     return at if fall > max(_FALL_SHARE * thrust_n[at], _SCATTERS * scatter) else None
 
@@ -109,16 +112,14 @@ def _neighbours(points: tuple[MooringPoint, ...]) -> Check:
         code, thrust_n = _mean_by_code(points, sign)
         if thrust_n.size < 3:
             continue
-        clear = np.maximum(thrust_n, _CLEAR_SHARE * thrust_n.max())
-        step = np.abs(np.log(clear[1:] / clear[:-1]))
-        # a first code beyond the dead zone may give much more than the last one within it
-        for at in np.flatnonzero(step > np.log(_JUMP)).tolist():
-            alone = code[at + 1] - code[at] <= 1.5 * float(np.median(np.diff(code)))
-            if at > 0 and alone and thrust_n[at] > _CLEAR_SHARE * thrust_n.max():
-                texts.append(
-                    f"{thrust_n[at]:.3g} N at code {sign * code[at]:g} and "
-                    f"{thrust_n[at + 1]:.3g} N at {sign * code[at + 1]:g}"
-                )
+        # below it a first code beyond the dead zone may give much more than the last within it
+        clear = _CLEAR_SHARE * thrust_n.max()
+        texts += [
+            f"{before:.3g} N at code {sign * code[at]:g} and {after:.3g} N at "
+            f"{sign * code[at + 1]:g}"
+            for at, (before, after) in enumerate(pairwise(thrust_n.tolist()))
+            if before > clear and not before / _JUMP < after < before * _JUMP
+        ]
     return Check(
         name="neighbouring codes give thrust of one size",
         passed=not texts,
