@@ -22,7 +22,7 @@ from pipeline.records.run_table import RunTable
 #: Sound runs without which nothing is known of how much runs differ.
 _LEAST_RUNS = 2
 #: Log evidence, for each window of the sound runs, by which what was learned must beat the file.
-_BETTER = 3.0
+BETTER = 3.0
 
 
 def reference_of(case: Case, threads: int) -> Learned | None:
@@ -40,7 +40,7 @@ def reference_of(case: Case, threads: int) -> Learned | None:
     terms = rest_terms(case.packed, usual_force(case.packed))
     learned = learn(with_rest(setting, terms))
     windows = setting.bench.window_count
-    return learned if learned.gain > _BETTER * windows else None
+    return learned if learned.gain > BETTER * windows else None
 
 
 def asked_with(
