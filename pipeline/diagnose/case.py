@@ -57,6 +57,8 @@ class Case:
     effects: Mapping[str, Effect] | None = None
     errors: InstrumentErrors | None = None
     as_stated: PackedVehicle | None = None
+    by_reference: bool = True
+    """Whether what the healthy runs show may stand in place of the vehicle file."""
 
     @property
     def stated(self) -> PackedVehicle:

@@ -109,7 +109,7 @@ def _diagnosed(
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
     shafts = shafts_seen(case)
-    reference = reference_of(case, threads)
+    reference = reference_of(case, threads) if case.by_reference else None
     if reference is not None:
         return _since(case, reference, runs, channels, shafts, threads, seed, began)
     found, answered = infer(case, runs, channels, limits, threads)
@@ -121,7 +121,7 @@ def _diagnosed(
         keep(case_evidence(found, answered, seen, limits, **known))
     concluded = conclude(found, answered, seen, limits, **known)
     record = record_of(case, runs, found, seen, concluded, shafts, limits)
-    record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
+    record = _told(record, case, None, began)
     specs = specs_of(found, concluded.led_to.added) if concluded.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
 
@@ -141,9 +141,22 @@ def _since(  # noqa: PLR0917 - one caller
     seen = gap_seen(case, found, answered, runs, channels, seed)
     told = concluded(found, answered, said, seen)
     record = record_of(case, runs, found, seen, told, shafts, calibration())
-    record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
+    record = _told(record, case, ", ".join(run.name for run in case.healthy), began)
     specs = specs_of(found, told.led_to.added) if told.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
+
+
+def _told(record: DiagnosisRecord, case: Case, since: str | None, began: float) -> DiagnosisRecord:
+    """Add to the verdict what it is told against, and of which runs."""
+    verdict = record.verdict.model_copy(
+        update={
+            "since": since,
+            "runs": tuple(run.name for run in case.runs),
+            "text": record.verdict.sentence,
+        }
+    )
+    update = {"verdict": verdict, "elapsed_s": time.monotonic() - began}
+    return record.model_copy(update=update)
 
 
 def _in_order(case: Case) -> Case:

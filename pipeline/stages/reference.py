@@ -8,9 +8,9 @@ from pathlib import Path
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.reference.held_out import Identified
 from pipeline.diagnose.reference.made import made
-from pipeline.errors import CannotComputeError, Rig2SeaError
+from pipeline.errors import CannotComputeError, InputError, Rig2SeaError
 from pipeline.plan import POOL, processed_file
-from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope
+from pipeline.provenance import Envelope, code_digest, file_digest, read_envelope, write_envelope
 from pipeline.records.identification import RunRead
 from pipeline.records.reference import ReferenceRecord, SoundRun
 from pipeline.stages.identification import CORRECTED_FILE
@@ -50,13 +50,12 @@ def make_reference(
         For fewer than two sound runs, a log that cannot be used, or a place that cannot be written.
     """
     one = load_simulated(request.vehicle, request.raw, request.out)
-    logs = (
-        dict.fromkeys(find_logs(request.runs, one), "named on the command line")
-        if request.runs
-        else sound_runs(one)
-    )
+    logs, refused = sound_runs(one)
+    if request.runs:
+        logs = dict.fromkeys(find_logs(request.runs, one), "named on the command line")
+        refused = ()
     if len(logs) < LEAST_RUNS:
-        raise CannotComputeError(too_few(one, len(logs)))
+        raise CannotComputeError("\n".join([too_few(one, len(logs)), *refused]))
     read = [(path, *read_run(path, one, request.raw)) for path in told_first(logs, tell)]
     runs = tuple(_sound(path, run, one, logs) for path, run, _ in read)
     folder = request.out / "processed" / one.name
@@ -76,7 +75,11 @@ def make_reference(
         noise=found.noise,
         held_out=found.held_out,
         predictions=found.predictions,
-        notes=(*notes, *dict.fromkeys(text for _, run, _ in read for text in run.warnings)),
+        notes=(
+            *refused,
+            *notes,
+            *dict.fromkeys(text for _, run, _ in read for text in run.warnings),
+        ),
     )
     to = request.out / processed_file(one.name, STAGE)
     if request.to is not None:
@@ -89,6 +92,26 @@ def make_reference(
     code = code_digest("pipeline.stages.reference")
     write_envelope(to, Envelope(STAGE, one.name, inputs, code, record))
     return record, to
+
+
+def refused_reference(one: SimulatedVehicle, logs: Sequence[Path], out: Path) -> str | None:
+    """Say why the reference of some runs is not used, where it was made and found no good.
+
+    None where none was made of these very runs and this very vehicle file, or where it is used.
+    """
+    path = out / processed_file(one.name, STAGE)
+    if not logs or not path.is_file():
+        return None
+    try:
+        record = read_envelope(path, STAGE, ReferenceRecord).record
+    except InputError:
+        # it is made anew by whoever wants it
+        return None
+    if record is None or record.used or record.vehicle_file_sha256 != one.file_digest:
+        return None
+    if {run.sha256 for run in record.runs} != {file_digest(log) for log in logs}:
+        return None
+    return f"the reference of these healthy runs is not used ({path.name}): {record.why}"
 
 
 def too_few(one: SimulatedVehicle, count: int) -> str:

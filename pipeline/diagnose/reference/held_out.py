@@ -24,7 +24,7 @@ from pipeline.physics.parameters import read
 from pipeline.records.reference import Prediction
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import BoolArray, FloatArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: How far ahead is predicted, and how far from it a reading may lie. [s]
 AHEAD_S, _NEAR_S = (3.0, 6.0), 0.3
@@ -214,7 +214,7 @@ def _errors(bench: Bench, vector: FloatArray, motion: Motion) -> _Errors:
     }
 
 
-def _times(bench: Bench, quantity: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _times(bench: Bench, quantity: str) -> tuple[IntArray, FloatArray, FloatArray]:
     """Window, seconds ahead, and time in the run of each reading of a quantity."""
     rows = next(rows for rows in bench.stack.rows if rows.channel.quantity == quantity)
     step = np.array([window.step_s for window in bench.stack.windows])[rows.window]

@@ -13,7 +13,7 @@ from pipeline.diagnose.reference.learn import Learned
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.records.reference import AxisForce
 from pipeline.records.run_table import RunTable
-from pipeline.types import FloatArray
+from pipeline.types import FloatArray, IntArray
 
 
 def lacking(
@@ -67,7 +67,7 @@ def _left(  # noqa: PLR0917 - what is led, then by what
     setting: Setting,
     runs: Sequence[RunTable],
     channels: Sequence[ChannelNoise],
-    own: FloatArray,
+    own: IntArray,
     departures: FloatArray,
 ) -> FloatArray:
     """Force that the model lacks with some departures (d,) in some windows, (own, pieces, 6)."""

@@ -2,11 +2,9 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from diagnosis_cases import small_case
 
-from pipeline.diagnose.reference.held_out import parts_of
 from pipeline.diagnose.reference.made import Made, made
 
 
