@@ -37,7 +37,7 @@ def judged(
         name: float(np.exp(np.mean(np.log(list(each.values()))))) for name, each in over.items()
     }
     better = [name for name, ratio in mean.items() if ratio >= 1.0]
-    against = ", ".join(f"{ratio:.2f} of the {name}'s" for name, ratio in mean.items())
+    against = ", ".join(f"{ratio:.2f} times the {name}'s" for name, ratio in mean.items())
     told = f"of what took no part its rms error is {against} (mean over what is predicted)"
     places = [
         f"{_quantity(quantity)} {seconds:g} s ahead ({name})"
@@ -46,7 +46,7 @@ def judged(
         if ratio >= 1.0
     ]
     if better:
-        return False, f"{told}: {' and '.join(better)} predicts it no worse."
+        return False, f"{told}, which is no better than that of the {' and the '.join(better)}."
     but = f"; not better in {', '.join(places)}" if places else ""
     return True, f"{told}{but}."
 
