@@ -110,10 +110,10 @@ def _diagnosed(
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
     shafts = shafts_seen(case)
-    healthy = learn(case, threads) if case.healthy else None
-    reference = None if healthy is None else reference_of(case, healthy.force_unit, threads)
+    reference = reference_of(case, threads) if case.by_reference and case.healthy else None
     if reference is not None:
         return _since(case, reference, runs, channels, shafts, threads, seed, began)
+    healthy = learn(case, threads) if case.healthy else None
     found, answered = infer(case, runs, channels, limits, threads, healthy)
     answered = by_shaft_speeds(found, answered, shafts)
     seen = gap_seen(case, found, answered, runs, channels, seed)
@@ -123,7 +123,7 @@ def _diagnosed(
         keep(case_evidence(found, answered, seen, limits, **known))
     concluded = conclude(found, answered, seen, limits, **known)
     record = record_of(case, runs, found, seen, concluded, shafts, limits)
-    record = record.model_copy(update={"elapsed_s": time.monotonic() - began})
+    record = _told(record, case, None, began)
     specs = specs_of(found, concluded.led_to.added) if concluded.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
 
@@ -149,9 +149,23 @@ def _since(  # noqa: PLR0917 - one caller
             "calibrated": CALIBRATED,
         }
     )
-    record = record.model_copy(update={"elapsed_s": time.monotonic() - began, "evidence": evidence})
+    record = record.model_copy(update={"evidence": evidence})
+    record = _told(record, case, ", ".join(run.name for run in case.healthy), began)
     specs = specs_of(found, told.led_to.added) if told.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
+
+
+def _told(record: DiagnosisRecord, case: Case, since: str | None, began: float) -> DiagnosisRecord:
+    """Add to the verdict what it is told against, and of which runs."""
+    verdict = record.verdict.model_copy(
+        update={
+            "since": since,
+            "runs": tuple(run.name for run in case.runs),
+            "text": record.verdict.sentence,
+        }
+    )
+    update = {"verdict": verdict, "elapsed_s": time.monotonic() - began}
+    return record.model_copy(update=update)
 
 
 def _in_order(case: Case) -> Case:

@@ -102,6 +102,14 @@ class Verdict(Record):
     ambiguous_with: tuple[str, ...]
     detail: Detail
     sentence: str
+    since: str | None = None
+    """Names of the sound runs that it is told against; None: against the vehicle file."""
+    runs: tuple[str, ...] = ()
+    """Runs that carry it."""
+    from_s: float | None = None
+    """Seconds into the run from which on it is so; None: all the time."""
+    text: str = ""
+    """What it says, in words."""
 
 
 class RankedEffect(Record):

@@ -17,10 +17,12 @@ from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.stages.diagnosis_links import Question
 from pipeline.stages.diagnosis_page import OVERLAY_END, write_page
+from pipeline.stages.reference import LEAST_RUNS, reference_used
 from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.stages.simulation import simulate_to_file
 from pipeline.stages.simulation_request import SimulationRequest
+from pipeline.stages.sound_runs import sound_runs
 from pipeline.vehicle.frames import changes_as_stated
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.write_back import updated_vehicle_text
@@ -70,6 +72,7 @@ def diagnose_to_files(
         cannot be written.
     """
     one = load_simulated(request.vehicle, request.raw, request.out)
+    request, noted = _with_sound_runs(request, one)
     runs, holdout, healthy = (
         _tables(texts, one, request.raw, tell)
         for texts in (request.runs, request.holdout, request.healthy)
@@ -78,10 +81,12 @@ def diagnose_to_files(
     # before anything is written: it may go to a folder that was named as one of runs
     question = _question(request, one)
     tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
-    found = diagnose_fully(
-        Case(one.name, one.vehicle, one.packed, runs, holdout, healthy), request.threads
-    )
-    found = _with_notes(found, (*runs, *holdout, *healthy))
+    case = Case(one.name, one.vehicle, one.packed, runs, holdout, healthy)
+    used, why = reference_used(one, find_logs(request.healthy, one), request.out)
+    case = replace(case, by_reference=used)
+    noted = (*noted, why) if why else noted
+    found = diagnose_fully(case, request.threads)
+    found = _with_notes(found, (*runs, *holdout, *healthy), noted)
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "diagnosis"
@@ -104,10 +109,31 @@ def _question(request: DiagnosisRequest, one: SimulatedVehicle) -> Question:
     return Question(runs, holdout, healthy)
 
 
-def _with_notes(found: Diagnosis, tables: Sequence[RunTable]) -> Diagnosis:
-    """Add what is known of the runs and was not simulated."""
+def _with_sound_runs(
+    request: DiagnosisRequest, one: SimulatedVehicle
+) -> tuple[DiagnosisRequest, tuple[str, ...]]:
+    """Take the vehicle's sound runs for healthy ones where none are named; say so.
+
+    Not where one of them is asked of, nor where there is but one, which does not show how much runs
+    differ.
+    """
+    if request.healthy:
+        return request, ()
+    sound, _ = sound_runs(one)
+    asked = set(find_logs((*request.runs, *request.holdout), one))
+    if len(sound) < LEAST_RUNS or asked & set(sound):
+        return request, ()
+    names = ", ".join(f"{path.stem} ({why})" for path, why in sound.items())
+    told = f"no healthy runs were named; these are known to be sound and were taken: {names}."
+    return replace(request, healthy=tuple(str(path) for path in sound)), (told,)
+
+
+def _with_notes(
+    found: Diagnosis, tables: Sequence[RunTable], noted: Sequence[str] = ()
+) -> Diagnosis:
+    """Add what is known of the runs and was not simulated, and what was noted before."""
     notes = [note for table in tables if table.known is not None for note in table.known.notes]
-    told = (*found.record.notes, *dict.fromkeys(notes))
+    told = (*found.record.notes, *noted, *dict.fromkeys(notes))
     return replace(found, record=found.record.model_copy(update={"notes": told}))
 
 

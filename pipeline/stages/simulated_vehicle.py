@@ -75,6 +75,18 @@ def load_simulated(text: str, raw: Path, out: Path) -> SimulatedVehicle:
     return SimulatedVehicle(name, file, vehicle, packed, notes)
 
 
+def load_packed(file: Path, name: str, out: Path) -> PackedVehicle:
+    """Pack another file of a vehicle, one with identified values, with the vehicle's bench results.
+
+    Raises
+    ------
+    InputError, CannotComputeError
+        When it cannot be read, has no model, or bench results are missing.
+    """
+    vehicle = load_vehicle(file)
+    return pack_vehicle(vehicle, _bench(vehicle, name, file, out)[0])
+
+
 def load_inverse(name: str, out: Path) -> InverseCharacteristic:
     """Read a vehicle's inverse characteristic, which its allocator uses.
 

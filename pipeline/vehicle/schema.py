@@ -13,6 +13,7 @@ Positive = Annotated[float, Field(gt=0)]
 Fraction = Annotated[float, Field(gt=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,47}$")]
 Vector3 = tuple[float, float, float]
+Day = Annotated[str, Field(pattern=r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$")]
 Frame = Literal["sname", "paper", "ros"]
 """Body axes of the file's positions; `pipeline.vehicle.frames` has them."""
 
@@ -317,6 +318,8 @@ class Vehicle(Section):
     tables: Tables
     columns: Columns = Columns()
     pool: PoolColumns = PoolColumns()
+    accepted_days: tuple[Day, ...] = Field(default=(), max_length=1000)
+    """Trial days on which the vehicle was well; their runs are what it is compared with later."""
     published: Published | None = None
     accept: dict[Gate, Annotated[str, Field(min_length=10, max_length=400)]] = {}
     """Failed checks that the firmware is written in spite of, each with the reason."""

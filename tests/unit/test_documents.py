@@ -21,6 +21,7 @@ from pipeline.records.fits import (
 from pipeline.records.identification import Identification
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.pool_run import PoolRunRecord
+from pipeline.records.reference import ReferenceRecord
 from pipeline.records.trial import DayTables, RunTrial, TrialDay
 from pipeline.records.validation import AllocatorValidation
 
@@ -44,6 +45,7 @@ def test_every_key_of_a_diagnosis_is_documented() -> None:
     text = (ROOT / "docs/formats_diagnosis.md").read_text(encoding="utf-8")
     told = {word for code in re.findall(r"`([^`\n]+)`", text) for word in re.findall(r"\w+", code)}
     assert keys(BenchDiagnosisRecord) - told == set()
+    assert keys(ReferenceRecord) - told == set()
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -10,6 +11,7 @@ from pipeline.cli import cli
 from pipeline.diagnose.engine import Diagnosis
 from pipeline.effects.library import EffectSpec
 from pipeline.errors import CannotComputeError
+from pipeline.records.run_table import RunTable
 from pipeline.stages import diagnosis, identification
 
 
@@ -52,7 +54,8 @@ def test_diagnose_tells(logs: list[str], monkeypatch: pytest.MonkeyPatch) -> Non
 
     found = Diagnosis(diagnosis_records.diagnosis(channels=("w",), windows=1), ())
     spec = EffectSpec("residual_buoyancy", {"force_n": 5.0})
-    monkeypatch.setattr(diagnosis, "read_run", lambda *_: (None, None))
+    table = RunTable("run", np.zeros(0), {}, {})
+    monkeypatch.setattr(diagnosis, "read_run", lambda *_: (None, table))
     monkeypatch.setattr(diagnosis, "diagnose_fully", lambda *_: replace(found, specs=(spec,)))
     monkeypatch.setattr(diagnosis, "simulate_to_file", no_more)
     monkeypatch.setattr(diagnosis, "write_page", no_more)

@@ -53,3 +53,21 @@ def test_a_run_of_which_no_overlay_can_be_made_is_named(
     files = diagnose_to_files(DiagnosisRequest("rov8", ("long",), to=tmp_path))
     assert files.overlays == ()
     assert files.without_overlay == ("long.mcap: the log is 4000 s long",)
+
+
+def test_sound_runs_are_taken_for_healthy_where_none_are_named(
+    tmp_path: Path, found: Diagnosis, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pool = tmp_path / "pool"
+    sound = {pool / "a.mcap": "healthy: true in its notes", pool / "b.mcap": "by its day"}
+    monkeypatch.setattr(diagnosis, "sound_runs", lambda _: (sound, ()))
+    monkeypatch.setattr(diagnosis, "find_logs", lambda texts, _: [Path(text) for text in texts])
+    told = "these are known to be sound and were taken: a (healthy: true in its notes), b"
+
+    def notes(*runs: str, healthy: tuple[str, ...] = ()) -> str:
+        request = DiagnosisRequest("rov8", runs, healthy=healthy, to=tmp_path / "to")
+        return " ".join(diagnose_to_files(request).record.notes[len(found.record.notes) :])
+
+    assert told in notes("c.mcap")
+    assert not notes("c.mcap", healthy=("d.mcap",))
+    assert not notes(str(pool / "a.mcap"))

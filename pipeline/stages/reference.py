@@ -1,0 +1,161 @@
+"""Sound runs of a vehicle -> ``reference.json``: the vehicle as it was, against its file."""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.reference.held_out import Identified
+from pipeline.diagnose.reference.made import made
+from pipeline.errors import CannotComputeError, InputError, Rig2SeaError
+from pipeline.plan import POOL, processed_file
+from pipeline.provenance import Envelope, code_digest, file_digest, read_envelope, write_envelope
+from pipeline.records.identification import RunRead
+from pipeline.records.reference import ReferenceRecord, SoundRun
+from pipeline.stages.identification import CORRECTED_FILE
+from pipeline.stages.identification import RESULT_FILE as IDENTIFICATION_FILE
+from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
+from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_packed, load_simulated
+from pipeline.stages.sound_runs import sound_runs
+
+STAGE = "reference"
+RESULT_FILE = f"{STAGE}.json"
+#: Runs without which nothing is known of how much runs differ.
+LEAST_RUNS = 2
+
+
+@dataclass(frozen=True)
+class ReferenceRequest:
+    """What the user asked for; no `runs`: all that are known to be sound."""
+
+    vehicle: str
+    runs: tuple[str, ...] = ()
+    to: Path | None = None
+    raw: Path = Path("raw")
+    out: Path = Path()
+    threads: int = 2
+
+
+def make_reference(
+    request: ReferenceRequest, tell: Callable[[str], None] = lambda _: None
+) -> tuple[ReferenceRecord, Path]:
+    """Learn a reference and write it; `tell` is told what is done now.
+
+    Raises
+    ------
+    UsageError
+        For a vehicle or run that does not exist.
+    InputError, CannotComputeError
+        For fewer than two sound runs, a log that cannot be used, or a place that cannot be written.
+    """
+    one = load_simulated(request.vehicle, request.raw, request.out)
+    logs, refused = sound_runs(one)
+    if request.runs:
+        logs = dict.fromkeys(find_logs(request.runs, one), "named on the command line")
+        refused = ()
+    if len(logs) < LEAST_RUNS:
+        raise CannotComputeError("\n".join([too_few(one, len(logs)), *refused]))
+    read = [(path, *read_run(path, one, request.raw)) for path in told_first(logs, tell)]
+    runs = tuple(_sound(path, run, one, logs) for path, run, _ in read)
+    folder = request.out / "processed" / one.name
+    identified, notes = _identified(folder / "identification", runs, one, request.out)
+    case = Case(one.name, one.vehicle, one.packed, (), healthy=tuple(table for _, _, table in read))
+    found = made(case, identified, request.threads, tell)
+    record = ReferenceRecord(
+        vehicle=one.name,
+        vehicle_file_sha256=one.file_digest,
+        runs=runs,
+        used=found.used,
+        why=found.why,
+        windows=found.windows,
+        gain_per_window=found.gain_per_window,
+        axes=found.axes,
+        departures=found.departures,
+        noise=found.noise,
+        held_out=found.held_out,
+        predictions=found.predictions,
+        notes=(
+            *refused,
+            *notes,
+            *dict.fromkeys(text for _, run, _ in read for text in run.warnings),
+        ),
+    )
+    to = request.out / processed_file(one.name, STAGE)
+    if request.to is not None:
+        to = request.to / RESULT_FILE
+    inputs = {f"raw/{one.name}/{one.file.name}": one.file_digest}
+    inputs |= {run.file: run.sha256 for run in runs}
+    if identified is not None:
+        changed = folder / "identification" / CORRECTED_FILE
+        inputs[f"processed/{one.name}/identification/{CORRECTED_FILE}"] = file_digest(changed)
+    code = code_digest("pipeline.stages.reference")
+    write_envelope(to, Envelope(STAGE, one.name, inputs, code, record))
+    return record, to
+
+
+def reference_used(
+    one: SimulatedVehicle, logs: Sequence[Path], out: Path
+) -> tuple[bool, str | None]:
+    """Say whether the reference of some runs is used, and why not where it was made.
+
+    It is where it was made of these very runs and this very vehicle file and predicts better.
+    """
+    path = out / processed_file(one.name, STAGE)
+    if not logs or not path.is_file():
+        return False, None
+    try:
+        record = read_envelope(path, STAGE, ReferenceRecord).record
+    except InputError:
+        # it is made anew by whoever wants it
+        return False, None
+    if record is None or record.vehicle_file_sha256 != one.file_digest:
+        return False, None
+    if {run.sha256 for run in record.runs} != {file_digest(log) for log in logs}:
+        return False, None
+    if record.used:
+        return True, None
+    return False, f"the reference of these healthy runs is not used ({path.name}): {record.why}"
+
+
+def too_few(one: SimulatedVehicle, count: int) -> str:
+    """Say that there are too few sound runs, and how a run is said to be sound."""
+    there = f"{one.name} has {'one run that is' if count else 'no run that is'} known to be sound"
+    return (
+        f"{there}; a reference needs {LEAST_RUNS} or more, from which it is seen how much runs "
+        f"differ.\nWrite `healthy: true` into the notes of each run on which the vehicle was well "
+        f"({one.file.parent / POOL}/RUN.yaml), list the day under `accepted_days:` in "
+        f"{one.file.name}, or name the runs."
+    )
+
+
+def _sound(path: Path, run: RunRead, one: SimulatedVehicle, logs: Mapping[Path, str]) -> SoundRun:
+    folder = one.file.parent.resolve()
+    inside = path.is_relative_to(folder)
+    shown = f"raw/{one.name}/{path.relative_to(folder).as_posix()}" if inside else path.name
+    return SoundRun(
+        name=run.name, file=shown, sha256=run.sha256, seconds=run.seconds, because=logs[path]
+    )
+
+
+def _identified(
+    folder: Path, runs: Sequence[SoundRun], one: SimulatedVehicle, out: Path
+) -> tuple[Identified | None, tuple[str, ...]]:
+    """Read the vehicle as it was identified last; None, and why, where that cannot be compared."""
+    file, result = folder / CORRECTED_FILE, folder / IDENTIFICATION_FILE
+    if not file.is_file() or not result.is_file():
+        return None, ()
+    try:
+        body = json.loads(result.read_text(encoding="utf-8"))
+        fitted = {run["sha256"] for run in body["runs"]}
+        packed = load_packed(file, one.name, out)
+    except (OSError, ValueError, KeyError, TypeError, Rig2SeaError) as error:
+        return None, (f"the identified file was not compared, it cannot be read: {error}",)
+    own = frozenset(k for k, run in enumerate(runs) if run.sha256 in fitted)
+    if len(own) == len(runs):
+        told = (
+            "the identified file was not compared: it was identified from these very runs, so no "
+            "run is left of which it would be a prediction."
+        )
+        return None, (told,)
+    return Identified(packed, own), ()
