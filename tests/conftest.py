@@ -17,6 +17,9 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 # Messages are compared as they are written, whatever the language of whoever runs the tests.
 os.environ["RIG2SEA_LANGUAGE"] = "en"
 
+# Workbooks are compared byte by byte, whether lxml is installed or not.
+os.environ.setdefault("OPENPYXL_LXML", "False")
+
 # Two test processes share the cores: BLAS threads beside them would only wait for each other.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")

@@ -1,6 +1,7 @@
 """An xlsx workbook as bytes that depend on its contents alone."""
 
 import io
+import os
 import re
 import zipfile
 from collections.abc import Sequence
@@ -57,6 +58,8 @@ def workbook_bytes(sheets: Sequence[SheetContents]) -> bytes:
 
 
 def _saved(sheets: Sequence[SheetContents]) -> io.BytesIO:
+    # the same bytes whether lxml is installed or not: it declares its namespaces elsewhere
+    os.environ.setdefault("OPENPYXL_LXML", "False")
     from openpyxl import Workbook  # type: ignore[import-untyped]  # it has no stubs
     from openpyxl.utils import get_column_letter  # type: ignore[import-untyped]  # openpyxl has no annotations
 

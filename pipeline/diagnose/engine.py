@@ -15,7 +15,6 @@ from pipeline.diagnose.conclude.conclusion import conclude
 from pipeline.diagnose.conclude.gap_seen import gap_seen
 from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen, by_shaft_speeds, shafts_seen
 from pipeline.diagnose.hopeless import refuse_hopeless
-from pipeline.diagnose.inference.healthy import learn
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
@@ -113,8 +112,7 @@ def _diagnosed(
     reference = reference_of(case, threads) if case.by_reference and case.healthy else None
     if reference is not None:
         return _since(case, reference, runs, channels, shafts, threads, seed, began)
-    healthy = learn(case, threads) if case.healthy else None
-    found, answered = infer(case, runs, channels, limits, threads, healthy)
+    found, answered = infer(case, runs, channels, limits, threads)
     answered = by_shaft_speeds(found, answered, shafts)
     seen = gap_seen(case, found, answered, runs, channels, seed)
     supply_known = shafts is not None or any(one.quantity == "voltage" for one in channels)

@@ -19,6 +19,10 @@ _LEAST_WINDOWS = 12
 #: Less way in a window is noise. [m]
 _LEAST_WAY_M = 0.02
 _AGAINST, _AGREES = -0.6, 0.8
+#: A velocity less than this share of the rate of place may be right: noise of the place hides it.
+_LEAST_RATIO = 0.5
+#: Correlation of a way with the next one, at least: -0.5 if places are noise, near 1 in motion.
+_LASTING = 0.5
 #: Of its size, the share of a velocity across the vehicle that no thruster makes.
 _MOST_ACROSS, _LITTLE_ACROSS = 0.5, 0.25
 _ACROSS_THRUST = 0.2
@@ -134,6 +138,18 @@ def _agreement(
     return along / np.sqrt(power * other), float(np.sqrt(other / power))
 
 
+def _lasting(place: FloatArray, rows: BoolArray) -> bool:
+    """Whether places (n, k) have moved on, and were not just read with noise."""
+    change = np.diff(place, axis=0, prepend=place[:1])
+    rows = rows & np.concatenate([[False], rows[:-1]])
+    ways, whole = _ways(np.where(rows[:, None], change, 0.0), rows)
+    apart = _WINDOW // _STEP
+    both = whole[:-apart] & whole[apart:]
+    before, after = ways[:-apart][both], ways[apart:][both]
+    power = np.sqrt((before**2).sum() * (after**2).sum())
+    return bool((before * after).sum() > _LASTING * power)
+
+
 def _against(  # noqa: PLR0917  one comparison
     own: FloatArray,
     others: list[_Reading],
@@ -158,7 +174,7 @@ def _against(  # noqa: PLR0917  one comparison
         and agreement[0] >= _AGREES
     ]
     if correlation > _AGAINST and not better:
-        if correlation > 0.3:
+        if correlation > 0.3 or not (ratio > _LEAST_RATIO or _lasting(place, rows)):
             return ""
         return f"has nothing to do with {what} (correlation {correlation:.2f})."
     said = f"runs against {what} (correlation {correlation:.2f})."

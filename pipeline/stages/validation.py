@@ -48,11 +48,11 @@ def run(job: Job) -> str:
 
         if not _from_bench(vehicle, vehicle.model):
             return validate_allocator(vehicle, pack_vehicle(vehicle))
-        # what was measured at rest is the truth at rest, whatever the simulation flies otherwise
-        inverse = job.needed("inverse", InverseCharacteristic)
         static = job.record("static", StaticCharacteristic)
         if static is None and _kinds(vehicle, vehicle.model) & {"tables"}:
             static = job.needed("static", StaticCharacteristic)
+        # what was measured at rest is the truth at rest, whatever the simulation flies otherwise
+        inverse = job.needed("inverse", InverseCharacteristic)
         bench = replace(
             BenchModel(static, *_ingredients(job, vehicle, vehicle.model)), family=inverse.family
         )

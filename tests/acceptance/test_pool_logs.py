@@ -42,9 +42,16 @@ def rov_fixture() -> Vehicle:
 @pytest.fixture(name="runs", scope="module")
 def runs_fixture(shared_data: Path, vehicle: Vehicle) -> dict[str, PoolRun]:
     return {
-        path.stem.split("_")[0]: read_pool_run(path, vehicle, shared_data)
+        path.stem: read_pool_run(path, vehicle, shared_data)
         for path in logs_in(shared_data / "exjobbrov_pool")
     }
+
+
+def named(runs: dict[str, PoolRun], what: str) -> dict[str, PoolRun]:
+    """Runs of one kind; the names of the files go on with the time of day."""
+    found = {name: run for name, run in runs.items() if name.split("_")[0] == what}
+    assert found, what
+    return found
 
 
 def decoded(path: Path, take: dict[str, Callable[[Any], list[float]]]) -> dict[str, np.ndarray]:
@@ -59,14 +66,14 @@ def decoded(path: Path, take: dict[str, Callable[[Any], list[float]]]) -> dict[s
     return {topic: np.array(values, dtype=object) for topic, values in rows.items()}
 
 
-def test_every_pool_run_is_read_whole(runs: dict[str, PoolRun]) -> None:
-    assert len(runs) == 9
+def test_every_pool_run_is_read_whole(shared_data: Path, runs: dict[str, PoolRun]) -> None:
+    assert len(runs) == len(logs_in(shared_data / "exjobbrov_pool")) >= 9
     for run in runs.values():
         assert set(run.channels) == {
             *("thruster_command", "angular_velocity", "specific_force", "attitude", "depth")
         }
         assert run.complete
-        assert 24.0 < run.duration_s < 45.0
+        assert 16.0 < run.duration_s < 45.0
         assert not [problem for problem in run.problems if problem.severity == "error"]
         record = summarize(run)
         rates = {channel.name: channel.rate_hz for channel in record.channels}
@@ -110,36 +117,44 @@ def test_fast_and_slow_agree_on_every_measured_log(
             np.testing.assert_array_equal(channel.values, slow.channels[name].values)
             np.testing.assert_array_equal(channel.time_ns, slow.channels[name].time_ns)
             compared += 1
-    assert compared >= 45
+    assert compared >= 5 * len(logs_in(shared_data / "exjobbrov_pool"))
 
 
 def test_the_boards_clock_is_one_clock_over_the_whole_day(runs: dict[str, PoolRun]) -> None:
     """Nothing ties the runs to each other, and still their lines are parts of one.
 
     The offset of the board's clock falls from run to run as the drift within the runs says, which
-    was fitted to 25 to 45 s each.
+    was fitted to 16 to 45 s each. The clock loses 750 ppm in the first runs and about 550 in
+    the last, so its offset is a curve, and the drift of a run is the slope of the curve there.
     """
     clocks = [run.channels["angular_velocity"].clock for run in runs.values()]
     assert {clock.used for clock in clocks} == {"field"}
     start_s = np.array([run.start_time_ns / 1e9 for run in runs.values()])
     offset_s = np.array([clock.offset_s for clock in clocks])
-    slope_ppm = 1e6 * np.polyfit(start_s - start_s[0], offset_s, 1)[0]
+    hours = (start_s - start_s.min()) / 3600.0
     drift_ppm = np.array([clock.drift_ppm for clock in clocks])
-    assert slope_ppm == pytest.approx(-590.0, abs=15.0)
-    assert np.abs(drift_ppm - slope_ppm).max() < 150.0
+    assert 1e6 * np.polyfit(hours, offset_s, 1)[0] / 3600.0 == pytest.approx(-595.0, abs=15.0)
+    curve = np.polyfit(hours, offset_s, 3)
+    slope_ppm = 1e6 * np.polyval(np.polyder(curve), hours) / 3600.0
+    assert np.abs(offset_s - np.polyval(curve, hours)).max() < 0.01
+    assert np.abs(drift_ppm - slope_ppm).max() < 100.0
+    assert np.corrcoef(drift_ppm, slope_ppm)[0, 1] > 0.9
     assert max(clock.jitter_s or 0.0 for clock in clocks) < 0.005
 
 
 def test_spikes_of_the_gyroscope_are_torn_reads(runs: dict[str, PoolRun]) -> None:
     """Most spikes are off by one count of the high byte: 0.2724 rad/s, which no rotation makes."""
     sizes: list[float] = []
+    readings = 0
     for run in runs.values():
         channel = run.channels["angular_velocity"]
         values = channel.values
         rows = np.flatnonzero(channel.marks.get("spike", np.zeros(len(values), bool)))
         off = values[rows] - 0.5 * (values[rows - 1] + values[rows + 1])
         sizes += np.abs(off).max(axis=1).tolist()
-    assert 40 <= len(sizes) <= 120
+        readings += len(values)
+    assert len(sizes) >= 40
+    assert 0.001 < len(sizes) / readings < 0.0025
     torn = np.abs(np.array(sizes) - TORN_READ_RADPS) < 0.03
     assert torn.mean() > 0.8
 
@@ -171,12 +186,12 @@ def test_thrusters_are_not_suspected_but_a_swap_is_found(
 
 def test_commands_of_the_depth_steps_hold_no_vertical_thrust(runs: dict[str, PoolRun]) -> None:
     """A quirk of the data: the vehicle dives half a metre, no vertical thruster is commanded."""
-    run = runs["stepDepth"]
-    command = run.channels["thruster_command"]
-    assert np.ptp(run.channels["depth"].values) > 0.4
-    vertical = [i for i, name in enumerate(command.columns) if "vertical" in name]
-    assert len(vertical) == 3
-    assert not command.values[:, vertical].any()
+    for run in named(runs, "stepDepth").values():
+        command = run.channels["thruster_command"]
+        assert np.ptp(run.channels["depth"].values) > 0.4
+        vertical = [i for i, name in enumerate(command.columns) if "vertical" in name]
+        assert len(vertical) == 3
+        assert not command.values[:, vertical].any()
 
 
 def test_a_table_of_a_pool_run_has_gaps_only_where_readings_are_missing(
@@ -186,8 +201,9 @@ def test_a_table_of_a_pool_run_has_gaps_only_where_readings_are_missing(
         table = resample(run, 50.0)
         assert np.mean(list(table.valid.values())) > 0.97
         assert table.values["command"].shape == (table.time_s.size, 6)
-        assert np.isfinite(table.values["angular_velocity"][5:-10]).mean() > 0.99
-        assert table.time_s.size > 1000
+        # all of it but in one run, sinDepthA05F05, which lacks 0.3 s of the 23 s
+        assert np.isfinite(table.values["angular_velocity"][5:-10]).mean() > 0.985
+        assert table.time_s.size == pytest.approx(50.0 * run.duration_s, abs=3.0)
 
 
 def test_stamps_of_a_simulated_clock_are_laid_onto_the_log(shared_data: Path, rov: Vehicle) -> None:
@@ -248,7 +264,12 @@ def test_manoeuvres_of_the_measured_runs_are_plausible(
         found = find_manoeuvres(resample(run, 20.0), code_max)
         assert found[-1].to_s <= run.duration_s + 0.1
         longest[name] = max(found, key=lambda one: one.to_s - one.from_s).name
-    assert longest["stepPsiS3E10"] == longest["sinPsiA05F05"] == "heading_steps"
-    assert longest["stepAllAttitude"] == longest["sinAllA1F05"] == "mixed"
-    excitations = {"multisine", "chirp", "prbs", "straight", "circle"}
-    assert not excitations & set(longest.values())
+    kinds = {name: name.split("_")[0] for name in longest}
+    for kind in ("stepPsiS3E10", "sinPsiA05F05", "sinPsiA1F05"):
+        assert {longest[name] for name in named(runs, kind)} == {"heading_steps"}
+    for kind in ("stepAllAttitude", "sinAllA1F05", "sinAllAttitudeA05", "sinAllAttitudeA1"):
+        assert {longest[name] for name in named(runs, kind)} == {"mixed"}
+    # ExactLin is left out: by its name a controller was tried, no axis was stepped or swung, and
+    # its commands are taken for a prbs. The other names speak of steps and sines only.
+    others = {found for name, found in longest.items() if kinds[name] != "ExactLin"}
+    assert not {"multisine", "chirp", "prbs", "straight", "circle"} & others

@@ -18,6 +18,10 @@ def rig2sea(*arguments: object) -> Result:
     return CliRunner().invoke(cli, [str(one) for one in arguments])
 
 
+#: Factor on the added mass in heave of the vehicle that is identified.
+HEAVIER = 1.4
+
+
 @pytest.fixture(scope="module")
 def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two short runs of rov8."""
@@ -32,14 +36,21 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_values_intervals_and_a_vehicle_file_come_out(logs: Path, tmp_path: Path) -> None:
-    found = rig2sea("identify", "rov8", logs / "multisine.mcap", "--no-advice", "--to", tmp_path)
+    # a vehicle that its file does not describe: of one that it does no file would predict better
+    heavy = logs / "heavy_multisine.mcap"
+    flown = rig2sea(
+        *("simulate", "rov8", "--manoeuvre", "multisine", "--duration", 40, "--to", heavy),
+        *("--effect", f"added_mass:heave={HEAVIER}"),
+    )
+    assert flown.exit_code == 0, flown.output
+    found = rig2sea("identify", "rov8", heavy, "--no-advice", "--to", tmp_path)
     assert found.exit_code == 0, found.output
     assert "added_mass_heave" in found.stdout
     assert "vehicle file with these values" in found.stdout
     record = json.loads((tmp_path / "identification.json").read_text())
     by_name = {one["name"]: one for one in record["whole_vehicle"]["parameters"]}
     heave = by_name["added_mass_heave"]
-    assert heave["value"] == pytest.approx(18.68, rel=0.05)
+    assert heave["value"] == pytest.approx(HEAVIER * 18.68, rel=0.05)
     assert heave["stands"]
     written = load_vehicle(tmp_path / "vehicle_identified.yaml")
     assert written.model is not None

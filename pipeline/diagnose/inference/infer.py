@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.diagnose.case import Case, led_by, setting_of, thinned
 from pipeline.diagnose.inference.answer import Answers, Candidate, answers
 from pipeline.diagnose.inference.approach import approach
-from pipeline.diagnose.inference.healthy import Healthy
+from pipeline.diagnose.inference.healthy import learn
 from pipeline.diagnose.inference.held_out import checked
 from pipeline.diagnose.inference.margins import cautious
 from pipeline.diagnose.inference.refine import Refined, possible_alone, refined, that_depart
@@ -34,13 +34,12 @@ _ENOUGH = 16
 HELD_OUT = 4
 
 
-def infer(  # noqa: PLR0917 - one caller
+def infer(
     case: Case,
     runs: Sequence[RunTable],
     channels: Sequence[ChannelNoise],
     limits: Calibration,
     threads: int,
-    healthy: Healthy | None,
 ) -> tuple[Search, Answers]:
     """Weigh all answers on the runs of a case.
 
@@ -56,8 +55,6 @@ def infer(  # noqa: PLR0917 - one caller
         Thresholds.
     threads : int
         Simulations side by side.
-    healthy : Healthy or None
-        Learned from the healthy runs of the case.
 
     Returns
     -------
@@ -69,6 +66,7 @@ def infer(  # noqa: PLR0917 - one caller
     CannotComputeError
         Where no diagnosis can be given; the text says why.
     """
+    healthy = learn(case, threads) if case.healthy else None
     known_well = healthy is not None
     every_level = levels(healthy_known=known_well)
     force_unit = None if healthy is None else healthy.force_unit

@@ -94,4 +94,5 @@ def test_a_forecast_is_as_wide_as_the_fit_found_itself_to_be(
     found = verdicts(parameters, covariance, inflation=1.5)
     left = _left(np.linalg.inv(covariance), parameters, list(found.values()))
     np.testing.assert_allclose(left, [p.posterior_over_prior for p in found.values()], atol=0.015)
-    assert left[0] == pytest.approx(0.9)
+    # a mass has a bound at zero, which cuts a little off
+    assert left[0] == pytest.approx(0.9, abs=0.005)

@@ -69,6 +69,7 @@ def test_warnings_come_first_and_the_chapters_in_order(page: str) -> None:
     assert anchors == [
         "warnings",
         "trials",
+        "gains",
         "inputs",
         "propeller",
         "drive",

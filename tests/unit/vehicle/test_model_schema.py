@@ -175,7 +175,11 @@ def test_a_full_added_mass_matrix_and_the_tables_are_read(tmp_path: Path) -> Non
             "row 27: model.payloads[1].inertia_kgm2: no body has the principal moments 1, 1, 3",
         ),
         ("kind: bollard", "kind: bolard", 'row 31: model.thrusters.motor.characteristic.kind is "'),
-        ("kind: bollard", "kind: bolard", "Expected a section with kind: bollard or tables."),
+        (
+            "kind: bollard",
+            "kind: bolard",
+            "Expected a section with kind: bollard or mooring or tables.",
+        ),
         (
             "        kind: bollard\n",
             "",
