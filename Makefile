@@ -95,8 +95,8 @@ faults: setup
 	$(BIN)/python tests/faults/run_faults.py
 
 bundled: setup
-	$(BIN)/python -m pipeline.bundled.mmt300_files --to raw/mmt300
-	$(BIN)/python -m pipeline.stages.bundled_runs --to raw/mmt300
+	$(BIN)/python -m evaluation.bundled.mmt300_files --to raw/mmt300
+	$(BIN)/python -m evaluation.bundled.run_logs --to raw/mmt300
 
 benchmark: setup
 	$(BIN)/python benchmarks/kernel.py --write

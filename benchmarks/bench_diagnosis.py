@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.bundled.mmt300_truth import mooring_thrust
+from evaluation.bundled.mmt300_truth import mooring_thrust
 from pipeline.diagnose.bench.engine import diagnose_bench
 from pipeline.diagnose.bench.model import BenchModel, bench_model
 from pipeline.diagnose.bench.table import bench_table

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pipeline.bundled.mmt300_runs import true_vehicle
+from evaluation.bundled.mmt300_runs import true_vehicle
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log

@@ -19,6 +19,7 @@ WHOLE_PROGRAM = ("acceptance", "faults", "fuzz", "integration")
 SLOW_MODULES = ("pipeline.simulate.compiled", "pipeline.blind", "pipeline.diagnose", "snakemake")
 #: What makes a test long that asks for it itself.
 LONG_MODULES = (
+    "evaluation.bundled",
     "pipeline.bundled",
     "pipeline.identify.static",
     "pipeline.language.extract",

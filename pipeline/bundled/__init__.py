@@ -1,1 +1,1 @@
-"""Raw files of the bundled vehicles, rebuilt from printed tables by a deterministic generator."""
+"""Raw folders of the bundled vehicles, design cases and blank forms that come with the program."""

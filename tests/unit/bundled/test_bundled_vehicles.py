@@ -10,7 +10,7 @@ import pytest
 from pydantic import BaseModel
 from scipy.optimize import brentq
 
-from pipeline.bundled import mmt300_truth as truth
+from evaluation.bundled import mmt300_truth as truth
 from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
 from pipeline.errors import InputError
 from pipeline.physics.added_mass_shapes import ellipsoid_added_mass

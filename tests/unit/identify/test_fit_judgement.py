@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from evaluation.identification.coverage import Campaign, simulated_runs
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.coverage import Campaign, simulated_runs
 from pipeline.identify.file_changes import file_changes
 from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.whole_vehicle import identify_vehicle

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from evaluation.identification.coverage import Campaign, simulated_runs
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify import identifiability
 from pipeline.identify.channel_noise import QUANTITIES
-from pipeline.identify.coverage import Campaign, simulated_runs
 from pipeline.identify.identifiability import manoeuvre_information
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED
 from pipeline.identify.vehicle_parameters import free_parameters

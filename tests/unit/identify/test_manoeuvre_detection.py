@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pipeline.bundled.mmt300_runs import true_vehicle
+from evaluation.bundled.mmt300_runs import true_vehicle
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from evaluation.identification.coverage import Campaign, simulated_runs
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
-from pipeline.identify.coverage import Campaign, simulated_runs
 from pipeline.identify.file_changes import file_changes
 from pipeline.identify.thrust_doubt import thrust_doubt
 from pipeline.identify.vehicle_parameters import free_parameters

@@ -8,10 +8,10 @@ import pytest
 from scipy import stats
 from scipy.spatial.transform import Rotation
 
+from evaluation.identification.coverage import Campaign, drawn_truth, simulated_runs, summary
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
-from pipeline.identify.coverage import Campaign, drawn_truth, simulated_runs, summary
 from pipeline.identify.output_error import reduce_windows
 from pipeline.identify.run_nuisance import bridge_weights, chain_precision, run_nuisance
 from pipeline.identify.vehicle_fit import fit_vehicle

@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipeline.diagnose.conclude.case_evidence import CaseEvidence, KeptConsequence, KeptLevel
-from pipeline.diagnose.conclude.threshold_search import (
+from evaluation.diagnosis.threshold_search import (
     TRIED,
     WORTH_MOVING,
     Known,
@@ -16,6 +15,7 @@ from pipeline.diagnose.conclude.threshold_search import (
     search_thresholds,
     total_cost,
 )
+from pipeline.diagnose.conclude.case_evidence import CaseEvidence, KeptConsequence, KeptLevel
 from pipeline.diagnose.inference.held_out import with_held_out
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.decision import (

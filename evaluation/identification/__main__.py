@@ -1,7 +1,7 @@
 """Run the coverage campaign of the identification: many seeds, one line each, stoppable.
 
-    python -m pipeline.stages.coverage_campaign mmt300 --seeds 300 --to coverage.jsonl
-    python -m pipeline.stages.coverage_campaign --summary coverage.jsonl
+    python -m evaluation.identification mmt300 --seeds 300 --to coverage.jsonl
+    python -m evaluation.identification --summary coverage.jsonl
 
 A campaign that was stopped goes on where it was; what a seed is made of depends on nothing but its
 number. The table names the seeds, so that a part of them can be run and shown too.
@@ -11,7 +11,7 @@ import argparse
 from functools import partial
 from pathlib import Path
 
-from pipeline.identify.coverage import EXCITING, RUN_S, Campaign, one_seed, table
+from evaluation.identification.coverage import EXCITING, RUN_S, Campaign, one_seed, table
 from pipeline.stages.many_cases import as_they_come
 from pipeline.stages.result_lines import appending, read_lines
 from pipeline.stages.simulated_vehicle import load_simulated
@@ -44,7 +44,9 @@ def run_campaign(campaign: Campaign, file: Path, *, first: int, seeds: int, work
 
 def main() -> None:
     """Run the command."""
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m evaluation.identification", description=(__doc__ or "").splitlines()[0]
+    )
     parser.add_argument("vehicle", nargs="?", default="mmt300", help="name, folder or bundled")
     parser.add_argument("--manoeuvres", default=",".join(EXCITING))
     parser.add_argument("--run-s", type=float, default=RUN_S, help="length of each run")

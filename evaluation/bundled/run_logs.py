@@ -1,4 +1,4 @@
-"""Write the pool runs of `mmt300`: ``python -m pipeline.stages.bundled_runs --to raw/mmt300``.
+"""Write the pool runs of `mmt300`: ``python -m evaluation.bundled.run_logs --to raw/mmt300``.
 
 The same bytes come out every time; the notes beside the logs are written by hand and left alone.
 """
@@ -7,7 +7,7 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.bundled.mmt300_runs import RUNS, BundledRun, bundled_log, true_vehicle
+from evaluation.bundled.mmt300_runs import RUNS, BundledRun, bundled_log, true_vehicle
 from pipeline.export.mcap_log import write_run_log
 from pipeline.vehicle.load import load_vehicle
 
@@ -50,7 +50,7 @@ def write_bundled_runs(folder: Path, to: Path, runs: Sequence[BundledRun] = RUNS
 
 def main(arguments: list[str] | None = None) -> None:
     """Write the logs into ``pool/`` of a folder and name each."""
-    parser = argparse.ArgumentParser(prog="python -m pipeline.stages.bundled_runs")
+    parser = argparse.ArgumentParser(prog="python -m evaluation.bundled.run_logs")
     parser.add_argument("--to", type=Path, required=True, help="folder, e.g. raw/mmt300")
     folder: Path = parser.parse_args(arguments).to
     for path in write_bundled_runs(folder, folder / "pool"):

@@ -1,6 +1,6 @@
 """Count whether intervals of gains hold: simulated runs with a thruster that is weak by a draw.
 
-python -m pipeline.stages.gains_coverage rov8 --manoeuvre multisine --seeds 40
+python -m evaluation.identification.gains rov8 --manoeuvre multisine --seeds 40
 """
 
 import argparse

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.bundled.mmt300_truth import (
+from evaluation.bundled.mmt300_truth import (
     CODE_MAX,
     DENSITY_KGPM3,
     DIAMETER_M,

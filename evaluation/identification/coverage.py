@@ -3,7 +3,7 @@
 For each seed the free parameters, the factor of each thruster's thrust and the shape of the curves
 are drawn about the vehicle file from the very priors that the fit uses, runs are flown and measured
 with them, the vehicle is identified, and each interval is compared with the truth.
-`pipeline.stages.coverage_campaign` runs many seeds and keeps their lines.
+`evaluation.identification` runs many seeds and keeps their lines.
 """
 
 import time
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy import stats
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.thrust_doubt import thrust_doubt
@@ -142,8 +143,6 @@ def summary(lines: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
         test of 0.95), rejected (Holm, family-wise 1 % over the parameters), median_error (share of
         the truth), median_ratio (standard deviation over the prior's).
     """
-    from scipy import stats
-
     rows = []
     for name in lines[0]["parameters"]:
         found = [line["parameters"][name] for line in lines]

@@ -3,9 +3,9 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from pipeline.bundled.mmt300_bench import WARM_UP_READINGS, BenchReading, sweep
-from pipeline.bundled.mmt300_truth import BENCH_CODES
-from pipeline.bundled.noise import Noise
+from evaluation.bundled.mmt300_bench import WARM_UP_READINGS, BenchReading, sweep
+from evaluation.bundled.mmt300_truth import BENCH_CODES
+from evaluation.bundled.noise import Noise
 from pipeline.bundled.workbook_bytes import Cell, SheetContents, workbook_bytes
 from pipeline.units import STANDARD_GRAVITY_MPS2
 

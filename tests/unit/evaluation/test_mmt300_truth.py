@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.bundled import mmt300_truth as truth
+from evaluation.bundled import mmt300_truth as truth
 
 PRINTED = [
     (code, speed_mps)
@@ -80,7 +80,7 @@ def test_no_thrust_where_table_2_has_none() -> None:
 
 
 def test_torque_falls_with_speed_and_rises_with_code_where_the_bench_goes() -> None:
-    from pipeline.bundled.mmt300_bench import torque_range
+    from evaluation.bundled.mmt300_bench import torque_range
 
     for code in truth.BENCH_CODES:
         low, high = torque_range(code)
@@ -93,7 +93,7 @@ def test_torque_falls_with_speed_and_rises_with_code_where_the_bench_goes() -> N
 
 
 def test_sweeps_cover_the_working_points_with_a_margin_at_both_ends() -> None:
-    from pipeline.bundled.mmt300_bench import torque_range
+    from evaluation.bundled.mmt300_bench import torque_range
 
     for code, speed_mps in PRINTED:
         if code in truth.BENCH_CODES:

@@ -3,14 +3,14 @@
 import math
 from dataclasses import dataclass
 
-from pipeline.bundled.mmt300_electric import electric
-from pipeline.bundled.mmt300_truth import (
+from evaluation.bundled.mmt300_electric import electric
+from evaluation.bundled.mmt300_truth import (
     SPEED_LIMIT_RPM,
     drive_speed,
     drive_torque,
     working_point,
 )
-from pipeline.bundled.noise import Noise
+from evaluation.bundled.noise import Noise
 
 #: Readings on each branch.
 STEPS = 26

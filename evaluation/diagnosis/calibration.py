@@ -1,7 +1,7 @@
 """Set the thresholds of the diagnosis from generated cases: collect the evidence, then search.
 
-    python -m pipeline.stages.diagnosis_calibration --cases 200 --to DIR
-    python -m pipeline.stages.diagnosis_calibration --set --to DIR
+    python -m evaluation.diagnosis.calibration --cases 200 --to DIR
+    python -m evaluation.diagnosis.calibration --set --to DIR
 
 The cases come from seeds that no blind check uses. Collecting can be stopped and goes on where it
 was; `--set` writes `calibration.json` into the package and says what it changes.
@@ -16,16 +16,16 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-from pipeline.blind.generate import GeneratedCase
-from pipeline.blind.label import open_label
-from pipeline.diagnose.conclude.case_evidence import CaseEvidence
-from pipeline.diagnose.conclude.threshold_search import (
+from evaluation.diagnosis.threshold_search import (
     Known,
     decided,
     interval_factor,
     search_thresholds,
     total_cost,
 )
+from pipeline.blind.generate import GeneratedCase
+from pipeline.blind.label import open_label
+from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 from pipeline.diagnose.rules.calibration import Calibration, calibration
 from pipeline.provenance import write_atomically
 from pipeline.simulate.pack import PackedVehicle
@@ -33,7 +33,7 @@ from pipeline.stages.blind_case import BlindPlace, diagnose_in_memory, run_case
 from pipeline.stages.many_cases import as_they_come
 from pipeline.stages.stopping import stopped_by_sigterm
 
-_COMMAND = "python -m pipeline.stages.diagnosis_calibration"
+_COMMAND = "python -m evaluation.diagnosis.calibration"
 
 
 def collect_case(number: int, place: BlindPlace) -> dict[str, Any]:

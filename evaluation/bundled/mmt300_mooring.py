@@ -4,15 +4,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from pipeline.bundled.mmt300_electric import electric
-from pipeline.bundled.mmt300_truth import (
+from evaluation.bundled.mmt300_electric import electric
+from evaluation.bundled.mmt300_truth import (
     DENSITY_KGPM3,
     DIAMETER_M,
     KM,
     KT,
     mooring_thrust,
 )
-from pipeline.bundled.noise import Noise
+from evaluation.bundled.noise import Noise
 from pipeline.bundled.workbook_bytes import Cell, SheetContents, workbook_bytes
 from pipeline.units import STANDARD_GRAVITY_MPS2
 

@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from openpyxl import Workbook, load_workbook
 
-from pipeline.bundled import mmt300_truth as truth
-from pipeline.bundled.mmt300_bench import WARM_UP_READINGS
-from pipeline.bundled.mmt300_files import main, rig_files
-from pipeline.bundled.mmt300_load_test import BROKEN, DEFECTS, NM_PER_KGF_CM, TORQUE_SCALE
-from pipeline.bundled.mmt300_mooring import readings, sequence
-from pipeline.bundled.mmt300_open_water import points
-from pipeline.bundled.noise import Noise
+from evaluation.bundled import mmt300_truth as truth
+from evaluation.bundled.mmt300_bench import WARM_UP_READINGS
+from evaluation.bundled.mmt300_files import main, rig_files
+from evaluation.bundled.mmt300_load_test import BROKEN, DEFECTS, NM_PER_KGF_CM, TORQUE_SCALE
+from evaluation.bundled.mmt300_mooring import readings, sequence
+from evaluation.bundled.mmt300_open_water import points
+from evaluation.bundled.noise import Noise
 
 HEADER_ROWS = {"drive-01": 6, "drive-02": 3}
 UNIT = {"drive-01": NM_PER_KGF_CM, "drive-02": 1.0}
@@ -49,7 +49,7 @@ def test_committed_files_are_what_the_generator_makes(
     for name, data in files.items():
         same = (folder / name).read_bytes() == data
         assert same, (
-            f"raw/mmt300/{name}: run python -m pipeline.bundled.mmt300_files --to raw/mmt300"
+            f"raw/mmt300/{name}: run python -m evaluation.bundled.mmt300_files --to raw/mmt300"
         )
     present = {
         str(path.relative_to(folder))

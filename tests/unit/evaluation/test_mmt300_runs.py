@@ -6,18 +6,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipeline.bundled.mmt300_runs import (
+from evaluation.bundled.mmt300_runs import (
     DEGRADED,
     RUNS,
     TRUTH,
     table2_characteristic,
     true_vehicle,
 )
-from pipeline.bundled.mmt300_truth import TABLE2, table2_thrust, working_point
+from evaluation.bundled.mmt300_truth import TABLE2, table2_thrust, working_point
+from evaluation.bundled.run_logs import write_bundled_runs
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.physics.parameters import read
-from pipeline.stages.bundled_runs import write_bundled_runs
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
@@ -37,7 +37,7 @@ def test_the_committed_runs_are_what_the_generator_flies(folder: Path, tmp_path:
     shortest = min(RUNS, key=lambda run: run.duration_s)
     (path,) = write_bundled_runs(folder, tmp_path, [shortest])
     same = path.read_bytes() == (folder / "pool" / path.name).read_bytes()
-    assert same, "run python -m pipeline.stages.bundled_runs --to raw/mmt300"
+    assert same, "run python -m evaluation.bundled.run_logs --to raw/mmt300"
     committed = {path.name for path in (folder / "pool").glob("*.mcap")}
     assert committed == {f"{run.name}.mcap" for run in RUNS}
 

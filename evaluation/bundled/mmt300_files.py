@@ -1,4 +1,4 @@
-"""Write the rig files of `mmt300`: ``python -m pipeline.bundled.mmt300_files --to raw/mmt300``.
+"""Write the rig files of `mmt300`: ``python -m evaluation.bundled.mmt300_files --to raw/mmt300``.
 
 The same bytes come out every time; ``vehicle.yaml`` and ``README.md`` are written by hand and
 left alone.
@@ -7,9 +7,9 @@ left alone.
 import argparse
 from pathlib import Path
 
-from pipeline.bundled.mmt300_load_test import load_test_files
-from pipeline.bundled.mmt300_mooring import mooring_files
-from pipeline.bundled.mmt300_open_water import open_water_files
+from evaluation.bundled.mmt300_load_test import load_test_files
+from evaluation.bundled.mmt300_mooring import mooring_files
+from evaluation.bundled.mmt300_open_water import open_water_files
 
 
 def rig_files() -> dict[str, bytes]:
@@ -28,7 +28,7 @@ def rig_files() -> dict[str, bytes]:
 
 def main(arguments: list[str] | None = None) -> None:
     """Write the files into a folder and name each."""
-    parser = argparse.ArgumentParser(prog="python -m pipeline.bundled.mmt300_files")
+    parser = argparse.ArgumentParser(prog="python -m evaluation.bundled.mmt300_files")
     parser.add_argument("--to", type=Path, required=True, help="folder, e.g. raw/mmt300")
     folder: Path = parser.parse_args(arguments).to
     for name, data in rig_files().items():

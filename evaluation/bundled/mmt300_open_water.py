@@ -1,7 +1,7 @@
 """The two open-water files of `mmt300`, from the polynomials of Table 1."""
 
-from pipeline.bundled.mmt300_truth import KM, KT
-from pipeline.bundled.noise import Noise
+from evaluation.bundled.mmt300_truth import KM, KT
+from evaluation.bundled.noise import Noise
 from pipeline.physics.propeller import polynomial
 
 #: Standard deviation of a coefficient, as a share of its value at J = 0.

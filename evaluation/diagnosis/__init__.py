@@ -1,0 +1,1 @@
+"""Thresholds of the diagnosis, set on generated cases."""
