@@ -16,14 +16,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from pipeline import __version__, commands
-from pipeline.command_end import end_with
-from pipeline.command_language import (
+from pipeline.commands.common.end import end_with
+from pipeline.commands.common.language import (
     TranslatedGroup,
     in_our_words,
     language_option,
     translate,
 )
-from pipeline.command_options import folder, keep_raw_apart
+from pipeline.commands.common.options import folder, keep_raw_apart
 
 if TYPE_CHECKING:
     from pipeline.check.findings import Findings
@@ -67,7 +67,7 @@ class _Cli(TranslatedGroup):
         except BrokenPipeError:
             raise  # click knows what to do when the reader of a pipe has gone
         except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one message
-            from pipeline.command_fault import why_it_ended
+            from pipeline.commands.common.fault import why_it_ended
 
             click.echo(translate(why_it_ended(error)), err=True)
             raise click.exceptions.Exit(1) from None

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.command_options import AS_JSON, OUT, RAW, NumberRange
+from pipeline.commands.common.options import AS_JSON, OUT, RAW, NumberRange
 from pipeline.language import translate
 
 if TYPE_CHECKING:

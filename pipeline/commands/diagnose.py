@@ -5,8 +5,8 @@ from pathlib import Path
 
 import click
 
-from pipeline.command_options import OUT, RAW, ValuesCommand
-from pipeline.command_progress import telling
+from pipeline.commands.common.options import OUT, RAW, ValuesCommand
+from pipeline.commands.common.progress import telling
 from pipeline.language import translate
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline.command_options import AS_JSON, RAW
+from pipeline.commands.common.options import AS_JSON, RAW
 from pipeline.language import translate
 
 if TYPE_CHECKING:

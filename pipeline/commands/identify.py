@@ -6,8 +6,8 @@ from typing import Literal
 
 import click
 
-from pipeline.command_options import OUT, RAW, NumberRange, ValuesCommand
-from pipeline.command_progress import telling
+from pipeline.commands.common.options import OUT, RAW, NumberRange, ValuesCommand
+from pipeline.commands.common.progress import telling
 from pipeline.language import translate
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Literal
 
 import click
 
-from pipeline.command_options import AS_JSON, OUT, RAW, ValuesCommand
+from pipeline.commands.common.options import AS_JSON, OUT, RAW, ValuesCommand
 from pipeline.language import translate
 
 if TYPE_CHECKING:

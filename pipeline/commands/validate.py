@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.command_end import end_with
-from pipeline.command_options import AS_JSON, RAW
+from pipeline.commands.common.end import end_with
+from pipeline.commands.common.options import AS_JSON, RAW
 from pipeline.language import translate
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import click
 
-from pipeline.command_options import NumberRange
+from pipeline.commands.common.options import NumberRange
 from pipeline.language import translate
 
 

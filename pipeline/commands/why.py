@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from pipeline.command_options import AS_JSON, OUT, RAW
+from pipeline.commands.common.options import AS_JSON, OUT, RAW
 from pipeline.language import translate
 
 

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from pipeline.cli import cli
-from pipeline.command_options import ValuesCommand
+from pipeline.commands.common.options import ValuesCommand
 
 
 @click.command(cls=ValuesCommand)

@@ -8,7 +8,7 @@ import time
 import pytest
 
 from pipeline import command_progress
-from pipeline.command_progress import telling
+from pipeline.commands.common.progress import telling
 
 
 class Terminal(io.StringIO):

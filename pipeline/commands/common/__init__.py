@@ -1,0 +1,1 @@
+"""What several commands have alike: options, progress, exit codes, faults, language of help."""
