@@ -308,7 +308,7 @@ def stages(work: str, vehicle: str, done: Path) -> None:
 
 
 # every file of pipeline/commands holds the command of its name
-for _name in sorted(module.name for module in iter_modules(commands.__path__)):
+for _name in sorted(one.name for one in iter_modules(commands.__path__) if not one.ispkg):
     cli.add_command(getattr(import_module(f"{commands.__name__}.{_name}"), _name))
 
 
