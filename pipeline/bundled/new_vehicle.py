@@ -36,6 +36,15 @@ COLUMNS: dict[str, tuple[tuple[str, str | None], ...]] = {
     "open_water": (("J", None), ("KT", None), ("KM", None), ("Remarks", None)),
 }
 _WIDTH = 14
+#: Before what a vehicle file has from the bundled vehicle @LIKE@.
+LIKE_HEAD = """\
+# Vehicle file of @NAME@. It began as that of the bundled vehicle @LIKE@: replace each number by
+# yours, and its comment with it. All keys with their meaning: docs/formats.md.
+name: "@NAME@"
+title: "@NAME@, like @LIKE@"
+data_note: Model and sensors of the bundled vehicle @LIKE@, to be replaced by those of @NAME@.
+
+"""
 
 
 def new_vehicle_files(name: str) -> dict[str, bytes]:

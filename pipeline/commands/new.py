@@ -1,15 +1,23 @@
 """``rig2sea new``."""
 
+import json
 import shlex
 from pathlib import Path
 
 import click
 
+from pipeline.command_options import AS_JSON
 from pipeline.language import translate
 
 
 @click.command()
-@click.argument("vehicle")
+@click.argument("vehicle", required=False)
+@click.option(
+    "--like",
+    metavar="VEHICLE",
+    help="Begin with model, sensors and channels of a bundled vehicle; --list names them.",
+)
+@click.option("--list", "show_list", is_flag=True, help="List the bundled vehicles and end.")
 @click.option(
     "--raw",
     type=click.Path(path_type=Path),
@@ -20,20 +28,45 @@ from pipeline.language import translate
 @click.option(
     "--example", is_flag=True, help="Write the example vehicle of that name, with its raw files."
 )
-def new(vehicle: str, raw: Path, example: bool) -> None:
+@AS_JSON
+def new(
+    vehicle: str | None,
+    like: str | None,
+    show_list: bool,
+    raw: Path,
+    example: bool,
+    as_json: bool,
+) -> None:
     r"""Write a raw folder to fill in: a commented vehicle.yaml and a form for each kind of test.
 
-    What is there already is never overwritten.
+    With --like the vehicle file is that of a bundled vehicle, ready to simulate and to be made your
+    own: bluerov2 (six thrusters), bluerov2_heavy (eight), remus100 (torpedo AUV), mmt300, rov8,
+    cargo_carrier. What is there already is never overwritten.
 
     \b
     Examples:
       rig2sea new myauv
       rig2sea new myauv --raw ~/bench/raw
+      rig2sea new myrov --like bluerov2
       rig2sea new mmt300 --example
     """
-    from pipeline.workflow.new import write_new_vehicle
+    from pipeline.workflow.new import vehicles_to_begin_with, write_new_vehicle
 
-    for path in write_new_vehicle(vehicle, raw, example=example):
+    if show_list:
+        names = vehicles_to_begin_with()
+        known = {"schema": "rig2sea/new/1", "vehicles": names}
+        click.echo(json.dumps(known, indent=1) if as_json else "\n".join(names))
+        return
+    if vehicle is None:
+        raise click.UsageError("Missing argument 'VEHICLE'.")
+    if example and like is not None:
+        raise click.UsageError("Give either --example or --like VEHICLE.")
+    written = write_new_vehicle(vehicle, raw, example=example, like=like)
+    if as_json:
+        found = {"schema": "rig2sea/new/1", "vehicle": vehicle, "files": [str(p) for p in written]}
+        click.echo(json.dumps(found, indent=1))
+        return
+    for path in written:
         click.echo(path)
     if example:
         elsewhere = [] if raw == Path("raw") else ["--raw", str(raw)]

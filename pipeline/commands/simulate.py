@@ -71,6 +71,11 @@ if TYPE_CHECKING:
     metavar="S",
     help="Integration step in seconds.  [default: 0.02, less where a shaft needs it]",
 )
+@click.option(
+    "--start",
+    metavar="TIME",
+    help="When the log begins, e.g. 2024-05-14T09:30 (UTC).  [default: a fixed day]",
+)
 @click.option("--list", "show_list", is_flag=True, help="List the manoeuvres and end.")
 @AS_JSON
 @RAW
@@ -89,6 +94,7 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
     seed: int,
     allocator: Literal["general", "paper", "paper-mooring"],
     step: float | None,
+    start: str | None,
     show_list: bool,
     as_json: bool,
     raw: Path,
@@ -139,6 +145,7 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
             seed=seed,
             allocator=allocator,
             step_s=step,
+            start=start,
             raw=raw,
             out=out,
         )

@@ -8,8 +8,6 @@ import numpy as np
 from pipeline.control.code_limits import at_limit
 from pipeline.physics.parameters import read
 from pipeline.simulate.latch_loads import LatchLoad
-from pipeline.simulate.manoeuvre_reach import ANY_AXIS, out_of_reach
-from pipeline.simulate.manoeuvres import Manoeuvre
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.simulate.sensors import Log
@@ -81,7 +79,6 @@ def summarise(
     log: Log,
     packed: PackedVehicle,
     vector: FloatArray,
-    manoeuvre: Manoeuvre | None = None,
 ) -> RunSummary:
     """Sum a run up.
 
@@ -95,8 +92,6 @@ def summarise(
         The nominal vehicle.
     vector : ndarray
         The true parameter vector.
-    manoeuvre : Manoeuvre, optional
-        What was flown, where it was one.
     """
     x, y = trajectory.quaternion[:, 1], trajectory.quaternion[:, 2]
     # angle between body z and down: R_33 of the rotation
@@ -111,26 +106,12 @@ def summarise(
         largest_code=float(np.abs(trajectory.command).max(initial=0.0)),
         at_limit_share=float(ends.any(axis=1).mean()),
         channels={name: int(channel.valid_s.size) for name, channel in log.items()},
-        doubts=(*_not_flown(packed, manoeuvre), *_doubts(trajectory, tilt, packed, vector)),
+        doubts=tuple(_doubts(trajectory, tilt, packed, vector)),
     )
 
 
 def _range(values: FloatArray) -> Range:
     return float(values.min()), float(values.max())
-
-
-def _not_flown(packed: PackedVehicle, manoeuvre: Manoeuvre | None) -> list[str]:
-    """Tell when the thrusters have no reach along what a manoeuvre is flown by."""
-    missing = () if manoeuvre is None else out_of_reach(packed, manoeuvre.axes)
-    if manoeuvre is None or not missing:
-        return []
-    if missing == ANY_AXIS:
-        return [f"{manoeuvre.name} gave no command: the thrusters can push along no axis alone."]
-    return [
-        f"{manoeuvre.name} was not flown as it is meant: the thrusters cannot push along "
-        f"{axis} alone."
-        for axis in missing
-    ]
 
 
 def _doubts(

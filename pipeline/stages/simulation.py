@@ -10,9 +10,10 @@ from pipeline import __version__
 from pipeline.effects.discovery import module_names
 from pipeline.effects.library import parse_effect
 from pipeline.effects.specification import EffectSpec
+from pipeline.errors import CannotComputeError
 from pipeline.export.attachment_topics import topic_of_latch, topics_of_tether
 from pipeline.export.log_topics import Topic
-from pipeline.export.mcap_log import DEFAULT_START_TIME_NS, SIMULATED_PREFIX, write_run_log
+from pipeline.export.mcap_log import SIMULATED_PREFIX, write_run_log
 from pipeline.export.overlay import write_overlay
 from pipeline.ingest.recorded_log import RecordedFile
 from pipeline.ingest.run_commands import RunCommands, read_run_commands
@@ -22,6 +23,7 @@ from pipeline.simulate.effects_on import effects_on
 from pipeline.simulate.events import PayloadEvent, PayloadSchedule
 from pipeline.simulate.fly import CONTROL_PERIOD_S, fly, usual_step_s
 from pipeline.simulate.latch_loads import LatchLoad, latch_loads
+from pipeline.simulate.manoeuvre_reach import why_not_flown
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.mover import Mover
 from pipeline.simulate.run import Trajectory, run
@@ -45,6 +47,7 @@ from pipeline.stages.simulation_request import (
     check_request,
     parse_events,
     parse_winch,
+    start_time_ns,
 )
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Model
@@ -154,8 +157,7 @@ def simulate_to_file(request: SimulationRequest) -> SimulationResult:
         )
         sensors = Sensors()
     log = measure(trajectory, one.packed, sensors, vector=case.true, seed=request.seed)
-    manoeuvre = MANOEUVRES.get(str(request.manoeuvre))
-    summary = summarise(trajectory, log, one.packed, case.true, manoeuvre)
+    summary = summarise(trajectory, log, one.packed, case.true)
     loads = latch_loads(trajectory, one.packed, case.model, schedule.outcomes, vector=case.true)
     _write(case, flight, log, loads)
     return SimulationResult(
@@ -215,6 +217,9 @@ def _flown(case: _Case) -> _Flight:
     """Fly the manoeuvre."""
     request, packed = case.request, case.one.packed
     manoeuvre = MANOEUVRES[str(request.manoeuvre)]
+    impossible = why_not_flown(packed, manoeuvre.name, manoeuvre.axes)
+    if impossible:
+        raise CannotComputeError(f"{case.one.name}: {impossible}\nNothing was written.")
     duration = manoeuvre.duration_s if request.duration_s is None else request.duration_s
     trajectory = fly(
         packed,
@@ -225,7 +230,7 @@ def _flown(case: _Case) -> _Flight:
         change=case.schedule.change if case.schedule.events else None,
         mover=case.mover,
     )
-    return _Flight(trajectory, manoeuvre.name, DEFAULT_START_TIME_NS)
+    return _Flight(trajectory, manoeuvre.name, start_time_ns(request))
 
 
 def _replayed(case: _Case, path: Path, commands: RunCommands) -> _Flight:

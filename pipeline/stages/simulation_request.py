@@ -3,9 +3,10 @@
 import difflib
 import math
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
-from pipeline.export.mcap_log import is_of_others
+from pipeline.export.mcap_log import DEFAULT_START_TIME_NS, is_of_others
 from pipeline.plan import UsageError
 from pipeline.simulate.events import Action, PayloadEvent
 from pipeline.simulate.fly import CONTROL_PERIOD_S
@@ -20,7 +21,7 @@ class SimulationRequest:
     """What the user asked for: a manoeuvre or a log, and everything that shapes the run.
 
     `attach`, `release` hold events of payload modules, ``MODULE@SECONDS``; `winch` orders of the
-    tether's winch, ``SPEED@SECONDS``.
+    tether's winch, ``SPEED@SECONDS``. `start` is the time of day at which the log begins, ISO 8601.
     """
 
     vehicle: str
@@ -36,6 +37,7 @@ class SimulationRequest:
     seed: int = 0
     allocator: AllocatorName = "general"
     step_s: float | None = None
+    start: str | None = None
     raw: Path = Path("raw")
     out: Path = Path()
 
@@ -68,6 +70,7 @@ def check_request(request: SimulationRequest) -> None:
             f"--step {step:g}: a whole number of steps must fill the {CONTROL_PERIOD_S:g} s "
             "between two commands, e.g. 0.01, 0.02, 0.05, 0.1."
         )
+    start_time_ns(request)
     if request.seed < 0:
         raise UsageError(f"--seed {request.seed}: a whole number from 0 is expected.")
     if request.manoeuvre is not None and request.manoeuvre not in MANOEUVRES:
@@ -81,6 +84,29 @@ def check_request(request: SimulationRequest) -> None:
         )
 
 
+def start_time_ns(request: SimulationRequest) -> int:
+    """Return when the log of a manoeuvre begins [ns since 1970]; without a zone it is UTC.
+
+    Raises
+    ------
+    UsageError
+        For a text that is no date, or one that a log cannot hold.
+    """
+    if request.start is None:
+        return DEFAULT_START_TIME_NS
+    try:
+        start = datetime.fromisoformat(request.start)
+    except ValueError:
+        start = None
+    if start is None or not 1970 < start.year < 2200:
+        raise UsageError(
+            f'--start "{request.start}": a date and time is expected, e.g. 2024-05-14T09:30.'
+        )
+    if start.tzinfo is None:
+        start = start.replace(tzinfo=UTC)
+    return round(start.timestamp() * 1e6) * 1000
+
+
 def _check_replay(request: SimulationRequest, log: Path) -> None:
     """Refuse what the commands of a log leave no room for, and a log that would be lost."""
     if _same_file(request.to, log):
@@ -91,6 +117,7 @@ def _check_replay(request: SimulationRequest, log: Path) -> None:
     for option, given in (
         ("--duration", request.duration_s is not None),
         ("--amplitude", request.amplitude != SimulationRequest.amplitude),
+        ("--start", request.start is not None),
         ("--allocator", request.allocator != SimulationRequest.allocator),
     ):
         if given:

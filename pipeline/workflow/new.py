@@ -1,10 +1,13 @@
-"""``rig2sea new``: write the raw folder of a vehicle: a form to fill in, or the example."""
+"""``rig2sea new``: the raw folder of a vehicle: forms to fill in, one like a bundled, the example."""
 
+import difflib
+import re
 import shutil
 from pathlib import Path
 
 import pipeline
-from pipeline.bundled.new_vehicle import new_vehicle_files
+from pipeline.bundled.new_vehicle import LIKE_HEAD, new_vehicle_files
+from pipeline.bundled.vehicles import bundled_vehicle, bundled_vehicles
 from pipeline.errors import InputError, Place
 from pipeline.plan import NAME_EXPECTED, VEHICLE_FILE, UsageError, is_vehicle_name, printable
 
@@ -12,7 +15,13 @@ from pipeline.plan import NAME_EXPECTED, VEHICLE_FILE, UsageError, is_vehicle_na
 EXAMPLES = ("mmt300",)
 
 
-def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Path]:
+#: Keys of a bundled vehicle file that hold for that vehicle alone.
+_ITS_OWN = ("name", "title", "data_note", "columns", "published")
+
+
+def write_new_vehicle(
+    name: str, raw: Path, *, example: bool = False, like: str | None = None
+) -> list[Path]:
     """Write a vehicle's raw folder; nothing that is there is touched.
 
     Parameters
@@ -23,6 +32,8 @@ def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Pa
         The raw folder, made when it is not there.
     example : bool
         Write the example vehicle of that name with its raw files instead of forms.
+    like : str, optional
+        Begin with the model, sensors and channels of this bundled vehicle.
 
     Returns
     -------
@@ -32,7 +43,7 @@ def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Pa
     Raises
     ------
     UsageError
-        When the name cannot be a vehicle's name, or no example has it.
+        When the name cannot be a vehicle's name, or no example or bundled vehicle has it.
     InputError
         When there is something of that name already, or the folder cannot be written.
     """
@@ -41,6 +52,8 @@ def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Pa
         raise UsageError(f'"{shown}" cannot be the name of a vehicle. Expected {NAME_EXPECTED}')
     folder = raw / name
     files = example_files(name) if example else new_vehicle_files(name)
+    if like is not None:
+        files[VEHICLE_FILE] = _file_like(like, name).encode()
     written = []
     made = False
     try:
@@ -70,6 +83,28 @@ def write_new_vehicle(name: str, raw: Path, *, example: bool = False) -> list[Pa
             remedy="Mend that or choose another folder with --raw.",
         ) from error
     return written
+
+
+def vehicles_to_begin_with() -> tuple[str, ...]:
+    """Names of the vehicles that a new one can be like."""
+    return tuple(sorted([*EXAMPLES, *bundled_vehicles()]))
+
+
+def _file_like(like: str, name: str) -> str:
+    """Return the vehicle file of a bundled vehicle under another name, without what is its own."""
+    names = vehicles_to_begin_with()
+    if like not in names:
+        near = difflib.get_close_matches(like, names, n=1)
+        hint = f' Did you mean "{near[0]}"?' if near else ""
+        raise UsageError(f'no bundled vehicle is called "{like}".{hint} There are {", ".join(names)}.')
+    if like in EXAMPLES:
+        text = example_files(like)[VEHICLE_FILE].decode()
+    else:
+        text = (bundled_vehicle(like) / VEHICLE_FILE).read_text(encoding="utf-8")
+    # a block: comments that stand on it, its key, and what is indented below
+    for key in _ITS_OWN:
+        text = re.sub(rf"(?m)^(?:#.*\n)*{key}:.*\n(?:(?:[ \t].*)?\n)*?(?=\S|\Z)", "", text)
+    return LIKE_HEAD.replace("@NAME@", name).replace("@LIKE@", like) + text
 
 
 def example_files(name: str) -> dict[str, bytes]:

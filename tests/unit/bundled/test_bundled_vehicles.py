@@ -1,4 +1,4 @@
-"""The three bundled vehicles: are their models bodies that could swim, and as their files say?"""
+"""The bundled vehicles: are their models bodies that could swim, and as their files say?"""
 
 import re
 from collections.abc import Iterator
@@ -104,10 +104,11 @@ def stations(crossflow: Crossflow) -> tuple[FloatArray, FloatArray]:
 
 
 def test_the_bundled_vehicles_are_found_by_name() -> None:
-    assert bundled_vehicles() == ("cargo_carrier", "rov8")
+    assert bundled_vehicles() == ("bluerov2", "bluerov2_heavy", "cargo_carrier", "remus100", "rov8")
+    assert bundled_vehicle("bluerov2_heavy") == bundled_vehicle("rov8")
     with pytest.raises(InputError, match="no bundled vehicle has this name") as caught:
         bundled_vehicle("../rov8")
-    assert "cargo_carrier, rov8" in str(caught.value)
+    assert "cargo_carrier, remus100, rov8" in str(caught.value)
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -16,7 +16,7 @@ from pipeline.errors import InputError
 from pipeline.plan import RAW_KINDS, UsageError
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.run_notes import read_run_notes
-from pipeline.workflow.new import write_new_vehicle
+from pipeline.workflow.new import vehicles_to_begin_with, write_new_vehicle
 
 LONGEST = "a" * 48
 
@@ -158,6 +158,25 @@ def test_example_comes_with_its_raw_files(tmp_path: Path) -> None:
         write_new_vehicle("mmt300", tmp_path / "raw", example=True)
     with pytest.raises(UsageError, match="There is: mmt300"):
         write_new_vehicle("boat", tmp_path / "raw", example=True)
+
+
+@pytest.mark.parametrize("like", vehicles_to_begin_with())
+def test_a_vehicle_begins_like_a_bundled_one(tmp_path: Path, like: str) -> None:
+    (tmp_path / "raw").mkdir()
+    said = CliRunner().invoke(cli, ["new", "boat", "--like", like, "--raw", str(tmp_path / "raw")])
+    assert said.exit_code == 0
+    vehicle = load_vehicle(tmp_path / "raw/boat/vehicle.yaml")
+    assert vehicle.name == "boat"
+    assert vehicle.model is not None
+    assert vehicle.sensors is not None
+    assert vehicle.published is None
+    assert len(vehicle.thrusters) == {"bluerov2": 6, "remus100": 1, "mmt300": 5}.get(like, 8)
+
+
+def test_a_vehicle_that_nobody_bundled_is_refused_with_the_names(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match='Did you mean "bluerov2"'):
+        write_new_vehicle("boat", tmp_path, like="bluerov")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_the_command_that_is_named_finds_the_folder(tmp_path: Path) -> None:
