@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from pipeline.command_options import AS_JSON
+from pipeline.commands.common.options import AS_JSON
 from pipeline.language import translate
 
 
@@ -29,7 +29,7 @@ from pipeline.language import translate
     "--example", is_flag=True, help="Write the example vehicle of that name, with its raw files."
 )
 @AS_JSON
-def new(
+def new(  # noqa: PLR0917 - click passes every option by its name
     vehicle: str | None,
     like: str | None,
     show_list: bool,

@@ -1,4 +1,4 @@
-"""``rig2sea new``: the raw folder of a vehicle: forms to fill in, one like a bundled, the example."""
+"""``rig2sea new``: the raw folder of a vehicle: blank forms, like a bundled one, or the example."""
 
 import difflib
 import re
@@ -96,7 +96,8 @@ def _file_like(like: str, name: str) -> str:
     if like not in names:
         near = difflib.get_close_matches(like, names, n=1)
         hint = f' Did you mean "{near[0]}"?' if near else ""
-        raise UsageError(f'no bundled vehicle is called "{like}".{hint} There are {", ".join(names)}.')
+        there = ", ".join(names)
+        raise UsageError(f'no bundled vehicle is called "{like}".{hint} There are {there}.')
     if like in EXAMPLES:
         text = example_files(like)[VEHICLE_FILE].decode()
     else:
