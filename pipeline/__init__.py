@@ -1,3 +1,40 @@
-"""rig2sea: rig data in, thruster tables, firmware and a diagnosed sim-to-real gap out."""
+"""rig2sea: rig data in, thruster tables, firmware and a diagnosed sim-to-real gap out.
+
+A library as well as a command: `load_vehicle`, `read_bench`, `read_run`, `thruster_tables`,
+`simulate_manoeuvre`, `identify_runs` and `diagnose_runs` return pandas frames. `pipeline.library`
+describes them.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pipeline.library import (
+        diagnose_runs,
+        identify_runs,
+        load_vehicle,
+        read_bench,
+        read_run,
+        simulate_manoeuvre,
+        thruster_tables,
+    )
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "__version__",
+    "diagnose_runs",
+    "identify_runs",
+    "load_vehicle",
+    "read_bench",
+    "read_run",
+    "simulate_manoeuvre",
+    "thruster_tables",
+]
+
+
+def __getattr__(name: str) -> object:
+    """Import the library when it is asked for: the command line starts without it."""
+    if name in __all__:
+        return getattr(import_module("pipeline.library"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
