@@ -44,7 +44,15 @@ _SILENT = (
     "workflow/engine.py",
 )
 #: Errors for programmers: they never reach a person as they are.
-_INTERNAL = {"ValueError", "TypeError", "RuntimeError", "AssertionError", "KeyError", "LookupError"}
+_INTERNAL = {
+    "AssertionError",
+    "AttributeError",
+    "KeyError",
+    "LookupError",
+    "RuntimeError",
+    "TypeError",
+    "ValueError",
+}
 #: Calls whose texts are patterns, paths or arguments of other programs.
 _TECHNICAL = {"compile", "getLogger", "encode", "which", "run", "Popen", "add_filter"}
 _PROSE = re.compile(
