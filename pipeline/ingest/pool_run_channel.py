@@ -208,18 +208,28 @@ def _mark(marks: dict[str, BoolArray], name: str, rows: BoolArray) -> None:
 
 
 def _out_of_the_mount(values: FloatArray, topic: TopicFound, vehicle: Vehicle) -> list[str]:
-    """Turn velocities (k, 3) from the axes of the DVL into those of the body, in place."""
+    """Turn velocities (k, 3) from the axes of the DVL into those of the body, in place.
+
+    What it reads too much by the vehicle file is taken off.
+    """
     sensor = None if vehicle.sensors is None else vehicle.sensors.dvl
-    if sensor is None or not any(sensor.rotation_deg):
+    if sensor is None:
         return []
+    scaled = []
+    if sensor.scale != 1.0:
+        values /= sensor.scale
+        scaled = [f"divided by sensors: dvl: scale ({sensor.scale:g})"]
+    if not any(sensor.rotation_deg):
+        return scaled
     if topic.message_type.endswith("/Odometry") or is_body(topic.frame):
-        return ["in body axes by its message: rotation_deg of the DVL is not applied"]
+        said = "in body axes by its message: rotation_deg of the DVL is not applied"
+        return [*scaled, said]
     from scipy.spatial.transform import Rotation
 
     mount = Rotation.from_euler("ZYX", np.radians(sensor.rotation_deg)[::-1])
     values[:] = values @ mount.as_matrix().T
     angles = ", ".join(f"{angle:g}" for angle in sensor.rotation_deg)
-    return [f"turned into body axes by sensors: dvl: rotation_deg ({angles})"]
+    return [*scaled, f"turned into body axes by sensors: dvl: rotation_deg ({angles})"]
 
 
 def _axes_text(plan: Plan) -> str:

@@ -3,6 +3,7 @@
 from pydantic import Field
 
 from pipeline.records.base import Record
+from pipeline.records.file_change import FileChange
 
 Interval = tuple[float, float]
 
@@ -226,3 +227,6 @@ class DiagnosisRecord(Record):
     series: tuple[Series, ...]
     notes: tuple[str, ...]
     elapsed_s: float
+    vehicle_file_sha256: str = ""
+    changes: tuple[FileChange, ...] = ()
+    """What the verdict changes in that vehicle file; `rig2sea apply` writes it."""

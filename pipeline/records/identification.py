@@ -3,6 +3,7 @@
 from typing import Literal
 
 from pipeline.records.base import Record
+from pipeline.records.file_change import FileChange
 from pipeline.records.gains import ThrusterGains
 
 Interval = tuple[float, float]
@@ -218,3 +219,5 @@ class Identification(Record):
     elapsed_s: float
     gains: ThrusterGains | None = None
     """Of each thruster in each run, held-out ones too, against the vehicle file."""
+    changes: tuple[FileChange, ...] = ()
+    """What stands changes in the vehicle file; `rig2sea apply` writes it."""

@@ -77,7 +77,8 @@ def _quantities(log: Log, sensors: Sensors) -> list[tuple[str, Channel, FloatArr
         ]
     if "dvl" in log and sensors.dvl is not None:
         mount = Rotation.from_euler("ZYX", np.radians(sensors.dvl.rotation_deg)[::-1])
-        found.append(("velocity", log["dvl"], mount.apply(log["dvl"].values)))
+        body = mount.apply(log["dvl"].values) / sensors.dvl.scale
+        found.append(("velocity", log["dvl"], body))
     found += [
         (name, log[name], log[name].values)
         for name in ("depth", "position", "shaft_speed", "voltage")

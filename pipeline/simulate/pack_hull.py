@@ -92,13 +92,17 @@ def hull_end_m(vehicle: Vehicle, model: Model) -> float:
 
 
 def write_surroundings(vector: FloatArray, model: Model) -> None:
-    """Write cross-flow, walls and the tether's ends into a vector, in place."""
+    """Write current, cross-flow, walls and what is known of the tether into a vector, in place."""
+    write(vector, "current", np.array(model.current_ned_mps))
+    write(vector, "tether_drag_area", model.lumped_tether.drag_area_m2)
+    write(vector, "tether_pull", model.lumped_tether.pull_n)
     if model.crossflow is not None and model.crossflow.in_nominal:
         write(vector, "crossflow_fraction", 1.0)
     if model.pool is not None:
         walls = model.pool.walls
         write(vector, "wall_count", float(len(walls)))
         write(vector, "wall_radius", model.pool.vehicle_radius_m)
+        write(vector, "wall_strength", model.pool.strength)
         points = np.zeros((5, 3))
         normals = np.zeros((5, 3))
         points[: len(walls)] = [wall.point_ned_m for wall in walls]

@@ -31,6 +31,7 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
         for name in (
             "thruster_type",
             "drive_dead",
+            "dead_zone",
             "lag",
             "rotor_inertia",
             "inflow_fraction",
@@ -52,19 +53,24 @@ def write_thrusters(vector: FloatArray, vehicle: Vehicle) -> tuple[tuple[str, st
         rows["thruster_type"][i] = kinds.index(kind)
         if isinstance(drive.characteristic, FromBollard):
             rows["drive_dead"][i] = drive.characteristic.dead_zone_code
-        rows["lag"][i] = drive.lag_s
+        rows["dead_zone"][i] = thruster.dead_zone_code
+        rows["lag"][i] = drive.lag_s if thruster.lag_s is None else thruster.lag_s
         rows["rotor_inertia"][i] = _inertia(drive)
         rows["inflow_fraction"][i] = 1.0 - model.wake_fraction.of(thruster.name) if falls else 0.0
         deduction = model.thrust_deduction.of(thruster.name)
-        rows["thrust_gain"][i] = thruster.gain_ahead * (1.0 - deduction)
+        # a thruster that is dead ahead alone has its thrust in the other factor
+        ahead = thruster.gain_ahead or (1e-9 if thruster.gain_reverse else 0.0)
+        rows["thrust_gain"][i] = ahead * (1.0 - deduction)
         rows["code_max"][i] = vehicle.drives[thruster.drive].code_max
         rows["code_min"][i] = vehicle.drives[thruster.drive].code_min
-        rows["reverse_gain"][i] = thruster.gain_reverse / thruster.gain_ahead
+        rows["reverse_gain"][i] = thruster.gain_reverse / ahead if ahead else 1.0
         position[i] = thruster.position_m
         direction[i] = np.array(thruster.direction) / np.linalg.norm(thruster.direction)
     write(vector, "thruster_count", float(len(vehicle.thrusters)))
     write(vector, "thruster_position", position)
     write(vector, "thruster_direction", direction)
+    write(vector, "supply_drop", model.supply.drop)
+    write(vector, "load_drop", model.supply.load_drop)
     for name, row in rows.items():
         write(vector, name, row)
     return tuple(kinds) or (("", ""),)

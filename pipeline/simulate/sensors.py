@@ -218,7 +218,7 @@ def _dvl(motion: _Motion, dvl: Dvl, true: FloatArray, generator: np.random.Gener
         velocity = velocity - motion.attitude(time_s).inv().apply(read(true, "current"))
     stated = Rotation.from_euler("ZYX", np.radians(dvl.rotation_deg)[::-1])
     error = Rotation.from_euler("ZYX", read(true, "dvl_rotation")[::-1])
-    values = float(read(true, "dvl_scale")) * (stated * error).inv().apply(velocity)
+    values = dvl.scale * float(read(true, "dvl_scale")) * (stated * error).inv().apply(velocity)
     values += dvl.noise_mps * generator.standard_normal(values.shape)
     # the log knows the stated delay only: the reading claims a time that is wrong by the rest
     return _channel(("vx_mps", "vy_mps", "vz_mps"), time_s + late, values, dvl)

@@ -7,25 +7,23 @@ from pathlib import Path
 from pipeline import __version__
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import Diagnosis, diagnose_fully
-from pipeline.diagnose.tell.file_changes import file_changes, left_to_say
-from pipeline.effects.library import apply_effects
+from pipeline.diagnose.tell.file_changes import left_to_say
 from pipeline.errors import CannotComputeError
 from pipeline.plan import seen_from
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.context import model_of
 from pipeline.stages.diagnosis_links import Question
 from pipeline.stages.diagnosis_page import OVERLAY_END, write_page
+from pipeline.stages.found_changes import diagnosed_changes, source_of
 from pipeline.stages.reference import LEAST_RUNS, reference_used
 from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.stages.simulation import simulate_to_file
 from pipeline.stages.simulation_request import SimulationRequest
 from pipeline.stages.sound_runs import sound_runs
-from pipeline.vehicle.frames import changes_as_stated
+from pipeline.vehicle.change_list import text_with
 from pipeline.vehicle.load import load_vehicle
-from pipeline.vehicle.write_back import updated_vehicle_text
 
 RESULT_FILE, CORRECTED_FILE = "diagnosis.json", "vehicle_corrected.yaml"
 
@@ -90,6 +88,9 @@ def diagnose_to_files(
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "diagnosis"
+    changes = diagnosed_changes(one, found.record, found.specs) if found.specs else ()
+    update = {"vehicle_file_sha256": one.file_digest, "changes": changes}
+    found = replace(found, record=found.record.model_copy(update=update))
     text = _corrected(one, found)
     result = folder / RESULT_FILE
     write_atomically(result, canonical_json(found.record.model_dump(mode="json")) + "\n")
@@ -225,21 +226,17 @@ def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:
     specs = found.specs
     if not specs:
         return None
-    vector = apply_effects(one.packed.vector, specs, one.packed.context)
-    changes = file_changes(one.vehicle, model_of(one.vehicle), one.packed, vector)
+    changes = found.record.changes
     lines = [
         f"Corrected by rig2sea {__version__} diagnose from {', '.join(found.record.runs)}.",
         found.record.verdict.sentence,
-        *(f"Changed {path}." for path in sorted(changes)),
+        *(f"Changed {change.path}." for change in changes),
     ]
-    rest = left_to_say(specs, changes)
+    rest = left_to_say(specs, {change.path: change.value for change in changes})
     if rest:
         lines.append("No key of this file can say: " + " ".join(rest))
-    return updated_vehicle_text(
-        one.file.read_text(encoding="utf-8"),
-        changes_as_stated(changes, one.vehicle.frame),
-        "\n".join(lines),
-    )
+    original = one.file.read_text(encoding="utf-8")
+    return text_with(original, changes, source_of(found.record.runs), "\n".join(lines))
 
 
 def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:

@@ -9,7 +9,6 @@ from typing import Literal
 from pipeline import __version__
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.identify.channel_noise import QUANTITIES
-from pipeline.identify.file_changes import file_changes
 from pipeline.identify.smoothing import Method as Smoothing
 from pipeline.identify.straight_line import AXES, straight_line
 from pipeline.identify.vehicle_parameters import free_parameters
@@ -17,6 +16,7 @@ from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.language import as_it_is
 from pipeline.plan import UsageError
 from pipeline.provenance import canonical_json, write_atomically
+from pipeline.records.file_change import FileChange
 from pipeline.records.identification import (
     Identification,
     StraightLineIdentification,
@@ -24,14 +24,15 @@ from pipeline.records.identification import (
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
+from pipeline.stages.found_changes import identified_changes, source_of
 from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.no_solution import with_reason
 from pipeline.stages.runs_to_identify import find_logs, healthy_runs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.vehicle.change_list import text_with
 from pipeline.vehicle.load import validated
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
-from pipeline.vehicle.write_back import updated_vehicle_text
 from pipeline.vehicle.yaml_text import parse
 
 Method = Literal["both", "whole-vehicle", "straight-line"]
@@ -114,7 +115,7 @@ def identify_runs(
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "identification"
-    text, more = _corrected(one, whole, [table.name for table in tables], folder)
+    text, changes, more = _corrected(one, whole, [table.name for table in tables], folder)
     record = Identification(
         vehicle=one.name,
         vehicle_file_sha256=one.file_digest,
@@ -131,6 +132,7 @@ def identify_runs(
             [*tables, *(table for _, table in judged)],
             healthy_runs([*fitted, *judged]),
         ),
+        changes=changes,
         elapsed_s=round(time.perf_counter() - begin, 2),
     )
     result = folder / RESULT_FILE
@@ -206,14 +208,13 @@ def _corrected(
     whole: VehicleIdentification | None,
     runs: Sequence[str],
     folder: Path,
-) -> tuple[str | None, tuple[str, ...]]:
-    """Text of the corrected vehicle file, and what to say of it."""
+) -> tuple[str | None, tuple[FileChange, ...], tuple[str, ...]]:
+    """Text of the corrected vehicle file, what it changes, and what to say of it."""
     if whole is None:
-        return None, ()
+        return None, (), ()
     if whole.why_no_file:
-        return None, (f"No corrected vehicle file was written: {whole.why_no_file}.",)
-    model = model_of(one.vehicle)
-    changes, notes = file_changes(one.vehicle, model, whole.parameters, whole.thrust)
+        return None, (), (f"No corrected vehicle file was written: {whole.why_no_file}.",)
+    changes, notes = identified_changes(one, whole)
     known = [p.name for p in whole.parameters if p.stands]
     left = [p.name for p in whole.parameters if not p.stands]
     lines = [
@@ -222,16 +223,16 @@ def _corrected(
     ]
     if left:
         lines.append(f"Not told by these runs, and left as the file had it: {', '.join(left)}.")
-    lines += [f"Changed {path}." for path in sorted(changes)]
+    lines += [f"Changed {change.path}." for change in changes]
     try:
         original = one.file.read_text(encoding="utf-8")
-        text = updated_vehicle_text(original, changes, "\n".join(lines))
+        text = text_with(original, changes, source_of(runs, "identification"), "\n".join(lines))
         # a file that no command would read is none
         shown_as = str(folder / CORRECTED_FILE)
         validated(Vehicle, parse(text.encode(), shown_as), shown_as)
     except (CannotComputeError, InputError) as error:
-        return None, (*notes, f"No corrected vehicle file was written: {error}")
-    return text, notes
+        return None, (), (*notes, f"No corrected vehicle file was written: {error}")
+    return text, changes, notes
 
 
 def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:

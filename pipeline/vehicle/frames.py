@@ -120,6 +120,9 @@ def changes_as_stated(changes: Mapping[str, Change], frame: Frame) -> dict[str, 
             xx, yy, zz, xy, xz, yz = value
             inverse = tuple(zip(*rows, strict=True))
             found[path] = _turned((xx, yy, zz, xy, xz, yz), inverse)
+        elif path.endswith(".rotation_deg") and isinstance(value, tuple):
+            roll, pitch, yaw = value
+            found[path] = _mounting((roll, pitch, yaw), tuple(zip(*rows, strict=True)))
         else:
             found[path] = value
     return found
@@ -240,13 +243,18 @@ def rotation_in_sname(rotation_deg: Vector3, frame: Frame) -> Vector3:
     >>> rotation_in_sname((0.0, 0.0, 30.0), "ros")
     (0.0, 0.0, -30.0)
     """
+    return _mounting(rotation_deg, TO_SNAME[frame])
+
+
+def _mounting(rotation_deg: Vector3, rows: Sequence[Sequence[float]]) -> Vector3:
+    """Angles of C R C^T for a mounting R, `rows` those of C."""
     import numpy as np
 
     if not any(rotation_deg):
         return rotation_deg
     roll, pitch, yaw = np.radians(rotation_deg)
     turn = _about(2, yaw) @ _about(1, pitch) @ _about(0, roll)
-    c = np.array(TO_SNAME[frame])
+    c = np.array(rows)
     r = c @ turn @ c.T
     angles = (
         math.atan2(r[2, 1], r[2, 2]),

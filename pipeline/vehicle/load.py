@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.vehicle.estimates import with_plain_values
 from pipeline.vehicle.expectation import (
     NAME_IN_WORDS,
     JsonSchema,
@@ -87,6 +88,8 @@ def load_checked(path: Path, model: type[Model], *, expected: str, remedy: str) 
 
 def validated(model: type[Model], root: Node, shown_as: str) -> Model:
     """Check a tree against a model; raises one `InputError` that names every fault."""
+    if model is Vehicle:
+        root, _ = with_plain_values(root, shown_as)
     plain = root.plain()
     try:
         # Strict, and by way of JSON: "1000" or true is not taken for a number, a list is a tuple.

@@ -39,6 +39,7 @@ __all__ = [
     "HullShare",
     "LatchSection",
     "Lift",
+    "LumpedTether",
     "Matrix6",
     "Model",
     "ModelSection",
@@ -48,6 +49,7 @@ __all__ = [
     "Pool",
     "Positive",
     "RigidBody",
+    "Supply",
     "Terms",
     "Tether",
     "ThrustDeduction",
@@ -258,10 +260,44 @@ class Wall(ModelSection):
 
 
 class Pool(ModelSection):
-    """Walls and bottom near by; the bottom is a wall with normal (0, 0, -1)."""
+    """Walls and bottom near by; the bottom is a wall with normal (0, 0, -1).
+
+    `strength` is c in the factor 1 + c (R / h)^3 on added mass and damping at distance h.
+    """
 
     walls: tuple[Wall, ...] = Field(min_length=1, max_length=5)
     vehicle_radius_m: Positive
+    strength: Annotated[float, Field(ge=0, le=20)] = 0.0
+    source: str = ""
+
+
+class Supply(ModelSection):
+    """Share of the bench's supply voltage that the drives lack on board.
+
+    `drop` at no load (negative: more than on the bench), `load_drop` on top of it with every
+    thruster at full code.
+    """
+
+    drop: Annotated[float, Field(ge=-1, le=0.95)] = 0.0
+    load_drop: Annotated[float, Field(ge=0, le=0.95)] = 0.0
+    source: str = ""
+
+    @model_validator(mode="after")
+    def _some_voltage_is_left(self) -> Self:
+        if self.drop + self.load_drop >= 1.0:
+            raise ValueError("drop and load_drop together must stay below 1")
+        return self
+
+
+class LumpedTether(ModelSection):
+    """A cable that was found and not laid out: its pull and drag at the tether's attachment.
+
+    The attachment and the upper end are those of `tether`; without one, the body's origin and the
+    NED origin.
+    """
+
+    drag_area_m2: NotNegative = 0.0
+    pull_n: NotNegative = 0.0
     source: str = ""
 
 
@@ -290,7 +326,11 @@ class Model(ModelSection):
     """By drive."""
     wake_fraction: WakeFraction = WakeFraction()
     thrust_deduction: ThrustDeduction = ThrustDeduction()
+    supply: Supply = Supply()
     tether: Tether | None = None
+    lumped_tether: LumpedTether = LumpedTether()
+    current_ned_mps: Vector3 = (0.0, 0.0, 0.0)
+    """Velocity of the water where the vehicle is flown."""
     pool: Pool | None = None
     uncertainty: Uncertainty = Uncertainty()
 

@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from pipeline.records.pool_schema import PoolColumns, unknown_thruster
@@ -14,6 +14,9 @@ Fraction = Annotated[float, Field(gt=0, le=1)]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]{0,47}$")]
 Vector3 = tuple[float, float, float]
 Day = Annotated[str, Field(pattern=r"^[0-9]{4}-(0[1-9]|1[0-2])-(0[1-9]|[12][0-9]|3[01])$")]
+#: A thruster with less of its thrust than this gives none.
+LEAST_GAIN = 0.05
+Gain = Annotated[float, Field(ge=0, le=20)]
 Frame = Literal["sname", "paper", "ros"]
 """Body axes of the file's positions; `pipeline.vehicle.frames` has them."""
 
@@ -62,9 +65,20 @@ class Thruster(Section):
     drive: Name
     position_m: Vector3
     direction: Vector3
-    gain_ahead: Annotated[float, Field(ge=0.05, le=20)] = 1.0
-    """Thrust of this one over that of the characteristic, at positive codes."""
-    gain_reverse: Annotated[float, Field(ge=0.05, le=20)] = 1.0
+    gain_ahead: Gain = 1.0
+    """Thrust of this one over that of the characteristic, at positive codes; 0: a dead one."""
+    gain_reverse: Gain = 1.0
+    dead_zone_code: Annotated[float, Field(ge=0)] = 0.0
+    """Codes that it loses at either side of zero, on top of the characteristic's dead zone."""
+    lag_s: Annotated[float, Field(ge=0, le=60)] | None = None
+    """Its own time constant in place of that of its drive."""
+
+    @field_validator("gain_ahead", "gain_reverse")
+    @classmethod
+    def _dead_or_alive(cls, gain: float) -> float:
+        if 0.0 < gain < LEAST_GAIN:
+            raise ValueError(f"{gain:g} is expected to be at least {LEAST_GAIN}, or 0: no thrust")
+        return gain
 
     @model_validator(mode="after")
     def _direction_is_a_unit_vector(self) -> Self:
@@ -389,7 +403,11 @@ class Vehicle(Section):
         return self
 
     @model_validator(mode="after")
-    def _the_shares_are_of_thrusters(self) -> Self:
+    def _the_keys_of_thrusters_fit(self) -> Self:
+        for index, one in enumerate(self.thrusters):
+            if one.dead_zone_code >= (largest := self.drives[one.drive].code_max):
+                text = f"it must be below code_max of the drive, {largest}"
+                raise _fault_at(text, "thrusters", index, "dead_zone_code")
         names = [thruster.name for thruster in self.thrusters]
         for key in ("wake_fraction", "thrust_deduction"):
             section = getattr(self.model, key, None)

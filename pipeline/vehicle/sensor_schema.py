@@ -40,6 +40,8 @@ class Dvl(Sensor):
 
     position_m: Vector3 = (0.0, 0.0, 0.0)
     rotation_deg: Vector3 = (0.0, 0.0, 0.0)
+    scale: Annotated[float, Field(ge=0.1, le=10)] = 1.0
+    """What it reads over the true speed; readings are divided by it as logs are read."""
     noise_mps: NotNegative = 0.0
     water_track: bool = False
 

@@ -8,13 +8,17 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from pipeline.errors import CannotComputeError
+from pipeline.vehicle.estimates import KEYS, Estimate
 
-Value = float | int | str | Sequence[float]
-#: Sections that a file may leave out, none of whose keys is required.
-_OPTIONAL = ("model.wake_fraction.", "model.thrust_deduction.")
+Value = float | int | str | Sequence[float] | Estimate
+#: Sections that a file may leave out, whole or with the keys that are given.
+_OPTIONAL = (
+    *("model.wake_fraction.", "model.thrust_deduction.", "model.supply."),
+    *("model.lumped_tether.", "model.lift."),
+)
 _Tree = dict[str, "Value | _Tree"]
-#: Digits of a number that is written.
-_DIGITS = 7
+#: Digits of a number that is written, and of the ends of its interval.
+_DIGITS, _END_DIGITS = 7, 4
 
 
 def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note: str) -> str:
@@ -26,9 +30,10 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
         The file as it is; a byte-order mark at its beginning is left out of the new text.
     changes : mapping of str to value
         Path of a key, parted by dots, an element of a list by its place from 0 -> new value:
-        ``{"model.damping.linear.0": 2.4}``. A list is written element by element. A key that the
-        file leaves out is put into its section, which must be there unless it is one that a file
-        may leave out whole.
+        ``{"model.damping.linear.0": 2.4}``. A list is written element by element; an `Estimate`
+        with its interval and source. A key that the file leaves out is put into its section, which
+        must be there unless it is one that a file may leave out whole; a list that it leaves out
+        takes all of its elements.
     note : str
         Written on top as a comment.
 
@@ -57,7 +62,8 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
     edits: list[tuple[int, int, str]] = []
     made: dict[str, _Tree] = {}
     for path, value in changes.items():
-        section = _lacking_section(root, path) if path.startswith(_OPTIONAL) else None
+        lacking = path.startswith(_OPTIONAL) or path.rpartition(".")[2].isdigit()
+        section = _lacking_section(root, path) if lacking else None
         if section is None:
             edits += _edits(root, path, value)
             continue
@@ -72,6 +78,8 @@ def updated_vehicle_text(original_text: str, changes: Mapping[str, Value], note:
         edits += _edits(root, section, tree)
     for begin, end, new in sorted(edits, reverse=True):
         text = text[:begin] + new + text[end:]
+    if not note:
+        return text
     head = "".join(f"# {line}".rstrip() + "\n" for line in note.splitlines())
     return head + text
 
@@ -107,9 +115,14 @@ def _edits(root: Any, path: str, value: "Value | _Tree") -> list[tuple[int, int,
             )
         pairs = zip(items, value, strict=True)
         return [(*_span(item), _written(one)) for item, one in pairs]
-    if isinstance(node.value, list):
+    if isinstance(node.value, list) and not _is_estimate(node):
         raise CannotComputeError(f"{path} of the vehicle file is a section, not a value")
     return [(*_span(node), _written(value))]
+
+
+def _is_estimate(node: Any) -> bool:  # noqa: ANN401 - nodes of the parser have no types
+    """Whether a section stands for a number; see `pipeline.vehicle.estimates`."""
+    return _is_mapping(node) and {key.value for key, _ in node.value} <= KEYS
 
 
 def _is_mapping(node: Any) -> bool:  # noqa: ANN401 - nodes of the parser have no types
@@ -127,29 +140,60 @@ def _child(node: Any, part: str) -> Any:  # noqa: ANN401
 
 
 def _span(node: Any) -> tuple[int, int]:  # noqa: ANN401
+    if _is_mapping(node) and not node.flow_style:
+        # its end mark is where the next key begins
+        return node.start_mark.index, _span(node.value[-1][1])[1]
     return node.start_mark.index, node.end_mark.index
 
 
 def _inserted(node: Any, key: str, value: "Value | _Tree") -> tuple[int, int, str]:  # noqa: ANN401
-    """Put a key before the first of its section."""
+    """Put a key before the first of its section, in an entry of a list after that."""
     begin = node.start_mark.index
     if node.flow_style:
         more = ", " if node.value else ""
         return begin + 1, begin + 1, f"{key}: {_written(value)}{more}"
-    first = node.value[0][0].start_mark
+    own = [name for name, _ in node.value]
+    # a thruster's name stays at its head
+    first = own[1 if own[0].value == "name" and len(own) > 1 else 0].start_mark
     return first.index, first.index, f"{key}: {_written(value)}\n" + " " * first.column
 
 
 def _written(value: "Value | _Tree") -> str:
+    if isinstance(value, Estimate):
+        return _estimate_written(value)
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key}: {_written(one)}" for key, one in value.items()) + "}"
+        if all(key.isdigit() for key in value):
+            inside, ends = [_written(value[key]) for key in sorted(value, key=int)], "[]"
+        else:
+            inside, ends = [f"{key}: {_written(one)}" for key, one in value.items()], "{}"
+        return ends[0] + ", ".join(inside) + ends[1]
     if isinstance(value, str):
         return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
     if isinstance(value, Sequence):
         return "[" + ", ".join(_written(one) for one in value) + "]"
     if isinstance(value, int):
-        return str(value)
-    text = f"{value:.{_DIGITS}g}"
+        # true and false are integers here
+        return str(value).lower()
+    return _number(value, _DIGITS)
+
+
+def _estimate_written(one: Estimate) -> str:
+    assert one.value is not None  # noqa: S101 - what is written has a value
+    text = _written(one.value)
+    parts = [f"value: {text}"]
+    if one.ci95 is not None:
+        # rounded ends must go on holding the value
+        low, high = (_number(end, _END_DIGITS) for end in one.ci95)
+        low = text if float(low) > float(text) else low
+        high = text if float(high) < float(text) else high
+        parts.append(f"ci95: [{low}, {high}]")
+    if one.source:
+        parts.append(f"from: {_written(one.source)}")
+    return "{" + ", ".join(parts) + "}" if len(parts) > 1 else text
+
+
+def _number(value: float, digits: int) -> str:
+    text = f"{value:.{digits}g}"
     # 1e-05 is text to some readers of YAML; a point makes it a number for all of them
     return text if "." in text or "e" not in text else text.replace("e", ".0e", 1)
 

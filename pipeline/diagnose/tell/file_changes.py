@@ -3,16 +3,18 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pipeline.effects.specification import EffectSpec
-from pipeline.physics.parameters import read
+from pipeline.physics.parameters import MOST_THRUSTERS, read
+from pipeline.simulate.kernel_thrusters import thruster_directions
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pack_hull import inertia_tensor, point_inertia
 from pipeline.types import FloatArray
 from pipeline.vehicle.frames import Change
 from pipeline.vehicle.hull_shares import share_changes
-from pipeline.vehicle.model_schema import FromBollard, Model
-from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.model_schema import FromBollard, Lift, Model
+from pipeline.vehicle.schema import LEAST_GAIN, Vehicle
 
 
 def file_changes(
@@ -46,15 +48,66 @@ def file_changes(
         shares = read(vector, "inflow_fraction")[: len(names)].tolist()
         if [model.wake_fraction.of(name) for name in names] != [1.0 - one for one in shares]:
             changes |= share_changes(model.wake_fraction, names, shares)
-    if differs("thrust_gain"):
-        gains = read(vector, "thrust_gain")[: len(names)].tolist()
-        changes |= share_changes(model.thrust_deduction, names, gains)
-    if differs("crossflow_fraction") and float(read(vector, "crossflow_fraction")) > 0.5:
+    if differs("crossflow_fraction") and model.crossflow is not None:
+        # the force is linear in both
         changes["model.crossflow.in_nominal"] = True
+        share = float(read(vector, "crossflow_fraction")) / (
+            float(read(old, "crossflow_fraction")) or 1.0
+        )
+        changes["model.crossflow.drag_coefficient"] = model.crossflow.drag_coefficient * share
     changes |= _thrusters(vehicle, model, packed, vector)
-    if differs("dvl_lever_arm") and vehicle.sensors is not None and vehicle.sensors.dvl is not None:
-        place = np.array(vehicle.sensors.dvl.position_m) + read(vector, "dvl_lever_arm")
-        changes["sensors.dvl.position_m"] = tuple(place.tolist())
+    changes |= _lift(model, old, vector)
+    for name, key in (
+        ("supply_drop", "model.supply.drop"),
+        ("load_drop", "model.supply.load_drop"),
+        ("tether_drag_area", "model.lumped_tether.drag_area_m2"),
+        ("tether_pull", "model.lumped_tether.pull_n"),
+        ("wall_strength", "model.pool.strength"),
+    ):
+        if differs(name):
+            changes[key] = float(read(vector, name))
+    if differs("current"):
+        changes["model.current_ned_mps"] = tuple(read(vector, "current").tolist())
+    return changes | _dvl(vehicle, vector)
+
+
+def _dvl(vehicle: Vehicle, vector: FloatArray) -> dict[str, Change]:
+    """Return where the DVL sits, how it is turned, how late it is and what it reads too much."""
+    if vehicle.sensors is None or vehicle.sensors.dvl is None:
+        return {}
+    dvl, changes = vehicle.sensors.dvl, dict[str, Change]()
+    arm, turn = read(vector, "dvl_lever_arm"), read(vector, "dvl_rotation")
+    if arm.any():
+        changes["sensors.dvl.position_m"] = tuple((np.array(dvl.position_m) + arm).tolist())
+    if turn.any():
+        stated = Rotation.from_euler("ZYX", np.radians(dvl.rotation_deg)[::-1])
+        now = stated * Rotation.from_euler("ZYX", turn[::-1])
+        angles = now.as_euler("ZYX", degrees=True)[::-1]
+        changes["sensors.dvl.rotation_deg"] = tuple(angles.tolist())
+    late, factor = float(read(vector, "dvl_delay")), float(read(vector, "dvl_scale"))
+    if late:
+        changes["sensors.dvl.delay_s"] = max(dvl.delay_s + late, 0.0)
+    if factor != 1.0:
+        changes["sensors.dvl.scale"] = dvl.scale * factor
+    return changes
+
+
+def _lift(model: Model, old: FloatArray, vector: FloatArray) -> dict[str, Change]:
+    """Return the slopes of the hull's lift, as the file states them at its speed."""
+    lift = model.lift or Lift(speed_mps=1.0, includes_munk=False)
+    changes: dict[str, Change] = {}
+    for slot, key, sign in (
+        ("heave_lift_slope", "heave_n_per_rad", 1.0),
+        ("sway_lift_slope", "sway_n_per_rad", 1.0),
+        ("pitch_lift_slope", "pitch_nm_per_rad", -1.0),
+        ("yaw_lift_slope", "yaw_nm_per_rad", 1.0),
+    ):
+        more = float(read(vector, slot) - read(old, slot))
+        if more:
+            stated = float(getattr(lift, key))
+            changes[f"model.lift.{key}"] = stated + sign * more * lift.speed_mps**2
+    if changes and model.lift is None:
+        changes |= {"model.lift.speed_mps": 1.0, "model.lift.includes_munk": False}
     return changes
 
 
@@ -122,56 +175,112 @@ def _body(model: Model, vehicle: Vehicle, old: FloatArray, vector: FloatArray) -
 def _thrusters(
     vehicle: Vehicle, model: Model, packed: PackedVehicle, vector: FloatArray
 ) -> dict[str, Change]:
-    """Lag, reverse thrust and dead zone, where all thrusters of a drive changed alike."""
-    changes: dict[str, Change] = {}
-    old = packed.vector
-    for drive, stated in model.thrusters.items():
-        own = [k for k, one in enumerate(vehicle.thrusters) if one.drive == drive]
-        if not own:
-            continue
-
-        def alike(name: str, own: Sequence[int] = own) -> tuple[float, float] | None:
-            now, before = read(vector, name)[list(own)], read(old, name)[list(own)]
-            if np.array_equal(now, before) or np.ptp(now) > 1e-12:
-                return None
-            return float(before[0]), float(now[0])
-
-        lag = alike("lag")
-        if lag is not None:
-            changes[f"model.thrusters.{drive}.lag_s"] = lag[1]
-        curve = stated.characteristic
-        if not isinstance(curve, FromBollard):
-            continue
-        reverse, dead = alike("reverse_gain"), alike("dead_zone")
-        key = f"model.thrusters.{drive}.characteristic"
-        if reverse is not None:
-            changes[f"{key}.thrust_min_n"] = curve.thrust_min_n * reverse[1] / reverse[0]
-        if dead is not None:
-            changes[f"{key}.dead_zone_code"] = curve.dead_zone_code + dead[1]
+    """Gains, directions, lags, dead zones; of a drive where all its thrusters changed alike."""
+    old, names = packed.vector, packed.thruster_names
+    count = len(names)
+    changes = _gains(vehicle, model, packed, vector)
+    for slot, key, of_drive in (
+        ("lag", "lag_s", "lag_s"),
+        ("rotor_inertia", "", "rotor_inertia_kgm2"),
+        ("dead_zone", "dead_zone_code", "characteristic.dead_zone_code"),
+    ):
+        now, before = (read(one, slot)[:count] for one in (vector, old))
+        for drive, stated in model.thrusters.items():
+            own = [k for k, one in enumerate(vehicle.thrusters) if one.drive == drive]
+            moved = [k for k in own if now[k] != before[k]]
+            if not moved:
+                continue
+            alike = len(moved) == len(own) and np.ptp(now[own] - before[own]) <= 1e-12
+            if slot == "dead_zone" and alike and isinstance(stated.characteristic, FromBollard):
+                more = float(now[own[0]] - before[own[0]])
+                held = stated.characteristic.dead_zone_code
+                changes[f"model.thrusters.{drive}.{of_drive}"] = held + more
+            elif slot != "dead_zone" and alike and np.ptp(now[own]) <= 1e-12:
+                changes[f"model.thrusters.{drive}.{of_drive}"] = float(now[own[0]])
+            elif key:
+                changes |= {f"thrusters.{k}.{key}": float(now[k]) for k in moved}
+    tilt = [read(vector, f"misalignment_{angle}")[:count] for angle in ("azimuth", "elevation")]
+    if any(angle.any() for angle in tilt):
+        directions = np.zeros((MOST_THRUSTERS, 3))
+        thruster_directions(vector, directions)
+        for k in np.flatnonzero(tilt[0].astype(bool) | tilt[1].astype(bool)).tolist():
+            changes[f"thrusters.{k}.direction"] = tuple(directions[k].tolist())
     return changes
+
+
+def _gains(
+    vehicle: Vehicle, model: Model, packed: PackedVehicle, vector: FloatArray
+) -> dict[str, Change]:
+    """Return thrust deduction for what all have in common, the rest as each thruster's gains."""
+    old, names = packed.vector, packed.thruster_names
+    if not names:
+        return {}
+    both = [
+        read(vector, slot)[: len(names)] / np.maximum(read(old, slot)[: len(names)], 1e-12)
+        for slot in ("thrust_gain", "reverse_gain")
+    ]
+    ratio, astern = both
+    changes: dict[str, Change] = {}
+    values, counts = np.unique(ratio.round(9), return_counts=True)
+    # what most have in common is the hull's; of two that differ the one nearer to 1
+    common = float(values[np.lexsort((np.abs(np.log(np.maximum(values, 1e-9))), -counts))[0]])
+    if common != 1.0 and counts.max() > 1:
+        left = [(1.0 - model.thrust_deduction.of(name)) * common for name in names]
+        changes |= share_changes(model.thrust_deduction, names, left)
+        ratio = ratio / common
+    drives = {one.drive for one in vehicle.thrusters}
+    for drive in drives if np.ptp(astern) <= 1e-12 and astern[0] != 1.0 else ():
+        curve = model.thrusters[drive].characteristic
+        if isinstance(curve, FromBollard):
+            key = f"model.thrusters.{drive}.characteristic.thrust_min_n"
+            changes[key] = curve.thrust_min_n * float(astern[0])
+    for k, one in enumerate(vehicle.thrusters):
+        written = f"model.thrusters.{one.drive}.characteristic.thrust_min_n" in changes
+        back = float(ratio[k]) * (1.0 if written else float(astern[k]))
+        for key, stated, factor in (
+            ("gain_ahead", one.gain_ahead, float(ratio[k])),
+            ("gain_reverse", one.gain_reverse, back),
+        ):
+            if abs(factor - 1.0) > 1e-9:
+                gain = stated * factor
+                changes[f"thrusters.{k}.{key}"] = gain if gain >= LEAST_GAIN else 0.0
+    return changes
+
+
+#: Effect -> parts of the keys that say it, where they are not of its own name.
+_SAID_BY = {
+    "added_mass": ("added_mass",),
+    "linear_damping": ("damping.linear",),
+    "quadratic_damping": ("damping.quadratic",),
+    "residual_buoyancy": ("displaced_volume",),
+    "cg_shift": ("centre_of_mass",),
+    "payload": ("rigid_body",),
+    "coriolis_omitted": ("terms.coriolis",),
+    "advance_speed_loss": ("thrust_falls", "wake_fraction"),
+    "crossflow_coupling": ("crossflow",),
+    "thruster_lag": ("lag_s",),
+    "shaft_inertia": ("rotor_inertia",),
+    "thrust_deduction": ("thrust_deduction", ".gain_"),
+    "thruster_degraded": (".gain_", "thrust_deduction"),
+    "thruster_misalignment": (".direction",),
+    "reverse_thrust": ("thrust_min_n", ".gain_reverse"),
+    "dead_zone": ("dead_zone_code",),
+    "voltage_sag": ("model.supply",),
+    "current": ("current_ned",),
+    "tether": ("lumped_tether",),
+    "wall_effect": ("pool.strength",),
+    "lift": ("model.lift",),
+    "dvl_lever_arm": ("dvl.position_m",),
+    "dvl_misalignment": ("dvl.rotation_deg",),
+    "dvl_delay": ("dvl.delay_s",),
+    "dvl_scale": ("dvl.scale",),
+}
 
 
 def left_to_say(specs: Sequence[EffectSpec], changes: Mapping[str, Change]) -> tuple[str, ...]:
     """Effects that no key of the file can hold, as options of ``rig2sea simulate``."""
-    written = {
-        "added_mass": ("added_mass",),
-        "linear_damping": ("damping.linear",),
-        "quadratic_damping": ("damping.quadratic",),
-        "residual_buoyancy": ("displaced_volume",),
-        "cg_shift": ("centre_of_mass",),
-        "payload": ("rigid_body",),
-        "coriolis_omitted": ("terms.coriolis",),
-        "advance_speed_loss": ("thrust_falls", "wake_fraction"),
-        "crossflow_coupling": ("crossflow",),
-        "thruster_lag": ("lag_s",),
-        "thrust_deduction": ("thrust_deduction",),
-        "thruster_degraded": ("thrust_deduction",),
-        "reverse_thrust": ("thrust_min_n",),
-        "dead_zone": ("dead_zone_code",),
-        "dvl_lever_arm": ("dvl.position_m",),
-    }
     return tuple(
         f"--effect {spec}"
         for spec in specs
-        if not any(part in key for part in written.get(spec.id, ()) for key in changes)
+        if not any(part in key for part in _SAID_BY.get(spec.id, ()) for key in changes)
     )
