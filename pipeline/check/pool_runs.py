@@ -6,10 +6,15 @@ from pathlib import Path
 
 from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import CannotComputeError, InputError, Place, Problem
-from pipeline.ingest.log_names import is_log_anywhere, is_log_name, log_beside
+from pipeline.ingest.log_names import (
+    is_log_anywhere,
+    is_log_name,
+    log_among_bench_files,
+    log_beside,
+)
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.ingest.same_run import repeated_runs
-from pipeline.plan import POOL, VEHICLE_FILE, is_raw
+from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, is_raw
 from pipeline.records.run_table import RunTable
 from pipeline.stages.runs_to_identify import RATE_HZ
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
@@ -47,13 +52,15 @@ def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> tuple[RunFinding, 
     RunTable or None
         Its channels on one time base, where they can be put onto one.
     """
+    misplaced = path.absolute().parent.name in RAW_KINDS
+    lies = (log_among_bench_files(str(path)),) if misplaced else ()
     try:
         run = read_pool_run(path, vehicle, path.parent)
         record = summarize(run)
     except InputError as error:
-        wrong = (_shown_at(path.parent, error.problem),)
+        wrong = (*lies, _shown_at(path.parent, error.problem))
         return RunFinding(str(path), kind_from, None, wrong), None
-    problems = tuple(_shown_at(path.parent, problem) for problem in record.problems)
+    problems = (*lies, *(_shown_at(path.parent, problem) for problem in record.problems))
     try:
         table = resample(run, RATE_HZ, by_step=True)
     except CannotComputeError:

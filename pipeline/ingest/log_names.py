@@ -64,6 +64,17 @@ def not_a_log(shown: str) -> Problem:
     )
 
 
+def log_among_bench_files(shown: str) -> Problem:
+    """Return the error for the log of a pool run where bench files lie; nothing reads it there."""
+    return Problem(
+        "error",
+        Place(shown),
+        "this is the log of a pool run, by its name, and lies among bench files.",
+        expected="workbooks and text tables here; pool runs in pool/.",
+        remedy="Move it into the vehicle's pool/.",
+    )
+
+
 def unprintable_log(shown: str) -> Problem:
     """Return the error for a log that a page could not name."""
     return Problem(

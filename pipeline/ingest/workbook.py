@@ -17,6 +17,7 @@ from pipeline.ingest.archive import (
 from pipeline.ingest.cells import column_letter
 from pipeline.ingest.formulas import formula_problems
 from pipeline.ingest.hidden_parts import hidden_problems
+from pipeline.ingest.log_names import is_log_anywhere, log_among_bench_files
 from pipeline.ingest.reading_process import opening
 from pipeline.ingest.sheet import Cell, Limits, Row, Sheet
 from pipeline.ingest.text_table import read_text_table
@@ -61,6 +62,8 @@ def read_sheets(path: Path, shown_as: str, limits: Limits = _LIMITS) -> tuple[Sh
         The file cannot be read; one clear message.
     """
     place = Place(shown_as)
+    if is_log_anywhere(path.name):
+        raise InputError(log_among_bench_files(shown_as))
     data = _load(path, place, limits)
     if data.startswith(_COMPOUND_FILE):
         raise _compound_file(data, place)

@@ -8,7 +8,9 @@ import pytest
 
 from pipeline.check.files import Findings, check_paths
 from pipeline.check.text import as_text, to_json
+from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.plan import UsageError
+from pipeline.vehicle.load import load_vehicle
 
 VEHICLE = """\
 name: boat
@@ -183,3 +185,14 @@ def test_a_path_that_leads_nowhere_is_wrong_usage(tmp_path: Path, path: str, sai
     """An empty one is not the current folder, which the variable of a script seldom means."""
     with pytest.raises(UsageError, match=said):
         check_paths([path], raw=tmp_path)
+
+
+def test_a_pool_run_among_bench_files_is_said_to_be_one(boat: Path, repository: Path) -> None:
+    (boat / "mooring").mkdir()
+    log = boat / "mooring/dive.mcap"
+    log.write_bytes((repository / "raw/mmt300/pool/2024-05-15-zig-zag.mcap").read_bytes())
+    read = read_mooring_tables([log], load_vehicle(boat / "vehicle.yaml"), boat.parent)
+    for said in (texts(check(boat), "error"), [str(problem) for problem in read.problems]):
+        assert len(said) == 1
+        assert "log of a pool run" in said[0]
+        assert "Move it into the vehicle's pool/." in said[0]
