@@ -9,6 +9,7 @@ from pipeline.ingest.blocks import Block, BlockColumn, headings
 from pipeline.ingest.cells import are_spoilt, column_letter, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, misfits, read_columns
+from pipeline.ingest.header_letters import odd_letters
 from pipeline.ingest.header_rows import Match, Wanted, header_rows
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.stated_columns import (
@@ -83,13 +84,14 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
 
 
 def names_seen(sheet: Sheet, most: int = 12) -> str:
-    """Return the texts of the first row with several texts, for a message."""
+    """Return the texts of the first row with several texts, and what is odd about them."""
     for _, cells in sheet.numbered():
         texts = [shorten(cell, 30) for cell in cells if isinstance(cell, str) and is_text(cell)]
         if len(texts) >= 2:
             texts = list(dict.fromkeys(texts))
             more = f" and {len(texts) - most} more" if len(texts) > most else ""
-            return ", ".join(f'"{text}"' for text in texts[:most]) + more
+            odd = odd_letters(texts)
+            return ", ".join(f'"{text}"' for text in texts[:most]) + more + (odd and f". {odd}")
     return ""
 
 
