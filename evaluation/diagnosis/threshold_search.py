@@ -12,7 +12,7 @@ from pipeline.diagnose.conclude.gap_left import by_gap_left
 from pipeline.diagnose.inference.held_out import with_held_out
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.decision import Decided, decide, for_the_gap, with_gap
-from pipeline.diagnose.rules.helping import that_help
+from pipeline.diagnose.rules.helping import demote_without_heldout_gain
 from pipeline.diagnose.rules.shares import Left, Share
 from pipeline.diagnose.rules.sureness import with_sure_second
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN, weigh
@@ -82,7 +82,7 @@ def decided(one: CaseEvidence, limits: Calibration) -> Decided:
     shares = with_sure_second(by_gap_left(shares, one.gap_left), limits)
     grown = with_gap(shares, one.worst_ratio, one.effect_count, limits, healthy_known=one.healthy)
     shares = for_the_gap(shares, grown, _left(one, grown))
-    shares = that_help(
+    shares = demote_without_heldout_gain(
         shares, partial(_left, one), one.worst_ratio, limits, healthy_known=one.healthy
     )
     left = _left(one, shares)

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.thrust_doubt import thrust_doubt
+from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_fit import fit_vehicle
 from pipeline.identify.vehicle_parameters import (
     FreeParameter,
@@ -76,7 +76,7 @@ def drawn_truth(campaign: Campaign, seed: int) -> Truth:
     vector = vector_with(campaign.packed.vector, parameters, values)
     packed = campaign.packed
     if campaign.thrust:
-        doubt = thrust_doubt(packed, uncertainty)
+        doubt = thrust_uncertainty(packed, uncertainty)
         steps = doubt.drawn(generator, LARGEST_DRAW)
         doubt.write(vector, steps)
         packed = doubt.packed(packed, steps)

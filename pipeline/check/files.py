@@ -18,8 +18,8 @@ from pipeline.check.pool_runs import (
 )
 from pipeline.check.thruster_gains import gains_of_checked
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ignored_files import ignored_file_problems
 from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
-from pipeline.passed_over import passed_over
 from pipeline.plan import (
     POOL,
     RAW_KINDS,
@@ -168,7 +168,7 @@ class _Reader:
     def _kind_folder(self, path: Path) -> bool:
         """Set aside what a run reads of a test's folder; tell whether there was anything in it."""
         before = len(self._findings.problems)
-        self._findings.problems += passed_over(path)
+        self._findings.problems += ignored_file_problems(path)
         if path.name == POOL:
             self._findings.problems += strays(path)
             files = files_of_runs(path)

@@ -31,7 +31,7 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 WINDOW_S = 6.0
 #: Without velocity and position, speed shows only in what it leads to.
-BLIND_WINDOW_S = 12.0
+WINDOW_WITHOUT_VELOCITY_S = 12.0
 #: Pieces of a window over each of which the outside force is constant.
 PIECES = 12
 #: Outside force of a healthy vehicle whose runs are not known: a share of a thruster's largest
@@ -90,8 +90,12 @@ def windows_of(
     packed: PackedVehicle, runs: Sequence[RunTable], channels: Sequence[ChannelNoise]
 ) -> list[Window]:
     """Cut runs into windows."""
-    sighted = any(was_measured(run, q) for run in runs for q in ("velocity", "position"))
-    return cut(packed, runs, channels, WINDOW_S if sighted else BLIND_WINDOW_S)
+    has_velocity_or_position = any(
+        was_measured(run, q) for run in runs for q in ("velocity", "position")
+    )
+    return cut(
+        packed, runs, channels, WINDOW_S if has_velocity_or_position else WINDOW_WITHOUT_VELOCITY_S
+    )
 
 
 def setting_of(

@@ -14,10 +14,10 @@ from pipeline.diagnose.conclude.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.conclude.conclusion import conclude
 from pipeline.diagnose.conclude.gap_seen import gap_seen
 from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen, by_shaft_speeds, shafts_seen
-from pipeline.diagnose.hopeless import refuse_hopeless
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
+from pipeline.diagnose.preconditions import check_preconditions
 from pipeline.diagnose.reference.learn import Learned
 from pipeline.diagnose.rules.calibration import calibration
 from pipeline.diagnose.tell.record import record_of
@@ -104,7 +104,7 @@ def _diagnosed(
     keep: Callable[[CaseEvidence], None] | None = None,
 ) -> tuple[Diagnosis, Search]:
     """Diagnose once: weigh all answers, see what each leaves, conclude, and write it down."""
-    refuse_hopeless(case)
+    check_preconditions(case)
     limits, healthy_known = calibration(), bool(case.healthy)
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)

@@ -15,7 +15,7 @@ from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.output_error import Reduced, Solution, reduce_windows
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED, prior_share
 from pipeline.identify.run_nuisance import run_nuisance
-from pipeline.identify.thrust_doubt import NO_DOUBT, ThrustDoubt
+from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter
 from pipeline.identify.window_derivatives import Problem, derivatives
 from pipeline.identify.window_outputs import stack_windows
@@ -45,7 +45,7 @@ def manoeuvre_information(
     manoeuvre: str,
     duration_s: float,
     threads: int = 2,
-    thrust: ThrustDoubt = NO_DOUBT,
+    thrust: ThrustUncertainty = EXACT_THRUST,
     scale: dict[str, float] | None = None,
 ) -> FloatArray:
     """Information on the parameters and the thrust (p + q, p + q) that one run would bring.

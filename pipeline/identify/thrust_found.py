@@ -5,7 +5,7 @@ import numpy as np
 from pipeline.identify.output_error import Solution
 from pipeline.identify.parameter_intervals import Posterior
 from pipeline.identify.standing import Halves
-from pipeline.identify.thrust_doubt import ThrustDoubt
+from pipeline.identify.thrust_uncertainty import ThrustUncertainty
 from pipeline.records.identification import ThrustFound
 from pipeline.records.intervals import NORMAL_95
 from pipeline.simulate.pack import PackedVehicle
@@ -13,13 +13,13 @@ from pipeline.types import FloatArray
 
 
 def thrust_found(
-    doubt: ThrustDoubt, steps: FloatArray, posterior: Posterior, halves: Halves | None = None
+    doubt: ThrustUncertainty, steps: FloatArray, posterior: Posterior, halves: Halves | None = None
 ) -> tuple[ThrustFound, ...]:
     """List what the fit made of the thrust: factors [1], and errors of the curves at knots [N].
 
     Parameters
     ----------
-    doubt : ThrustDoubt
+    doubt : ThrustUncertainty
         The unknowns.
     steps : ndarray, shape (p + q,)
         All unknowns at the solution; those of the thrust come last.

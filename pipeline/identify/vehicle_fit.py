@@ -19,7 +19,7 @@ from pipeline.identify.parameter_intervals import (
 )
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.standing import Halves, at_rest, halves_of, with_standing
-from pipeline.identify.thrust_doubt import thrust_doubt
+from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter, PriorWidths, free_parameters
 from pipeline.identify.window_derivatives import Point, Problem, residuals
 from pipeline.identify.window_outputs import (
@@ -133,7 +133,7 @@ def fit_vehicle(
         packed.vector,
         run_nuisance(stack, len(runs)),
         threads,
-        thrust_doubt(packed, uncertainty),
+        thrust_uncertainty(packed, uncertainty),
     )
     rough = ROUGH_GAIN * stack.order.size
     solution = _settled(problem, channels, {}, steps, smallest_gain=rough)

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from pipeline.identify.run_nuisance import RunNuisance
-from pipeline.identify.thrust_doubt import NO_DOUBT, ThrustDoubt
+from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter, values_from_steps, vector_with
 from pipeline.identify.window_outputs import (
     Stack,
@@ -41,7 +41,7 @@ class Problem:
     nominal: FloatArray
     shared: RunNuisance
     threads: int = 2
-    thrust: ThrustDoubt = NO_DOUBT
+    thrust: ThrustUncertainty = EXACT_THRUST
     held: frozenset[int] = frozenset()
     """Which of x stay at what the vehicle file says."""
 

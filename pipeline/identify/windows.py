@@ -25,7 +25,7 @@ FASTEST_HZ = 12.5
 SMALLEST_SHARE = 0.3
 WINDOW_S = 8.0
 #: Without velocity, speed shows only in what it leads to: longer windows tell more of it.
-BLIND_WINDOW_S = 20.0
+WINDOW_WITHOUT_VELOCITY_S = 20.0
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def cut(
     channels : sequence of ChannelNoise
         What to use.
     window_s : float, optional
-        Length; `WINDOW_S`, or `BLIND_WINDOW_S` where no run has velocity. [s]
+        Length; `WINDOW_S`, or `WINDOW_WITHOUT_VELOCITY_S` where no run has velocity. [s]
     vector : ndarray, optional
         Parameter vector in place of the nominal one, for the thrusters' state.
 
@@ -100,8 +100,10 @@ def cut(
         If no run has commands, or nothing that was measured.
     """
     if window_s is None:
-        sighted = any(was_measured(run, q) for run in runs for q in ("velocity", "position"))
-        window_s = WINDOW_S if sighted else BLIND_WINDOW_S
+        has_velocity_or_position = any(
+            was_measured(run, q) for run in runs for q in ("velocity", "position")
+        )
+        window_s = WINDOW_S if has_velocity_or_position else WINDOW_WITHOUT_VELOCITY_S
     found = [
         window
         for number, run in enumerate(runs)

@@ -14,14 +14,12 @@ from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
 from pipeline.ingest.pool_run_choice import Source, choose_sources
 from pipeline.ingest.pool_run_clocks import Timing
+from pipeline.ingest.pool_run_consistency import consistency_problems
 from pipeline.ingest.pool_run_convert import Names, Water, convert, guess_units
 from pipeline.ingest.pool_run_defaults import same_quantities
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_health import rhythm_of
-from pipeline.ingest.pool_run_plan import Plan, TopicFound
-from pipeline.ingest.pool_run_resample import resample
-from pipeline.ingest.pool_run_suspicions import suspicions
-from pipeline.ingest.pool_run_told import (
+from pipeline.ingest.pool_run_messages import (
     broken_messages,
     each_once,
     miscounted,
@@ -32,6 +30,8 @@ from pipeline.ingest.pool_run_told import (
     told_of_topics,
     told_of_velocity,
 )
+from pipeline.ingest.pool_run_plan import Plan, TopicFound
+from pipeline.ingest.pool_run_resample import resample
 from pipeline.ingest.pool_run_topics import (
     Stated,
     channel_name,
@@ -133,7 +133,7 @@ def read_pool_run(
     run = replace(run, notes=notes)
     problems += told_of_topics(topics, run, place)
     problems += told_of_commands(run, vehicle, place)
-    problems += suspicions(run, vehicle)
+    problems += consistency_problems(run, vehicle)
     problems += [*told_of_recorder(run, place), *told_of_velocity(run, place)]
     problems += told_of_coverage(run, place)
     return replace(run, problems=tuple(each_once(problems)))

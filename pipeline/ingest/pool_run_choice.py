@@ -11,9 +11,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
+from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_elements import PER_THRUSTER
 from pipeline.ingest.pool_run_resample import resample
-from pipeline.ingest.pool_run_suspicions import contradictions
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.vehicle.schema import Vehicle

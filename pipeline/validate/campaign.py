@@ -17,7 +17,7 @@ from pipeline.simulate.fly import CONTROL_PERIOD_S
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.validate import plan
-from pipeline.validate.field import VARIANTS, Field
+from pipeline.validate.closed_loop import VARIANTS, ClosedLoop
 from pipeline.validate.flight import Flight
 from pipeline.validate.power import PowerModel
 from pipeline.vehicle.schema import Vehicle
@@ -62,14 +62,14 @@ def validate_allocator(
             "The thrust of the thrusters is known at rest only: with and without speed "
             "compensation the codes are the same."
         )
-    field = Field.of(vehicle, packed, inverse, power)
+    field = ClosedLoop.of(vehicle, packed, inverse, power)
     flown = {(v, name): field.fly(field.member(name), v) for v in field.speeds for name in VARIANTS}
     kept = tuple(field.keeping(name, flight) for (_, name), flight in flown.items())
     at = field.speeds[-2]
     return AllocatorValidation(
         allocator="general" if field.geometry is None else "paper",
-        mooring_inverse=field.crew.mooring_name,
-        compensated_inverse=field.crew.compensated_name,
+        mooring_inverse=field.controllers.mooring_name,
+        compensated_inverse=field.controllers.compensated_name,
         speed_mps=field.speeds,
         portions=field.portions,
         form="" if field.geometry is None else field.geometry.form,
@@ -85,7 +85,7 @@ def validate_allocator(
         steps=tuple(step for v in field.speeds for step in field.steps(v)),
         settings=tuple(
             SettingFlight(setting=text, flight=field.keeping("compensated", field.fly(one, at)))
-            for text, one in field.crew.settings
+            for text, one in field.controllers.settings
         ),
         settings_at_mps=at,
         portions_flown=tuple(field.portioned(at)),
@@ -128,9 +128,9 @@ def _trace(name: Variant, flight: Flight) -> Trace:
     )
 
 
-def _codes(field: Field, flights: list[Flight]) -> CodeComparison | None:
+def _codes(field: ClosedLoop, flights: list[Flight]) -> CodeComparison | None:
     """Compare the codes of the flown thrusts in floating and in fixed point."""
-    fixed = field.crew.fixed
+    fixed = field.controllers.fixed
     if fixed is None:
         return None
     off = [

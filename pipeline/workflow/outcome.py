@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.passed_over import passed_over
+from pipeline.ignored_files import ignored_file_problems
 from pipeline.plan import (
     POOL,
     RAW_KINDS,
@@ -40,7 +40,7 @@ def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
     """Collect what the vehicle's processed files say; files that are not there say nothing."""
     problems = list(vehicle.misplaced_problems(out))
     for kind in (*RAW_KINDS, POOL):
-        problems += passed_over(out / vehicle.folder / kind, f"{vehicle.name}/{kind}")
+        problems += ignored_file_problems(out / vehicle.folder / kind, f"{vehicle.name}/{kind}")
     left_out: list[tuple[str, str]] = []
     checks: list[str] = []
     for stage in (*RECORD_STAGES, *RECEIPT_STAGES):

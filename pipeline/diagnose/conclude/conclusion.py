@@ -11,7 +11,7 @@ from pipeline.diagnose.inference.answer import Answers, Candidate, effect_count,
 from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.rules.calibration import Calibration
 from pipeline.diagnose.rules.decision import Decided, decide, for_the_gap, with_gap
-from pipeline.diagnose.rules.helping import that_help
+from pipeline.diagnose.rules.helping import demote_without_heldout_gain
 from pipeline.diagnose.rules.shares import Left, Share
 from pipeline.diagnose.rules.sureness import with_sure_second
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
@@ -105,7 +105,9 @@ def conclude(
     count = effect_count(found)
     grown = with_gap(weighed, worst_ratio, count, limits, healthy_known=healthy_known)
     shares = for_the_gap(weighed, grown, left_of(grown))
-    shares = that_help(shares, left_of, worst_ratio, limits, healthy_known=healthy_known)
+    shares = demote_without_heldout_gain(
+        shares, left_of, worst_ratio, limits, healthy_known=healthy_known
+    )
     led_to, left = led_to_by(shares)
     top = answered.reweighed(shares).ranking[0]
     held_out = answered.held_out.get(top.name, 0.0)

@@ -13,7 +13,7 @@ from pipeline.diagnose.judging.hypotheses import (
     judge_freely,
     total_departures,
 )
-from pipeline.diagnose.judging.search import Judged, judge_all, sober
+from pipeline.diagnose.judging.search import Judged, clip_ordinary, judge_all
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.linear.elimination import grams
 from pipeline.diagnose.linear.evidence import Prior
@@ -78,7 +78,7 @@ class Trial:
         if finding is not None and not self.settled:
             finding = _with_all(self.best, every, finding)
         total = total_departures(self.best.found, prior, finding)
-        near = sober(total, prior, finding)
+        near = clip_ordinary(total, prior, finding)
         stated = [k for k, one in enumerate(every) if one.ordinary > 0.0]
         if self.far:
             near[stated] = total[stated]

@@ -178,7 +178,7 @@ def strongest(judged: Sequence[Judged]) -> tuple[Judged, Finding | None]:
     return best, value(best)[1]
 
 
-def sober(departures: FloatArray, prior: Prior, finding: Finding | None) -> FloatArray:
+def clip_ordinary(departures: FloatArray, prior: Prior, finding: Finding | None) -> FloatArray:
     """Keep ordinary departures ordinary: the next linearisation is not to be led astray."""
     most = _MOST_ORDINARY * np.sqrt(np.diag(prior.covariance))
     kept = prior.mean + np.clip(departures - prior.mean, -most, most)
@@ -237,7 +237,7 @@ def search(  # noqa: PLR0917 - one caller
     best, finding = strongest(judged)
     departures = total_departures(best.found, near.prior, finding)
     prior = _within_forms(setting, near.prior, departures)
-    departures = realisable(setting.coordinates, sober(departures, prior, finding))
+    departures = realisable(setting.coordinates, clip_ordinary(departures, prior, finding))
     # the noise is judged where the outside force may explain everything that is slow
     high = replace(best.level, factor=np.maximum(best.level.factor, 2.0))
     best_values = solve(normal, force_prior(setting, high), departures)

@@ -113,7 +113,7 @@ class LinearModel:
     """Weighted residual at the point."""
 
     @cached_property
-    def says(self) -> BoolArray:
+    def informative_rows(self) -> BoolArray:
         """(rows,) which readings say something: all of a row is 0 where the simulation ran away.
 
         The supply's voltage depends on departures alone, not on where the motion started.
@@ -124,7 +124,7 @@ class LinearModel:
     @property
     def lost(self) -> float:
         """Share of the readings that say nothing."""
-        return float(np.mean(~self.says))
+        return float(np.mean(~self.informative_rows))
 
 
 def motion_at(setting: Setting, point: Point, vector: FloatArray | None = None) -> Motion:

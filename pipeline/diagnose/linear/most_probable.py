@@ -171,7 +171,7 @@ def readings_there(model: LinearModel, point: Point) -> FloatArray | None:
         return None
     motion = motion_at(setting, point, vector)
     readings = readings_from_zero(model, point, residual_of(setting, point, vector, motion))
-    says = model.says
+    says = model.informative_rows
     if not (np.abs(readings[says]) < _LOST).all():
         return None
     return np.where(says, readings, 0.0)

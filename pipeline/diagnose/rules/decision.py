@@ -228,7 +228,7 @@ def decide(
     healthy_known: bool,
     worst_since: float | None = None,
 ) -> Decided:
-    """Decide what is said, once `that_help` has put the answers in order.
+    """Decide what is said, once `demote_without_heldout_gain` has put the answers in order.
 
     Parameters
     ----------

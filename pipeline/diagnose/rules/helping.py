@@ -21,7 +21,7 @@ _NOT_OUT, _CLEARLY, _LESS = 1e-12, 0.9, 0.95
 _OTHERS = 0.05
 
 
-def that_help(
+def demote_without_heldout_gain(
     ranking: Sequence[Share],
     left_of: Callable[[Sequence[Share]], Left | None],
     worst_ratio: float,

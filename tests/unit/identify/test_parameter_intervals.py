@@ -14,7 +14,7 @@ from pipeline.identify.parameter_intervals import (
     identified_parameters,
     prior_share,
 )
-from pipeline.identify.thrust_doubt import NO_DOUBT
+from pipeline.identify.thrust_uncertainty import EXACT_THRUST
 from pipeline.identify.vehicle_parameters import FreeParameter, free_parameters
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.simulate.pack import pack_vehicle
@@ -39,7 +39,7 @@ def verdicts(
     steps = np.zeros(count)
     solution = SimpleNamespace(
         problem=SimpleNamespace(
-            parameters=parameters, thrust=NO_DOUBT, lowest=np.array(lowest), size=count
+            parameters=parameters, thrust=EXACT_THRUST, lowest=np.array(lowest), size=count
         ),
         point=SimpleNamespace(steps=steps),
         beyond=np.zeros(count),

@@ -7,7 +7,7 @@ from evaluation.identification.coverage import Campaign, simulated_runs
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.identify.file_changes import file_changes
-from pipeline.identify.thrust_doubt import thrust_doubt
+from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.physics.parameters import read
@@ -99,9 +99,9 @@ def test_its_width_is_that_of_the_file(
 def test_a_width_of_the_deduction_moves_all_thrusters_together(vehicle: Vehicle) -> None:
     """sqrt(0.02^2 + 0.1^2), and what is common to all is all but the bench's own half."""
     packed = with_shares(vehicle, WakeFraction(), ThrustDeduction(sigma=0.1))
-    doubt = thrust_doubt(packed, Uncertainty(thrust=0.02))
+    doubt = thrust_uncertainty(packed, Uncertainty(thrust=0.02))
     assert doubt.share == pytest.approx(np.hypot(0.02, 0.1))
     off = doubt.share**2 * doubt.correlation[0, 1]
     assert off == pytest.approx(0.1**2 + 0.5 * 0.02**2)
-    plain = thrust_doubt(pack_vehicle(vehicle), Uncertainty(thrust=0.02))
+    plain = thrust_uncertainty(pack_vehicle(vehicle), Uncertainty(thrust=0.02))
     assert doubt.errors_n == plain.errors_n

@@ -8,7 +8,7 @@ from flight_cases import Bench
 
 from pipeline.identify.inverse import inverse_characteristic
 from pipeline.simulate.pack import pack_vehicle
-from pipeline.validate.field import Field
+from pipeline.validate.closed_loop import ClosedLoop
 
 
 @pytest.fixture(scope="session")
@@ -20,5 +20,5 @@ def mmt300(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Bench:
 
 
 @pytest.fixture(scope="session")
-def field(mmt300: Bench) -> Field:
-    return Field.of(mmt300.vehicle, mmt300.packed, mmt300.inverse, None)
+def field(mmt300: Bench) -> ClosedLoop:
+    return ClosedLoop.of(mmt300.vehicle, mmt300.packed, mmt300.inverse, None)

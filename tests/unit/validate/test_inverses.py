@@ -5,7 +5,7 @@ import pytest
 from flight_cases import Bench
 
 from pipeline.control.inverse import firmware_grid, rounded
-from pipeline.validate.field import Field
+from pipeline.validate.closed_loop import ClosedLoop
 from pipeline.validate.inverses import Remembered
 
 
@@ -18,10 +18,12 @@ def test_remembered_limits_are_those_at_the_nearest_millimetre_per_second(mmt300
     assert one.code(12.0, 1.1) == grid.code(12.0, 1.1)
 
 
-def test_fixed_point_codes_are_the_rounded_ones_of_the_grid(mmt300: Bench, field: Field) -> None:
+def test_fixed_point_codes_are_the_rounded_ones_of_the_grid(
+    mmt300: Bench, field: ClosedLoop
+) -> None:
     generator = np.random.default_rng(5)
     thrust, speed = generator.uniform(-40, 40, 500), generator.uniform(-0.5, 2.0, 500)
-    fixed = field.crew.fixed
+    fixed = field.controllers.fixed
     assert fixed is not None
     exact = firmware_grid(mmt300.inverse).code(thrust, speed)
     off = np.abs(fixed.code(thrust, speed) - rounded(exact))

@@ -14,8 +14,8 @@ from pipeline.physics.parameters import read, write
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
-from pipeline.validate.crew import general_crew, paper_shares
-from pipeline.validate.field import Field
+from pipeline.validate.closed_loop import ClosedLoop
+from pipeline.validate.controllers import general_controllers, paper_shares
 from pipeline.validate.plan import axis_range
 from pipeline.validate.steady_tables import (
     Grid,
@@ -63,16 +63,16 @@ def test_limits_have_a_value_for_each_sign_and_surge_takes_the_one_ahead(reposit
     vehicle = bundled(repository, "rov8")
     packed = calm_vehicle(pack_vehicle(vehicle))
     assert thrust_limits(packed, 0.0) == pytest.approx(np.array([8 * [51.4], 8 * [39.9]]))
-    shares = general_crew(packed).thrust_of_wrench
+    shares = general_controllers(packed).thrust_of_wrench
     got = axis_range(packed, shares, 0.0)
     assert got[0] == pytest.approx(4 * 51.4 * np.sqrt(0.5), rel=1e-4)
     assert got[2] == pytest.approx(4 * 39.9)
     assert got[5] == pytest.approx(39.9 / np.abs(shares[:, 5]).max())
 
 
-def test_shares_of_the_paper_give_each_axis_alone(field: Field) -> None:
+def test_shares_of_the_paper_give_each_axis_alone(field: ClosedLoop) -> None:
     axes = (0, 2, 4, 5)
-    wrench = configuration(field.packed) @ field.crew.thrust_of_wrench[:, axes]
+    wrench = configuration(field.packed) @ field.controllers.thrust_of_wrench[:, axes]
     assert wrench[list(axes)] == pytest.approx(np.eye(4), abs=1e-5)
 
 
@@ -106,10 +106,10 @@ def one_way(bench: Bench) -> tuple[Vehicle, PackedVehicle, InverseCharacteristic
 
 
 def test_a_drive_without_reverse_keeps_a_speed_ahead_and_cannot_turn(
-    mmt300: Bench, field: Field
+    mmt300: Bench, field: ClosedLoop
 ) -> None:
     vehicle, packed, inverse = one_way(mmt300)
-    got = Field.of(vehicle, packed, inverse, None)
+    got = ClosedLoop.of(vehicle, packed, inverse, None)
     for speed in (0.0, 1.0):
         assert got.ranges[speed][0] == pytest.approx(field.ranges[speed][0])
         assert got.ranges[speed][1:] == pytest.approx(np.zeros(3))
@@ -126,12 +126,12 @@ def test_who_needs_reverse_thrust_and_has_none_is_said(repository: Path) -> None
     }
     vehicle = vehicle.model_copy(update={"drives": drives})
     with pytest.raises(CannotComputeError, match="vertical_front_right, vertical_front_left, but"):
-        Field.of(vehicle, pack_vehicle(vehicle), None, None)
+        ClosedLoop.of(vehicle, pack_vehicle(vehicle), None, None)
 
 
-def test_range_is_that_of_the_tables(field: Field) -> None:
+def test_range_is_that_of_the_tables(field: ClosedLoop) -> None:
     limit = thrust_limits(field.packed, 1.0)[0, 0]
-    got = axis_range(field.packed, field.crew.thrust_of_wrench, 1.0)
+    got = axis_range(field.packed, field.controllers.thrust_of_wrench, 1.0)
     delta = np.radians(22.5)
     assert got[0] == pytest.approx(4 * limit * np.cos(delta))
     assert got[5] == pytest.approx(2 * limit * np.sin(delta) * 0.9)

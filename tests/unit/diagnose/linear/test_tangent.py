@@ -137,6 +137,6 @@ def test_at_its_own_point_a_model_sees_its_own_readings_the_voltage_among_them()
     voltage = setting.bench.stack.owner == quantities.index("voltage")
     # no start and no force moves it, and yet it speaks
     assert not linear.local[voltage].any()
-    assert linear.says.all()
+    assert linear.informative_rows.all()
     assert linear.lost == 0.0
     assert np.mean(linear.readings[voltage] ** 2) > 2.0

@@ -26,7 +26,7 @@ from pipeline.diagnose.rules.decision import (
     with_unknown,
     without_gap,
 )
-from pipeline.diagnose.rules.helping import that_help
+from pipeline.diagnose.rules.helping import demote_without_heldout_gain
 from pipeline.diagnose.rules.shares import Left, Share
 from pipeline.diagnose.rules.sureness import with_sure_effect, with_sure_second
 from pipeline.diagnose.rules.weighing import LevelEvidence, Weighed, weigh
@@ -286,7 +286,7 @@ def helped(
     def left_of(shares: Sequence[Share]) -> Left:
         return Left(1.0, before, 1.2, 0.5, alone=alone.get(shares[0].name, 1.0))
 
-    found = that_help(ranking, left_of, ratio, LIMITS, healthy_known=False)
+    found = demote_without_heldout_gain(ranking, left_of, ratio, LIMITS, healthy_known=False)
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     return found[0].name, {one.name: one.probability for one in found}
 

@@ -14,7 +14,7 @@ from pipeline.simulate.fly import autopilot_for
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.validate import plan
-from pipeline.validate.crew import Crew, general_crew, paper_crew
+from pipeline.validate.controllers import Controllers, general_controllers, paper_controllers
 from pipeline.validate.flight import AXIS_ROWS, Course, Decide, Flight, fly_course
 from pipeline.validate.measures import keeping, stepping
 from pipeline.validate.power import PowerModel
@@ -26,11 +26,11 @@ VARIANTS: tuple[Variant, ...] = ("ideal", "mooring", "compensated")
 
 
 @dataclass(frozen=True)
-class Field:
+class ClosedLoop:
     """The vehicle, everyone who flies it, and what is the same for all flights."""
 
     packed: PackedVehicle
-    crew: Crew
+    controllers: Controllers
     autopilot: Autopilot
     power: PowerModel | None
     speeds: tuple[float, ...]
@@ -48,7 +48,7 @@ class Field:
         packed: PackedVehicle,
         inverse: InverseCharacteristic | None,
         power: PowerModel | None,
-    ) -> "Field":
+    ) -> "ClosedLoop":
         """Choose allocator, speeds and disturbance of a vehicle.
 
         Parameters as `validate_allocator` takes them.
@@ -62,7 +62,9 @@ class Field:
         texts: list[str] = []
         geometry: Allocator | None
         if vehicle.allocator is not None and not bollard and inverse is not None:
-            crew = paper_crew(calm, vehicle.allocator, inverse, inflow_of_velocity(vehicle))
+            controllers = paper_controllers(
+                calm, vehicle.allocator, inverse, inflow_of_velocity(vehicle)
+            )
             portions = vehicle.allocator.portions
             shares: tuple[float, ...] = (portions.surge, portions.heading, portions.pitch)
             geometry = vehicle.allocator
@@ -73,7 +75,7 @@ class Field:
                 "flight."
             )
         else:
-            crew, shares, geometry = general_crew(calm), (), None
+            controllers, shares, geometry = general_controllers(calm), (), None
             texts.append(
                 "Flown by the general allocator (pseudo-inverse): portions, Tables 3 and 4 and "
                 "the firmware grid play no part."
@@ -87,13 +89,13 @@ class Field:
         if model.pool is not None:
             texts.append("The walls of the pool are left out of these flights.")
         texts += _without_reverse(calm, by_paper=geometry is not None)
-        speeds = speeds_to_fly(vehicle, calm, crew, bollard=bollard)
-        full = {v: plan.axis_range(calm, crew.thrust_of_wrench, v) for v in speeds}
+        speeds = speeds_to_fly(vehicle, calm, controllers, bollard=bollard)
+        full = {v: plan.axis_range(calm, controllers.thrust_of_wrench, v) for v in speeds}
         top = full[speeds[-1]]
         autopilot = autopilot_for(calm)
         return cls(
             packed=calm,
-            crew=crew,
+            controllers=controllers,
             autopilot=autopilot,
             power=power,
             speeds=speeds,
@@ -102,14 +104,14 @@ class Field:
             roll_rad=0.0 if top[3] > 0.0 else None,
             geometry=geometry,
             portions=shares,
-            explanations=(*crew.explanations, *texts),
+            explanations=(*controllers.explanations, *texts),
         )
 
     def member(self, name: Variant) -> Decide | None:
         """Who flies a variant; nobody where the thrusters are ideal."""
         if name == "ideal":
             return None
-        return self.crew.mooring if name == "mooring" else self.crew.compensated
+        return self.controllers.mooring if name == "mooring" else self.controllers.compensated
 
     def fly(self, member: Decide | None, speed_mps: float) -> Flight:
         """Keep course, depth and speed against the disturbance."""
@@ -173,7 +175,7 @@ class Field:
     def portioned(self, speed_mps: float) -> list[PortionFlight]:
         """Other portions: keeping, and a large turn."""
         out = []
-        for portions, member in self.crew.portioned:
+        for portions, member in self.controllers.portioned:
             turn = self.step(member, speed_mps, heading_deg=plan.LARGE_STEP_DEG)
             out.append(
                 PortionFlight(
@@ -216,15 +218,15 @@ def _without_reverse(packed: PackedVehicle, *, by_paper: bool) -> list[str]:
 
 
 def speeds_to_fly(
-    vehicle: Vehicle, packed: PackedVehicle, crew: Crew, *, bollard: bool
+    vehicle: Vehicle, packed: PackedVehicle, controllers: Controllers, *, bollard: bool
 ) -> tuple[float, ...]:
     """Speeds of the tables, or shares of what the vehicle can keep. [m/s]."""
     stated = tuple(sorted(vehicle.tables.speed_mps))
     if len(stated) > 1 and not bollard:
         return stated
-    fastest = plan.fastest_kept_mps(packed, crew.thrust_of_wrench)
+    fastest = plan.fastest_kept_mps(packed, controllers.thrust_of_wrench)
     if fastest < 0.1:
-        if lacking := plan.without_needed_reverse(packed, crew.thrust_of_wrench):
+        if lacking := plan.without_needed_reverse(packed, controllers.thrust_of_wrench):
             raise CannotComputeError(
                 f"Surge ahead and nothing else needs reverse thrust of {', '.join(lacking)}, but "
                 "their drives give none: the allocator can keep no speed. If they turn both ways, "

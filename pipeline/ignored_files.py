@@ -10,7 +10,7 @@ from pipeline.plan import is_data, is_raw, printable
 _MOST_LOOKED_AT = 10_000
 
 
-def passed_over(folder: Path, shown_as: str = "") -> list[Problem]:
+def ignored_file_problems(folder: Path, shown_as: str = "") -> list[Problem]:
     """Return a problem for each entry of a folder of raw files that nothing reads.
 
     Parameters

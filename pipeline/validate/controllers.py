@@ -34,7 +34,7 @@ from pipeline.vehicle.schema import Allocator, Portions
 
 
 @dataclass(frozen=True)
-class Crew:
+class Controllers:
     """Everyone who may fly a vehicle.
 
     `thrust_of_wrench` (n, 6): how a unit of each axis is shared out. `settings` and `portioned`
@@ -82,13 +82,13 @@ class GeneralDecide:
         return limited.decide(demand, nu_relative)
 
 
-def general_crew(packed: PackedVehicle) -> Crew:
+def general_controllers(packed: PackedVehicle) -> Controllers:
     """Return the general allocator at rest and compensated; any arrangement of thrusters."""
     base, gives = general_allocator(packed), thrust_limits(packed, 0.0) > 0.0
     matrix = configuration(packed)
     shared = np.linalg.pinv(matrix, rcond=1e-6)
     out_of_reach = np.abs(matrix @ shared - np.eye(6)).max(axis=0) > 1e-6
-    return Crew(
+    return Controllers(
         mooring=GeneralDecide(packed, base, compensated=False, gives=gives),
         compensated=GeneralDecide(packed, base, compensated=True, gives=gives),
         mooring_name="inverse of the characteristic at rest, at every speed",
@@ -97,12 +97,12 @@ def general_crew(packed: PackedVehicle) -> Crew:
     )
 
 
-def paper_crew(
+def paper_controllers(
     packed: PackedVehicle,
     geometry: Allocator,
     inverse: InverseCharacteristic,
     direction: FloatArray,
-) -> Crew:
+) -> Controllers:
     """Eq. (6) with Table 3, and with the firmware's grid at the speed along each thruster.
 
     Raises
@@ -114,7 +114,7 @@ def paper_crew(
     moored = _mooring(inverse, grid)
     names = packed.thruster_names
 
-    def crew(
+    def controllers(
         one: Inverse,
         *,
         shape: Allocator = geometry,
@@ -126,11 +126,14 @@ def paper_crew(
     floating = Remembered(grid)
     fixed = _fixed(inverse, floating)
     settings: list[tuple[str, Decide]] = [
-        ("codes not rounded", crew(grid, round_codes=False)),
-        ("speed given as V_x for every stern thruster, as in the paper", crew(grid, along=None)),
+        ("codes not rounded", controllers(grid, round_codes=False)),
+        (
+            "speed given as V_x for every stern thruster, as in the paper",
+            controllers(grid, along=None),
+        ),
     ]
     if fixed is not None:
-        settings.append(("firmware grid in fixed point", crew(fixed)))
+        settings.append(("firmware grid in fixed point", controllers(fixed)))
     if inverse.table4:
         cubic = speed_cubic(
             inverse,
@@ -138,20 +141,20 @@ def paper_crew(
             code_max=grid.code_max,
             code_min=grid.code_min,
         )
-        settings.append(("cubic (8), Table 4, in place of the grid", crew(cubic)))
+        settings.append(("cubic (8), Table 4, in place of the grid", controllers(cubic)))
     other = "scaled" if geometry.form == "limit" else "limit"
     settings.append(
-        (f'form "{other}" of the portions', crew(grid, shape=_changed(geometry, form=other)))
+        (f'form "{other}" of the portions', controllers(grid, shape=_changed(geometry, form=other)))
     )
-    return Crew(
-        mooring=crew(moored),
-        compensated=crew(grid),
+    return Controllers(
+        mooring=controllers(moored),
+        compensated=controllers(grid),
         mooring_name=moored.name,
         compensated_name=grid.name,
         thrust_of_wrench=paper_shares(geometry, names),
         settings=tuple(settings),
         portioned=tuple(
-            (one.portions, crew(grid, shape=one))
+            (one.portions, controllers(grid, shape=one))
             for one in (
                 _changed(
                     geometry,

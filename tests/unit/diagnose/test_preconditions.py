@@ -8,7 +8,7 @@ import pytest
 from diagnosis_cases import small_case
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.hopeless import refuse_hopeless
+from pipeline.diagnose.preconditions import check_preconditions
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray
 
@@ -24,7 +24,7 @@ def changed(case: Case, **values: FloatArray) -> Case:
 
 
 def test_a_usable_case_passes(case: Case) -> None:
-    refuse_hopeless(case)
+    check_preconditions(case)
 
 
 @pytest.mark.parametrize(
@@ -76,4 +76,4 @@ def test_hopeless_data_are_refused_with_the_reason(
     case: Case, spoil: Callable[[Case], Case], says: str
 ) -> None:
     with pytest.raises(CannotComputeError, match=says):
-        refuse_hopeless(spoil(case))
+        check_preconditions(spoil(case))

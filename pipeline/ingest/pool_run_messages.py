@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.pool_run_consistency import worth_saying
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_plan import TopicFound
-from pipeline.ingest.pool_run_suspicions import worth_saying
 from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import MARKS, PoolRun, RunChannel
 from pipeline.types import FloatArray

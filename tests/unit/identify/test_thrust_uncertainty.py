@@ -4,7 +4,13 @@ import numpy as np
 import pytest
 
 from pipeline.bundled.vehicles import bundled_vehicle
-from pipeline.identify.thrust_doubt import ALIKE, KNOTS, NO_DOUBT, ThrustDoubt, thrust_doubt
+from pipeline.identify.thrust_uncertainty import (
+    ALIKE,
+    EXACT_THRUST,
+    KNOTS,
+    ThrustUncertainty,
+    thrust_uncertainty,
+)
 from pipeline.physics.parameters import read
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
@@ -21,8 +27,8 @@ def packed() -> PackedVehicle:
 
 
 @pytest.fixture(scope="module")
-def doubt(packed: PackedVehicle) -> ThrustDoubt:
-    return thrust_doubt(packed, Uncertainty(thrust=SHARE))
+def doubt(packed: PackedVehicle) -> ThrustUncertainty:
+    return thrust_uncertainty(packed, Uncertainty(thrust=SHARE))
 
 
 def thrusts(packed: PackedVehicle, code: float) -> FloatArray:
@@ -35,7 +41,7 @@ def thrusts(packed: PackedVehicle, code: float) -> FloatArray:
 
 
 def test_every_thruster_has_a_factor_and_every_curve_its_knots(
-    packed: PackedVehicle, doubt: ThrustDoubt
+    packed: PackedVehicle, doubt: ThrustUncertainty
 ) -> None:
     count = len(packed.thruster_names)
     assert doubt.names[:count] == tuple(f"thrust_{name}" for name in packed.thruster_names)
@@ -46,7 +52,7 @@ def test_every_thruster_has_a_factor_and_every_curve_its_knots(
     assert doubt.correlation[0, count] == 0.0
 
 
-def test_a_factor_is_of_one_thruster_alone(packed: PackedVehicle, doubt: ThrustDoubt) -> None:
+def test_a_factor_is_of_one_thruster_alone(packed: PackedVehicle, doubt: ThrustUncertainty) -> None:
     steps = np.zeros(doubt.size)
     steps[2] = -1.5
     vector = packed.vector.copy()
@@ -57,7 +63,9 @@ def test_a_factor_is_of_one_thruster_alone(packed: PackedVehicle, doubt: ThrustD
     assert doubt.packed(packed, steps) is packed
 
 
-def test_a_knot_moves_the_curve_where_it_is(packed: PackedVehicle, doubt: ThrustDoubt) -> None:
+def test_a_knot_moves_the_curve_where_it_is(
+    packed: PackedVehicle, doubt: ThrustUncertainty
+) -> None:
     steps = np.zeros(doubt.size)
     steps[-4] = 1.0  # at rest, the second of three
     largest = float(read(packed.vector, "code_max")[0])
@@ -70,7 +78,7 @@ def test_a_knot_moves_the_curve_where_it_is(packed: PackedVehicle, doubt: Thrust
     np.testing.assert_allclose(thrusts(moved, at_next), thrusts(packed, at_next), rtol=1e-3)
 
 
-def test_a_dead_zone_stays_dead(packed: PackedVehicle, doubt: ThrustDoubt) -> None:
+def test_a_dead_zone_stays_dead(packed: PackedVehicle, doubt: ThrustUncertainty) -> None:
     steps = np.zeros(doubt.size)
     steps[-2 * len(KNOTS) :] = 2.0
     moved = doubt.packed(packed, steps)
@@ -79,7 +87,7 @@ def test_a_dead_zone_stays_dead(packed: PackedVehicle, doubt: ThrustDoubt) -> No
     assert (doubt.packed(packed, steps).thrust_tables >= -1e-12).all()
 
 
-def test_draws_have_the_spread_that_is_stated(doubt: ThrustDoubt) -> None:
+def test_draws_have_the_spread_that_is_stated(doubt: ThrustUncertainty) -> None:
     generator = np.random.default_rng(0)
     draws = np.array([doubt.drawn(generator, 9.0) for _ in range(4000)])
     found = np.cov(draws.T)
@@ -87,5 +95,5 @@ def test_draws_have_the_spread_that_is_stated(doubt: ThrustDoubt) -> None:
 
 
 def test_a_thrust_without_doubt_has_no_unknowns(packed: PackedVehicle) -> None:
-    assert thrust_doubt(packed, Uncertainty(thrust=0.0)) is NO_DOUBT
-    assert NO_DOUBT.packed(packed, np.zeros(0)) is packed
+    assert thrust_uncertainty(packed, Uncertainty(thrust=0.0)) is EXACT_THRUST
+    assert EXACT_THRUST.packed(packed, np.zeros(0)) is packed

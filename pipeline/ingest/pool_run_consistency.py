@@ -31,7 +31,7 @@ _TABLE_HZ = 20.0
 _MOST_ROWS = 1_800_000
 
 
-def suspicions(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
+def consistency_problems(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     """Compare channels with each other and with the vehicle file.
 
     Parameters

@@ -42,7 +42,7 @@ _SMALLEST_FACTOR = 0.05
 
 
 @dataclass(frozen=True)
-class ThrustDoubt:
+class ThrustUncertainty:
     """Unknowns of the thrust (q,), counted in prior standard deviations.
 
     The first `gains` are the factors of the thrusters, in their order; then come the knots of each
@@ -105,10 +105,10 @@ class ThrustDoubt:
         return np.asarray(np.linalg.cholesky(self.correlation) @ draws, float)
 
 
-NO_DOUBT = ThrustDoubt(0.0, 0, (), (), np.zeros((0, 0)), np.zeros((0, 1, 2, 1, 1)))
+EXACT_THRUST = ThrustUncertainty(0.0, 0, (), (), np.zeros((0, 0)), np.zeros((0, 1, 2, 1, 1)))
 
 
-def thrust_doubt(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustDoubt:
+def thrust_uncertainty(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustUncertainty:
     """Set up the unknowns of a vehicle's thrust.
 
     Parameters
@@ -120,14 +120,14 @@ def thrust_doubt(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustDoubt
 
     Returns
     -------
-    ThrustDoubt
+    ThrustUncertainty
         Factors of all thrusters; knots of the characteristics whose thrust is static. Where the
         torque balance is solved in time the thrust is the propeller's, and has a factor alone.
     """
     bench, hull = uncertainty.thrust, packed.context.deduction_std or 0.0
     share, count = float(np.hypot(bench, hull)), len(packed.thruster_names)
     if share <= 0.0 or not count:
-        return NO_DOUBT
+        return EXACT_THRUST
     kinds = read(packed.vector, "thruster_type")[:count].astype(int)
     alike = np.where(kinds[:, None] == kinds, ALIKE, 0.0)
     np.fill_diagonal(alike, 1.0)
@@ -148,7 +148,7 @@ def thrust_doubt(packed: PackedVehicle, uncertainty: Uncertainty) -> ThrustDoubt
     correlation = np.eye(len(names))
     correlation[:count, :count] = alike
     shape = (0, *packed.thrust_tables.shape)
-    return ThrustDoubt(
+    return ThrustUncertainty(
         share,
         count,
         tuple(names),

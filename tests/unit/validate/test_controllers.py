@@ -8,8 +8,8 @@ from bundled_models import bundled
 from flight_cases import one_way_horizontals
 
 from pipeline.simulate.pack import pack_vehicle
-from pipeline.validate.crew import general_crew
-from pipeline.validate.field import Field
+from pipeline.validate.closed_loop import ClosedLoop
+from pipeline.validate.controllers import general_controllers
 from pipeline.validate.steady_tables import calm_vehicle
 
 #: A surge with a turn to starboard: two horizontals would have to push back.
@@ -21,9 +21,9 @@ def test_at_rest_the_compensated_allocator_is_the_one_at_rest(
     repository: Path, *, one_way: bool
 ) -> None:
     vehicle = one_way_horizontals(repository) if one_way else bundled(repository, "rov8")
-    crew = general_crew(calm_vehicle(pack_vehicle(vehicle)))
-    codes, wanted, cut = crew.mooring.decide(DEMAND, np.zeros(6))
-    compensated = crew.compensated.decide(DEMAND, np.zeros(6))
+    controllers = general_controllers(calm_vehicle(pack_vehicle(vehicle)))
+    codes, wanted, cut = controllers.mooring.decide(DEMAND, np.zeros(6))
+    compensated = controllers.compensated.decide(DEMAND, np.zeros(6))
     assert compensated[0].tolist() == codes.tolist()
     assert compensated[1] == pytest.approx(wanted)
     assert not cut
@@ -34,12 +34,12 @@ def test_at_rest_the_compensated_allocator_is_the_one_at_rest(
 
 def test_thrusters_without_reverse_are_named_and_turn_alike(repository: Path) -> None:
     vehicle = one_way_horizontals(repository)
-    field = Field.of(vehicle, pack_vehicle(vehicle), None, None)
+    field = ClosedLoop.of(vehicle, pack_vehicle(vehicle), None, None)
     (text,) = (text for text in field.explanations if "reverse" in text)
     assert "front_right, front_left, rear_right, rear_left. What a demand asks of them" in text
     assert "vertical" not in text
     turned = [
         float(np.degrees(field.step(member, 0.0, heading_deg=20.0).motion[-1, 2]))
-        for member in (field.crew.mooring, field.crew.compensated)
+        for member in (field.controllers.mooring, field.controllers.compensated)
     ]
     assert turned == pytest.approx([20.0, 20.0], abs=3.0)
