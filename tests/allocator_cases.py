@@ -51,7 +51,7 @@ def paper(form: str, *, bow: bool = True) -> Vehicle:
     thrusters: list[dict[str, object]] = [
         {"name": name, "position_m": (-0.9, 0, 0), "direction": d} for name, d in directions.items()
     ]
-    thrusters[1]["gain_ahead"] = 0.8
+    thrusters[1] |= {"gain_ahead": 0.8, "dead_zone_code": 7.0}
     if bow:
         thrusters.append({"name": "bow", "position_m": (0.8, 0, 0), "direction": (0, 0, -1)})
     roles = {role: role for role in directions} | ({"bow": "bow", "bow_arm_m": 0.8} if bow else {})
@@ -69,7 +69,13 @@ def eight() -> Vehicle:
             {"name": f"flat{i}", "position_m": (x, y, 0.02), "direction": (_ROOT, across, 0)},
             {"name": f"up{i}", "position_m": (x / 2, y, -0.03), "direction": (0, 0, -1)},
         ]
-    return vehicle([{**thrusters[0], "gain_ahead": 0.6, "gain_reverse": 0.9}, *thrusters[1:]])
+    return vehicle(
+        [
+            {**thrusters[0], "gain_ahead": 0.6, "gain_reverse": 0.9},
+            {**thrusters[1], "dead_zone_code": 9.3},
+            *thrusters[2:],
+        ]
+    )
 
 
 def six() -> Vehicle:

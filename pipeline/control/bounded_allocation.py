@@ -85,7 +85,8 @@ def allocation_of(position_m: FloatArray, direction: FloatArray) -> Allocation:
         matrix=matrix,
         scale=scale,
         scaled=scaled,
-        inverse=np.linalg.pinv(scaled, rcond=_RANK) * scale,
+        # round-off of the row of a thruster without direction would be cut by its limits of 0
+        inverse=np.linalg.pinv(scaled, rcond=_RANK) * scale * (columns > 0.0)[:, None],
         release=1.0 / np.maximum(np.sum(scaled**2, axis=0), 2.0**-20),
     )
 

@@ -11,10 +11,14 @@ from pipeline.control.allocation import (
     limited_channels,
     within_reach,
 )
+from pipeline.control.code_limits import beyond_dead_zone
 from pipeline.control.inverse import Inverse, firmware_grid, mooring_cubic, rounded
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Allocator, Vehicle
+
+#: A thruster with less of its thrust than this is not asked for any.
+_LEAST_GAIN = 0.01
 
 
 @dataclass(frozen=True)
@@ -34,8 +38,7 @@ class PaperAllocator:
 
     With `direction` (n, 3) every thruster is taken at the inflow along it (its length less than 1
     in the wake), as the exported allocator does; without, the stern ones at V_x as in the paper and
-    the bow one at rest. `gain` (n, 2) is the thrust of each over that of the inverse, ahead and in
-    reverse.
+    the bow one at rest. `corrections` are those of `corrections_of`.
     """
 
     allocator: Allocator
@@ -43,7 +46,7 @@ class PaperAllocator:
     thruster_names: tuple[str, ...]
     round_codes: bool = True
     direction: FloatArray | None = None
-    gain: FloatArray | None = None
+    corrections: "Corrections | None" = None
 
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
         """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether a limit cut it."""
@@ -63,9 +66,8 @@ class PaperAllocator:
     ) -> tuple[FloatArray, FloatArray, bool]:
         """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut."""
         a, names = self.allocator, self.thruster_names
-        along, gain = self.along(nu_relative), self.gain
-        if gain is None:
-            gain = np.ones((len(names), 2))
+        along, own = self.along(nu_relative), self.corrections or Corrections.none(len(names))
+        gain = own.gain
         found = [self.inverse.limits(float(speed)) for speed in along]
         low = -np.array([one.reverse_n for one in found]) * gain[:, 1]
         high = np.array([one.forward_n for one in found]) * gain[:, 0]
@@ -86,8 +88,46 @@ class PaperAllocator:
             bow = names.index(a.bow)
             thrust[bow] = np.clip(up, low[bow], high[bow])
             cut = cut or not low[bow] <= up <= high[bow]
-        code = self.inverse.code(thrust / np.where(thrust < 0.0, gain[:, 1], gain[:, 0]), along)
+        code = self.inverse.code(thrust / own.divisor(thrust), along)
+        code = beyond_dead_zone(code, own.lost_code, own.code_max)
         return rounded(code) if self.round_codes else code, thrust, cut
+
+
+@dataclass(frozen=True)
+class Corrections:
+    """What each thruster gives of that of the tables, `gain` (n, 2) ahead and in reverse.
+
+    Thrust deduction included; 0 for a dead one. `lost_code`, `code_max` (n,): its own dead zone,
+    and the largest code.
+    """
+
+    gain: FloatArray
+    lost_code: FloatArray
+    code_max: FloatArray
+
+    @classmethod
+    def none(cls, count: int) -> "Corrections":
+        """Return those of thrusters that are as the tables say."""
+        return cls(np.ones((count, 2)), np.zeros(count), np.ones(count))
+
+    def divisor(self, thrust_n: FloatArray) -> FloatArray:
+        """Return what thrusts (..., n) are divided by before the tables are asked."""
+        gain = np.where(thrust_n < 0.0, self.gain[:, 1], self.gain[:, 0])
+        return np.where(gain > 0.0, gain, 1.0)
+
+
+def corrections_of(vehicle: Vehicle) -> Corrections:
+    """Take the corrections of a vehicle's thrusters from its file."""
+    every = vehicle.thrusters
+    gain = np.array([(one.gain_ahead, one.gain_reverse) for one in every], float).reshape(-1, 2)
+    if vehicle.model is not None:
+        deduction = np.array([vehicle.model.thrust_deduction.of(one.name) for one in every])
+        gain *= 1.0 - deduction[:, None]
+    return Corrections(
+        np.where(gain < _LEAST_GAIN, 0.0, gain),
+        np.array([one.dead_zone_code for one in every], float),
+        np.array([vehicle.drives[one.drive].code_max for one in every], float),
+    )
 
 
 def inflow_of_velocity(vehicle: Vehicle) -> FloatArray:

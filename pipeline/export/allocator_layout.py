@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.control.bounded_allocation import Allocation, allocation_of
-from pipeline.control.paper_allocator import inflow_of_velocity
+from pipeline.control.paper_allocator import Corrections, corrections_of, inflow_of_velocity
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import FirmwareCharacteristic
-from pipeline.types import FloatArray
+from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Allocator, Pwm, Vehicle
 
 #: Entries of the matrices are Q7.24 in the fixed-point variant.
@@ -23,17 +23,16 @@ class AllocatorLayout:
     """Thrusters in the order of the vehicle file.
 
     `direction` (n, 3) unit vectors; `flow` (n, 3) what makes the inflow speed of each of the
-    velocity, the direction less its wake fraction; `gain` (n, 2) thrust of each over that of the
-    tables, ahead and in reverse, thrust deduction included; `largest_n` the unit of the bounded
-    allocation, a power of two [N]; `stern` (4,) and `bow` indices into the thrusters, where eq. (6)
-    divides the demand.
+    velocity, the direction less its wake fraction; `corrections` what each gives of the tables';
+    `largest_n` the unit of the bounded allocation, a power of two [N]; `stern` (4,) and `bow`
+    indices into the thrusters, where eq. (6) divides the demand.
     """
 
     names: tuple[str, ...]
     position_m: FloatArray
     direction: FloatArray
     flow: FloatArray
-    gain: FloatArray
+    corrections: Corrections
     allocation: Allocation
     largest_n: float
     pulse: Pwm
@@ -45,6 +44,22 @@ class AllocatorLayout:
     def count(self) -> int:
         """How many thrusters."""
         return len(self.names)
+
+    @property
+    def gain(self) -> FloatArray:
+        """Thrust of each over that of the tables, (n, 2): ahead, in reverse."""
+        return self.corrections.gain
+
+    @property
+    def divisor(self) -> FloatArray:
+        """What a thrust is divided by before the tables are asked, (n, 2); 1 of a dead thruster."""
+        return np.where(self.gain > 0.0, self.gain, 1.0)
+
+    @property
+    def lost_q8(self) -> IntArray:
+        """Dead zone of each thruster's own, (n,), in 1/256 of a code."""
+        rounded: IntArray = np.rint(256.0 * self.corrections.lost_code).astype(np.int64)
+        return rounded
 
     @property
     def shift(self) -> int:
@@ -80,11 +95,12 @@ def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -
     position = np.array([one.position_m for one in vehicle.thrusters], float)
     direction = np.array([one.direction for one in vehicle.thrusters], float)
     direction /= np.linalg.norm(direction, axis=1)[:, None]
-    gain = np.array([(one.gain_ahead, one.gain_reverse) for one in vehicle.thrusters], float)
-    if vehicle.model is not None:
-        deduction = np.array([vehicle.model.thrust_deduction.of(name) for name in names])
-        gain *= 1.0 - deduction[:, None]
-    allocation = allocation_of(position, np.where(np.abs(direction) < _ZERO, 0.0, direction))
+    corrections = corrections_of(vehicle)
+    gain = corrections.gain
+    # a dead thruster is left out of every demand
+    alive = np.any(gain > 0.0, axis=1).astype(float)
+    clean = np.where(np.abs(direction) < _ZERO, 0.0, direction)
+    allocation = allocation_of(position, clean * alive[:, None])
     for what, values in (("inverse", allocation.inverse), ("scale", allocation.scale)):
         if np.abs(values).max() > LARGEST_ENTRY:
             raise CannotComputeError(
@@ -103,7 +119,7 @@ def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -
         position_m=position,
         direction=direction,
         flow=inflow_of_velocity(vehicle),
-        gain=gain,
+        corrections=corrections,
         allocation=allocation,
         largest_n=2.0 ** max(int(np.ceil(np.log2(strongest))), 0),
         pulse=vehicle.columns.mooring.pwm_range,

@@ -99,8 +99,9 @@ def allocate_single(
         for sign, side in ((1, 0), (-1, 1))
     )
     thrust, flags = _divide(do, layout, held[0], low, high)
-    own = thrust / np.where(thrust < 0, gain[:, 1], gain[:, 0])
-    codes = single_precision.code_from_thrust(tables, own, along)
+    divisor = do.small(layout.divisor, 24)
+    own = thrust / np.where(thrust < 0, divisor[:, 1], divisor[:, 0])
+    codes = _sent(layout, single_precision.code_from_thrust(tables, own, along), tables.code_min)
     flags = flags | _told(single_precision.thrust_flags(tables, own, along))
     return (
         np.where(nan[:, None], do.zero, thrust),
@@ -116,15 +117,26 @@ def allocate_fixed(
     do = FixedArithmetic(layout.shift)
     wrench, velocity = wrench_q16.astype(np.int64), velocity_q16.astype(np.int64)
     along = np.clip(_along(do, layout, velocity), -INT32_MAX, INT32_MAX)
-    gain, over = do.small(layout.gain, 24), do.small(1.0 / layout.gain, 24)
+    gain, over = do.small(layout.gain, 24), do.small(1.0 / layout.divisor, 24)
     high, low = (
         do.times(fixed_point.thrust_limit(tables, along, sign=sign), gain[:, side], 24)
         for sign, side in ((1, 0), (-1, 1))
     )
     thrust, flags = _divide(do, layout, wrench, low, high)
     own = do.times(thrust, np.where(thrust < 0, over[:, 1], over[:, 0]), 24)
-    codes = fixed_point.code_from_thrust(tables, own, along)
+    codes = _sent(layout, fixed_point.code_from_thrust(tables, own, along), tables.code_min)
     return thrust, codes, flags | _told(fixed_point.thrust_flags(tables, own, along))
+
+
+def _sent(layout: AllocatorLayout, codes: IntArray, code_min: int) -> IntArray:
+    """Codes beyond the dead zones that thrusters have of their own, as the C code rounds them."""
+    lost, largest = layout.lost_q8, np.rint(layout.corrections.code_max).astype(np.int64)
+    if not lost.any():
+        return codes
+    size = np.abs(codes.astype(np.int64))
+    moved = (lost * largest + size * (256 * largest - lost) + 128 * largest) // (256 * largest)
+    sent = np.where((size == 0) | (lost == 0), codes, np.sign(codes) * moved)
+    return np.maximum(sent, code_min)
 
 
 def _told(flags: IntArray) -> IntArray:

@@ -73,7 +73,7 @@ class Variant:
 
 def render_allocator_header(identity: Identity, layout: AllocatorLayout) -> str:
     """Return the text of ``<vehicle>_allocator.h``."""
-    paper = layout.paper
+    paper, lost = layout.paper, layout.corrections.lost_code.tolist()
     places = zip(layout.names, layout.position_m, layout.direction, strict=True)
     return render(
         "allocator.h.j2",
@@ -88,6 +88,7 @@ def render_allocator_header(identity: Identity, layout: AllocatorLayout) -> str:
         lines=[
             f"{i}  {name:<16} at ({_triple(at)}) m, pushes ({_triple(to)}), "
             f"gain {layout.gain[i, 0]:g} ahead, {layout.gain[i, 1]:g} in reverse"
+            + (f", dead zone {lost[i]:g} codes" if lost[i] else "")
             for i, (name, at, to) in enumerate(places)
         ],
         neutral_us=layout.pulse.neutral_us,
@@ -112,7 +113,8 @@ def _names(identity: Identity, layout: AllocatorLayout) -> dict[str, object]:
 def render_allocator_source(identity: Identity, layout: AllocatorLayout) -> str:
     """Return the text of ``<vehicle>_allocator.c``."""
     paper = layout.paper
-    values: dict[str, object] = {"paper": paper is not None, "steps": MOST_STEPS}
+    lost = bool(layout.lost_q8.any())
+    values: dict[str, object] = {"paper": paper is not None, "steps": MOST_STEPS, "lost": lost}
     kinds: list[tuple[str, str, Arithmetic]] = [
         ("f32", "float", Arithmetic(np.float32)),
         ("q", "int64_t", FixedArithmetic(layout.shift)),
@@ -126,9 +128,14 @@ def render_allocator_source(identity: Identity, layout: AllocatorLayout) -> str:
             _matrix(ctype, f"gain_{name if name == 'f32' else 'q24'}",
                     do.small(layout.gain, 24), "Thrust over that of the tables, ahead, reverse."),
         ]  # fmt: skip
-    arrays.append(
-        _matrix("int64_t", "per_gain_q24", kinds[1][2].small(1 / layout.gain, 24), "Q7.24 [-]")
-    )
+    per_gain = kinds[1][2].small(1.0 / layout.divisor, 24)
+    arrays += [
+        _matrix("float", "divisor_f32", kinds[0][2].small(layout.divisor, 24),
+                "What a thrust is divided by before the tables are asked."),
+        _matrix("int64_t", "per_gain_q24", per_gain, "One over it, Q7.24. [-]"),
+    ]  # fmt: skip
+    if layout.lost_q8.any():
+        arrays.append(_row("int64_t", "lost_q8", layout.lost_q8, "Dead zones of their own, Q8."))
     if paper is None:
         numbers = layout.allocation
         for name, ctype, do in kinds:

@@ -78,6 +78,7 @@ def _allocator(layout: AllocatorLayout) -> dict[str, object]:
         "position_m": layout.position_m.tolist(),
         "direction": layout.direction.tolist(),
         "gain": layout.gain.tolist(),
+        "dead_zone_code": layout.corrections.lost_code.tolist(),
         "matrix": layout.allocation.matrix.tolist(),
         "inverse": layout.allocation.inverse.tolist(),
         "geometry": None if layout.paper is None else layout.paper.model_dump(mode="json"),
@@ -104,6 +105,12 @@ def render_tables_csv(
         for axis, values in zip("XYZKMN", layout.allocation.matrix.tolist(), strict=True):
             for name, value in zip(layout.names, values, strict=True):
                 writer.writerow([*names, "B", axis, neutral_cell(name), value + 0.0, "", ""])
+        for name, both, lost in zip(
+            layout.names, layout.gain.tolist(), layout.corrections.lost_code.tolist(), strict=True
+        ):
+            own = {"gain_ahead": both[0], "gain_reverse": both[1], "dead_zone_code": lost}
+            for key, value in own.items():
+                writer.writerow([*names, "thrusters", neutral_cell(name), key, value, "", ""])
         if layout.paper is not None:
             for name, portion in layout.paper.portions.model_dump().items():
                 writer.writerow([*names, "portions", "", name, portion, "", ""])

@@ -7,6 +7,7 @@ from typing import Protocol
 import numpy as np
 
 from pipeline.control.autopilot import Autopilot, Design, Motion, Reference
+from pipeline.control.code_limits import beyond_dead_zone
 from pipeline.control.general_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
 from pipeline.simulate.kernel_hull import mass_matrix
@@ -58,7 +59,9 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
     vector = packed.vector
     kinds = read(vector, "thruster_type")[:count].astype(int)
     fractions = read(vector, "inflow_fraction")[:count]
-    gains = read(vector, "thrust_gain")[:count]
+    ahead = read(vector, "thrust_gain")[:count]
+    gains = np.stack([ahead, ahead * read(vector, "reverse_gain")[:count]])
+    lost, largest = (read(vector, slot)[:count] for slot in ("dead_zone", "code_max"))
     tables, steps = packed.thrust_tables, packed.steps
     codes = np.arange(tables.shape[3])
 
@@ -72,14 +75,14 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
             share = row - low
             high = min(low + 1, tables.shape[2] - 1)
             curve = (1 - share) * tables[kinds[i], side, low] + share * tables[kinds[i], side, high]
-            curve = gains[i] * curve
+            curve = max(gains[side, i], 1e-9) * curve
             first = max(int(np.argmax(curve > 0)) - 1, 0)
             limit = packed.code_limits[i, 1] if side == 0 else -packed.code_limits[i, 0]
             size = np.interp(abs(thrust_n[i]), curve[first:], codes[first:] * steps[kinds[i], 1])
             # round-off of the allocation is no demand: it would sit at the edge of the dead zone
             if abs(thrust_n[i]) > 1e-9 * curve[-1]:
                 out[i] = min(float(size), limit) * (1 if side == 0 else -1)
-        return np.round(out)
+        return np.round(beyond_dead_zone(out, lost, largest))
 
     def end_n(side: int) -> FloatArray:
         """Thrust at rest at the end of the codes of one sign, as a size. [N].
@@ -96,7 +99,7 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
 
         found = at(packed.code_limits[:, 1 - side])
         found = np.where(found > 0.0, found, at(packed.code_limits[:, 1]))
-        return np.maximum(gains * found, 1e-9)
+        return np.asarray(np.maximum(gains[side] * found, 1e-9))
 
     return GeneralAllocator(
         position_m=read(vector, "thruster_position")[:count],

@@ -4,7 +4,12 @@ from pathlib import Path
 from typing import Literal
 
 from pipeline.control.inverse import firmware_grid
-from pipeline.control.paper_allocator import PaperAllocator, inflow_of_velocity, rest_inverse
+from pipeline.control.paper_allocator import (
+    PaperAllocator,
+    corrections_of,
+    inflow_of_velocity,
+    rest_inverse,
+)
 from pipeline.errors import CannotComputeError
 from pipeline.simulate.fly import Allocator, general_allocator
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_inverse
@@ -45,4 +50,5 @@ def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> Alloc
         inverse,
         one.packed.thruster_names,
         direction=inflow_of_velocity(one.vehicle),
+        corrections=corrections_of(one.vehicle),
     )

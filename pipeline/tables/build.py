@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
+from pipeline.control.paper_allocator import corrections_of
 from pipeline.records.fits import (
     Check,
     FitQuality,
@@ -41,8 +42,10 @@ def build_tables(
     dict
         JSON-ready; the keys are those of docs/formats.md.
     """
+    corrected = _corrected_thrusters(vehicle)
     return {
         "vehicle": vehicle.name,
+        **({"thrusters": corrected} if corrected else {}),
         "table1": _table1(propeller),
         "table2": _table2(static.table2, inverse) if static else None,
         "table3": _table3(inverse),
@@ -77,6 +80,17 @@ def build_tables(
             *(static.explanations if static else ()),
             *(inverse.explanations if inverse else ()),
         ],
+    }
+
+
+def _corrected_thrusters(vehicle: Vehicle) -> Json:
+    """Return the thrusters that give other than the tables say, with what they give of it."""
+    own = corrections_of(vehicle)
+    rows = zip(vehicle.thrusters, own.gain.tolist(), own.lost_code.tolist(), strict=True)
+    return {
+        one.name: {"gain": gain, "dead_zone_code": lost}
+        for one, gain, lost in rows
+        if gain != [1.0, 1.0] or lost
     }
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.control.autopilot import Autopilot
-from pipeline.control.paper_allocator import inflow_of_velocity
+from pipeline.control.paper_allocator import corrections_of, inflow_of_velocity
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.validation import KeepingFlight, PortionFlight, StepFlight, Variant
@@ -62,9 +62,8 @@ class ClosedLoop:
         texts: list[str] = []
         geometry: Allocator | None
         if vehicle.allocator is not None and not bollard and inverse is not None:
-            controllers = paper_controllers(
-                calm, vehicle.allocator, inverse, inflow_of_velocity(vehicle)
-            )
+            flow, own = inflow_of_velocity(vehicle), corrections_of(vehicle)
+            controllers = paper_controllers(calm, vehicle.allocator, inverse, flow, own)
             portions = vehicle.allocator.portions
             shares: tuple[float, ...] = (portions.surge, portions.heading, portions.pitch)
             geometry = vehicle.allocator

@@ -13,7 +13,7 @@ from pipeline.control.inverse import (
     mooring_cubic,
     speed_cubic,
 )
-from pipeline.control.paper_allocator import PaperAllocator
+from pipeline.control.paper_allocator import Corrections, PaperAllocator
 from pipeline.errors import CannotComputeError
 from pipeline.export.fixed_point import FixedTables, fixed_tables
 from pipeline.export.grid_check import check_characteristic
@@ -102,8 +102,11 @@ def paper_controllers(
     geometry: Allocator,
     inverse: InverseCharacteristic,
     direction: FloatArray,
+    corrections: Corrections | None = None,
 ) -> Controllers:
     """Eq. (6) with Table 3, and with the firmware's grid at the speed along each thruster.
+
+    Both know what each thruster gives of that of the tables.
 
     Raises
     ------
@@ -121,7 +124,7 @@ def paper_controllers(
         round_codes: bool = True,
         along: FloatArray | None = direction,
     ) -> PaperAllocator:
-        return PaperAllocator(shape, Remembered(one), names, round_codes, along)
+        return PaperAllocator(shape, Remembered(one), names, round_codes, along, corrections)
 
     floating = Remembered(grid)
     fixed = _fixed(inverse, floating)

@@ -41,9 +41,13 @@ def settled_thrust(packed: PackedVehicle, codes: FloatArray, inflow_mps: FloatAr
     """Thrust (k, n) of codes (k, n) at inflow speeds (k, n), as the kernel has it without lag. [N].
 
     Bilinear in the thrust tables; against the motion the row at rest holds. `inflow_mps` is the
-    speed of the water past the hull: wake fraction and thrust deduction are taken off here.
+    speed of the water past the hull: what each thruster has of its own (wake, gains,
+    dead zone) is taken off here.
     """
     out, count = np.zeros(codes.shape), codes.shape[1]
+    lost, largest = (read(packed.vector, slot)[:count] for slot in ("dead_zone", "code_max"))
+    left = np.maximum(np.abs(codes) - lost, 0.0) * largest / (largest - lost)
+    codes = np.where(lost > 0.0, np.sign(codes) * left, codes)
     kinds = read(packed.vector, "thruster_type")[:count].astype(int)
     at_blades = inflow_mps * read(packed.vector, "inflow_fraction")[:count]
     for kind in np.unique(kinds):
@@ -53,7 +57,8 @@ def settled_thrust(packed: PackedVehicle, codes: FloatArray, inflow_mps: FloatAr
             grid = Grid(packed.thrust_tables[kind, side], *packed.steps[kind])
             value = grid.at(np.maximum(sign * at_blades[mask], 0.0), np.abs(codes[mask]))
             out[mask] = sign * np.maximum(value, 0.0)
-    return np.asarray(out * read(packed.vector, "thrust_gain")[:count])
+    reverse = np.where(codes < 0.0, read(packed.vector, "reverse_gain")[:count], 1.0)
+    return np.asarray(out * reverse * read(packed.vector, "thrust_gain")[:count])
 
 
 @dataclass(frozen=True)

@@ -170,7 +170,7 @@ def test_eq_6_is_that_of_the_python_allocator(
     )  # fmt: skip
     python = PaperAllocator(
         vehicle.allocator, firmware_grid(record), one.layout.names,
-        direction=one.layout.flow, gain=one.layout.gain,
+        direction=one.layout.flow, corrections=one.layout.corrections,
     )  # fmt: skip
     wrench, velocity = demands(60, seed=5)
     wrench *= [1, 0, 1, 0, 1, 1]
@@ -212,14 +212,15 @@ def test_the_flags_say_what_happened(
 def test_a_thruster_that_gives_less_is_asked_for_a_larger_code(
     library: Callable[[str], Compiled],
 ) -> None:
-    """The lower stern thruster of the case gives 0.8 of the tables'."""
+    """The lower stern thruster of the case gives 0.8 of the tables' and loses 7 codes."""
     one = library("limit")
     w, v = np.array([[60.0, 0, 0, 0, 0, 0]], "f4"), np.zeros((1, 3), "f4")
     thrust, codes, _ = one.call("f32", w, v)
     assert thrust[0, 0] == thrust[0, 1]
     assert codes[0, 1] > codes[0, 0] + 5
     tables = single_precision.single_tables(one.characteristic)
-    given = 0.8 * single_precision.thrust_from_code(tables, int(codes[0, 1]), 0.0)
+    acts = round((int(codes[0, 1]) - 7) * 127 / (127 - 7))
+    given = 0.8 * single_precision.thrust_from_code(tables, acts, 0.0)
     assert given == pytest.approx(thrust[0, 1], abs=0.2)
 
 
