@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 from pipeline.errors import Problem
 from pipeline.records.allocation import AllocationMap
+from pipeline.records.file_change import AppliedChange
 from pipeline.records.fits import (
     Check,
     DriveFit,
@@ -67,6 +68,8 @@ class VehicleResults:
     firmware_files: tuple[str, ...] = ()
     trials: tuple[TrialDayLink, ...] = ()
     """Trial days in order of time."""
+    changes: tuple[AppliedChange, ...] = ()
+    """Of the vehicle file, by `rig2sea apply`, in order."""
 
 
 #: Stage name in `VehicleResults` and what the page calls its result.

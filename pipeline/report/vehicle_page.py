@@ -7,6 +7,7 @@ from pipeline.report.blocks import Section
 from pipeline.report.html import render, write_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.allocation import allocation_section
+from pipeline.report.sections.changes import changes_section
 from pipeline.report.sections.closing import (
     firmware_section,
     outliers_section,
@@ -47,6 +48,7 @@ SECTIONS = (
     uncertainty_section,
     outliers_section,
     firmware_section,
+    changes_section,
     provenance_section,
 )
 
@@ -69,7 +71,9 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: 
         A document with style and figures inline and nothing from a network; scripts only for
         figures that can be zoomed.
     """
-    sections: tuple[Section, ...] = tuple(build(results) for build in SECTIONS)
+    sections: tuple[Section, ...] = tuple(
+        build(results) for build in SECTIONS if build is not changes_section or results.changes
+    )
     published = results.vehicle.published
     return render(
         "vehicle.html.j2",

@@ -26,6 +26,7 @@ from pipeline.report.vehicle_page import VehicleResults, write_vehicle_page
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
+from pipeline.stages.vehicle_changes import changes_of
 from pipeline.vehicle.load import vehicle_notes
 
 MODELS: dict[str, type[Record]] = {
@@ -89,6 +90,7 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
             Path(os.path.relpath(file, page.parent)).as_posix() for file in sorted(files)
         ),
         trials=_trials(job, page),
+        changes=changes_of(job.vehicle_file),
         **records,
     )
 

@@ -1,0 +1,345 @@
+"""``rig2sea apply``: what was found into vehicle.yaml, after showing what changes."""
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from pipeline.bundled.vehicles import bundled_vehicles
+from pipeline.control.code_limits import beyond_dead_zone
+from pipeline.control.inverse import Inverse, firmware_grid
+from pipeline.control.paper_allocator import Corrections, corrections_of, inflow_of_velocity
+from pipeline.errors import CannotComputeError, InputError, Place
+from pipeline.plan import UsageError, seen_from
+from pipeline.provenance import file_digest, read_envelope
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.file_change import AppliedChange, FileChange
+from pipeline.records.identification import Identification, VehicleIdentification
+from pipeline.records.trial import TrialDay
+from pipeline.stages.found_changes import identified_changes, source_of
+from pipeline.stages.simulated_vehicle import load_inverse, load_simulated
+from pipeline.stages.vehicle_changes import (
+    changes_of,
+    digest_of,
+    next_number,
+    now_utc,
+    undo_last,
+    write_change,
+)
+from pipeline.stages.vehicle_place import find_vehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.change_list import text_with, value_at
+from pipeline.vehicle.frames import in_sname
+from pipeline.vehicle.load import load_checked, validated
+from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.yaml_text import parse
+
+#: Thrusts of the table of codes, as shares of the largest of their sign at rest.
+_SHARES = (-1.0, -0.8, -0.6, -0.4, -0.2, 0.2, 0.4, 0.6, 0.8, 1.0)
+
+
+@dataclass(frozen=True)
+class Codes:
+    """Codes of a thruster at a speed of the vehicle along it, for ten thrusts, before and after."""
+
+    thruster: str
+    speed_mps: float
+    thrust_n: tuple[float, ...]
+    old: tuple[int, ...]
+    new: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Found:
+    """A result, and what it changes.
+
+    `gap` is what was held out: name of a measure -> before, after.
+    """
+
+    source: Path
+    reason: str
+    runs: tuple[str, ...]
+    changes: tuple[FileChange, ...]
+    gap: Mapping[str, tuple[float, float]]
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What applying a result would do; nothing is written yet."""
+
+    vehicle: str
+    file: Path
+    found: Found
+    text: str
+    codes: tuple[Codes, ...]
+    why_no_codes: str
+    unchanged: tuple[str, ...]
+    """Thrusters whose codes stay."""
+
+
+def propose(vehicle: str, source: str, raw: Path, out: Path) -> Proposal:
+    """Work out what a result changes in a vehicle's file.
+
+    Parameters
+    ----------
+    vehicle : str
+        A name under the raw folder, or a path.
+    source : str
+        "diagnosis" or "identification" (the last one of the vehicle), a file or a folder with one,
+        or a trial day.
+    raw, out : Path
+        The raw folder, and the folder that holds ``processed/``.
+
+    Raises
+    ------
+    UsageError
+        When there is no such vehicle or result.
+    InputError, CannotComputeError
+        When the result changes nothing, or started from another file than there is now.
+    """
+    name, file = _own_file(vehicle, raw, out)
+    found = _found(name, file, source, raw, out)
+    if not found.changes:
+        raise CannotComputeError(f"{found.source} changes nothing in {file}.")
+    before = load_checked(file, Vehicle, expected="a vehicle file.", remedy="")
+    _refuse_others(before, file, found)
+    text = text_with(file.read_text(encoding="utf-8"), found.changes, found.reason)
+    shown_as = f"{file} with what was found"
+    after = validated(Vehicle, parse(text.encode(), shown_as), shown_as)
+    try:
+        grid = firmware_grid(load_inverse(name, out))
+        codes, why = _codes(in_sname(before), in_sname(after), grid), ""
+    except CannotComputeError as error:
+        codes, why = (), str(error)
+    changed = {one.thruster for one in codes}
+    rest = tuple(one.name for one in before.thrusters if one.name not in changed)
+    return Proposal(name, file, found, text, codes, why, rest)
+
+
+def _own_file(vehicle: str, raw: Path, out: Path) -> tuple[str, Path]:
+    name, file = find_vehicle(vehicle, raw, out)
+    if vehicle in bundled_vehicles() and not (raw / vehicle).exists():
+        raise UsageError(
+            f"{vehicle} is a bundled vehicle, whose file belongs to the program. Make one of your "
+            f"own: rig2sea new NAME --like {vehicle}"
+        )
+    return name, file
+
+
+def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> Found:
+    """Read a result of any of the three kinds."""
+    path = _result_file(name, source, out)
+    try:
+        body = json.loads(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise InputError.at(
+            Place(str(path)), "this is no result that can be read.", expected="a JSON file."
+        ) from error
+    if isinstance(body, dict) and "verdict" in body:
+        diagnosis = DiagnosisRecord.model_validate_json(path.read_bytes())
+        shrink = diagnosis.shrink
+        gap = {"gap, in healthy floors": (shrink.before, shrink.after)}
+        runs = diagnosis.verdict.runs or diagnosis.runs
+        return Found(path, source_of(runs), runs, diagnosis.changes, gap)
+    if isinstance(body, dict) and "whole_vehicle" in body:
+        record = Identification.model_validate_json(path.read_bytes())
+        runs = tuple(run.name for run in record.runs)
+        gap = _quality(record.whole_vehicle)
+        return Found(path, source_of(runs, "identification"), runs, record.changes, gap)
+    day = read_envelope(path, "trial_day", TrialDay)
+    known = day.inputs.get(f"raw/{name}/{file.name}")
+    if known != file_digest(file):
+        raise CannotComputeError(
+            f"{file} was changed after {path} was computed from it. Run `rig2sea run {name}` first."
+        )
+    fit = None if day.record is None else day.record.identification
+    if day.record is None or fit is None or fit.why_no_file or not fit.converged:
+        reason = "" if fit is None else fit.why_no_file
+        raise CannotComputeError(f"The day {path.stem} has no values that stand. {reason}".rstrip())
+    changes, _ = identified_changes(load_simulated(str(file.parent), raw, out), fit)
+    return Found(path, f"day {path.stem}", fit.runs, changes, _quality(fit))
+
+
+def _quality(found: VehicleIdentification | None) -> dict[str, tuple[float, float]]:
+    return {
+        f"{one.channel}, rms over {one.horizon_s:g} s [{one.unit}]": (
+            one.rmse_vehicle_file,
+            one.rmse_corrected_file,
+        )
+        for one in (found.quality if found is not None else ())
+        if one.rmse_vehicle_file is not None and one.rmse_corrected_file is not None
+    }
+
+
+def _result_file(name: str, source: str, out: Path) -> Path:
+    processed = out / "processed" / name
+    places = [
+        Path(source),
+        *(Path(source) / f"{kind}.json" for kind in ("diagnosis", "identification")),
+        processed / source / f"{source}.json",
+        processed / "trial_days" / f"{source}.json",
+        out / "reports" / name / "diagnoses" / source / "diagnosis.json",
+    ]
+    for path in places:
+        if path.is_file():
+            return path
+    days = sorted(path.stem for path in (processed / "trial_days").glob("*.json"))
+    there = f" Days: {', '.join(days)}." if days else ""
+    raise UsageError(
+        f'{name} has no result "{source}". Expected diagnosis, identification, a trial day, or the '
+        f"path of diagnosis.json or identification.json.{there}"
+    )
+
+
+def _refuse_others(before: Vehicle, file: Path, found: Found) -> None:
+    """Refuse a result that started from other numbers than stand in the file now."""
+    stated = before.model_dump()
+    for one in found.changes:
+        now = value_at(stated, one.path)
+        if now == one.old or _alike(now, one.old):
+            continue
+        if _alike(now, one.value):
+            raise CannotComputeError(
+                f"{file}: {one.path} is {now} already, as {found.source} has it."
+            )
+        raise CannotComputeError(
+            f"{file}: {one.path} is {now}, and {found.source} started from {one.old}. What was "
+            "found is a change of that; repeat it with the file as it is now."
+        )
+
+
+def _alike(first: Any, second: Any) -> bool:  # noqa: ANN401 - values of a file
+    numbers = isinstance(first, int | float) and isinstance(second, int | float)
+    return numbers and abs(first - second) <= 1e-6 * max(abs(first), abs(second))
+
+
+def _codes(before: Vehicle, after: Vehicle, grid: Inverse) -> tuple[Codes, ...]:
+    """Codes for ten thrusts at every tabulated speed, of the thrusters whose codes change."""
+    at_rest = grid.limits(0.0)
+    ends = np.where(np.array(_SHARES) < 0.0, at_rest.reverse_n, at_rest.forward_n)
+    thrust = np.array(_SHARES) * ends
+    both = [
+        (corrections_of(one), np.linalg.norm(inflow_of_velocity(one), axis=1))
+        for one in (before, after)
+    ]
+    found = []
+    for k, thruster in enumerate(before.thrusters):
+        rows = []
+        for speed in before.tables.speed_mps:
+            old, new = (
+                _thruster_codes(grid, own, k, thrust, speed * float(share[k]))
+                for own, share in both
+            )
+            rows.append(Codes(thruster.name, speed, tuple(thrust.round(2).tolist()), old, new))
+        found += rows if any(one.old != one.new for one in rows) else []
+    return tuple(found)
+
+
+def _thruster_codes(
+    grid: Inverse,
+    own: Corrections,
+    k: int,
+    thrust_n: FloatArray,
+    speed_mps: float,
+) -> tuple[int, ...]:
+    gain = np.where(thrust_n < 0.0, own.gain[k, 1], own.gain[k, 0])
+    asked = thrust_n / np.where(gain > 0.0, gain, 1.0)
+    code = np.rint(grid.code(asked, np.full(asked.shape, speed_mps)))
+    sent = beyond_dead_zone(code, own.lost_code[k], own.code_max[k])
+    return tuple(np.rint(np.where(gain > 0.0, sent, 0.0)).astype(int).tolist())
+
+
+def apply(proposal: Proposal, out: Path) -> AppliedChange:
+    """Write the file, keep the former one beside it, and add to the list of changes."""
+    found, file = proposal.found, proposal.file
+    number = next_number(changes_of(file))
+    entry = AppliedChange(
+        number=number,
+        date_utc=now_utc(),
+        reason=found.reason,
+        source=seen_from(found.source, out),
+        source_sha256=file_digest(found.source),
+        runs=found.runs,
+        before_sha256=file_digest(file),
+        after_sha256=digest_of(proposal.text.encode()),
+        former=f"{file.name}.{number}.before",
+        changes=found.changes,
+    )
+    write_change(file, proposal.text, entry)
+    return entry
+
+
+def undo(vehicle: str, raw: Path, out: Path) -> tuple[Path, AppliedChange]:
+    """Take back the last change of a vehicle's file that holds."""
+    _, file = _own_file(vehicle, raw, out)
+    return file, undo_last(file)
+
+
+def as_json(proposal: Proposal, entry: AppliedChange | None) -> dict[str, Any]:
+    """Return one JSON object; `applied` is null where nothing was written."""
+    found = proposal.found
+    return {
+        "schema": "rig2sea/apply/1",
+        "vehicle": proposal.vehicle,
+        "file": str(proposal.file),
+        "source": str(found.source),
+        "reason": found.reason,
+        "runs": list(found.runs),
+        "changes": [one.model_dump(mode="json") for one in found.changes],
+        "held_out": {name: {"before": a, "after": b} for name, (a, b) in found.gap.items()},
+        "codes": [asdict(one) for one in proposal.codes],
+        "codes_stay": list(proposal.unchanged),
+        "why_no_codes": proposal.why_no_codes,
+        "applied": None if entry is None else entry.model_dump(mode="json"),
+    }
+
+
+def as_text(proposal: Proposal) -> str:
+    """Say what would change."""
+    found = proposal.found
+    lines = [f"{proposal.file}, from {found.source} ({found.reason}):", ""]
+    lines += [f"  {change_line(one)}" for one in found.changes]
+    if found.gap:
+        lines += ["", "Held out, before and after:"]
+        lines += [f"  {name}: {a:.4g} -> {b:.4g}" for name, (a, b) in found.gap.items()]
+    lines.append("")
+    if proposal.why_no_codes:
+        lines.append(f"Codes are not shown: {proposal.why_no_codes}")
+    elif not proposal.codes:
+        lines.append("The codes of all thrusters stay.")
+    else:
+        lines += list(_code_lines(proposal.codes))
+        if proposal.unchanged:
+            lines.append(f"The codes of {', '.join(proposal.unchanged)} stay.")
+    return "\n".join(lines)
+
+
+def change_line(one: FileChange) -> str:
+    """Say one change.
+
+    >>> change_line(FileChange(path="a.b", old=1.0, value=0.69, ci95=(0.63, 0.76)))
+    'a.b: 1 -> 0.69 [0.63, 0.76]'
+    """
+    old, new = (_short(value) for value in (one.old, one.value))
+    interval = f" [{one.ci95[0]:.4g}, {one.ci95[1]:.4g}]" if one.ci95 else ""
+    return f"{one.path}: {old} -> {new}{interval}"
+
+
+def _short(value: object) -> str:
+    if value is None:
+        return "not stated"
+    return f"{value:.5g}" if isinstance(value, float) else str(value)
+
+
+def _code_lines(codes: Sequence[Codes]) -> list[str]:
+    lines = ["Codes before -> after, by thrust [N] and speed along the thruster [m/s]:"]
+    for one in codes:
+        if one.speed_mps == codes[0].speed_mps:
+            head = "".join(f"{thrust:>11.1f}" for thrust in one.thrust_n)
+            lines.append(f"  {one.thruster:<10}{head}")
+        row = "".join(f"{f'{a}->{b}':>11}" for a, b in zip(one.old, one.new, strict=True))
+        lines.append(f"  {one.speed_mps:>10g}{row}")
+    return lines
