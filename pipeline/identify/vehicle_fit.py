@@ -259,7 +259,7 @@ def _settled(
             begin = now.origin()
         solution = solve(now, begin, smallest_gain=rough, most_steps=steps.next)
         steps.taken += solution.iterations
-        found = _widened(solution)
+        found = widened(solution.problem.stack, solution.residual)
         if _alike(found, scale) or steps.used_up:
             break
         scale = found
@@ -313,7 +313,7 @@ def chained_windows(
     return chained
 
 
-def _widened(solution: Solution) -> dict[str, float]:
+def widened(stack: Stack, residual: FloatArray) -> dict[str, float]:
     """Factors on the stated noise that the residuals ask for; none where they bear it out.
 
     Scatter beyond the stated noise, and for residuals that go together the root of the number of
@@ -321,10 +321,9 @@ def _widened(solution: Solution) -> dict[str, float]:
     one reading to the next: a model that is wrong is wrong for many readings on end, and each of
     them taken for a new witness would overrule every prior.
     """
-    stack = solution.problem.stack
     wider = {}
     for number, rows in enumerate(stack.rows):
-        own = solution.residual[stack.owner == number]
+        own = residual[stack.owner == number]
         # robust: a few outliers are not the sensor's noise
         scatter = float(np.median(np.abs(own))) / 0.6745
         factor = scatter * stack.scale.get(rows.channel.quantity, 1.0)

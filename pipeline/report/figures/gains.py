@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from pipeline.language import translate
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 
@@ -25,7 +26,9 @@ class Bar:
     ci95: tuple[float, float]
 
 
-def gains_figure(name: str, bars: Sequence[Bar], lead: str) -> Figure:
+def gains_figure(
+    name: str, bars: Sequence[Bar], lead: str, one_is: str = "as the vehicle file says"
+) -> Figure:
     """Draw a bar from 0 for each gain, its interval across its end, and the file's 1.
 
     Parameters
@@ -36,6 +39,8 @@ def gains_figure(name: str, bars: Sequence[Bar], lead: str) -> Figure:
         From top to bottom.
     lead : str
         What to see.
+    one_is : str
+        What a gain of 1 means.
     """
 
     def paint(figure: matplotlib.figure.Figure) -> None:
@@ -50,7 +55,7 @@ def gains_figure(name: str, bars: Sequence[Bar], lead: str) -> Figure:
         axes.axvline(1.0, color=plotting.SOFT, lw=1.0, ls="--")
         axes.axvline(0.0, color=plotting.SOFT, lw=0.8)
         axes.set_yticks(range(len(bars)), [bar.label for bar in bars], fontsize=8)
-        axes.set(xlabel="gain, 1: as the vehicle file says  [1]", xlim=(_LOW, _HIGH))
+        axes.set(xlabel=f"gain, 1: {translate(one_is)}  [1]", xlim=(_LOW, _HIGH))
         axes.invert_yaxis()
         axes.grid(visible=False, axis="y")
 
@@ -59,11 +64,11 @@ def gains_figure(name: str, bars: Sequence[Bar], lead: str) -> Figure:
         lead,
         plotting.draw(
             name,
-            "Bars: gain of each thruster; lines: 95 % intervals; dashed: as the vehicle file says. "
+            f"Bars: gain of each thruster; lines: 95 % intervals; dashed: {translate(one_is)}. "
             "The same numbers are in the table.",
             paint,
             height_in=0.8 + 0.27 * len(bars),
         ),
-        "Bar: gain; line: 95 % interval. Dashed: as the vehicle file says. Orange: the interval "
+        f"Bar: gain; line: 95 % interval. Dashed: {translate(one_is)}. Orange: the interval "
         "does not hold 1.",
     )
