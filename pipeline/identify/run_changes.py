@@ -24,7 +24,7 @@ import numpy as np
 from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.output_error import HUBER, LONGEST_STEP, reduce_windows, softness_of
 from pipeline.identify.run_nuisance import run_nuisance
-from pipeline.identify.thrust_doubt import NO_DOUBT, thrust_doubt
+from pipeline.identify.thrust_uncertainty import EXACT_THRUST, thrust_uncertainty
 from pipeline.identify.vehicle_fit import chained_windows, widened
 from pipeline.identify.vehicle_parameters import free_parameters
 from pipeline.identify.window_derivatives import (
@@ -255,23 +255,23 @@ class _Joint:
     ) -> "_Joint":
         channels = channel_noise(sensors, tables)
         parameters = free_parameters(packed, uncertainty)
-        doubt = thrust_doubt(packed, uncertainty)
-        if doubt.size:  # the factors alone: the shape of a curve is no matter of a day
-            count = doubt.gains
-            doubt = replace(
-                NO_DOUBT,
-                share=doubt.share,
+        thrust = thrust_uncertainty(packed, uncertainty)
+        if thrust.size:  # the factors alone: the shape of a curve is no matter of a day
+            count = thrust.gains
+            thrust = replace(
+                EXACT_THRUST,
+                share=thrust.share,
                 gains=count,
-                names=doubt.names[:count],
-                correlation=doubt.correlation[:count, :count],
-                curves=doubt.curves[:0],
+                names=thrust.names[:count],
+                correlation=thrust.correlation[:count, :count],
+                curves=thrust.curves[:0],
             )
         runs = []
         for table in tables:
             windows = chained_windows(packed, packed.vector, cut(packed, [table], channels))
             stack = stack_windows(packed, windows, channels)
             shared = run_nuisance(stack, 1)
-            problem = Problem(stack, parameters, packed.vector, shared, threads, doubt)
+            problem = Problem(stack, parameters, packed.vector, shared, threads, thrust)
             runs.append(_Run(problem, problem.origin()))
         return cls(runs, np.zeros(runs[0].problem.size), [], [])
 
