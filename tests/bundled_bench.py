@@ -13,6 +13,7 @@ from shared_runs import digests, once, rig2sea
 #: What a pool run leaves, in ``processed/mmt300`` and ``reports/mmt300``.
 _OF_RUNS = (
     "pool", "run_trials", "run_pages", "trial_days", "day_tables", "trial_pages", "runs", "trials",
+    "run_diagnoses", "day_diagnoses",
 )  # fmt: skip
 
 

@@ -6,6 +6,7 @@ from pydantic import Field
 
 from pipeline.records.base import Record
 from pipeline.records.gains import PooledGain, ThrusterGains
+from pipeline.records.glance import Glance
 from pipeline.records.identification import IdentifiedParameter, VehicleIdentification
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.pool_run import PoolRunRecord
@@ -163,10 +164,15 @@ class RunLine(Record):
     name: str
     line: str
     page: str
+    glance: Glance | None = None
 
 
 class PageReceipt(Record):
-    """A page of a run or a day, and what other pages say of it."""
+    """A page of a run or a day, and what other pages say of it.
+
+    The page of a run is completed once its day is diagnosed: `files` of a run has the page as it
+    was written first, `page` is where readers find it.
+    """
 
     kind: Literal["run", "day"]
     name: str
@@ -176,6 +182,11 @@ class PageReceipt(Record):
     warnings: int
     line: str
     """What there is to say of it in one line."""
+    page: str = ""
+    """Path from the output folder; the first of `files` where it is empty."""
+    glance: Glance | None = None
+    manoeuvres: tuple[str, ...] = ()
+    """Of a run: what was flown, each once."""
     runs: tuple[RunLine, ...] = ()
     parameters: tuple[IdentifiedParameter, ...] = ()
     """Of a day: what its runs tell, for the trend on the vehicle's page."""
@@ -183,3 +194,8 @@ class PageReceipt(Record):
     """Of a day: what its thrusters gave, for the table on the vehicle's page."""
     settled: bool = True
     """Of a day: false where its fit did not settle, so that its parameters are not to be used."""
+
+    @property
+    def address(self) -> str:
+        """Path of the page from the output folder."""
+        return self.page or next(iter(self.files))

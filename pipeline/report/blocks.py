@@ -6,8 +6,8 @@ markup, and they come from `pipeline.report.plotting` and `pipeline.report.zooma
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Literal
 
 from markupsafe import Markup
@@ -125,6 +125,35 @@ class Section:
     title: str
     blocks: tuple[Block, ...] = field(default_factory=tuple)
     available: bool = True
+    folded: bool = False
+    """What came in and what was assumed: behind a summary that is opened by who wants it."""
+
+    @property
+    def is_there(self) -> bool:
+        """Whether it holds more than why it is not available."""
+        return self.available or any(not isinstance(one, Paragraph) for one in self.blocks)
+
+    @property
+    def reason(self) -> str:
+        """Why there is nothing, of a section that is not available."""
+        texts = [one.text for one in self.blocks if isinstance(one, Paragraph)]
+        return " ".join(texts).removeprefix("Not computed: ")
+
+
+def fold(section: Section) -> Section:
+    """Return the section behind a summary."""
+    return replace(section, folded=True)
+
+
+def arranged(sections: Iterable[Section]) -> tuple[Section, ...]:
+    """Put what is in the open first, what is folded behind it, and leave out what is not there."""
+    there = [one for one in sections if one.is_there]
+    return tuple(sorted(there, key=lambda one: one.folded))
+
+
+def absent(sections: Iterable[Section]) -> tuple[str, ...]:
+    """Say what is not there and why, one text a section."""
+    return tuple(f"{one.title}: {one.reason}" for one in sections if not one.is_there)
 
 
 def not_computed(anchor: str, title: str, reason: str) -> Section:

@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pipeline.records.day_diagnosis import DayDiagnosis
 from pipeline.records.gains import PooledGain
+from pipeline.records.glance import Glance
 from pipeline.records.trial import DayTables, PageReceipt, SpeedChange, TrialDay
 from pipeline.vehicle.schema import Vehicle
 
@@ -30,6 +32,8 @@ class DayResults:
     """The day's gains against those of the last sound day before."""
     tables: DayTables | None = None
     tables_before: DayTables | None = None
+    glance: Glance | None = None
+    diagnosis: DayDiagnosis | None = None
     provenance: dict[str, str] = field(default_factory=dict)
 
 

@@ -1,10 +1,14 @@
 """The page of a diagnosis: the verdict first, then where, how far it shrinks, and why so."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.language import as_it_is
+from pipeline.records.day_findings import day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.glance import Glance
 from pipeline.report.assets import placed
+from pipeline.report.blocks import Bullets, Figure, Paragraph, Section, absent, arranged, fold
 from pipeline.report.diagnosis_words import (
     identifiers,
     in_words,
@@ -13,6 +17,8 @@ from pipeline.report.diagnosis_words import (
     probability_text,
     verdict_sentence,
 )
+from pipeline.report.first_screen import first_screen
+from pipeline.report.glance import diagnosis_glance
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import plural
 from pipeline.report.sections.diagnosis_answer import (
@@ -42,14 +48,20 @@ def diagnosis_page(
     assets : str
         Address of the folder with the scripts, relative to the page; none without.
     """
+    gap = gap_section(record)
+    ranking = ranking_section(record)
+    picture = next((one for one in ranking.blocks if isinstance(one, Figure)), None)
+    ranking = replace(ranking, blocks=tuple(one for one in ranking.blocks if one is not picture))
+    glance = None if of_bench(record) else glance_of(record)
     sections = (
-        notes_section(record),
-        gap_section(record),
+        ranking,
         shrink_section(record),
-        ranking_section(record),
-        confusable_section(record),
-        next_section(record),
-        evidence_section(record),
+        fold(gap),
+        fold(confusable_section(record)),
+        next_section(record) if glance is None else fold(next_section(record)),
+        fold(notes_section(record)),
+        fold(_as_computed(record)),
+        fold(evidence_section(record)),
         files_section(record, files),
     )
     return render(
@@ -61,9 +73,23 @@ def diagnosis_page(
         probability=_probability(record),
         facts=verdict_facts(record),
         tone=tone(record),
-        sections=sections,
+        told=first_screen(glance),
+        picture=picture,
+        sections=arranged(sections),
+        absent=absent(sections),
         assets=assets,
     )
+
+
+def _as_computed(record: DiagnosisRecord) -> Section:
+    """Give the answer in the words of the diagnosis, with the names that JSON uses."""
+    said = Paragraph(verdict_sentence(record.verdict))
+    return Section("answer", "The answer as computed", (said, Bullets(verdict_facts(record))))
+
+
+def glance_of(record: DiagnosisRecord) -> Glance:
+    """Say first what a diagnosis of pool runs found."""
+    return diagnosis_glance(record, day_findings({record.runs[0]: record})[0])
 
 
 def write_diagnosis_page(

@@ -13,6 +13,7 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.records.gains import PooledGain
+from pipeline.records.glance import Glance
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.measurements import (
     LoadTestRecord,
@@ -41,6 +42,9 @@ class TrialDayLink:
     parameters: tuple[IdentifiedParameter, ...] = ()
     settled: bool = True
     gains: tuple[PooledGain, ...] = ()
+    glance: Glance | None = None
+    lights: tuple[str, ...] = ()
+    """Of each run: red, amber, green, or nothing."""
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,18 @@
 """The page of one pool run: warnings first, then the run, its data, its comparison."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.language import as_it_is
-from pipeline.records.trial import ChannelError
+from pipeline.records.glance import Glance
 from pipeline.report.assets import placed
-from pipeline.report.blocks import Section
+from pipeline.report.blocks import Figure, Paragraph, Section, absent, arranged, fold
+from pipeline.report.day_results import DayResults
+from pipeline.report.figures.track import track_figure
+from pipeline.report.first_screen import first_screen
 from pipeline.report.html import render, write_page
-from pipeline.report.numbers import fixed, general, plural
+from pipeline.report.numbers import fixed, plural
+from pipeline.report.results import VehicleResults
 from pipeline.report.run_results import RunResults
 from pipeline.report.sections.gains import run_gains_section
 from pipeline.report.sections.run_comparison import commands_figure, comparison_section
@@ -20,7 +25,12 @@ from pipeline.report.sections.run_health import (
 from pipeline.report.sections.tables import provenance_table
 
 
-def run_page(results: RunResults, crumbs: tuple[tuple[str, str], ...], assets: str = "") -> str:
+def run_page(
+    results: RunResults,
+    crumbs: tuple[tuple[str, str], ...],
+    assets: str = "",
+    glance: Glance | None = None,
+) -> str:
     """Return the page as HTML text; the same results give the same text.
 
     Parameters
@@ -31,6 +41,8 @@ def run_page(results: RunResults, crumbs: tuple[tuple[str, str], ...], assets: s
         The way back, relative to the page.
     assets : str
         Address of the folder with the scripts, relative to the page; none without.
+    glance : Glance, optional
+        What is told first.
     """
     manoeuvres = manoeuvres_section(results)
     figure = commands_figure(results)
@@ -38,14 +50,23 @@ def run_page(results: RunResults, crumbs: tuple[tuple[str, str], ...], assets: s
         manoeuvres = Section(
             manoeuvres.anchor, manoeuvres.title, (*manoeuvres.blocks, figure), manoeuvres.available
         )
+    track, gains = track_figure(results), run_gains_section(results.trial)
+    picture = track
+    if glance is not None and glance.light != "green" and results.trial is not None:
+        picture = first_figure(gains) or track
+    if track is not None and picture is not track:
+        manoeuvres = replace(manoeuvres, blocks=(*manoeuvres.blocks, track))
+    if picture is not None:
+        gains = replace(gains, blocks=tuple(one for one in gains.blocks if one is not picture))
     sections = (
-        run_warnings_section(results),
-        run_facts_section(results),
-        run_health_section(results),
+        *_if_serious(results),
+        gains,
         manoeuvres,
         comparison_section(results),
-        run_gains_section(results.trial),
-        Section("provenance", "Provenance", (provenance_table(results.provenance),)),
+        fold(run_facts_section(results)),
+        fold(run_health_section(results)),
+        *(() if _if_serious(results) else (fold(run_warnings_section(results)),)),
+        fold(data_section(results)),
     )
     return render(
         "trial.html.j2",
@@ -53,21 +74,40 @@ def run_page(results: RunResults, crumbs: tuple[tuple[str, str], ...], assets: s
         under=(f"{as_it_is(results.vehicle.title)}: a pool run",),
         data_note=results.vehicle.data_note,
         crumbs=crumbs,
-        status=status_text(results.errors, results.warnings),
-        tone=tone(results.errors, results.warnings),
-        sections=sections,
+        told=first_screen(glance),
+        picture=picture,
+        sections=arranged(sections),
+        absent=absent(sections),
         assets=assets,
     )
 
 
+def _if_serious(results: RunResults) -> tuple[Section, ...]:
+    """Return the warnings in the open where there are any."""
+    return (run_warnings_section(results),) if results.errors or results.warnings else ()
+
+
+def first_figure(section: Section) -> Figure | None:
+    """Return the first picture of a section."""
+    return next((one for one in section.blocks if isinstance(one, Figure)), None)
+
+
+def data_section(results: RunResults | DayResults | VehicleResults) -> Section:
+    """Say what a page was made from."""
+    if not results.provenance:
+        return Section("provenance", "Provenance", (Paragraph("No provenance was recorded."),))
+    return Section("provenance", "Provenance", (provenance_table(results.provenance),))
+
+
 def write_run_page(
     results: RunResults,
+    glance: Glance,
     path: Path,
     crumbs: tuple[tuple[str, str], ...],
     assets: Path | None = None,
 ) -> None:
     """Write the page, whole or not at all, and the scripts in `assets`; raises `InputError`."""
-    write_page(run_page(results, crumbs, placed(assets, path)), path)
+    write_page(run_page(results, crumbs, placed(assets, path), glance), path)
 
 
 def status_text(errors: int, warnings: int) -> str:
@@ -81,11 +121,6 @@ def status_text(errors: int, warnings: int) -> str:
     return ", ".join(parts) or "no warnings"
 
 
-def tone(errors: int, warnings: int) -> str:
-    """Return the colour class of a page's status."""
-    return "error" if errors else "warning" if warnings else "good"
-
-
 def run_line(results: RunResults) -> str:
     """Say in one line what other pages say of the run."""
     stored, trial = results.stored, results.trial
@@ -97,17 +132,7 @@ def run_line(results: RunResults) -> str:
     if trial is not None and trial.manoeuvres:
         names = dict.fromkeys(stretch.name.replace("_", " ") for stretch in trial.manoeuvres)
         parts.append(", ".join(names))
-    if trial is not None and trial.channels:
-        ratios = [(one.over_noise, _channel(one)) for one in trial.channels if one.over_noise]
-        if ratios:
-            worst, channel = max(ratios)
-            parts.append(f"largest error {general(worst, 2)} times the noise ({channel})")
-    elif trial is not None:
+    if trial is not None and not trial.channels:
         parts.append("not simulated")
     parts.append(status_text(results.errors, results.warnings))
     return "; ".join(parts)
-
-
-def _channel(one: ChannelError) -> str:
-    """Name a channel where nothing else says which quantity it is of."""
-    return f"shaft speed {one.channel}" if one.quantity == "shaft_speed" else one.channel

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field
 
 from pipeline.errors import Problem
+from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import RunTrial, StoredRun
 from pipeline.vehicle.schema import Vehicle
@@ -29,6 +30,11 @@ class RunResults:
     free: RunTable | None = None
     files: tuple[tuple[str, str], ...] = ()
     provenance: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def manoeuvres(self) -> tuple[ManoeuvreFound, ...]:
+        """What was flown."""
+        return () if self.trial is None else self.trial.manoeuvres
 
     @property
     def all_problems(self) -> tuple[Problem, ...]:

@@ -1,10 +1,13 @@
 """``reports/index.html``: the way to every page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from pipeline.records.glance import Glance
 from pipeline.report.assets import FILTER, placed
+from pipeline.report.first_screen import SIGNS
+from pipeline.report.glance import rank, vehicle_glance
 from pipeline.report.html import render, write_page
 from pipeline.report.links import safe_link
 from pipeline.report.numbers import plural
@@ -54,6 +57,7 @@ class IndexEntry:
     href: str
     status: Status
     data_note: str = ""
+    glance: Glance | None = None
     days: tuple[TrialDayLink, ...] = ()
     """Trial days, the latest first."""
     trend_href: str = ""
@@ -89,7 +93,16 @@ def index_entry(results: VehicleResults, href: str) -> IndexEntry:
         href=safe_link(href),
         status=status_of(results),
         data_note=results.vehicle.data_note,
+        glance=vehicle_glance(results),
     )
+
+
+def worst_first(entries: Sequence[IndexEntry]) -> list[IndexEntry]:
+    """Put the vehicles, and the days of each, in the order in which they ask for attention."""
+    return [
+        replace(entry, days=tuple(sorted(entry.days, key=lambda day: rank(day.glance))))
+        for entry in sorted(entries, key=lambda entry: rank(entry.glance))
+    ]
 
 
 def write_index(
@@ -125,7 +138,8 @@ def write_index(
     """
     text = render(
         "index.html.j2",
-        pages=pages,
+        pages=worst_first(pages),
+        signs=SIGNS,
         diagnosed=diagnosed,
         designs=designs,
         earlier=earlier,

@@ -1,19 +1,32 @@
 """The page of one trial day: warnings, runs, identified parameters and their trend, the tables."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
-from pipeline.records.trial import TrialDay
+from pipeline.records.trial import PageReceipt, TrialDay
 from pipeline.report.assets import placed
-from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
+from pipeline.report.blocks import (
+    Block,
+    Bullets,
+    Details,
+    Links,
+    Paragraph,
+    Section,
+    Table,
+    absent,
+    arranged,
+    fold,
+)
 from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.figures.trend import TREND_TITLE, apart, trend_blocks, unsettled_days
+from pipeline.report.first_screen import SIGNS, first_screen
+from pipeline.report.glance import rank
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
-from pipeline.report.run_page import status_text, tone
-from pipeline.report.sections.gains import day_gains_section, gain_warnings
-from pipeline.report.sections.tables import provenance_table
+from pipeline.report.run_page import data_section, first_figure
+from pipeline.report.sections.gains import by_run_figure, day_gains_section, gain_warnings
 
 #: Said instead of any comparison of such a fit.
 _UNSETTLED = "The fit did not settle: do not use its values."
@@ -31,16 +44,24 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
     assets : str
         Address of the folder with the scripts, relative to the page; none without.
     """
-    errors, warnings = day_counts(results)
+    gains = day_gains_section(results)
+    faults = results.diagnosis.findings[:1] if results.diagnosis is not None else ()
+    bad = next((one.thruster for one in faults if one.thruster is not None), None)
+    told_by_run = by_run_figure(results.trial.gains, bad) if bad is not None else None
+    picture = told_by_run or first_figure(gains)
+    gains = replace(gains, blocks=tuple(one for one in gains.blocks if one is not picture))
+    serious = bool(sum(day_counts(results)))
+    warnings = _warnings(results)
+    fits = _identified(results)
     sections = (
-        _warnings(results),
         _runs(results),
-        _identified(results),
+        gains,
+        warnings if serious else fold(warnings),
+        fits if results.trial.settled else fold(fits),
         _trend(results),
-        _quality(results),
-        day_gains_section(results),
-        _tables(results),
-        Section("provenance", "Provenance", (provenance_table(results.provenance),)),
+        fold(_quality(results)),
+        fold(_tables(results)),
+        fold(data_section(results)),
     )
     return render(
         "trial.html.j2",
@@ -48,9 +69,10 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
         under=(f"{as_it_is(results.vehicle.title)}: {plural(len(results.runs), 'pool run')}",),
         data_note=results.vehicle.data_note,
         crumbs=crumbs,
-        status=status_text(errors, warnings),
-        tone=tone(errors, warnings),
-        sections=sections,
+        told=first_screen(results.glance),
+        picture=picture,
+        sections=arranged(sections),
+        absent=absent(sections),
         assets=assets,
     )
 
@@ -143,11 +165,18 @@ def _warnings(results: DayResults) -> Section:
 
 def _runs(results: DayResults) -> Section:
     items = tuple(
-        (f"{as_it_is(run.name)}: {run.line}", results.links[run.name])
-        for run in results.runs
+        (_run_label(run), results.links[run.name])
+        for run in sorted(results.runs, key=lambda one: rank(one.glance))
         if run.name in results.links
     )
     return Section("runs", "Runs of the day", (Links(items),))
+
+
+def _run_label(run: PageReceipt) -> str:
+    if run.glance is None:
+        return f"{as_it_is(run.name)}: {run.line}"
+    sign, _ = SIGNS[run.glance.light]
+    return f"{sign} {as_it_is(run.name)}: {run.glance.short}; {run.line}"
 
 
 def _identified(results: DayResults) -> Section:

@@ -3,15 +3,18 @@
 from pathlib import Path
 
 from pipeline.report.assets import placed
-from pipeline.report.blocks import Section
+from pipeline.report.bench_results import thrust_figure
+from pipeline.report.blocks import absent, arranged, fold
+from pipeline.report.first_screen import first_screen
+from pipeline.report.glance import vehicle_glance
 from pipeline.report.html import render, write_page
 from pipeline.report.results import VehicleResults
+from pipeline.report.run_page import data_section
 from pipeline.report.sections.allocation import allocation_section
 from pipeline.report.sections.changes import changes_section
 from pipeline.report.sections.closing import (
     firmware_section,
     outliers_section,
-    provenance_section,
 )
 from pipeline.report.sections.drive import drive_section
 from pipeline.report.sections.gains import vehicle_gains_section
@@ -20,36 +23,35 @@ from pipeline.report.sections.inputs import inputs_section
 from pipeline.report.sections.inverse import inverse_section
 from pipeline.report.sections.propeller import propeller_section
 from pipeline.report.sections.static import static_section
-from pipeline.report.sections.trials import has_trend, trials_section
+from pipeline.report.sections.trials import trials_section
 from pipeline.report.sections.uncertainty import uncertainty_section
 from pipeline.report.sections.validation import validation_section
 from pipeline.report.sections.warnings import warnings_section
 from pipeline.report.sections.working_points import working_points_section
-from pipeline.report.site import status_of
 
 __all__ = ["VehicleResults", "vehicle_page", "write_vehicle_page"]
 
 #: The page stands in a folder of its own beside the index.
 INDEX_HREF = "../index.html"
 
-SECTIONS = (
+#: What a reader comes for, in the open.
+RESULTS = (trials_section, vehicle_gains_section, firmware_section)
+#: How it was found and what came in, behind summaries.
+BEHIND = (
     warnings_section,
-    trials_section,
-    vehicle_gains_section,
-    inputs_section,
+    inverse_section,
+    static_section,
     propeller_section,
     drive_section,
     working_points_section,
-    static_section,
     gap_section,
-    inverse_section,
     allocation_section,
     validation_section,
     uncertainty_section,
     outliers_section,
-    firmware_section,
+    inputs_section,
     changes_section,
-    provenance_section,
+    data_section,
 )
 
 
@@ -71,18 +73,23 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: 
         A document with style and figures inline and nothing from a network; scripts only for
         figures that can be zoomed.
     """
-    sections: tuple[Section, ...] = tuple(
-        build(results) for build in SECTIONS if build is not changes_section or results.changes
+    sections = (
+        *(build(results) for build in RESULTS),
+        *(
+            fold(build(results))
+            for build in BEHIND
+            if build is not changes_section or results.changes
+        ),
     )
-    published = results.vehicle.published
     return render(
         "vehicle.html.j2",
         vehicle=results.vehicle,
         index_href=index_href,
-        status=status_of(results),
-        sections=sections,
-        published_source=published.source if published is not None else "",
-        assets=assets if has_trend(results) else "",
+        told=first_screen(vehicle_glance(results)),
+        picture=thrust_figure(results),
+        sections=arranged(sections),
+        absent=absent(sections),
+        assets=assets,
     )
 
 

@@ -43,6 +43,27 @@ rule trial_day:
         "--to {output:q} {params.files:q} >{log:q} 2>&1"
 
 
+rule day_diagnosis:
+    input:
+        lambda wildcards: PLAN.day_waits_for(
+            "day_diagnosis", wildcards.vehicle, wildcards.item
+        ),
+    output:
+        "processed/{vehicle}/day_diagnoses/{item}.json",
+    log:
+        "processed/{vehicle}/logs/day_diagnosis/{item}.log",
+    wildcard_constraints:
+        item=PLAN.day_pattern("day_diagnosis"),
+    params:
+        code=code_digest("pipeline.stages.day_diagnosis"),
+        files=lambda wildcards: PLAN.day_inputs(
+            "day_diagnosis", wildcards.vehicle, wildcards.item
+        ),
+    shell:
+        "{PYTHON} -m pipeline stage day_diagnosis --vehicle {wildcards.vehicle} --code {params.code} "
+        "--to {output:q} {params.files:q} >{log:q} 2>&1"
+
+
 # The tables of a past day are history: nothing makes them again.
 rule day_tables:
     input:

@@ -39,8 +39,17 @@ def write_whole_index(receipts: Iterable[Path], index: Path) -> None:
                 record.errors, record.warnings, record.failed_checks, record.not_computed
             ),
             data_note=record.data_note,
+            glance=record.glance,
             days=tuple(
-                TrialDayLink(day.name, day.title, day.line, day.href, day.runs)
+                TrialDayLink(
+                    day.name,
+                    day.title,
+                    day.line,
+                    day.href,
+                    day.runs,
+                    glance=day.glance,
+                    lights=day.lights,
+                )
                 for day in record.days
             ),
             trend_href=record.trend_href,

@@ -1,6 +1,7 @@
 """Receipts of files that are not JSON records: their digests, by path from the output folder."""
 
 from pipeline.records.base import Record
+from pipeline.records.glance import Glance
 
 
 class FirmwareFiles(Record):
@@ -22,6 +23,9 @@ class DayLine(Record):
     line: str
     href: str
     runs: tuple[tuple[str, str], ...] = ()
+    glance: Glance | None = None
+    lights: tuple[str, ...] = ()
+    """Of each run."""
 
 
 class PageFile(Record):
@@ -36,6 +40,7 @@ class PageFile(Record):
     warnings: int
     failed_checks: int
     not_computed: int
+    glance: Glance | None = None
     days: tuple[DayLine, ...] = ()
     """Trial days, the latest first."""
     trend_href: str = ""

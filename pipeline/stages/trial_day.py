@@ -21,7 +21,7 @@ from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.sensor_schema import Sensors
 
 #: Seconds of run that one day's fit takes. A longer one is `rig2sea identify`.
-BUDGET_S = 240.0
+BUDGET_S = 120.0
 #: Steps of the fit; a day whose model is right takes 9 to 16. A fit that needs more is stopped
 #: where it stands and the page says so. Steps and not seconds: the same logs give the same page,
 #: whatever else the machine has to do.

@@ -1,13 +1,19 @@
 """A trial day's fit, runs and tables, and the days before -> its page and a receipt."""
 
 from collections.abc import Mapping
+from pathlib import Path
 
 from pipeline.identify.thruster_gains import against_day
 from pipeline.plan import report_file
 from pipeline.provenance import file_digest
+from pipeline.records.day_diagnosis import DayDiagnosis
 from pipeline.records.gains import PooledGain
+from pipeline.records.glance import Glance
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
 from pipeline.report.day_results import DayResults
+from pipeline.report.first_screen import with_glance
+from pipeline.report.glance import FOLLOWS, Flown, day_glance, rank, run_glance
+from pipeline.report.html import write_page
 from pipeline.report.links import address_from
 from pipeline.report.numbers import plural
 from pipeline.report.run_page import status_text
@@ -19,6 +25,7 @@ from pipeline.stages.page_provenance import page_provenance
 def run(job: Job) -> str:
     """Write the page."""
     page, day = job.more_outputs[0], job.output.stem
+    said: list[Glance] = []
 
     def compute() -> PageReceipt:
         days = job.all_in("trial_days", "trial_day", TrialDay)
@@ -28,13 +35,26 @@ def run(job: Job) -> str:
         before = next(iter(tables.values()), None)
         pages = job.all_in("run_pages", "run_page", PageReceipt)
         runs = tuple(one.record for _, one in pages if one.record is not None)
+        told = {
+            name: one.record
+            for name, one in job.all_in("day_diagnoses", "day_diagnosis", DayDiagnosis)
+        }
+        flown = Flown(
+            {one.name: one.manoeuvres for one in runs},
+            tuple(one.name for one in runs if one.errors),
+        )
+        last = next((told[name] for name in sorted(told, reverse=True) if name < day), None)
+        glance = day_glance(job.vehicle_name, day, told.get(day), flown, last)
+        runs = tuple(_completed(job, one, told.get(day), glance) for one in runs)
         results = DayResults(
             vehicle=job.vehicle(),
             day=day,
             trial=trials.get(day) or TrialDay(vehicle=job.vehicle_name, day=day, runs=()),
             earlier={name: one for name, one in trials.items() if name < day},
             runs=runs,
-            links={one.name: address_from(page, next(iter(one.files))) for one in runs},
+            links={one.name: address_from(page, one.address) for one in runs},
+            glance=glance,
+            diagnosis=told.get(day),
             compared=_compared(trials, day),
             tables=None if now is None else now.record,
             tables_before=None if before is None else before.record,
@@ -48,18 +68,25 @@ def run(job: Job) -> str:
             (job.vehicle_name, address_from(page, report_file(job.vehicle_name))),
         )
         write_day_page(results, page, crumbs, page.parents[2] / "assets")
+        said.append(glance)
         errors, warnings = day_counts(results)
         fit = results.trial.identification
         return PageReceipt(
             kind="day",
             name=day,
-            files={page.as_posix(): file_digest(page)},
+            files={
+                path.as_posix(): file_digest(path)
+                for path in (page, *(Path(one.address) for one in runs))
+            },
+            page=page.as_posix(),
+            glance=glance,
             title=f"Trial day {day}",
             errors=errors,
             warnings=warnings,
             line=_line(results, errors, warnings),
             runs=tuple(
-                RunLine(name=one.name, line=one.line, page=next(iter(one.files))) for one in runs
+                RunLine(name=one.name, line=one.line, page=one.address, glance=one.glance)
+                for one in sorted(runs, key=lambda one: rank(one.glance))
             ),
             parameters=()
             if fit is None
@@ -68,7 +95,28 @@ def run(job: Job) -> str:
             settled=results.trial.settled,
         )
 
-    return write_record(job, compute)
+    return write_record(job, compute) or (said[0].short if said else "")
+
+
+def _completed(job: Job, run: PageReceipt, told: DayDiagnosis | None, day: Glance) -> PageReceipt:
+    """Write the page of a run anew with what its day's diagnosis says of it."""
+    text = Path(next(iter(run.files))).read_text(encoding="utf-8")
+    if run.glance is None or told is None or run.errors:
+        write_page(text, Path(run.address))
+        return run
+    glance = run_glance(
+        job.vehicle_name,
+        run.name,
+        told,
+        Flown({run.name: run.manoeuvres}),
+        last=day.last_advice,
+    )
+    if all(run.name not in one.runs for one in told.findings):
+        why = told.without.get(run.name, told.why_not)
+        matter = run.glance.matter.replace(FOLLOWS, f"No diagnosis: {why}" if why else "").strip()
+        glance = run.glance.model_copy(update={"matter": matter, "last_advice": day.last_advice})
+    write_page(with_glance(text, glance), Path(run.address))
+    return run.model_copy(update={"glance": glance})
 
 
 def _compared(trials: Mapping[str, TrialDay], day: str) -> tuple[PooledGain, ...]:

@@ -16,7 +16,7 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
-from pipeline.records.trial import PageReceipt
+from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.records.validation import AllocatorValidation
 from pipeline.report.links import address_from, safe_link
 from pipeline.report.results import TrialDayLink
@@ -61,6 +61,7 @@ def run(job: Job) -> str:
             warnings=entry.status.warnings,
             failed_checks=entry.status.failed_checks,
             not_computed=entry.status.not_computed,
+            glance=entry.glance,
             days=_for_index(results, page),
             trend_href=f"{entry.href}#trend" if has_trend(results) else "",
         )
@@ -103,18 +104,23 @@ def _trials(job: Job, page: Path) -> tuple[TrialDayLink, ...]:
             one.name,
             one.title,
             one.line,
-            address_from(page, next(iter(one.files))),
-            tuple(
-                (f"{as_it_is(run.name)}: {run.line}", address_from(page, run.page))
-                for run in one.runs
-            ),
+            address_from(page, one.address),
+            tuple((run_label(run), address_from(page, run.page)) for run in one.runs),
             one.parameters,
             one.settled,
             one.gains,
+            one.glance,
+            tuple("" if run.glance is None else run.glance.light for run in one.runs),
         )
         for one in receipts
         if one is not None
     )
+
+
+def run_label(run: RunLine) -> str:
+    """Name a run in a list, with what there is to say of it."""
+    said = run.line if run.glance is None else f"{run.glance.short}; {run.line}"
+    return f"{as_it_is(run.name)}: {said}"
 
 
 def _for_index(results: VehicleResults, page: Path) -> tuple[DayLine, ...]:
@@ -127,6 +133,8 @@ def _for_index(results: VehicleResults, page: Path) -> tuple[DayLine, ...]:
             line=day.line,
             href=f"{folder}/{day.href}",
             runs=tuple((label, f"{folder}/{address}") for label, address in day.runs),
+            glance=day.glance,
+            lights=day.lights,
         )
         for day in reversed(results.trials)
     )

@@ -334,6 +334,8 @@ class Vehicle(Section):
     pool: PoolColumns = PoolColumns()
     accepted_days: tuple[Day, ...] = Field(default=(), max_length=1000)
     """Trial days on which the vehicle was well; their runs are what it is compared with later."""
+    diagnose: bool = True
+    """Whether every pool day is diagnosed by `rig2sea run`."""
     published: Published | None = None
     accept: dict[Gate, Annotated[str, Field(min_length=10, max_length=400)]] = {}
     """Failed checks that the firmware is written in spite of, each with the reason."""

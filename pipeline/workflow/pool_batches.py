@@ -9,8 +9,13 @@ is good is decided by its envelope (`pool_plan`), as for every other.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-#: Phase -> its stages. Reading does not wait for the bench; flying does.
-PHASES: Mapping[str, tuple[str, ...]] = {"read": ("pool_run",), "fly": ("run_trial", "run_page")}
+#: Phase -> its stages. Reading does not wait for the bench; flying does. A page
+#: waits for no diagnosis.
+PHASES: Mapping[str, tuple[str, ...]] = {
+    "read": ("pool_run",),
+    "fly": ("run_trial", "run_page"),
+    "diagnose": ("run_diagnosis",),
+}
 #: A process takes at most so many runs: what is lost when it is killed.
 MOST_RUNS = 8
 #: A log of this size or more has a process of its own, whose memory is then its own too.

@@ -11,9 +11,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from pipeline.errors import InputError
 from pipeline.ingest.mcap_start import day_of
 from pipeline.plan import VehicleFolder, processed_file
-from pipeline.provenance import code_digest
+from pipeline.provenance import code_digest, read_raw_envelope
 from pipeline.workflow.known_files import Head, KnownFiles
 from pipeline.workflow.pool_batches import Batch, batches
 from pipeline.workflow.pool_runs import (
@@ -32,12 +33,14 @@ ROOMS = {
     "pool_run": "pool",
     "run_trial": "run_trials",
     "run_page": "run_pages",
+    "run_diagnosis": "run_diagnoses",
     "trial_day": "trial_days",
+    "day_diagnosis": "day_diagnoses",
     "day_tables": "day_tables",
     "trial_page": "trial_pages",
 }
-RUN_STAGES = ("pool_run", "run_trial", "run_page")
-DAY_STAGES = ("trial_day", "day_tables", "trial_page")
+RUN_STAGES = ("pool_run", "run_trial", "run_page", "run_diagnosis")
+DAY_STAGES = ("trial_day", "day_diagnosis", "day_tables", "trial_page")
 #: What the bench gave of the thrusters.
 BENCH = ("static", "propeller", "drive")
 #: The trend of a day's page goes back over this many trial days.
@@ -49,7 +52,7 @@ class PoolPlan:
     """A vehicle's runs and days, and what of each is to be made.
 
     `logs` run -> log; `days` day -> its runs, in order of time; `pending` stage -> runs or days;
-    `contents` run -> digest of its files.
+    `contents` run -> digest of its files; `sound` are the runs of the reference that is used.
     """
 
     vehicle: str
@@ -59,6 +62,7 @@ class PoolPlan:
     contents: Mapping[str, str] = field(default_factory=dict)
     stale: tuple[str, ...] = ()
     batches: tuple[Batch, ...] = ()
+    sound: tuple[str, ...] = ()
 
     @cached_property
     def _dated(self) -> tuple[str, ...]:
@@ -72,6 +76,7 @@ class PoolPlan:
             "days": {day: list(runs) for day, runs in self.days.items()},
             "pending": {stage: list(items) for stage, items in self.pending.items()},
             "contents": dict(self.contents),
+            "sound": list(self.sound),
             "batches": [[batch.phase, list(batch.runs)] for batch in self.batches],
         }
 
@@ -85,9 +90,12 @@ class PoolPlan:
             {stage: tuple(items) for stage, items in body["pending"].items()},
             body["contents"],
             batches=tuple(Batch(phase, tuple(runs)) for phase, runs in body["batches"]),
+            sound=tuple(body["sound"]),
         )
 
-    def inputs(self, stage: str, item: str, vehicle_file: str) -> list[str]:
+    def inputs(  # noqa: PLR0911 - one a stage
+        self, stage: str, item: str, vehicle_file: str
+    ) -> list[str]:
         """Return the files that a stage reads for a run or a day."""
         one = self.vehicle
 
@@ -102,7 +110,14 @@ class PoolPlan:
             return [vehicle_file, log, *of_runs("pool_run", (item,)), *bench]
         if stage == "run_page":
             return [vehicle_file, *of_runs("pool_run", (item,)), *of_runs("run_trial", (item,))]
-        runs = self.days[item]
+        runs = (item,) if stage == "run_diagnosis" else self.days[item]
+        read = of_runs("pool_run", tuple(dict.fromkeys((*runs, *self.sound))))
+        reference = [processed_file(one, "reference")] if self.sound else []
+        if stage == "run_diagnosis":
+            return [vehicle_file, *bench, *read, *reference]
+        if stage == "day_diagnosis":
+            own = of_runs("run_diagnosis", runs)
+            return [vehicle_file, *bench, *read, *reference, *own]
         if stage == "trial_day":
             return [vehicle_file, *bench, *of_runs("pool_run", runs)]
         if stage == "day_tables":
@@ -110,8 +125,10 @@ class PoolPlan:
         earlier = self._dated[: bisect_left(self._dated, item)]
         before = [run_file(one, ROOMS["trial_day"], day) for day in earlier[-TREND_DAYS:]]
         tables = [run_file(one, ROOMS["day_tables"], day) for day in (*earlier[-1:], item)]
-        own = run_file(one, ROOMS["trial_day"], item)
-        return [vehicle_file, own, *before, *tables, *of_runs("run_page", runs)]
+        fit = run_file(one, ROOMS["trial_day"], item)
+        told = [run_file(one, ROOMS["day_diagnosis"], day) for day in (*earlier[-1:], item)]
+        by_run = [*of_runs("run_page", runs), *of_runs("run_diagnosis", runs)]
+        return [vehicle_file, fit, *before, *tables, *told, *by_run]
 
     def raw_files(self, stage: str, item: str) -> list[str]:
         """Return the raw files among them: the log, and its notes where they are read."""
@@ -168,9 +185,9 @@ def plan_pool(
     logs = {log.run: log for log in found}
     digests = {run: [known.digest(out / path) for path in log.inputs] for run, log in logs.items()}
     days = by_day({run: day_of(out / log.path) for run, log in logs.items()})
-    plan = PoolPlan(
-        vehicle.name, logs, days, {}, {run: "-".join(own)[:160] for run, own in digests.items()}
-    )
+    contents = {run: "-".join(own)[:160] for run, own in digests.items()}
+    sound = sound_of_reference(out / processed_file(vehicle.name, "reference"), logs)
+    plan = PoolPlan(vehicle.name, logs, days, {}, contents, sound=sound)
     pending: dict[str, tuple[str, ...]] = {}
     gone: set[str] = set()
     latest = max((day for day in days if day != UNDATED), default=UNDATED)
@@ -199,7 +216,19 @@ def plan_pool(
     there = tuple(file for file in stale if (out / file).is_file())
     sizes = {run: log_size(out / log.path) for run, log in logs.items()}
     shared = batches(pending, days, sizes, workers)
-    return PoolPlan(vehicle.name, logs, days, pending, plan.contents, there, shared)
+    return PoolPlan(vehicle.name, logs, days, pending, contents, there, shared, sound)
+
+
+def sound_of_reference(path: Path, logs: Mapping[str, PoolLog]) -> tuple[str, ...]:
+    """Return the runs of a vehicle's reference; none where there is none, or it is not used."""
+    if not path.is_file():
+        return ()
+    try:
+        record = read_raw_envelope(path, "reference")["record"] or {}
+        names = [str(run["name"]) for run in record["runs"]] if record["used"] else []
+    except (InputError, KeyError, TypeError):
+        return ()
+    return tuple(name for name in names if name in logs)
 
 
 def _is_whole(head: Head, out: Path, known: KnownFiles) -> bool:
@@ -233,7 +262,9 @@ def _fits(  # noqa: PLR0917 - one caller
 
 
 def _left_by(plan: PoolPlan, stage: str, item: str, head: Head | None) -> list[str]:
-    """Return all files of a result."""
+    """Return all files of a result that go with it; pages of runs stay until they are replaced."""
+    if stage == "trial_page":
+        return plan.outputs(stage, item)
     return [*plan.outputs(stage, item), *(head.files if head is not None else ())]
 
 
@@ -258,8 +289,11 @@ def _orphans(vehicle: str, out: Path, plan: PoolPlan) -> list[str]:
         (f"processed/{vehicle}/run_trials", ".npz", plan.logs.__contains__),
         (f"processed/{vehicle}/run_trials", ".mcap", plan.logs.__contains__),
         (f"reports/{vehicle}/runs", ".html", plan.logs.__contains__),
-        (f"processed/{vehicle}/trial_days", ".json", plan.days.__contains__),
-        (f"processed/{vehicle}/trial_pages", ".json", plan.days.__contains__),
+        (f"processed/{vehicle}/run_pages", ".html", plan.logs.__contains__),
+        *(
+            (f"processed/{vehicle}/{ROOMS[stage]}", ".json", plan.days.__contains__)
+            for stage in ("trial_day", "day_diagnosis", "trial_page")
+        ),
         (f"reports/{vehicle}/trials", ".html", plan.days.__contains__),
     ]
     for room, ending, is_known in rooms:

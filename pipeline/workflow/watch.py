@@ -183,19 +183,30 @@ def _logs_of(path: Path, files: Iterable[Path]) -> list[str]:
 
 def page_lines(result: Result, out: Path) -> Iterable[str]:
     """Yield a line for each new page of a run or day: what it says and where it is."""
-    for page in result.pages:
+    receipts = {page: _receipt(page, out) for page in result.pages}
+    # what a day says of its runs is known when it is diagnosed, after their own receipts
+    runs = {run.page: run for one in receipts.values() if one is not None for run in one.runs}
+    for page, record in receipts.items():
         _, vehicle, kind, file = page.split("/", 3)
-        stage, what = ("run_page", "run") if kind == "runs" else ("trial_page", "trial day")
-        name = file.removesuffix(".html")
-        try:
-            receipt = out / run_file(vehicle, ROOMS[stage], name)
-            record = read_envelope(receipt, stage, PageReceipt).record
-        except InputError:
-            record = None
-        line = record.line if record is not None else "done"
-        yield f"{vehicle}: {what} {name}: {line}: {out / page}"
+        what = "run" if kind == "runs" else "trial day"
+        line = "done"
+        if record is not None:
+            told = runs[page].glance if page in runs else record.glance
+            line = record.line if told is None else f"{told.short}; {record.line}"
+        yield f"{vehicle}: {what} {file.removesuffix('.html')}: {line}: {out / page}"
     if result.done and result.complete and not result.pages:
         yield f"{', '.join(result.vehicles)}: up to date: {out / 'reports' / 'index.html'}"
+
+
+def _receipt(page: str, out: Path) -> PageReceipt | None:
+    """Return what a page of a run or a day left of itself; None where that cannot be read."""
+    _, vehicle, kind, file = page.split("/", 3)
+    stage = "run_page" if kind == "runs" else "trial_page"
+    try:
+        path = out / run_file(vehicle, ROOMS[stage], file.removesuffix(".html"))
+        return read_envelope(path, stage, PageReceipt).record
+    except InputError:
+        return None
 
 
 def _errors(result: Result) -> list[str]:

@@ -74,6 +74,47 @@ const measure = async (view, one) => {
 """
 
 
+#: Screens of a table and of a telephone, and the pages that begin with what is the matter.
+SCREENS = {1440: 900, 400: 800}
+FIRST = ("vehicle", "run", "trial", "diagnosis")
+PLACE = """
+const measure = async (view) => {
+  const page = view.document;
+  const told = [...page.querySelectorAll(".told > *, .told li")];
+  const figure = page.querySelector(".glance figure svg.plot");
+  return {
+    lowest: Math.max(...told.map((one) => one.getBoundingClientRect().bottom)),
+    picture: figure ? figure.getBoundingClientRect().top : 0,
+    wide: page.documentElement.scrollWidth,
+    sign: page.querySelector(".told .light").textContent.trim().split(/\\s+/),
+  };
+};
+"""
+
+
+@pytest.fixture(scope="module")
+def placed(
+    browser: str, pages: dict[str, Path], tmp_path_factory: pytest.TempPathFactory
+) -> dict[str, Any]:
+    """Where the last line of each first screen ends."""
+    wanted = [
+        {"name": f"{kind} {width}", "width": width, "address": pages[kind].as_uri()}
+        for kind in FIRST
+        for width in SCREENS
+    ]
+    return browse(browser, wanted, PLACE, tmp_path_factory.mktemp("place"))[0]
+
+
+@pytest.mark.parametrize("kind", FIRST)
+@pytest.mark.parametrize("width", SCREENS)
+def test_what_is_the_matter_fits_one_screen(placed: dict[str, Any], kind: str, width: int) -> None:
+    found = placed[f"{kind} {width}"]
+    assert found["lowest"] <= SCREENS[width]
+    assert found["picture"] <= SCREENS[width]
+    assert found["wide"] <= width
+    assert len(found["sign"]) == 2, "a sign and a word beside the colour"
+
+
 @pytest.fixture(scope="module")
 def measured(
     browser: str, pages: dict[str, Path], tmp_path_factory: pytest.TempPathFactory

@@ -13,11 +13,12 @@ from synthetic_bench import Bench
 
 from pipeline.export.mcap_log import write_run_log
 from pipeline.simulate.sensors import Log
+from pipeline.workflow.pool_plan import DAY_STAGES
 
 THRUSTERS = ("upper", "lower", "left", "right")
 START_NS = 1_777_000_000_000_000_000
 BROKEN = "brö{ken} <b>&.mcap"
-STAGES = ("pool_run", "run_page", "run_trial")
+STAGES = ("pool_run", "run_page", "run_trial", "run_diagnosis")
 
 
 def write_log(path: Path, start_ns: int) -> None:
@@ -80,7 +81,9 @@ def test_broken_log_is_named_and_the_others_are_read(trials: tuple[Bench, str]) 
 
 def test_page_leads_with_what_is_wrong_and_says_what_to_add(trials: tuple[Bench, str]) -> None:
     text = page(trials[0], "boat/runs/first.html")
-    order = [text.index(f'<h2 id="{anchor}"') for anchor in ("warnings", "run", "health")]
+    order = [
+        text.index(f' id="{anchor}"') for anchor in ("warnings", "manoeuvres", "run", "health")
+    ]
     assert order == sorted(order)
     assert "has no model: section" in text
     assert "A vehicle file with a model: section" in text
@@ -139,13 +142,11 @@ def test_second_execution_does_nothing_and_one_more_run_is_one_more_run(
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert [line.partition(":")[0] for line in lines] == ["boat", "boat"]
-    assert lines[0].startswith("boat: run third: 6 s; ")
+    assert lines[0].startswith("boat: run third: not judged; 6 s; ")
     assert lines[0].endswith(": reports/boat/runs/third.html")
     assert lines[1].endswith(": reports/boat/trials/2026-04-26.html")
     made = [stage for _, stage in bench.stages_run()]
-    assert sorted(made) == sorted(
-        [*STAGES, "day_tables", "trial_day", "trial_page", "vehicle_page", "index_page"]
-    )
+    assert sorted(made) == sorted([*STAGES, *DAY_STAGES, "vehicle_page", "index_page"])
     after = bench.results()
     for name, mark in before.items():
         if "br_ken" in name or ("undated" in name and "day_tables" not in name):

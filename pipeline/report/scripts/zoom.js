@@ -2,6 +2,53 @@
 // does not run, or the plotting library is not there, the still pictures stay.
 "use strict";
 
+// A file of numbers behind every table and curve, made where it is asked for.
+(() => {
+  const word = document.documentElement.lang === "ru" ? "Скачать CSV" : "Download CSV";
+  const cell = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+  const save = (name, rows) => {
+    const text = rows.map((row) => row.map((one) => cell(String(one ?? ""))).join(",")).join("\n");
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(new Blob([`${text}\n`], { type: "text/csv" }));
+    link.download = `${name}.csv`;
+    link.click();
+    setTimeout(() => URL.revokeObjectURL(link.href), 1000);
+  };
+  const button = (after, name, rows) => {
+    const own = document.createElement("button");
+    own.type = "button";
+    own.className = "csv";
+    own.textContent = word;
+    own.addEventListener("click", () => save(name, rows()));
+    after.after(own);
+  };
+  const numbers = (one) => {
+    if (!one || !one.bdata) return one || [];
+    const bytes = Uint8Array.from(atob(one.bdata), (sign) => sign.charCodeAt(0));
+    return one.dtype === "f8" ? new Float64Array(bytes.buffer) : new Float32Array(bytes.buffer);
+  };
+  document.querySelectorAll(".wide > table").forEach((table, place) => {
+    const rows = () => [...table.rows].map((row) => [...row.cells].map((one) => one.innerText.trim()));
+    button(table.parentElement, `table-${place + 1}`, rows);
+  });
+  document.querySelectorAll("script.zoom-data").forEach((data) => {
+    const figure = data.closest("figure");
+    const rows = () => {
+      const { data: traces, layout } = JSON.parse(data.textContent);
+      const axis = (one) => layout[(one.yaxis || "y").replace("y", "yaxis")]?.title?.text || "";
+      const x = layout.xaxis?.title?.text || "x";
+      return [
+        ["panel", "curve", x, "value"],
+        ...traces.flatMap((one) => {
+          const values = numbers(one.y);
+          return [...numbers(one.x)].map((at, k) => [axis(one), one.name, at, values[k]]);
+        }),
+      ];
+    };
+    button(figure.querySelector("figcaption"), figure.id, rows);
+  });
+})();
+
 (() => {
   if (!window.Plotly) return;
   // a finger that moves the page must not draw a zoom box

@@ -6,7 +6,6 @@ from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
 from pipeline.report.links import safe_link
 from pipeline.report.numbers import fixed, general, plural, signed, speed
 from pipeline.report.results import VehicleResults
-from pipeline.report.sections.tables import provenance_table
 
 
 def outliers_section(results: VehicleResults) -> Section:
@@ -107,10 +106,3 @@ def firmware_section(results: VehicleResults) -> Section:
     return Section(
         "firmware", "Firmware files", tuple(blocks), available=bool(results.firmware_files)
     )
-
-
-def provenance_section(results: VehicleResults) -> Section:
-    """Digests and versions, line by line."""
-    if not results.provenance:
-        return Section("provenance", "Provenance", (Paragraph("No provenance was recorded."),))
-    return Section("provenance", "Provenance", (provenance_table(results.provenance),))

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pipeline.language import as_it_is
 from pipeline.records.gains import PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.trial import RunTrial
-from pipeline.report.blocks import Block, Paragraph, Section, Table
+from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table
 from pipeline.report.day_results import DayResults
 from pipeline.report.figures.gains import Bar, gains_figure
 from pipeline.report.numbers import fixed
@@ -76,6 +76,33 @@ def vehicle_gains_section(results: VehicleResults) -> Section:
         f"What each thruster gave on {days[-1].name}, the latest trial day",
     )
     return Section(ANCHOR, TITLE, (figure, table))
+
+
+def by_run_figure(gains: ThrusterGains | None, thruster: str) -> Figure | None:
+    """Draw what one thruster gave in each run; None where no run tells.
+
+    Parameters
+    ----------
+    gains : ThrusterGains or None
+        Of a day.
+    thruster : str
+        The one that a finding is of.
+    """
+    own = [
+        one
+        for one in (gains.gains if gains is not None else ())
+        if one.thruster == thruster and one.axis == _ALL and one.judged
+    ]
+    bars = [
+        Bar(as_it_is(one.run), one.value, one.ci95)
+        for one in own
+        if one.value is not None and one.ci95 is not None
+    ]
+    if not bars:
+        return None
+    return gains_figure(
+        "fig-gain-by-run", bars, f"What the {as_it_is(thruster)} thruster gave, run by run"
+    )
 
 
 def gain_warnings(gains: ThrusterGains | None) -> list[str]:

@@ -64,12 +64,10 @@ def test_where_the_effect_sits_is_said_in_words(record: DiagnosisRecord) -> None
 def test_the_verdict_comes_first_and_the_notes_before_the_rest(
     page: str, record: DiagnosisRecord
 ) -> None:
-    places = [page.index(record.verdict.sentence.split(":")[0]), page.index('id="notes"')]
-    places += [
-        page.index(f'id="{anchor}"')
-        for anchor in ("gap", "shrink", "ranking", "confusable", "next", "evidence", "files")
-    ]
+    anchors = ("ranking", "shrink", "files", "gap", "confusable", "next", "notes", "answer")
+    places = [page.index('class="matter"'), *(page.index(f'id="{one}"') for one in anchors)]
     assert places == sorted(places)
+    assert record.verdict.sentence.split(":")[0] in page
 
 
 def test_every_answer_interval_and_group_is_on_the_page(page: str, record: DiagnosisRecord) -> None:

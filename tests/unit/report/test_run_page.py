@@ -12,7 +12,7 @@ from pipeline.errors import Place
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES
 from pipeline.report.figures.run_channels import command_figure
 from pipeline.report.results import VehicleResults
-from pipeline.report.run_page import run_line, run_page
+from pipeline.report.run_page import run_page
 from pipeline.report.zoomable import Resolution
 from pipeline.stages.run_page import overlay_label
 
@@ -122,22 +122,6 @@ def test_without_scripts_there_are_none(results: VehicleResults) -> None:
     text = run_page(run_records.run_results(results.vehicle), CRUMBS)
     assert "<script defer" not in text
     assert "script-src" not in text
-
-
-def test_a_shaft_speed_is_called_one_where_nothing_else_says_so(results: VehicleResults) -> None:
-    found = run_records.run_results(results.vehicle)
-    assert found.trial is not None
-    worst = max(one.rmse_windows for one in found.trial.channels)
-    channels = tuple(
-        one.model_copy(update={"rmse_windows": 9.0 * worst})
-        if one.quantity == "shaft_speed"
-        else one
-        for one in found.trial.channels
-    )
-    last = max(one.name for one in results.vehicle.thrusters)
-    line = run_line(replace(found, trial=found.trial.model_copy(update={"channels": channels})))
-    assert f"times the noise (shaft speed {last})" in line
-    assert "times the noise (w)" in run_line(found)
 
 
 def test_the_noise_of_a_run_is_called_what_it_holds(long_run: str) -> None:

@@ -173,9 +173,9 @@ def test_what_the_corrected_file_predicts_has_a_column_of_its_own(results: Vehic
 
 def test_fit_that_no_window_judges_is_no_missing_fit(results: VehicleResults) -> None:
     there = day_page(day(results, 10.0), CRUMBS)
-    assert "Not computed: no window was left to judge the fit by." in there
+    assert "took no part: no window was left to judge the fit by." in there
     missing = replace(day(results, 10.0), trial=without_fit("2026-05-04"))
-    assert "Not computed: there is no fit to judge." in day_page(missing, CRUMBS)
+    assert "took no part: there is no fit to judge." in day_page(missing, CRUMBS)
 
 
 def test_fit_that_determines_nothing_says_so_without_an_empty_list(results: VehicleResults) -> None:
@@ -197,7 +197,7 @@ def test_a_fit_that_did_not_settle_is_compared_with_nothing(results: VehicleResu
     found = replace(day(results, 15.0, 10.2), trial=unsettled("2026-05-04", 15.0))
     assert day_warnings(found) == ("The fit did not settle: do not use its values.",)
     text = day_page(found, CRUMBS)
-    (section,) = re.findall(r'<h2 id="identified">.*?</section>', text, re.DOTALL)
+    (section,) = re.findall(r'<summary id="identified">.*?</details>', text, re.DOTALL)
     assert "The fit did not settle: do not use its values." in section
     assert '<tr class="warning">' not in section
     assert "2026-05-03" not in section

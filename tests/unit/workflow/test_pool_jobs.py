@@ -9,7 +9,7 @@ from pipeline.plan import VehicleFolder
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.pool_batches import ALONE_BYTES, MOST_RUNS, batches, mark_file
 from pipeline.workflow.pool_jobs import PoolJobs
-from pipeline.workflow.pool_plan import plan_pool
+from pipeline.workflow.pool_plan import RUN_STAGES, plan_pool
 from pipeline.workflow.targets import Targets
 
 BOAT = VehicleFolder("boat", "raw/boat")
@@ -33,9 +33,7 @@ def jobs(root: Path, workers: int = 2) -> PoolJobs:
 def test_every_stage_of_every_run_is_in_one_batch_and_a_batch_is_of_one_day(season: Path) -> None:
     found = jobs(season)
     work = [one for name in found.by_name for one in found.work_of(name)]
-    assert sorted(work) == sorted(
-        (stage, run) for stage in ("pool_run", "run_trial", "run_page") for run in found.plan.logs
-    )
+    assert sorted(work) == sorted((stage, run) for stage in RUN_STAGES for run in found.plan.logs)
     for batch in found.by_name.values():
         assert len(batch.runs) <= MOST_RUNS
         assert any(set(batch.runs) <= set(found.plan.days[day]) for day in DAYS)
@@ -77,7 +75,7 @@ def test_page_of_a_day_waits_for_the_batches_of_that_day_alone(season: Path) -> 
     assert sorted(marks) == sorted(
         mark_file("boat", name)
         for name, batch in found.by_name.items()
-        if name.startswith("fly-") and own & set(batch.runs)
+        if name.startswith(("fly-", "diagnose-")) and own & set(batch.runs)
     )
 
 

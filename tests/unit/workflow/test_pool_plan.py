@@ -67,7 +67,7 @@ def test_one_new_run_is_all_there_is_to_do(season: Path) -> None:
     assert {stage: found.pending[stage] for stage in DAY_STAGES} == dict.fromkeys(
         DAY_STAGES, ("2026-05-24",)
     )
-    assert len(pending_files(found)) == 8
+    assert len(pending_files(found)) == 10
 
 
 def test_run_on_a_known_day_redoes_that_day_and_the_trends_after_it(season: Path) -> None:

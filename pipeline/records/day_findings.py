@@ -1,0 +1,94 @@
+"""The answers of a day's runs, each alone and all together -> which run carries which finding.
+
+What the runs say together counts only where they agree alone: a fault that is there in one run and
+not in the others fits none of the answers to all of them, and comes out as an unknown cause.
+"""
+
+from collections.abc import Mapping, Sequence
+
+from pipeline.records.day_diagnosis import DayFinding
+from pipeline.records.diagnosis import DiagnosisRecord
+
+_Key = tuple[frozenset[str], str | None]
+_SOUND: _Key = (frozenset({"none"}), None)
+
+
+def agree(alone: Mapping[str, DiagnosisRecord]) -> bool:
+    """Tell whether one answer holds for all runs: none of them rules it out by itself.
+
+    Parameters
+    ----------
+    alone : mapping of str to DiagnosisRecord
+        Run -> its answer by itself.
+    """
+    possible = [{_key(record)} | _others(record) for record in alone.values()]
+    return bool(set.intersection(*possible)) if possible else False
+
+
+def day_findings(
+    alone: Mapping[str, DiagnosisRecord], together: DiagnosisRecord | None = None
+) -> tuple[DayFinding, ...]:
+    """Combine the answers.
+
+    Parameters
+    ----------
+    alone : mapping of str to DiagnosisRecord
+        Run -> its answer by itself, in order of time.
+    together : DiagnosisRecord, optional
+        The answer to all of them.
+
+    Returns
+    -------
+    tuple of DayFinding
+        Named causes first, then what is unknown, then runs in which nothing is wrong.
+    """
+    if together is not None and agree(alone):
+        return (_finding([*alone], together, "together"),)
+    sound = any(_key(record) == _SOUND for record in alone.values())
+    groups: dict[_Key, list[str]] = {}
+    for run, record in alone.items():
+        # what may be nothing at all is taken for that beside runs that are sound
+        faint = sound and _SOUND in _others(record)
+        groups.setdefault(_SOUND if faint else _key(record), []).append(run)
+    found = []
+    for key, runs in groups.items():
+        own = [run for run in runs if _key(alone[run]) == key]
+        surest = max(own, key=lambda run: alone[run].verdict.probability)
+        found.append(_finding(runs, alone[surest], "run"))
+    return tuple(sorted(found, key=_rank))
+
+
+def _key(record: DiagnosisRecord) -> _Key:
+    return frozenset(record.verdict.effects), record.verdict.detail.thruster
+
+
+def _others(record: DiagnosisRecord) -> set[_Key]:
+    """Return what a run cannot tell its answer from; at which thruster is not said of these."""
+    return {(frozenset(name.split("+")), None) for name in record.verdict.ambiguous_with}
+
+
+def _finding(runs: Sequence[str], record: DiagnosisRecord, by: str) -> DayFinding:
+    verdict = record.verdict
+    name = "+".join(verdict.effects)
+    ranked = next((one for one in record.ranking if one.effect == name), None)
+    if ranked is None:  # the parts of a pair may be named the other way round
+        wanted = set(verdict.effects)
+        ranked = next((one for one in record.ranking if set(one.effect.split("+")) == wanted), None)
+    unknown = "unknown" in verdict.effects
+    return DayFinding.model_validate(
+        {
+            "effects": verdict.effects,
+            "thruster": verdict.detail.thruster,
+            "runs": tuple(runs),
+            "by": by,
+            "probability": verdict.probability,
+            "ambiguous_with": verdict.ambiguous_with,
+            "ranked": ranked,
+            "worst_axis": record.leftover.worst_axis if unknown else "",
+        }
+    )
+
+
+def _rank(one: DayFinding) -> tuple[int, float]:
+    order = 2 if one.is_sound else 1 if one.effects == ("unknown",) else 0
+    return order, -one.probability

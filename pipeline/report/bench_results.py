@@ -1,0 +1,93 @@
+"""What the bench gave of a thruster, in one line and one picture: thrust against code at rest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipeline.control.inverse import thrust_grid
+from pipeline.physics.thrust_grid import thrust_from_code
+from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
+from pipeline.records.measurements import MooringRecord
+from pipeline.report import plotting
+from pipeline.report.blocks import Figure
+from pipeline.report.numbers import code, fixed
+from pipeline.report.results import VehicleResults, mooring_points_of_tables
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
+from pipeline.types import FloatArray
+
+_CODES = 401
+
+
+def bench_line(
+    title: str, inverse: InverseCharacteristic | None, mooring: MooringRecord | None = None
+) -> str:
+    """Say largest thrusts, dead zone and residual; nothing where there are no tables.
+
+    Parameters
+    ----------
+    title : str
+        Of the vehicle or thruster.
+    inverse : InverseCharacteristic or None
+        Its tables.
+    mooring : MooringRecord, optional
+        What they were measured from.
+    """
+    if inverse is None or inverse.firmware is None:
+        return ""
+    made = inverse.firmware
+    ahead, astern = made.positive, made.negative
+    volts = made.supply_voltage_v
+    where = f"{title} at {volts:g} V" if volts is not None else title
+    parts = [
+        f"{fixed(ahead.thrust_max_n[0], 1)} / {fixed(-astern.thrust_max_n[0], 1)} N at rest",
+        f"dead zone to code {code(round(ahead.code[0][0]))}",
+    ]
+    rms = _residual_n(inverse, mooring)
+    if rms is not None:
+        parts.append(f"residual {fixed(rms, 2)} N rms")
+    return f"{where}: {', '.join(parts)}"
+
+
+def thrust_figure(results: VehicleResults) -> Figure | None:
+    """Draw thrust at rest against code with the measured points; None without tables."""
+    inverse = results.inverse
+    if inverse is None or inverse.firmware is None:
+        return None
+    codes, thrust = _curve(inverse.firmware)
+    traces = [Trace("tables", codes, thrust, plotting.BLUE, width=1.6)]
+    points = sorted(mooring_points_of_tables(results), key=lambda point: point.code)
+    if points:
+        x, y = (np.array([getattr(p, name) for p in points]) for name in ("code", "thrust_n"))
+        traces.append(Trace("measured", x, y, plotting.INK, "points"))
+    moving = inverse.firmware.positive.speed_mps[1:]
+    if moving:
+        fastest = moving[-1]
+        x, y = _curve(inverse.firmware, fastest)
+        traces.append(Trace(f"at {fastest:g} m/s", x, y, plotting.ORANGE))
+    return zoomable_figure(
+        "fig-thrust",
+        f"{bench_line(results.vehicle.title, inverse, results.mooring)}.",
+        "Thrust against control code at rest: the tables as a line, measured points beside it.",
+        "Line: the firmware's tables; points: the mooring test. Thrust astern is negative.",
+        (Panel("thrust  [N]", tuple(traces), height=1.3),),
+        x_label="control code  [–]",
+    )
+
+
+def _curve(made: FirmwareCharacteristic, speed_mps: float = 0.0) -> tuple[FloatArray, FloatArray]:
+    codes = np.linspace(made.code_min, made.code_max, _CODES)
+    sides = {"positive": thrust_grid(made.positive), "negative": thrust_grid(made.negative)}
+    return codes, thrust_from_code(codes, speed_mps, **sides)
+
+
+def _residual_n(inverse: InverseCharacteristic, mooring: MooringRecord | None) -> float | None:
+    """Rms of measured less tabulated thrust at rest. [N]."""
+    made = inverse.firmware
+    if made is None or mooring is None:
+        return None
+    own = [p for p in mooring.points if not p.marks and p.code]
+    if not own:
+        return None
+    codes, thrust = _curve(made)
+    left = [p.thrust_n - float(np.interp(p.code, codes, thrust)) for p in own]
+    return float(np.sqrt(np.mean(np.square(left))))

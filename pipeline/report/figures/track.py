@@ -1,0 +1,122 @@
+"""Where the vehicle went, from above and in depth, the gap to the simulation in colour."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipeline.report import plotting
+from pipeline.report.blocks import Figure
+from pipeline.report.numbers import general
+from pipeline.report.run_results import RunResults
+from pipeline.types import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
+
+#: Pieces of the track; each has one colour.
+_PIECES = 240
+_COLOURS = "viridis"
+
+
+def track_figure(results: RunResults) -> Figure | None:
+    """Draw the track; None where neither position nor depth was measured."""
+    table = results.measured
+    if table is None:
+        return None
+    position = _of(table.values, table.valid, "position", 3)
+    depth = _of(table.values, table.valid, "depth", 1)
+    down = depth[:, 0] if depth is not None else None if position is None else position[:, 2]
+    if down is None:
+        return None
+    gap = _gap(results)
+    rows = np.unique(np.linspace(0, table.time_s.size - 1, _PIECES + 1).astype(int))
+    time_s, down = table.time_s[rows], down[rows]
+    colour = None if gap is None else np.array([_largest(gap[a:b]) for a, b in pairwise(rows)])
+    top = None if colour is None or not np.isfinite(colour).any() else float(np.nanmax(colour))
+    plane = None if position is None else position[rows, :2]
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        count = 1 if plane is None else 2
+        places = figure.subplots(1, count, squeeze=False)[0]
+        if plane is not None:
+            _line(places[0], plane[:, 1], plane[:, 0], colour, top)
+            places[0].plot(*plane[0, ::-1], "o", color=plotting.INK, ms=4)
+            places[0].set_aspect("equal", adjustable="datalim")
+            places[0].set(xlabel="east  [m]", ylabel="north  [m]")
+        shown = _line(places[-1], time_s, down, colour, top)
+        places[-1].invert_yaxis()
+        places[-1].set(xlabel="time  [s]", ylabel="depth  [m]")
+        if shown is not None:
+            figure.colorbar(shown, ax=list(places), label="gap in speed  [m/s]", pad=0.02)
+
+    lead = (
+        "Where the vehicle went."
+        if top is None
+        else f"Where the vehicle went; its speed is up to {general(top, 2)} m/s off the simulation."
+    )
+    return Figure(
+        "fig-track",
+        lead,
+        plotting.draw(
+            "fig-track",
+            "Track of the vehicle from above, and its depth against time; bright where the "
+            "simulation is off.",
+            paint,
+            height_in=2.2,
+        ),
+        "Left: from above, the dot is the start. Right: depth. Bright: measured and simulated "
+        "velocity differ."
+        if top is not None
+        else "Left: from above, the dot is the start. Right: depth.",
+    )
+
+
+def _of(
+    values: dict[str, FloatArray], valid: dict[str, BoolArray], name: str, columns: int
+) -> FloatArray | None:
+    own = values.get(name)
+    if own is None:
+        return None
+    found = np.asarray(own, float).reshape(len(own), -1)[:, :columns]
+    found = np.where(np.asarray(valid[name], bool)[:, None], found, np.nan)
+    return found if np.isfinite(found).any() else None
+
+
+def _gap(results: RunResults) -> FloatArray | None:
+    """Length of the difference of the velocities, (m,). [m/s]."""
+    measured, windows = results.measured, results.windows
+    if measured is None or windows is None or "velocity" not in windows.values:
+        return None
+    if "velocity" not in measured.values:
+        return None
+    own = np.where(measured.valid["velocity"][:, None], measured.values["velocity"], np.nan)
+    return np.asarray(np.linalg.norm(own - windows.values["velocity"], axis=1))
+
+
+def _largest(values: FloatArray) -> float:
+    there = values[np.isfinite(values)]
+    return float(there.max()) if there.size else float("nan")
+
+
+def _line(
+    axes: Axes, x: FloatArray, y: FloatArray, colour: FloatArray | None, top: float | None
+) -> LineCollection | None:
+    from matplotlib.collections import LineCollection
+
+    if colour is None or top is None:
+        axes.plot(x, y, color=plotting.BLUE, lw=1.4)
+        return None
+    points = np.column_stack([x, y])
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    whole = np.isfinite(pieces).all(axis=(1, 2))
+    lines = LineCollection(list(pieces[whole]), cmap=_COLOURS, linewidths=1.8)
+    lines.set_array(np.nan_to_num(colour[whole]))
+    lines.set_clim(0.0, top)
+    axes.add_collection(lines)
+    axes.autoscale()
+    return lines

@@ -1,0 +1,31 @@
+"""The first screen of a page: a `Glance` as HTML, and in the place of an earlier one."""
+
+import re
+
+from markupsafe import Markup
+
+from pipeline.records.glance import Glance, Light
+from pipeline.report.html import render
+
+_BEGIN, _END = "<!--glance-->", "<!--/glance-->"
+_BLOCK = re.compile(f"{re.escape(_BEGIN)}.*?{re.escape(_END)}", re.DOTALL)
+#: Light -> its sign and word, so that no colour has to be seen.
+SIGNS: dict[Light, tuple[str, str]] = {
+    "red": ("\N{HEAVY MULTIPLICATION X}", "Fault"),
+    "amber": ("\N{BLACK UP-POINTING TRIANGLE}", "Look"),
+    "green": ("\N{HEAVY CHECK MARK}", "Sound"),
+}
+
+
+def first_screen(glance: Glance | None) -> Markup:
+    """Return the first screen's text between its marks; nothing without a glance."""
+    if glance is None:
+        return Markup("")
+    sign, word = SIGNS[glance.light]
+    text = render("first_screen.html.j2", glance=glance, sign=sign, word=word)
+    return Markup(f"{_BEGIN}\n{text}{_END}")  # noqa: S704 - the template has escaped it
+
+
+def with_glance(page: str, glance: Glance) -> str:
+    """Put another glance in the place of a page's own."""
+    return _BLOCK.sub(lambda _: str(first_screen(glance)), page, count=1)

@@ -1,0 +1,347 @@
+"""What a reader is told first: pure functions from results to one record (`Glance`)."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from pipeline.language import as_it_is
+from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
+from pipeline.records.diagnosis import DiagnosisRecord, NextRun
+from pipeline.records.gains import ThrusterGains
+from pipeline.records.glance import LIGHTS, Advice, Glance, Light
+from pipeline.report.bench_results import bench_line
+from pipeline.report.diagnosis_words import listed
+from pipeline.report.numbers import plural
+from pipeline.report.plain_words import (
+    effect_words,
+    finding_sentence,
+    manoeuvre_words,
+    short_finding,
+    what_to_look_at,
+)
+from pipeline.report.results import VehicleResults, all_checks, all_problems
+
+#: What a day needs at least, so that every thruster and axis has been asked.
+STANDARD = ("surge_steps", "heave_steps", "zig_zag", "pitch_steps")
+#: Stands where a diagnosis is still to come.
+FOLLOWS = "The diagnosis of the day follows."
+_MOST = 3
+
+
+@dataclass(frozen=True)
+class Flown:
+    """What is known of a day's runs: run -> names of its manoeuvres; runs that cannot be read."""
+
+    manoeuvres: Mapping[str, tuple[str, ...]]
+    unreadable: tuple[str, ...] = ()
+    warnings: int = 0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All that was flown, each once."""
+        return tuple(dict.fromkeys(name for own in self.manoeuvres.values() for name in own))
+
+    def words(self, runs: Sequence[str]) -> list[str]:
+        """Say what was flown in some of the runs; their names where that tells them not apart."""
+        found = [" and ".join(map(manoeuvre_words, self.manoeuvres.get(run, ()))) for run in runs]
+        others = {
+            manoeuvre_words(name)
+            for run, own in self.manoeuvres.items()
+            if run not in runs
+            for name in own
+        }
+        plain = all(found) and not others & set(found)
+        return list(dict.fromkeys(found)) if plain else [as_it_is(run) for run in runs]
+
+
+def rank(glance: Glance | None) -> int:
+    """Return the place of a light in a list that is worst first; what has none is last."""
+    return len(LIGHTS) if glance is None else LIGHTS.index(glance.light)
+
+
+def day_glance(
+    vehicle: str,
+    day: str,
+    told: DayDiagnosis | None,
+    flown: Flown,
+    before: DayDiagnosis | None = None,
+) -> Glance:
+    """Say first what is to be said of a day.
+
+    Parameters
+    ----------
+    vehicle, day : str
+        Names, for the commands.
+    told : DayDiagnosis or None
+        What its runs show; None where that is not known.
+    flown : Flown
+        Its runs.
+    before : DayDiagnosis, optional
+        Of the trial day before, whose advice was to be followed.
+    """
+    if told is None or not told.findings:
+        why = "" if told is None else told.why_not
+        return _unjudged(vehicle, flown, why)
+    faults = [one for one in told.findings if not one.is_sound]
+    runs = plural(len(told.findings[0].runs), "run")
+    if not faults:
+        matter = f"{finding_sentence(told.findings[0])[:-1]} ({runs})."
+        light: Light = "red" if flown.unreadable else "green"
+    else:
+        first, *rest = faults
+        apart = len(told.findings) > 1
+        matter = finding_sentence(first, flown.words(first.runs), only=apart)
+        if rest:
+            others = "; ".join(_beside(one) for one in rest[:2])
+            matter = f"{matter} Besides: {others}."
+        light = _light(first, flown)
+    return Glance(
+        light=light,
+        matter=matter,
+        short=_short(told, flown),
+        do=_to_do(vehicle, day, told.findings[0], flown),
+        fly_next=_fly_next(told, flown),
+        last_advice=last_advice(before, told, flown),
+    )
+
+
+def run_glance(
+    vehicle: str,
+    run: str,
+    day: DayDiagnosis | None,
+    flown: Flown,
+    gains: ThrusterGains | None = None,
+    *,
+    unreadable: str = "",
+    last: str = "",
+) -> Glance:
+    """Say first what is to be said of a run.
+
+    Parameters
+    ----------
+    vehicle, run : str
+        Names, for the commands.
+    day : DayDiagnosis or None
+        What the runs of its day show; None before that is known.
+    flown : Flown
+        What is known of this run.
+    gains : ThrusterGains or None
+        Of this run: what there is to say before the diagnosis is there.
+    unreadable : str
+        Why the log cannot be read, where it cannot.
+    last : str
+        What became of the last advice.
+    """
+    if unreadable:
+        return Glance(
+            light="red",
+            matter=f"The log cannot be read: {unreadable}",
+            short="the log cannot be read",
+            do=(Advice(text="See what is wrong with it.", command=f"rig2sea check {vehicle}"),),
+        )
+    mine = [one for one in (day.findings if day is not None else ()) if run in one.runs]
+    if not mine:
+        return _run_undiagnosed(vehicle, run, day, gains)
+    first = mine[0]
+    return Glance(
+        light="green" if first.is_sound else _light(first, flown),
+        matter=finding_sentence(first),
+        short=short_finding(first),
+        do=_to_do(vehicle, run, first, flown),
+        fly_next=_fly_next(day, flown) if not first.is_sound else _sound_next(flown),
+        last_advice=last,
+    )
+
+
+def diagnosis_glance(record: DiagnosisRecord, finding: DayFinding) -> Glance:
+    """Say first what a diagnosis that was asked for found.
+
+    Parameters
+    ----------
+    record : DiagnosisRecord
+        The answer.
+    finding : DayFinding
+        The same as a finding.
+    """
+    return Glance(
+        light="green" if finding.is_sound else _light(finding, Flown({})),
+        matter=finding_sentence(finding),
+        short=short_finding(finding),
+        do=_to_do(record.vehicle, "", finding, Flown({})),
+        fly_next=_separating(record.next_run)
+        if record.next_run is not None
+        else "The same manoeuvre again once that is done: it shows whether the fault is gone."
+        if not finding.is_sound
+        else "Nothing more is needed.",
+    )
+
+
+def vehicle_glance(results: VehicleResults) -> Glance:
+    """Say first what is to be said of a vehicle: of its last trial day, and of its bench data."""
+    name, bench = (
+        results.vehicle.name,
+        bench_line(results.vehicle.title, results.inverse, results.mooring),
+    )
+    problems = all_problems(results)
+    errors = [one for one in problems if one.severity == "error"]
+    failed = [check for _, check in all_checks(results) if not check.passed]
+    day = next((one for one in reversed(results.trials) if one.glance is not None), None)
+    own = None if day is None else day.glance
+    doubts: list[Advice] = []
+    if errors:
+        said = plural(len(errors), "file part") if len(errors) > 1 else str(errors[0].place)
+        doubts.append(Advice(text=f"Not read: {said}.", command=f"rig2sea check {name}"))
+    doubts += [Advice(text=f"See a check that failed: {check.name}.") for check in failed[:1]]
+    parts = []
+    if own is not None and day is not None:
+        parts.append(f"{day.name}: {own.matter}")
+    if bench and own is None:
+        parts.append(f"{bench}.")
+    if errors:
+        parts.append(f"{plural(len(errors), 'error')} in the raw files.")
+    light: Light = "red" if errors else "amber" if failed and own is None else "green"
+    if own is not None and LIGHTS.index(own.light) < LIGHTS.index(light):
+        light = own.light
+    if not parts:
+        parts.append("Nothing was measured yet.")
+        light = "amber"
+    first = own.do if own is not None and own.light != "green" else ()
+    do = (*first, *doubts)[:_MOST] or (own.do if own is not None else (Advice(text="Nothing."),))
+    short = own.short if own is not None else bench or "nothing was measured yet"
+    return Glance(
+        light=light,
+        matter=" ".join(parts),
+        short=f"{day.name}: {short}" if day is not None else short,
+        do=do,
+        fly_next="" if own is None else own.fly_next,
+        last_advice="" if own is None else own.last_advice,
+    )
+
+
+def last_advice(before: DayDiagnosis | None, told: DayDiagnosis, flown: Flown) -> str:
+    """Say what became of the advice of the day before: followed or not, and what it showed."""
+    if before is None:
+        return "There is no trial day before this one."
+    faults = [one for one in before.findings if not one.is_sound]
+    if not faults:
+        return f"On {before.day} nothing was to be done: the vehicle was sound."
+    wanted = (before.next_run.manoeuvre,) if before.next_run is not None else ()
+    gone = all(one.is_sound for one in told.findings)
+    shown = "the fault is gone" if gone else f"now: {short_finding(told.findings[0])}"
+    if not wanted:
+        return f"On {before.day}: {short_finding(faults[0])}; {shown}."
+    words = listed([manoeuvre_words(name) for name in wanted])
+    if set(wanted) & set(flown.names):
+        return f"Of {before.day}: to fly {words}. Followed; {shown}."
+    return f"Of {before.day}: to fly {words}. Not followed; {shown}."
+
+
+def _light(one: DayFinding, flown: Flown) -> Light:
+    if flown.unreadable:
+        return "red"
+    faint = one.effects == ("unknown",) or "none" in one.ambiguous_with
+    return "amber" if faint else "red"
+
+
+def _beside(one: DayFinding) -> str:
+    return f"{short_finding(one)} ({listed([as_it_is(run) for run in one.runs])})"
+
+
+def _short(told: DayDiagnosis, flown: Flown) -> str:
+    first = told.findings[0]
+    text = short_finding(first)
+    if len(told.findings) > 1:
+        text = f"{text}, in {listed([as_it_is(run) for run in first.runs])}"
+    if flown.unreadable:
+        text = f"{text}; {plural(len(flown.unreadable), 'log')} not read"
+    return text
+
+
+def _to_do(vehicle: str, of: str, one: DayFinding, flown: Flown) -> tuple[Advice, ...]:
+    found: list[Advice] = []
+    if flown.unreadable:
+        names = listed([as_it_is(run) for run in flown.unreadable])
+        found.append(Advice(text=f"Not read: {names}.", command=f"rig2sea check {vehicle}"))
+    look = what_to_look_at(one)
+    if look is None:
+        if not found:
+            found.append(Advice(text="Nothing."))
+        return tuple(found[:_MOST])
+    found.append(look)
+    if one.effects == ("unknown",):
+        runs = " ".join(one.runs)
+        found.append(
+            Advice(
+                text="Take the whole runs, beside sound ones.",
+                command=f"rig2sea diagnose {vehicle} {runs}",
+            )
+        )
+        return tuple(found[:_MOST])
+    if of:
+        found.append(
+            Advice(
+                text="If it stays as it is, take it into the vehicle file.",
+                command=f"rig2sea apply {vehicle} {of}",
+            )
+        )
+    return tuple(found[:_MOST])
+
+
+def _fly_next(told: DayDiagnosis | None, flown: Flown) -> str:
+    if told is None or all(one.is_sound for one in told.findings):
+        return _sound_next(flown)
+    if told.next_run is not None:
+        return _separating(told.next_run)
+    own = flown.words(told.findings[0].runs)
+    what = listed(own)
+    what = f"{what[:1].upper()}{what[1:]}"
+    return f"{what} again once that is done: it shows whether the fault is gone."
+
+
+def _sound_next(flown: Flown) -> str:
+    rest = [manoeuvre_words(name) for name in STANDARD if name not in flown.names]
+    if flown.manoeuvres and rest and len(flown.manoeuvres) > 1:
+        return f"Nothing more is needed; not flown this day: {', '.join(rest)}."
+    return "Nothing more is needed."
+
+
+def _separating(one: NextRun) -> str:
+    first, second = (effect_words(name) for name in one.separates)
+    what = manoeuvre_words(one.manoeuvre)
+    what = f"{what[:1].upper()}{what[1:]}"
+    return f"{what}: it tells apart whether {first}, or {second}."
+
+
+def _unjudged(vehicle: str, flown: Flown, why: str) -> Glance:
+    if flown.unreadable and len(flown.unreadable) == len(flown.manoeuvres):
+        matter, short = "No log of this day can be read.", "no log can be read"
+    else:
+        matter = f"Not judged: {why}" if why else "Not judged yet: the diagnosis follows."
+        short = "not judged"
+    do = [Advice(text="See what the logs hold.", command=f"rig2sea check {vehicle}")]
+    return Glance(
+        light="red" if flown.unreadable else "amber", matter=matter, short=short, do=tuple(do)
+    )
+
+
+def _run_undiagnosed(
+    vehicle: str,
+    run: str,
+    day: DayDiagnosis | None,
+    gains: ThrusterGains | None,
+) -> Glance:
+    """Say what the gains say, until the diagnosis is there or where there is none."""
+    why = "" if day is None else day.without.get(run, day.why_not)
+    findings = gains.findings if gains is not None else ()
+    after = f"No diagnosis: {why}" if why else FOLLOWS
+    if findings:
+        texts = " ".join(one.text for one in findings[:2])
+        return Glance(
+            light="red", matter=f"{texts} {after}", short=findings[0].text.rstrip("."), do=()
+        )
+    matter = "Nothing stands out so far." if gains is not None else "Not judged."
+    return Glance(
+        light="amber",
+        matter=f"{matter} {after}",
+        short="not judged" if day is not None else "not judged yet",
+        do=(Advice(text="See what the log holds.", command=f"rig2sea check {vehicle}"),),
+    )

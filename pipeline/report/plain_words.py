@@ -1,0 +1,197 @@
+"""Findings of a diagnosis in plain words: what is the matter, and what to look at."""
+
+from collections.abc import Sequence
+
+from pipeline.effects.library import effects
+from pipeline.language import as_it_is
+from pipeline.records.day_diagnosis import DayFinding
+from pipeline.records.diagnosis import ParameterEstimate, RankedEffect
+from pipeline.records.glance import Advice
+from pipeline.report.diagnosis_words import in_words, listed
+from pipeline.report.numbers import fixed, general, percent, with_interval
+
+#: Effect -> what to look at on the vehicle.
+_LOOK = {
+    "thruster_degraded": "Look at its propeller and shaft: weed, a chipped blade, a loose hub.",
+    "thruster_misalignment": "Check how the thruster is mounted, and its direction in the file.",
+    "reverse_thrust": "Measure the thrust astern on the bench; a nozzle or guard may be damaged.",
+    "thruster_lag": "Check the delay of the speed controllers and of the link.",
+    "voltage_sag": "Check the battery, its plugs and the voltage on the vehicle under load.",
+    "dead_zone": "Check the neutral code and the dead zone of the speed controllers.",
+    "residual_buoyancy": "Weigh the vehicle in water and trim it.",
+    "payload": "Compare what is on board with the vehicle file.",
+    "cg_shift": "Check ballast and battery: something has moved or is not in the file.",
+    "tether": "Check how the cable runs: length in the water, snags, a winch that holds.",
+    "current": "Check whether the water moves: fly where it is still, or against a fixed mark.",
+    "wall_effect": "Fly farther from walls and bottom.",
+}
+_INSTRUMENT = "Check how the velocity log is mounted and set, and its entries in the file."
+_HULL = "Look at the hull: growth, an open hatch, anything added or lost."
+_INSTRUMENTS = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
+#: Manoeuvre of the library -> what it is called.
+_ALMOST_ONE = 0.99
+
+
+def manoeuvre_words(name: str) -> str:
+    """Name a manoeuvre in words.
+
+    >>> manoeuvre_words("zig_zag")
+    'zig-zag'
+    """
+    return "zig-zag" if name == "zig_zag" else name.replace("_", " ")
+
+
+def finding_sentence(one: DayFinding, flown: Sequence[str] = (), only: bool = False) -> str:
+    """Say what was found, where it shows, and how sure that is.
+
+    Parameters
+    ----------
+    one : DayFinding
+        What was found.
+    flown : sequence of str
+        What was flown in the runs that carry it, or their names.
+    only : bool
+        Whether other runs of the day do not show it.
+    """
+    what = what_is_the_matter(one)
+    if one.is_sound:
+        return f"{what}; {_sureness(one)}."
+    place = listed(tuple(flown))
+    if only and place:
+        what = ", ".join([what, f"only in {place}"])
+    return f"{what}; {_sureness(one)}."
+
+
+def what_is_the_matter(one: DayFinding) -> str:
+    """Say it without place and sureness.
+
+    Examples
+    --------
+    >>> sound = DayFinding(effects=("none",), thruster=None, runs=("a",), by="run", probability=0.9)
+    >>> what_is_the_matter(sound)
+    'Sound: the vehicle moves as its file says'
+    """
+    if one.is_sound:
+        return "Sound: the vehicle moves as its file says"
+    if one.effects == ("unknown",):
+        axis = one.worst_axis
+        return (
+            f"The vehicle does not move as its file says, most of all in {axis}, and no known "
+            "cause explains it"
+            if axis
+            else "The vehicle does not move as its file says, and no known cause explains it"
+        )
+    parts = [_said(name, one) for name in one.effects if name in effects()]
+    return " and ".join([parts[0], *(part[:1].lower() + part[1:] for part in parts[1:])])
+
+
+def short_finding(one: DayFinding) -> str:
+    """Say it for a list.
+
+    Examples
+    --------
+    >>> sound = DayFinding(effects=("none",), thruster=None, runs=("a",), by="run", probability=0.9)
+    >>> short_finding(sound)
+    'sound'
+    """
+    if one.is_sound:
+        return "sound"
+    if one.effects == ("unknown",):
+        return "moves otherwise than its file says, cause unknown"
+    text = what_is_the_matter(one)
+    return text[:1].lower() + text[1:]
+
+
+def what_to_look_at(one: DayFinding) -> Advice | None:
+    """Return the first thing to look at on the vehicle; None of a sound one."""
+    if one.is_sound:
+        return None
+    for name in one.effects:
+        if name in _INSTRUMENTS:
+            return Advice(text=_INSTRUMENT)
+        if name in _LOOK:
+            return Advice(text=_LOOK[name])
+    return Advice(text=_HULL)
+
+
+def effect_words(name: str) -> str:
+    """Say in words what an answer is, for one that may be it as well.
+
+    >>> effect_words("none"), effect_words("dvl_scale")
+    ('nothing at all', 'the DVL reads too fast or too slow')
+    """
+    if name == "none":
+        return "nothing at all"
+    if name == "unknown":
+        return "an unknown cause"
+    return " with ".join(
+        effects()[part].title if part in effects() else in_words(part) for part in name.split("+")
+    )
+
+
+def _sureness(one: DayFinding) -> str:
+    sure = (
+        f"sure to more than {_ALMOST_ONE:g}"
+        if one.probability > _ALMOST_ONE
+        else f"sure to {fixed(one.probability, 2)}"
+    )
+    others = [effect_words(name) for name in one.ambiguous_with[:2]]
+    return f"{sure}, or it is this: {' or '.join(others)}" if others else sure
+
+
+def _said(name: str, one: DayFinding) -> str:
+    ranked, effect = one.ranked, effects()[name]
+    values = {} if ranked is None else _values(ranked, name)
+    at = _thruster(one, name)
+    share = values.get("thrust_fraction")
+    if name == "thruster_degraded" and share is not None:
+        return f"The {at} thruster gives {_percent(share)} of its thrust ({_ends(share)})"
+    fraction = values.get("fraction")
+    if name == "reverse_thrust" and fraction is not None:
+        return f"Thrust astern is {_percent(fraction)} of what the file says ({_ends(fraction)})"
+    force = values.get("force_n")
+    if name == "residual_buoyancy" and force is not None:
+        light = force.value > 0.0
+        low, high = sorted(abs(end) for end in force.ci95)
+        value, ends = with_interval(abs(force.value), (low, high))
+        if force.ci95[0] < 0.0 < force.ci95[1]:
+            value, ends = with_interval(force.value, force.ci95)
+            return f"The vehicle is not as light in water as its file says: {value} N ({ends})"
+        if light:
+            return f"The vehicle is lighter in water than its file says, by {value} N ({ends})"
+        return f"The vehicle is heavier in water than its file says, by {value} N ({ends})"
+    title = effect.title[:1].upper() + effect.title[1:]
+    if at:
+        title = f"{title}: {at}"
+    sizes = [_size(key, value) for key, value in list(values.items())[:3]]
+    return f"{title} ({'; '.join(sizes)})" if sizes else title
+
+
+def _thruster(one: DayFinding, name: str) -> str:
+    named = one.ranked.thrusters.get(name) if one.ranked is not None else None
+    return as_it_is(named or one.thruster or "") if named or one.thruster else ""
+
+
+def _values(ranked: RankedEffect, name: str) -> dict[str, ParameterEstimate]:
+    """Values of one effect: of a pair the names have its own before them."""
+    return {
+        key.removeprefix(f"{name}."): value
+        for key, value in ranked.parameters.items()
+        if key.startswith(f"{name}.") or "." not in key
+    }
+
+
+def _size(key: str, one: ParameterEstimate) -> str:
+    words = key.rsplit("_", 1)[0] if one.unit != "1" and "_" in key else key
+    value, ends = with_interval(one.value, one.ci95)
+    unit = "" if one.unit == "1" else f" {one.unit}"
+    return f"{words.replace('_', ' ')} {value}{unit}, {ends}"
+
+
+def _percent(one: ParameterEstimate) -> str:
+    return percent(one.value) if abs(one.value) < 0.995 else f"{general(100 * one.value, 3)} %"
+
+
+def _ends(one: ParameterEstimate) -> str:
+    low, high = (fixed(100 * end, 0) for end in one.ci95)
+    return f"{low} to {high} %"

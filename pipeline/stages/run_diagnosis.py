@@ -1,0 +1,146 @@
+"""A pool run -> what is the matter with it by itself: against its reference or the vehicle file."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.engine import diagnose_fully
+from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
+from pipeline.identify.trial_windows import rows_of
+from pipeline.provenance import read_envelope
+from pipeline.records.day_diagnosis import RunDiagnosis
+from pipeline.records.day_findings import day_findings
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.reference import ReferenceRecord
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import StoredRun
+from pipeline.report.plain_words import short_finding
+from pipeline.stages.job import Job, write_record
+from pipeline.stages.known_of_run import with_known
+from pipeline.stages.run_table_file import read_tables
+from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.types import FloatArray
+
+#: Seconds of run that a diagnosis takes in this workflow; `rig2sea diagnose` takes whole runs.
+BUDGET_S = 60.0
+#: Sound runs without which there is no reference.
+_LEAST_SOUND = 2
+SWITCHED_OFF = "vehicle.yaml says `diagnose: false`."
+#: Share of its range by which a command has moved.
+_MOVES = 0.02
+_FILE = "the vehicle file"
+
+
+def run(job: Job) -> str:
+    """Diagnose the run; where that cannot be, leave why."""
+    said: list[str] = []
+
+    def compute() -> RunDiagnosis:
+        stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
+        found = RunDiagnosis(
+            vehicle=job.vehicle_name, run=stored.run, day=stored.day, against=_FILE
+        )
+        try:
+            one = to_diagnose(job)
+            healthy, against = reference_for(job, one, (stored.run,))
+            record, used = diagnosed(one, [measured(stored, one)], healthy)
+        except CannotComputeError as error:
+            if is_of_the_machine(error):
+                raise
+            return found.model_copy(update={"why_not": str(error)})
+        said.append(short_finding(day_findings({stored.run: record})[0]))
+        return found.model_copy(
+            update={
+                "against": against,
+                "stretches": used,
+                "record": record,
+            }
+        )
+
+    return write_record(job, compute) or (said[0] if said else "")
+
+
+def to_diagnose(job: Job) -> SimulatedVehicle:
+    """Load the vehicle.
+
+    Raises
+    ------
+    CannotComputeError
+        Where it has no model, or its file asks for no diagnosis.
+    """
+    if not job.vehicle().diagnose:
+        raise CannotComputeError(SWITCHED_OFF)
+    return load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
+
+
+def measured(stored: StoredRun, one: SimulatedVehicle) -> RunTable:
+    """Return the table of a run that was read, with what is known of it."""
+    table = read_tables(Path(next(iter(stored.files))))["measured"]
+    return with_known(replace(table, name=stored.run), stored.notes, one)
+
+
+def reference_for(
+    job: Job, one: SimulatedVehicle, asked: Sequence[str]
+) -> tuple[tuple[RunTable, ...], str]:
+    """Return the sound runs that the runs are told against, and how to call that.
+
+    None where no reference is used, or too few of its runs are left beside those asked of.
+    """
+    path = next((path for path in job.inputs if path.name == "reference.json"), None)
+    if path is None:
+        return (), _FILE
+    try:
+        record = read_envelope(path, "reference", ReferenceRecord).record
+    except InputError:
+        return (), _FILE
+    if record is None or not record.used or record.vehicle_file_sha256 != one.file_digest:
+        return (), _FILE
+    names = {sound.name for sound in record.runs} - set(asked)
+    stored = [one.record for _, one in job.all_in("pool", "pool_run", StoredRun)]
+    sound = [run for run in stored if run is not None and run.run in names]
+    if len(sound) < _LEAST_SOUND:
+        return (), _FILE
+    return (
+        tuple(measured(run, one) for run in sound),
+        "the sound runs " + ", ".join(run.run for run in sound),
+    )
+
+
+def diagnosed(
+    one: SimulatedVehicle,
+    tables: Sequence[RunTable],
+    healthy: tuple[RunTable, ...],
+    each_s: float = BUDGET_S,
+) -> tuple[DiagnosisRecord, tuple[tuple[float, float], ...]]:
+    """Diagnose the beginnings of runs, so many seconds of each; return what was taken too.
+
+    Raises
+    ------
+    CannotComputeError
+        Where no diagnosis can be given; the text says why.
+    """
+    code_max = np.abs(one.packed.code_limits).max(axis=1)
+    chosen = tuple(beginning(table, code_max, each_s) for table in tables)
+    # the jobs of the workflow share the cores
+    case = Case(one.name, one.vehicle, one.packed, chosen, (), healthy, by_reference=bool(healthy))
+    return diagnose_fully(case, threads=1).record, tuple(
+        (float(part.time_s[0]), float(part.time_s[-1])) for part in chosen
+    )
+
+
+def beginning(table: RunTable, code_max: FloatArray, seconds: float) -> RunTable:
+    """Return a run up to so many seconds after its commands begin to change.
+
+    It is taken from its start: a stretch that begins under way begins in a state nobody knows.
+    """
+    command = table.values.get("command")
+    first_s = 0.0
+    if command is not None:
+        moves = np.abs(command - np.nan_to_num(command[:1])) > _MOVES * code_max
+        there = np.flatnonzero(moves.any(axis=1))
+        first_s = float(table.time_s[there[0]]) if there.size else 0.0
+    end = int(np.searchsorted(table.time_s, first_s + seconds))
+    return rows_of(table, 0, end)

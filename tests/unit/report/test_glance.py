@@ -1,0 +1,120 @@
+"""A stranger's ten questions, answered by the first screen alone, in English and in Russian."""
+
+import re
+
+import pytest
+from diagnosis_records import estimate
+
+from pipeline.reader_language import use
+from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
+from pipeline.records.diagnosis import NextRun, RankedEffect
+from pipeline.records.glance import Glance
+from pipeline.report.first_screen import first_screen, with_glance
+from pipeline.report.glance import Flown, day_glance, run_glance
+
+FLOWN = Flown({"straight": ("straight",), "turns": ("zig_zag",)})
+FAULT = DayFinding(
+    effects=("thruster_degraded",),
+    thruster="upper",
+    runs=("turns",),
+    by="run",
+    probability=0.89,
+    ambiguous_with=("reverse_thrust",),
+    ranked=RankedEffect(
+        effect="thruster_degraded",
+        probability=0.89,
+        parameters={"thrust_fraction": estimate(0.694, "1", 0.065)},
+        gap_closed=0.9,
+        thruster="upper",
+        thrusters={"thruster_degraded": "upper"},
+        log_evidence=9.0,
+    ),
+)
+SOUND = DayFinding(effects=("none",), thruster=None, runs=("straight",), by="run", probability=0.98)
+DAY = DayDiagnosis(
+    vehicle="boat", day="2026-05-04", against="the vehicle file", findings=(FAULT, SOUND)
+)
+BEFORE = DAY.model_copy(
+    update={
+        "day": "2026-05-03",
+        "next_run": NextRun(
+            manoeuvre="zig_zag",
+            separates=("thruster_degraded", "reverse_thrust"),
+            expected_separation_sigma=4.0,
+        ),
+    }
+)
+#: Question -> what the first screen says to it, in English and in Russian.
+QUESTIONS = {
+    "Is the vehicle all right?": ("Fault", "Неисправность"),
+    "Which part is it?": ("upper thruster", "Движитель upper"),
+    "How bad is it?": ("gives 69 % of its thrust", "даёт 69 % своего упора"),
+    "Between what limits?": ("(63 to 76 %)", "(63…76 %)"),
+    "Always, or in some manoeuvre?": ("only in zig-zag", "только в манёвре зигзаг"),
+    "How sure is that?": ("sure to 0.89", "уверенность 0,89"),
+    "What else may it be?": ("thrust astern differs", "назад отличается"),
+    "What do I look at first?": ("Look at its propeller and shaft", "Осмотрите его винт и вал"),
+    "What do I type?": ("rig2sea apply boat 2026-05-04", "rig2sea apply boat 2026-05-04"),
+    "What do I fly next, and did the last advice help?": ("Followed; now:", "Выполнено; теперь:"),
+}
+
+
+def told(language: str) -> str:
+    use(language)
+    try:
+        html = first_screen(day_glance("boat", "2026-05-04", DAY, FLOWN, BEFORE))
+    finally:
+        use("en")
+    plain = re.sub(r"<[^>]+>", " ", html).replace("\N{NO-BREAK SPACE}", " ")
+    return re.sub(r"\s+", " ", plain)
+
+
+@pytest.fixture(scope="module")
+def screens() -> tuple[str, str]:
+    return told("en"), told("ru")
+
+
+@pytest.mark.parametrize("question", QUESTIONS)
+def test_the_first_screen_answers(screens: tuple[str, str], question: str) -> None:
+    for screen, answer in zip(screens, QUESTIONS[question], strict=True):
+        assert answer in screen
+
+
+def test_a_sound_day_is_green_and_says_so_in_the_same_place() -> None:
+    sound = DAY.model_copy(update={"findings": (SOUND,)})
+    glance = day_glance("boat", "2026-05-04", sound, FLOWN, BEFORE)
+    assert glance.light == "green"
+    assert glance.matter.startswith("Sound: the vehicle moves as its file says; sure to 0.98")
+    assert glance.last_advice.endswith("Followed; the fault is gone.")
+
+
+def test_what_may_be_nothing_is_amber() -> None:
+    faint = FAULT.model_copy(update={"ambiguous_with": ("none",)})
+    assert day_glance("b", "d", DAY.model_copy(update={"findings": (faint,)}), FLOWN).light == (
+        "amber"
+    )
+
+
+def test_a_log_that_cannot_be_read_is_red_on_a_sound_day() -> None:
+    sound = DAY.model_copy(update={"findings": (SOUND,)})
+    flown = Flown({"straight": ("straight",), "torn": ()}, unreadable=("torn",))
+    glance = day_glance("boat", "2026-05-04", sound, flown)
+    assert glance.light == "red"
+    assert glance.do[0].text == "Not read: torn."
+    assert "1 log not read" in glance.short
+
+
+def test_a_run_without_diagnosis_says_why() -> None:
+    day = DAY.model_copy(update={"findings": (), "without": {"r": "it has no commands."}})
+    glance = run_glance("boat", "r", day, Flown({"r": ()}))
+    assert glance.light == "amber"
+    assert "No diagnosis: it has no commands." in glance.matter
+
+
+def test_a_page_takes_another_first_screen() -> None:
+    first = Glance(light="amber", matter="Not judged.", short="not judged")
+    page = f"<main>{first_screen(first)}<p>rest</p></main>"
+    done = with_glance(page, Glance(light="green", matter="<b>Sound</b>.", short="sound"))
+    assert "Not judged." not in done
+    assert "&lt;b&gt;Sound" in done
+    assert done.endswith("<p>rest</p></main>")
