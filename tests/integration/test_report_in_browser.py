@@ -11,9 +11,12 @@ from report_site import KINDS
 WIDTHS = (360, 1440)
 #: Figures of each page; of these, those that can be zoomed.
 FIGURES = {
-    "index": (0, 0), "vehicle": (17, 1), "run": (9, 9), "trial": (1, 1), "diagnosis": (5, 3),
+    "index": (0, 0), "vehicle": (18, 2), "run": (10, 9), "trial": (1, 1), "diagnosis": (5, 3),
     "design": (3, 0),
 }  # fmt: skip
+
+#: Of a fault, before the name.
+SIGN = "\N{HEAVY MULTIPLICATION X}"
 
 LAYOUT = """
 const measure = async (view) => {
@@ -168,7 +171,7 @@ def test_index_is_filtered_by_words(browser: str, pages: dict[str, Path], tmp_pa
     assert "CONSOLE" not in complaints
     shown, said = found["heave 2026-05-03"]
     # the run, under its day and its vehicle
-    assert [one.split()[0] for one in shown] == ["Synthetic", "Trial", "heave-steps:"]
+    assert [one.split()[0] for one in shown] == ["Synthetic", SIGN, SIGN]
     assert said.startswith("1 of ")
     assert found["RAFT"][0] == ["tether (80 %);"]
     assert found["no such thing"][0] == []
