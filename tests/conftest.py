@@ -9,9 +9,10 @@ from hypothesis import settings
 from quick_tests import SLOW_FIXTURES, is_quick
 
 # The same examples every time, and no deadline: a loaded machine is no fault of the code. To look
-# for new counterexamples: HYPOTHESIS_PROFILE=default python -m pytest tests/unit
-settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=50)
+# for new counterexamples: HYPOTHESIS_PROFILE=thorough make test
+settings.register_profile("repeatable", derandomize=True, deadline=None, max_examples=20)
 settings.register_profile("quick", settings.get_profile("repeatable"), max_examples=10)
+settings.register_profile("thorough", deadline=None, max_examples=200)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "repeatable"))
 
 # Messages are compared as they are written, whatever the language of whoever runs the tests.

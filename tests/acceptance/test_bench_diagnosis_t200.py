@@ -19,7 +19,7 @@ from pipeline.vehicle.schema import Vehicle
 
 VEHICLE = Path(__file__).parent / "t200"
 HIDDEN = ("voltage", "current", "shaft_speed")
-LOWER = [(16.0, 10.0), (16.0, 12.0), (16.0, 14.0), (20.0, 16.0), (12.0, 10.0)]
+LOWER = [(16.0, 10.0), (20.0, 16.0)]
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ def test_with_the_columns_shown_it_is_sure(workbook: Workbook) -> None:
     assert record.verdict.ambiguous_with == ()
 
 
-@pytest.mark.parametrize("volts", [10.0, 16.0, 20.0])
+@pytest.mark.parametrize("volts", [10.0, 16.0])
 def test_half_of_the_points_agree_with_a_model_of_the_other_half(
     workbook: Workbook, volts: float
 ) -> None:

@@ -381,7 +381,7 @@ def test_a_file_that_breaks_a_library_leaves_the_others(
     assert "cannot be read (IndexError: list index out of range)" in problem.what
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(position=st.integers(0, 10_000), junk=st.binary(min_size=1, max_size=40))
 def test_any_damage_is_read_or_refused(tmp_path: Path, position: int, junk: bytes) -> None:
     path = write_workbook(tmp_path / "a.xlsx", {"Code 90": ROWS})
@@ -393,7 +393,7 @@ def test_any_damage_is_read_or_refused(tmp_path: Path, position: int, junk: byte
         assert all(sheet.file == "a.xlsx" for sheet in read_sheets(path, "a.xlsx"))
 
 
-@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(xml=st.text(alphabet="<>/crvft\"'=A1 0", max_size=200))
 def test_any_sheet_xml_is_read_or_refused(tmp_path: Path, xml: str) -> None:
     path = write_workbook(tmp_path / "a.xlsx", {"Code 90": ROWS})

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from mcap.writer import CompressionType, IndexType
 from pool_logs import array_topic, log_bytes, ros_topic, ticks, write_log
@@ -134,7 +134,6 @@ def test_messages_of_a_chunk_that_was_cut_off_are_rescued(
     assert f"of which {len(rows)} messages were rescued" in log.problems[0].what
 
 
-@settings(max_examples=80, deadline=None)
 @given(st.data())
 def test_damaged_anywhere_it_never_breaks_the_reader(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

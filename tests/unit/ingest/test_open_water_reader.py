@@ -364,9 +364,7 @@ CELLS = st.one_of(
 )
 
 
-@settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
-)
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(st.lists(st.lists(CELLS, min_size=6, max_size=6), max_size=8))
 def test_whatever_stands_in_the_cells_there_is_a_record(
     tmp_path: Path, cells: list[list[object]]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pool_logs import (
     NAMES,
@@ -577,7 +577,6 @@ def test_depth_in_millimetres(tmp_path: Path) -> None:
     assert "off by a factor such as 1000" in said(run, "warning")
 
 
-@settings(max_examples=25, deadline=None)
 @given(st.data())
 def test_damaged_messages_never_break_the_reader(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject

@@ -104,7 +104,6 @@ def test_tangential_drag_alone_builds_up_along_a_streamed_cable() -> None:
     assert got.tension_size_n[0] - got.tension_size_n[-1] == pytest.approx(built_up, rel=0.01)
 
 
-@settings(max_examples=25, deadline=None)
 @given(
     end=st.tuples(*[st.floats(5.0, 60.0)] * 3),
     ratio=st.floats(1.001, 3.0),
