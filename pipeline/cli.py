@@ -247,16 +247,38 @@ def _tell_on_terminal(path: str | None) -> None:
     metavar="DIR",
     help="Folder for the files; made when it is not there.",
 )
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(("firmware", "px4", "ardusub", "gazebo")),
+    default="firmware",
+    help="Whom the files are for.  [default: firmware]",
+)
 @_folders
-def export(vehicle: str, to: Path, raw: Path, out: Path) -> None:
-    r"""Write a vehicle's firmware tables: C99 header and source, JSON and CSV.
+def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
+    r"""Write a vehicle's firmware, or its model for an autopilot or a simulator.
 
-    Results that are out of date are brought up to date first.
+    firmware: tables and allocator as C99, JSON and CSV; results that are out of date are brought up
+    to date first. px4, ardusub: parameters. gazebo: a world in SDF. The last three say in their
+    head and here what they cannot hold, and what that costs in three manoeuvres.
 
     \b
-    Example:
+    Examples:
       rig2sea export mmt300 --to build/firmware
+      rig2sea export rov8 --format gazebo --to build/gazebo
     """
+    if form != "firmware":
+        from pipeline.stages.receivers import export_to_receiver
+
+        written = export_to_receiver(vehicle, form, to, raw, out)
+        click.echo(written.path)
+        for text in written.says:
+            click.echo(translate(text))
+        for text in written.lost:
+            click.echo(translate(f"not in it: {text}"))
+        for cost in written.costs:
+            click.echo(translate(cost.line))
+        return
     from pipeline.workflow.export import export_firmware
     from pipeline.workflow.run import Request
 
