@@ -63,6 +63,7 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
     if are_tables(runs):
         _diagnose_tables(vehicle, runs, holdout, healthy, to=to, as_json=as_json, raw=raw, out=out)
         return
+    from pipeline.report.glance_text import glance_text
     from pipeline.stages.diagnosis import DiagnosisRequest, diagnose_to_files
     from pipeline.stages.diagnosis_text import diagnosis_text
 
@@ -72,6 +73,8 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
     if as_json:
         click.echo(json.dumps(files.record.model_dump(mode="json"), indent=1))
         return
+    if files.record.glance is not None:
+        click.echo(translate(glance_text(vehicle, files.record.glance)) + "\n")
     click.echo(translate(diagnosis_text(files.record)))
     if files.corrected is not None:
         click.echo(translate(f"vehicle file with the effect: {files.corrected}"))

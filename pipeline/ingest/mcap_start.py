@@ -209,9 +209,20 @@ def _day(start_ns: int | None, name: str) -> str:
     is_set = SET_NS <= start_ns < LATEST_NS
     start = datetime.fromtimestamp(start_ns // _SECOND_NS if is_set else 0, UTC)
     local = {(start + offset).date() for offset in (_FARTHEST_WEST, timedelta(0), _FARTHEST_EAST)}
+    for named in dates_in(name):
+        if date.fromisoformat(named) in local or not is_set:
+            return named
+    return start.date().isoformat() if is_set else "undated"
+
+
+def dates_in(name: str) -> list[str]:
+    """Return the dates that a file's name holds.
+
+    >>> dates_in("2026-05-04-run"), dates_in("20261341")
+    (['2026-05-04'], [])
+    """
+    named = []
     for found in _DATE.finditer(name):
         with contextlib.suppress(ValueError):  # of digits that are no date
-            named = date(*(int(part) for part in found.groups()))
-            if named in local or not is_set:
-                return named.isoformat()
-    return start.date().isoformat() if is_set else "undated"
+            named.append(date(*(int(part) for part in found.groups())).isoformat())
+    return named

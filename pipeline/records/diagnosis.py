@@ -4,6 +4,7 @@ from pydantic import Field
 
 from pipeline.records.base import Record
 from pipeline.records.file_change import FileChange
+from pipeline.records.glance import Glance
 
 Interval = tuple[float, float]
 
@@ -227,6 +228,8 @@ class DiagnosisRecord(Record):
     series: tuple[Series, ...]
     notes: tuple[str, ...]
     elapsed_s: float
+    glance: Glance | None = None
+    """What its page begins with."""
     vehicle_file_sha256: str = ""
     changes: tuple[FileChange, ...] = ()
     """What the verdict changes in that vehicle file; `rig2sea apply` writes it."""

@@ -13,6 +13,7 @@ from pipeline.plan import seen_from
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
+from pipeline.report.diagnosis_page import glance_of
 from pipeline.stages.diagnosis_links import Question
 from pipeline.stages.diagnosis_page import OVERLAY_END, write_page
 from pipeline.stages.found_changes import diagnosed_changes, source_of
@@ -85,6 +86,8 @@ def diagnose_to_files(
     noted = (*noted, why) if why else noted
     found = diagnose_fully(case, request.threads)
     found = _with_notes(found, (*runs, *holdout, *healthy), noted)
+    first = {"glance": glance_of(found.record)}
+    found = replace(found, record=found.record.model_copy(update=first))
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "diagnosis"

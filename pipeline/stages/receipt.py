@@ -41,6 +41,8 @@ class PageFile(Record):
     failed_checks: int
     not_computed: int
     glance: Glance | None = None
+    bench: str = ""
+    """What the bench gave, in one line."""
     days: tuple[DayLine, ...] = ()
     """Trial days, the latest first."""
     trend_href: str = ""

@@ -18,6 +18,7 @@ from pipeline.records.fits import (
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.records.validation import AllocatorValidation
+from pipeline.report.bench_results import bench_line
 from pipeline.report.links import address_from, safe_link
 from pipeline.report.results import TrialDayLink
 from pipeline.report.sections.trials import has_trend
@@ -62,6 +63,7 @@ def run(job: Job) -> str:
             failed_checks=entry.status.failed_checks,
             not_computed=entry.status.not_computed,
             glance=entry.glance,
+            bench=bench_line(job.vehicle_name, results.inverse, results.mooring),
             days=_for_index(results, page),
             trend_href=f"{entry.href}#trend" if has_trend(results) else "",
         )

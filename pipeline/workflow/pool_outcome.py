@@ -7,7 +7,13 @@ from pipeline.plan import VehicleFolder
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.outcome import Outcome, by_severity, problems_of, with_path
 from pipeline.workflow.pool_plan import ROOMS, PoolPlan
-from pipeline.workflow.pool_runs import day_page_file, pool_problems, run_file, run_page_file
+from pipeline.workflow.pool_runs import (
+    day_page_file,
+    day_problems,
+    pool_problems,
+    run_file,
+    run_page_file,
+)
 
 
 def with_pool(
@@ -18,6 +24,8 @@ def with_pool(
     Warnings of single runs stay on their pages: a season has hundreds.
     """
     found = list(pool_problems(vehicle, out))
+    days = {run: day for day, runs in plan.days.items() for run in runs}
+    found += day_problems(vehicle.name, plan.logs.values(), days)
     for run in plan.logs:
         for stage in ("pool_run", "run_trial"):
             head = known.head(out / run_file(vehicle.name, ROOMS[stage], run), stage)

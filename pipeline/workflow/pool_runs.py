@@ -3,12 +3,13 @@
 import hashlib
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from pipeline.errors import Problem
+from pipeline.errors import Place, Problem
 from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
+from pipeline.ingest.mcap_start import dates_in
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 
 UNDATED = "undated"
@@ -77,8 +78,41 @@ def pool_logs(
         notes = next((stem + end for end in _NOTES if stem + end in names), None)
         place = f"{vehicle.folder}/{POOL}"
         notes_path = f"{place}/{notes}" if notes is not None else None
-        found.append(PoolLog(run_name(name), f"{place}/{name}", notes_path))
+        run = run_name(name)
+        if run.lower() in {log.run.lower() for log in found}:
+            # another log has this name already: each is to keep results of its own
+            run = f"{run[:60]}-{hashlib.sha256(name.encode(errors='surrogateescape')).hexdigest()}"
+        found.append(PoolLog(run, f"{place}/{name}", notes_path))
     return tuple(found)
+
+
+def day_problems(vehicle: str, logs: Iterable[PoolLog], days: Mapping[str, str]) -> list[Problem]:
+    """Return a warning for each log whose name says another day than its times.
+
+    Parameters
+    ----------
+    vehicle : str
+        Its name.
+    logs : iterable of PoolLog
+        Its logs.
+    days : mapping of str to str
+        Run -> the day that it is taken for.
+    """
+    found = []
+    for log in logs:
+        name = Path(log.path).name
+        said, day = dates_in(Path(name).stem), days.get(log.run, UNDATED)
+        if said and day not in {UNDATED, *said}:
+            found.append(
+                Problem(
+                    "warning",
+                    Place(f"{vehicle}/{POOL}/{printable(name)}"),
+                    f"the file's name says {said[0]}, the times in the log say {day}: it is taken "
+                    "for a run of that day.",
+                    remedy="Rename the file, or set the recorder's clock.",
+                )
+            )
+    return found
 
 
 def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:

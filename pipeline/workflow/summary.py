@@ -3,12 +3,18 @@
 from collections.abc import Iterator
 from pathlib import Path
 
+from pipeline.errors import InputError
 from pipeline.journal import Event
-from pipeline.plan import MISSING, TITLES
+from pipeline.plan import MISSING, TITLES, processed_file
+from pipeline.provenance import read_envelope
+from pipeline.report.glance_text import glance_text
+from pipeline.stages.receipt import PageFile
 from pipeline.workflow.outcome import Outcome
+from pipeline.workflow.page_lines import page_lines
 from pipeline.workflow.run import Result
 
 _MAX_WARNINGS = 12
+_MAX_PAGES = 20
 
 
 def summary(result: Result, out: Path) -> Iterator[str]:
@@ -35,11 +41,32 @@ def summary(result: Result, out: Path) -> Iterator[str]:
             logs / event.stage / f"{event.item}.log" if event.item else logs / f"{event.stage}.log"
         )
         yield f"error: {failure_line(event)}\nIts log: {log}"
+    if result.done:
+        yield from _results(result, out)
     if result.complete and result.vehicles and result.done == 0:
         yield "Nothing to do: every result is up to date."
     index = out / "reports" / "index.html"
     if result.vehicles and index.exists():
         yield f"Report: {index}"
+
+
+def _results(result: Result, out: Path) -> Iterator[str]:
+    """Say what came out: of each vehicle the first screen and its bench, of each page a line."""
+    for name in result.vehicles:
+        try:
+            path = out / processed_file(name, "vehicle_page")
+            record = read_envelope(path, "vehicle_page", PageFile).record
+        except InputError:
+            continue
+        if record is not None and record.glance is not None:
+            yield glance_text(name, record.glance)
+        if record is not None and record.bench:
+            yield record.bench
+    lines = list(page_lines(result, out))
+    if result.pages:
+        yield "\n".join(lines[:_MAX_PAGES])
+    if len(lines) > _MAX_PAGES:
+        yield f"and {len(lines) - _MAX_PAGES} more pages."
 
 
 def failure_line(event: Event) -> str:

@@ -10,7 +10,13 @@ from season_cases import FIRST_NS, write_log
 
 from pipeline.ingest.mcap_start import day_of, is_closed, log_start_ns
 from pipeline.plan import VehicleFolder
-from pipeline.workflow.pool_runs import pool_logs, pool_problems, run_name
+from pipeline.workflow.pool_runs import (
+    PoolLog,
+    day_problems,
+    pool_logs,
+    pool_problems,
+    run_name,
+)
 
 BOAT = VehicleFolder("boat", "raw/boat")
 
@@ -109,3 +115,22 @@ def test_the_date_in_the_name_is_the_day_where_the_clock_was_not_set(tmp_path: P
     write_log(tmp_path / "run.mcap", 40 * 10**9)
     assert day_of(tmp_path / "2026-04-25 run.mcap") == "2026-04-25"
     assert day_of(tmp_path / "run.mcap") == "undated"
+
+
+def test_two_logs_whose_names_make_one_run_are_kept_apart(tmp_path: Path) -> None:
+    pool = tmp_path / "raw/boat/pool"
+    other = run_name("dive 1?.mcap")
+    for name in ("dive 1?.mcap", f"{other}.mcap"):
+        write_log(pool / name, FIRST_NS)
+    runs = [log.run for log in pool_logs(BOAT, tmp_path)]
+    assert len(runs) == 2
+    assert len(set(runs)) == 2
+    assert other in runs
+
+
+def test_a_name_that_says_another_day_than_the_log_is_told() -> None:
+    logs = [PoolLog("a", "raw/boat/pool/2026-05-04-a.mcap"), PoolLog("b", "raw/boat/pool/b.mcap")]
+    assert day_problems("boat", logs, {"a": "2026-05-04", "b": "2026-05-09"}) == []
+    (told,) = day_problems("boat", logs, {"a": "2026-05-09", "b": "2026-05-09"})
+    assert told.severity == "warning"
+    assert "says 2026-05-04, the times in the log say 2026-05-09" in told.what
