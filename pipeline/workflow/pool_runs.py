@@ -69,7 +69,7 @@ def pool_logs(
         By name of the file.
     """
     folder = base / vehicle.folder / POOL
-    found = []
+    found: list[PoolLog] = []
     names = set(file_names(folder))
     for name in sorted(names):
         if not is_log_name(name) or name in waiting or not name.isprintable():
