@@ -8,7 +8,7 @@ import click
 
 from pipeline.language import as_it_is, translate
 
-_CALCULATORS = ("balance", "propeller", "tether")
+_CALCULATORS = ("balance", "propeller", "tether", "added-mass")
 
 
 @click.command()
@@ -47,7 +47,7 @@ _CALCULATORS = ("balance", "propeller", "tether")
     help="Folder that holds processed/ and reports/.  [default: here]",
 )
 def design(  # noqa: PLR0917 - click passes every option by its name
-    calculator: Literal["balance", "propeller", "tether"],
+    calculator: Literal["balance", "propeller", "tether", "added-mass"],
     file: Path | None,
     example: str | None,
     to: Path | None,
@@ -55,14 +55,15 @@ def design(  # noqa: PLR0917 - click passes every option by its name
     raw: Path,
     out: Path,
 ) -> None:
-    r"""Calculate before building: thruster loads, a propeller, or the pull of a tether.
+    r"""Calculate before building: thruster loads, a propeller, a tether's pull, added masses.
 
     balance: angle of attack and load of each stern thruster with residual buoyancy under way.
     propeller: the propeller of the Wageningen B-series that needs least power on a drive.
     tether: pull of a cable around a footprint, the forces and power that hold it.
+    added-mass: of a vehicle from the shapes of its parts, as a section of its vehicle file.
 
     FILE is YAML; --example prints a commented one. A page with pictures and a JSON file are
-    written.
+    written; of added masses the section, and with --to files.
 
     \b
     Examples:
@@ -79,6 +80,9 @@ def design(  # noqa: PLR0917 - click passes every option by its name
             f"Missing argument 'FILE'. `rig2sea design {calculator} --example > my.yaml` writes "
             "one to start from."
         )
+    if calculator == "added-mass":
+        _added_mass(file, to, as_json=as_json)
+        return
     from pipeline.stages.design import (
         DesignRequest,
         compute_design,
@@ -101,6 +105,19 @@ def design(  # noqa: PLR0917 - click passes every option by its name
     click.echo(translate("\n".join(result_lines(found))))
     click.echo(page)
     click.echo(data)
+
+
+def _added_mass(file: Path, to: Path | None, *, as_json: bool) -> None:
+    from pipeline.stages.added_mass import design_added_mass, write_added_mass
+
+    found = design_added_mass(file)
+    if as_json:
+        click.echo(json.dumps(found.body(), indent=1))
+    else:
+        click.echo(translate(found.text))
+        click.echo(found.section, nl=False)
+    for path in write_added_mass(found, to) if to is not None else ():
+        click.echo(path, err=as_json)
 
 
 def _example(calculator: str, name: str) -> str:

@@ -1,1 +1,1 @@
-"""Design calculations before a vehicle is built: balance, propeller, tether."""
+"""Design calculations before a vehicle is built: balance, propeller, tether, added mass."""

@@ -4,7 +4,12 @@ from pathlib import Path
 
 _HERE = Path(__file__).parent
 #: The example that is meant when none is named.
-USUAL = {"balance": "pilgrim", "propeller": "pilgrim", "tether": "mokeeva"}
+USUAL = {
+    "balance": "pilgrim",
+    "propeller": "pilgrim",
+    "tether": "mokeeva",
+    "added-mass": "mmt300",
+}
 
 
 def design_examples(calculator: str) -> tuple[str, ...]:
