@@ -102,7 +102,7 @@ class AddedMassInput(Section):
 
 
 def part_added_mass(part: Part, density_kgpm3: float) -> FloatArray:
-    """Return the added mass (6, 6) of a part about its own point, in its own axes. [kg, kg m, kg m^2]."""
+    """Return the added mass (6, 6) of a part about its own point, in its own axes."""
     return _FORMULAS[part.kind](part, density_kgpm3)
 
 
