@@ -33,7 +33,8 @@ def test_a_hull_and_its_motor_housings_as_a_section_of_the_vehicle_file() -> Non
     assert sway == pytest.approx(heave, rel=0.02)
     assert sway == pytest.approx(97.7, rel=0.06)
     assert 0.04 < roll < 0.09
-    assert yaw == pytest.approx(18.9, rel=0.2)
+    # the hull is fuller towards its ends than the spheroid
+    assert 18.9 < yaw < 25.0
     # housings behind the origin: their water makes sway and yaw go together
     assert found.matrix[1, 5] < 0.0 < found.matrix[2, 4]
 
