@@ -30,7 +30,7 @@ def reference(  # noqa: PLR0917 - click passes every option by its name
     VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle
     (rov8, cargo_carrier). RUN is a name under the vehicle's pool/, a log (*.mcap), or a folder of
     logs; without one, all runs whose notes say `healthy: true` and those of accepted_days: in
-    vehicle.yaml. Two runs are needed. Writes reference.json; no vehicle file is changed.
+    vehicle.yaml. Three runs are needed. Writes reference.json; no vehicle file is changed.
 
     \b
     Examples:

@@ -10,9 +10,8 @@ from pipeline.diagnose.kinematics.instruments import InstrumentErrors
 from pipeline.diagnose.linear.characteristic import characteristic_profiles, curve_errors
 from pipeline.diagnose.linear.coordinates import coordinates
 from pipeline.diagnose.linear.follow import follow
-from pipeline.diagnose.linear.linear_model import Setting, motion_at
-from pipeline.diagnose.linear.predictions import Bench, Motion, voltage_channel
-from pipeline.diagnose.linear.rest import RestForces, RestTerm, no_rest, rest_forces
+from pipeline.diagnose.linear.linear_model import Setting
+from pipeline.diagnose.linear.predictions import Bench, voltage_channel
 from pipeline.diagnose.linear.workers import Workers
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import candidates, unstated
@@ -57,8 +56,6 @@ class Case:
     effects: Mapping[str, Effect] | None = None
     errors: InstrumentErrors | None = None
     as_stated: PackedVehicle | None = None
-    by_reference: bool = False
-    """What the healthy runs show stands in place of the vehicle file: it predicts better."""
 
     @property
     def stated(self) -> PackedVehicle:
@@ -165,34 +162,8 @@ def setting_of(
         characteristic_profiles(packed, stack.windows, bench.whole, curves),
         np.zeros(len(every)),
         curves,
-        no_rest(bench.window_count, PIECES),
     )
     return replace(setting, extra=_voltage_offsets(setting, len(runs)))
-
-
-def with_rest(setting: Setting, terms: Sequence[RestTerm]) -> Setting:
-    """Give a setting the forces of the rest, along the motion that its pulls lead to."""
-    motion = motion_at(setting, setting.origin())
-    return replace(setting, rest=rest_along(setting.bench, terms, motion, setting.force_unit))
-
-
-def rest_along(
-    bench: Bench, terms: Sequence[RestTerm], motion: Motion, force_unit: FloatArray
-) -> RestForces:
-    """Compute the forces of the rest along a motion of the windows."""
-    lengths = np.array([len(window.command) for window in bench.stack.windows])
-    # the last sample of a window begins no step
-    begins = np.ones(len(motion.state), bool)
-    begins[np.cumsum(lengths + 1) - 1] = False
-    return rest_forces(
-        bench.stack.packed,
-        terms,
-        motion.state[begins],
-        np.repeat(bench.whole.steps_s, lengths),
-        bench.cut.bounds,
-        force_unit,
-        bench.window_count,
-    )
 
 
 def led_by(

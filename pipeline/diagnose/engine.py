@@ -13,20 +13,23 @@ from pipeline.diagnose.conclude.beside_errors import case_beside, errors_of
 from pipeline.diagnose.conclude.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.conclude.conclusion import conclude
 from pipeline.diagnose.conclude.gap_seen import gap_seen
-from pipeline.diagnose.conclude.shaft_speeds import ShaftsSeen, by_shaft_speeds, shafts_seen
+from pipeline.diagnose.conclude.shaft_speeds import by_shaft_speeds, shafts_seen
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
 from pipeline.diagnose.preconditions import check_preconditions
-from pipeline.diagnose.reference.learn import Learned
+from pipeline.diagnose.regression.answer import against_sound, gained_of
+from pipeline.diagnose.regression.known import LEAST_SOUND, Reference, reference_of
 from pipeline.diagnose.rules.calibration import calibration
+from pipeline.diagnose.tell.gains import told_gains
 from pipeline.diagnose.tell.record import record_of
-from pipeline.diagnose.with_reference import CALIBRATED, asked_with, concluded, reference_of
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.thruster_gains import gains_of
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
+from pipeline.simulate.context import model_of
+from pipeline.vehicle.sensor_schema import Sensors
 
 
 @dataclass(frozen=True)
@@ -87,13 +90,36 @@ def _beside_errors(
     """Diagnose, and anew where the answer lacks what the instruments show of each other."""
     began = time.monotonic()
     case = _in_order(case)
+    check_preconditions(case)
+    known, note = None, None
+    if len(case.healthy) >= LEAST_SOUND:
+        known, note = reference_of(case)
+    if known is not None:
+        return _against_sound(case, known, began)
     answer, found = _diagnosed(case, threads, seed, began, keep)
     # what cannot be solved there takes nothing from the answer that there is
     with suppress(CannotComputeError, np.linalg.LinAlgError):
         errors = errors_of(case, found)
         if errors is not None and not set(errors.effects) <= set(answer.record.verdict.effects):
             answer, _ = _diagnosed(case_beside(case, errors), threads, seed, began)
+    if note is not None:
+        notes = (*answer.record.notes, f"Told against the vehicle file: {note}")
+        answer = replace(answer, record=answer.record.model_copy(update={"notes": notes}))
     return answer
+
+
+def _against_sound(case: Case, known: Reference, began: float) -> Diagnosis:
+    """Diagnose against the vehicle as its sound runs show it."""
+    gains = gains_of(
+        case.packed,
+        case.vehicle.sensors or Sensors(),
+        case.runs,
+        uncertainty=model_of(case.vehicle).uncertainty,
+        reference=case.healthy,
+    )
+    record, specs = against_sound(case, known, gained_of(gains, case.runs))
+    update = {"gains": told_gains(gains), "elapsed_s": time.monotonic() - began}
+    return Diagnosis(record.model_copy(update=update), specs)
 
 
 def _diagnosed(
@@ -104,14 +130,10 @@ def _diagnosed(
     keep: Callable[[CaseEvidence], None] | None = None,
 ) -> tuple[Diagnosis, Search]:
     """Diagnose once: weigh all answers, see what each leaves, conclude, and write it down."""
-    check_preconditions(case)
     limits, healthy_known = calibration(), bool(case.healthy)
     runs = (*case.runs, *case.holdout)
     channels = channels_of(case.vehicle, runs)
     shafts = shafts_seen(case)
-    reference = reference_of(case, threads) if case.by_reference and case.healthy else None
-    if reference is not None:
-        return _since(case, reference, runs, channels, shafts, threads, seed, began)
     found, answered = infer(case, runs, channels, limits, threads)
     answered = by_shaft_speeds(found, answered, shafts)
     seen = gap_seen(case, found, answered, runs, channels, seed)
@@ -123,33 +145,6 @@ def _diagnosed(
     record = record_of(case, runs, found, seen, concluded, shafts, limits)
     record = _told(record, case, None, began)
     specs = specs_of(found, concluded.led_to.added) if concluded.names_effects else ()
-    return Diagnosis(record, (*case.known_specs, *specs)), found
-
-
-def _since(  # noqa: PLR0917 - one caller
-    case: Case,
-    reference: Learned,
-    runs: Sequence[RunTable],
-    channels: Sequence[ChannelNoise],
-    shafts: ShaftsSeen | None,
-    threads: int,
-    seed: int,
-    began: float,
-) -> tuple[Diagnosis, Search]:
-    """Diagnose against the vehicle as it was when its sound runs were made."""
-    _, found, answered, said = asked_with(case, runs, channels, reference, threads)
-    seen = gap_seen(case, found, answered, runs, channels, seed)
-    told = concluded(found, answered, said, seen)
-    record = record_of(case, runs, found, seen, told, shafts, calibration())
-    evidence = record.evidence.model_copy(
-        update={
-            "posterior": {one.name: one.probability for one in said.ranking},
-            "calibrated": CALIBRATED,
-        }
-    )
-    record = record.model_copy(update={"evidence": evidence})
-    record = _told(record, case, ", ".join(run.name for run in case.healthy), began)
-    specs = specs_of(found, told.led_to.added) if told.names_effects else ()
     return Diagnosis(record, (*case.known_specs, *specs)), found
 
 

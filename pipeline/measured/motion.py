@@ -56,7 +56,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     CannotComputeError
         Without rates of turn or attitude.
     """
-    rates, attitude = _channel(run, "angular_velocity"), _channel(run, "attitude")
+    rates, attitude = channel_of(run, "angular_velocity"), channel_of(run, "attitude")
     if rates is None or attitude is None:
         raise CannotComputeError(
             f"{run.name}: rates of turn and attitude are needed to put an effect into a measured "
@@ -70,7 +70,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     state[:, 10:13], nu_dot[:, 3:] = _smoothed(rates, _window(run, "angular_velocity"), period)
     omega = state[:, 10:13]
     known = np.array([False, False, False, True, True, True])
-    velocity, depth = _channel(run, "velocity"), _channel(run, "depth")
+    velocity, depth = channel_of(run, "velocity"), channel_of(run, "depth")
     if velocity is not None:
         place = np.array(sensors.dvl.position_m) if sensors and sensors.dvl else np.zeros(3)
         at_origin = velocity - np.cross(omega, place)
@@ -86,7 +86,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
         heave = sinking[:, 0] / upright
         state[:, 9:10], nu_dot[:, 2:3] = _smoothed(heave[:, None], window, period)
         known[2] = True
-    position = _channel(run, "position")
+    position = channel_of(run, "position")
     if position is not None:
         state[:, :3] = position
     if depth is not None:
@@ -94,7 +94,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
     return MeasuredMotion(run.time_s, state, nu_dot, known, position is not None)
 
 
-def _channel(run: RunTable, quantity: str) -> FloatArray | None:
+def channel_of(run: RunTable, quantity: str) -> FloatArray | None:
     """Values on every row: what is not valid lies on the line between what is."""
     if quantity not in run.values:
         return None

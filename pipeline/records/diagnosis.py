@@ -199,6 +199,20 @@ class Evidence(Record):
     """Probability of every answer as it was computed, where one posterior decides."""
 
 
+class Gain(Record):
+    """What a thruster gives on an axis in a run, over what the vehicle file says of it.
+
+    `axis` "all" fits all axes together; `reference` is what the sound runs gave, where any did.
+    """
+
+    run: str
+    thruster: str
+    axis: str
+    value: float
+    ci95: Interval
+    reference: float | None
+
+
 class Series(Record):
     """Measured, model before, model after in a held-out window; None where nothing was read."""
 
@@ -230,6 +244,7 @@ class DiagnosisRecord(Record):
     elapsed_s: float
     glance: Glance | None = None
     """What its page begins with."""
+    gains: tuple[Gain, ...] = ()
     vehicle_file_sha256: str = ""
     changes: tuple[FileChange, ...] = ()
     """What the verdict changes in that vehicle file; `rig2sea apply` writes it."""

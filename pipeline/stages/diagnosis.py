@@ -7,6 +7,7 @@ from pathlib import Path
 from pipeline import __version__
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import Diagnosis, diagnose_fully
+from pipeline.diagnose.regression.known import LEAST_SOUND
 from pipeline.diagnose.tell.file_changes import left_to_say
 from pipeline.errors import CannotComputeError
 from pipeline.plan import seen_from
@@ -17,7 +18,6 @@ from pipeline.report.diagnosis_page import glance_of
 from pipeline.stages.diagnosis_links import Question
 from pipeline.stages.diagnosis_page import OVERLAY_END, write_page
 from pipeline.stages.found_changes import diagnosed_changes, source_of
-from pipeline.stages.reference import LEAST_RUNS, reference_used
 from pipeline.stages.runs_to_identify import find_logs, read_run, told_first
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.stages.simulation import simulate_to_file
@@ -81,9 +81,6 @@ def diagnose_to_files(
     question = _question(request, one)
     tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
     case = Case(one.name, one.vehicle, one.packed, runs, holdout, healthy)
-    used, why = reference_used(one, find_logs(request.healthy, one), request.out)
-    case = replace(case, by_reference=used)
-    noted = (*noted, why) if why else noted
     found = diagnose_fully(case, request.threads)
     found = _with_notes(found, (*runs, *holdout, *healthy), noted)
     first = {"glance": glance_of(found.record)}
@@ -125,7 +122,7 @@ def _with_sound_runs(
         return request, ()
     sound, _ = sound_runs(one)
     asked = set(find_logs((*request.runs, *request.holdout), one))
-    if len(sound) < LEAST_RUNS or asked & set(sound):
+    if len(sound) < LEAST_SOUND or asked & set(sound):
         return request, ()
     names = ", ".join(f"{path.stem} ({why})" for path, why in sound.items())
     told = f"no healthy runs were named; these are known to be sound and were taken: {names}."

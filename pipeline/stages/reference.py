@@ -6,11 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.reference.held_out import Identified
-from pipeline.diagnose.reference.made import made
-from pipeline.errors import CannotComputeError, InputError, Rig2SeaError
+from pipeline.diagnose.regression.held_out import FileModel
+from pipeline.diagnose.regression.known import LEAST_SOUND
+from pipeline.diagnose.regression.made import made
+from pipeline.errors import CannotComputeError, Rig2SeaError
 from pipeline.plan import POOL, processed_file
-from pipeline.provenance import Envelope, code_digest, file_digest, read_envelope, write_envelope
+from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope
 from pipeline.records.identification import RunRead
 from pipeline.records.reference import ReferenceRecord, SoundRun
 from pipeline.stages.identification import CORRECTED_FILE
@@ -21,8 +22,6 @@ from pipeline.stages.sound_runs import sound_runs
 
 STAGE = "reference"
 RESULT_FILE = f"{STAGE}.json"
-#: Runs without which nothing is known of how much runs differ.
-LEAST_RUNS = 2
 
 
 @dataclass(frozen=True)
@@ -34,7 +33,6 @@ class ReferenceRequest:
     to: Path | None = None
     raw: Path = Path("raw")
     out: Path = Path()
-    threads: int = 2
 
 
 def make_reference(
@@ -47,33 +45,32 @@ def make_reference(
     UsageError
         For a vehicle or run that does not exist.
     InputError, CannotComputeError
-        For fewer than two sound runs, a log that cannot be used, or a place that cannot be written.
+        For too few sound runs, a log that cannot be used, or a place that cannot be written.
     """
     one = load_simulated(request.vehicle, request.raw, request.out)
     logs, refused = sound_runs(one)
     if request.runs:
         logs = dict.fromkeys(find_logs(request.runs, one), "named on the command line")
         refused = ()
-    if len(logs) < LEAST_RUNS:
+    if len(logs) < LEAST_SOUND:
         raise CannotComputeError("\n".join([too_few(one, len(logs)), *refused]))
     read = [(path, *read_run(path, one, request.raw)) for path in told_first(logs, tell)]
     runs = tuple(_sound(path, run, one, logs) for path, run, _ in read)
     folder = request.out / "processed" / one.name
     identified, notes = _identified(folder / "identification", runs, one, request.out)
     case = Case(one.name, one.vehicle, one.packed, (), healthy=tuple(table for _, _, table in read))
-    found = made(case, identified, request.threads, tell)
+    tell("predicting each run by the others")
+    found = made(case, identified)
     record = ReferenceRecord(
         vehicle=one.name,
         vehicle_file_sha256=one.file_digest,
         runs=runs,
         used=found.used,
         why=found.why,
-        windows=found.windows,
-        gain_per_window=found.gain_per_window,
-        axes=found.axes,
-        departures=found.departures,
-        noise=found.noise,
-        held_out=found.held_out,
+        period_s=found.period_s,
+        noise_trusted=found.noise_trusted,
+        force=found.force,
+        widths=found.widths,
         predictions=found.predictions,
         notes=(
             *refused,
@@ -94,35 +91,11 @@ def make_reference(
     return record, to
 
 
-def reference_used(
-    one: SimulatedVehicle, logs: Sequence[Path], out: Path
-) -> tuple[bool, str | None]:
-    """Say whether the reference of some runs is used, and why not where it was made.
-
-    It is where it was made of these very runs and this very vehicle file and predicts better.
-    """
-    path = out / processed_file(one.name, STAGE)
-    if not logs or not path.is_file():
-        return False, None
-    try:
-        record = read_envelope(path, STAGE, ReferenceRecord).record
-    except InputError:
-        # it is made anew by whoever wants it
-        return False, None
-    if record is None or record.vehicle_file_sha256 != one.file_digest:
-        return False, None
-    if {run.sha256 for run in record.runs} != {file_digest(log) for log in logs}:
-        return False, None
-    if record.used:
-        return True, None
-    return False, f"the reference of these healthy runs is not used ({path.name}): {record.why}"
-
-
 def too_few(one: SimulatedVehicle, count: int) -> str:
     """Say that there are too few sound runs, and how a run is said to be sound."""
     there = f"{one.name} has {'one run that is' if count else 'no run that is'} known to be sound"
     return (
-        f"{there}; a reference needs {LEAST_RUNS} or more, from which it is seen how much runs "
+        f"{there}; a reference needs {LEAST_SOUND} or more, from which it is seen how much runs "
         f"differ.\nWrite `healthy: true` into the notes of each run on which the vehicle was well "
         f"({one.file.parent / POOL}/RUN.yaml), list the day under `accepted_days:` in "
         f"{one.file.name}, or name the runs."
@@ -140,7 +113,7 @@ def _sound(path: Path, run: RunRead, one: SimulatedVehicle, logs: Mapping[Path, 
 
 def _identified(
     folder: Path, runs: Sequence[SoundRun], one: SimulatedVehicle, out: Path
-) -> tuple[Identified | None, tuple[str, ...]]:
+) -> tuple[FileModel | None, tuple[str, ...]]:
     """Read the vehicle as it was identified last; None, and why, where that cannot be compared."""
     file, result = folder / CORRECTED_FILE, folder / IDENTIFICATION_FILE
     if not file.is_file() or not result.is_file():
@@ -158,4 +131,4 @@ def _identified(
             "run is left of which it would be a prediction."
         )
         return None, (told,)
-    return Identified(packed, own), ()
+    return FileModel(packed, frozenset(range(len(runs))) - own), ()

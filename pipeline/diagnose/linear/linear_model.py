@@ -25,7 +25,6 @@ from pipeline.diagnose.linear.predictions import (
     outside_forces,
     simulate_windows,
 )
-from pipeline.diagnose.linear.rest import RestForces
 from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.identify.window_derivatives import Problem, moved_starts
 from pipeline.identify.window_outputs import whitened
@@ -50,8 +49,6 @@ class Point:
     forces: FloatArray
     shared: FloatArray
     departures: FloatArray
-    rest: FloatArray
-    """(k,) forces of the rest, in units of their terms."""
     pull: float = 0.0
     """Share of the force that leads the nominal model along the measured motion."""
 
@@ -75,8 +72,6 @@ class Setting:
     """(g,) by how much the departures of a run differ from the vehicle's."""
     curves: CurveErrors
     """By how much the thrusters' curves may be off: what `profiles` are made of."""
-    rest: RestForces
-    """What a reference adds to the vehicle file; no terms where there is none."""
 
     @property
     def problem(self) -> Problem:
@@ -91,7 +86,6 @@ class Setting:
             np.zeros((count, 6 * self.bench.pieces)),
             np.zeros(self.shared.size + self.extra.shape[1] + self.profiles.shape[2]),
             np.zeros(len(self.coordinates)),
-            np.zeros(self.rest.size),
             pull=1.0,
         )
 
@@ -107,7 +101,6 @@ class LinearModel:
     shared: FloatArray
     extra: FloatArray
     departures: FloatArray
-    rest: FloatArray
     readings: FloatArray
     residual: FloatArray
     """Weighted residual at the point."""
@@ -149,9 +142,7 @@ def forces_at(setting: Setting, point: Point) -> FloatArray:
     Unknown ones are counted as the acceleration that they give the nominal vehicle.
     """
     bench = setting.bench
-    forces = (point.forces + setting.rest.of(point.rest)) * np.tile(
-        setting.force_unit, bench.pieces
-    )
+    forces = point.forces * np.tile(setting.force_unit, bench.pieces)
     if forces.any():
         here = mass_of(vector_of(setting, point.departures))
         same = np.linalg.solve(mass_of(bench.stack.packed.vector), here)
@@ -214,5 +205,4 @@ def readings_from_zero(model: LinearModel, point: Point, residual: FloatArray) -
     found = residual + np.einsum("rk,rk->r", model.local, own)
     found += setting.shared.whitened(point.shared[:count]) * setting.row_scale
     found += model.extra @ point.shared[count:]
-    found += model.rest @ point.rest
     return np.asarray(found + model.departures @ point.departures)

@@ -44,7 +44,7 @@ def most_probable(normal: Grams, forces: ForcePrior, departures: FloatArray) -> 
     """Most probable starts, forces and shared unknowns at departures (g,), led by nothing."""
     best = solve(normal, forces, departures)
     # whoever asks so has no reference
-    return Point(best.starts, best.forces, best.shared, departures, np.zeros(0))
+    return Point(best.starts, best.forces, best.shared, departures)
 
 
 def linear_near(setting: Setting, forces: ForcePrior, departures: FloatArray) -> LinearModel:
@@ -136,7 +136,6 @@ def _between(begin: Point, end: Point, share: float) -> Point:
         begin.forces + share * (end.forces - begin.forces),
         begin.shared + share * (end.shared - begin.shared),
         begin.departures,
-        begin.rest,
         begin.pull + share * (end.pull - begin.pull),
     )
 

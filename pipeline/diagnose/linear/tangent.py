@@ -112,10 +112,6 @@ def chained(  # noqa: PLR0917 - one caller
         departures = np.zeros((len(white), len(setting.coordinates)))
         curves = white[:, first : first + profiles]
     departures[:, list(anew)] = white[:, 12 + forces : first]
-    rest = np.zeros((len(white), setting.rest.size))
-    for number, (a, b) in enumerate(pairwise(bench.stack.bounds) if setting.rest.size else ()):
-        # a force of the rest is an outside force whose course is known
-        rest[a:b] = white[a:b, 12 : 12 + forces] @ setting.rest.shape[number]
     model = LinearModel(
         setting,
         point,
@@ -123,7 +119,6 @@ def chained(  # noqa: PLR0917 - one caller
         setting.shared.columns * weight,
         np.concatenate([setting.extra * weight, curves], axis=1),
         departures,
-        rest,
         np.zeros(0),
         residual,
     )
@@ -155,7 +150,6 @@ def _without_lost(model: LinearModel) -> LinearModel:
         shared=zeroed(model.shared),
         extra=zeroed(model.extra),
         departures=zeroed(model.departures),
-        rest=zeroed(model.rest),
         readings=zeroed(model.readings),
         residual=zeroed(model.residual),
     )

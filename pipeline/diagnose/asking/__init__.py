@@ -1,1 +1,0 @@
-"""One posterior: every hypothesis at its own most probable point, run by run and together."""

@@ -1,1 +1,0 @@
-"""The vehicle as it was: what its sound runs show that its file does not say."""

@@ -1,0 +1,244 @@
+"""The answer against sound runs: asked run by run and together, written as a diagnosis."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, shrink_of
+from pipeline.diagnose.regression.grid import GridRun, on_grid
+from pipeline.diagnose.regression.known import Reference
+from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.weigh import (
+    NONE,
+    UNKNOWN,
+    Change,
+    Gained,
+    decide,
+    effects_of,
+    posterior_by_name,
+    sizes,
+    weighed,
+)
+from pipeline.diagnose.tell.sentence import sentence
+from pipeline.effects.effect import AXES
+from pipeline.effects.specification import EffectSpec
+from pipeline.errors import CannotComputeError
+from pipeline.records.diagnosis import (
+    VELOCITIES,
+    ChannelNoiseCheck,
+    Detail,
+    DiagnosisRecord,
+    Evidence,
+    ParameterEstimate,
+    RankedEffect,
+    Verdict,
+)
+from pipeline.records.gains import ThrusterGains
+from pipeline.records.run_table import RunTable
+
+#: Shown of a ranking.
+_SHOWN = 20
+#: Findings of the gains that are one thruster's.
+_SINGLE = frozenset({"dead", "weak"})
+#: Signatures closer than this are alike. [1]
+_ALIKE = 0.9
+_AS_FILE = "the vehicle file predicts these runs as well as a healthy vehicle"
+_AS_SOUND = "these runs differ from the sound ones no more than those differ from each other"
+CALIBRATED = (
+    "one posterior of a regression on the sound runs; how far their noise is trusted is set so "
+    "that they scatter as they claim; see docs/methods/diagnosis.md"
+)
+
+
+def gained_of(gains: ThrusterGains, runs: Sequence[RunTable]) -> tuple[Gained, ...]:
+    """Return the thrusters that the test of the gains calls weak or dead."""
+    names = [run.name for run in runs]
+    found = []
+    for one in gains.findings:
+        own = tuple(names.index(name) for name in one.runs if name in names)
+        if one.kind in _SINGLE and one.value is not None and one.ci95 is not None and own:
+            found.append(Gained(one.thrusters[0], own, one.value, one.ci95, one.p_value))
+    return tuple(found)
+
+
+def against_sound(
+    case: Case, known: Reference, gained: Sequence[Gained]
+) -> tuple[DiagnosisRecord, tuple[EffectSpec, ...]]:
+    """Diagnose the runs of a case against its sound runs.
+
+    Raises
+    ------
+    CannotComputeError
+        For a run that lacks what the sound runs measured.
+    """
+    runs = [_asked(case, known, run) for run in case.runs]
+    held = [_asked(case, known, run) for run in case.holdout]
+    told = [known.response.told(run) for run in runs]
+    ranking = weighed(told, known.directions, known.ordinary, gained)
+    said = decide(ranking)
+    named = said.names not in {(NONE,), (UNKNOWN,)}
+    rows = tuple(_ranked(one, known.directions) for one in ranking[:_SHOWN])
+    rows += _never(rows, known.directions)
+    gap = gap_of(case, known, runs)
+    left = leftover_of(gap, runs, known)
+    carrying = tuple(runs[k].name for k in said.first.runs) if named else ()
+    text = sentence(said.names, said.first.probability, said.ambiguous, rows, left)
+    text = _with_runs(text, case, carrying, rows, named=named)
+    shrink, series = shrink_of(case, known, said, runs, held, named=named)
+    first = rows[0]
+    record = DiagnosisRecord(
+        vehicle=case.name,
+        runs=tuple(run.name for run in case.runs),
+        holdout=tuple(run.name for run in case.holdout),
+        gap=gap,
+        verdict=Verdict(
+            effects=said.names,
+            probability=said.first.probability
+            if named or said.names == (said.first.name,)
+            else 1.0 - said.first.probability,
+            ambiguous_with=said.ambiguous,
+            detail=Detail(
+                thruster=first.thruster, axes=tuple(VELOCITIES[axis] for axis in first.axes)
+            )
+            if named
+            else Detail(),
+            sentence=text,
+            since=", ".join(run.name for run in case.healthy),
+            runs=carrying or tuple(run.name for run in case.runs),
+            text=text,
+        ),
+        ranking=rows,
+        shrink=shrink,
+        confusable=_confusable(told, ranking, known),
+        next_run=None,
+        leftover=left,
+        evidence=_evidence(case, known, runs, ranking),
+        series=series,
+        notes=(f"Told against the sound runs, not the vehicle file: {known.why}",),
+        elapsed_s=0.0,
+    )
+    return record, _specs(said.first, known.directions) if named else ()
+
+
+def _asked(case: Case, known: Reference, run: RunTable) -> GridRun:
+    found = on_grid(
+        case.packed, run, case.vehicle.sensors, known.directions, known.response.period_s
+    )
+    if found.channels != known.response.channels:
+        raise CannotComputeError(
+            f"{run.name} has the velocities {', '.join(found.channels)}, the sound runs "
+            f"{', '.join(known.response.channels)}: name sound runs with the same channels."
+        )
+    return found
+
+
+def _ranked(one: Change, directions: Sequence[Coordinate]) -> RankedEffect:
+    parameters, axes, thrusters = {}, [], {}
+    pair = len(one.which) > 1
+    for k, (value, low, high) in sizes(one, directions).items():
+        own = directions[k]
+        name = own.parameter.name
+        parameters[f"{own.effect.id}.{name}" if pair else name] = ParameterEstimate(
+            value=value, unit=own.parameter.unit, ci95=(low, high)
+        )
+        if name in AXES:
+            axes.append(name)
+        if own.target is not None:
+            thrusters[own.effect.id] = own.target
+    return RankedEffect(
+        effect="+".join(effects_of(one.name)),
+        probability=one.probability,
+        parameters=parameters,
+        gap_closed=None,
+        thruster=next(iter(thrusters.values()), None),
+        thrusters=thrusters,
+        axes=tuple(axes),
+        log_evidence=one.evidence,
+    )
+
+
+def _never(
+    rows: Sequence[RankedEffect], directions: Sequence[Coordinate]
+) -> tuple[RankedEffect, ...]:
+    """Effects that are not among the first."""
+    every = {NONE, UNKNOWN, *(one.effect.id for one in directions)} - {row.effect for row in rows}
+    return tuple(
+        RankedEffect(effect=name, probability=0.0, parameters={}, gap_closed=None, log_evidence=0.0)
+        for name in sorted(every)
+    )
+
+
+def _specs(first: Change, directions: Sequence[Coordinate]) -> tuple[EffectSpec, ...]:
+    """Effects of the first answer as they are switched on."""
+    values: dict[tuple[str, str | None], dict[str, float]] = {}
+    for k, (value, _, _) in sizes(first, directions).items():
+        one = directions[k]
+        values.setdefault((one.effect.id, one.target), {})[one.parameter.name] = value
+    return tuple(EffectSpec(id_, own, target) for (id_, target), own in values.items())
+
+
+def _with_runs(
+    text: str, case: Case, carrying: Sequence[str], rows: Sequence[RankedEffect], *, named: bool
+) -> str:
+    """Add which runs carry it, and what to do where nothing fits."""
+    if named and len(carrying) < len(case.runs):
+        text += f" Only in {', '.join(carrying)}."
+    if named:
+        return text
+    if rows[0].effect == NONE:
+        # no claim is made of the vehicle file
+        return text.replace(_AS_FILE, _AS_SOUND)
+    return (
+        f"{text} These runs differ from the sound ones in a way that the library does not name: "
+        "see which channels carry it, repeat a sound run, or identify the vehicle anew."
+    )
+
+
+def _confusable(
+    told: Sequence[Told], ranking: Sequence[Change], known: Reference
+) -> tuple[tuple[str, str, float], ...]:
+    """Effects whose signatures are nearly parallel, among the most probable."""
+    information = np.sum([one.information for one in told], axis=0)
+    single = [one for one in ranking if len(one.which) == 1][:_SHOWN]
+    found: dict[tuple[str, str], float] = {}
+    for n, one in enumerate(single):
+        for other in single[n + 1 :]:
+            i, j = one.which[0], other.which[0]
+            names = tuple(sorted({known.directions[i].effect.id, known.directions[j].effect.id}))
+            size = float(np.sqrt(information[i, i] * information[j, j]))
+            cosine = abs(float(information[i, j])) / size if size > 0.0 else 0.0
+            if len(names) == 2 and cosine > _ALIKE:
+                key = (names[0], names[1])
+                found[key] = max(found.get(key, 0.0), min(cosine, 1.0))
+    return tuple((*names, value) for names, value in sorted(found.items()))
+
+
+def _evidence(
+    case: Case, known: Reference, runs: Sequence[GridRun], ranking: Sequence[Change]
+) -> Evidence:
+    noise = {}
+    for c, name in enumerate(known.response.channels):
+        left = known.response.whitened_of_sound(c)
+        noise[name] = ChannelNoiseCheck(
+            variance=float(np.mean(left**2)),
+            lag1=float(np.mean(left[1:] * left[:-1]) / max(float(np.mean(left**2)), 1e-12)),
+            widened_by=float(known.ordinary.share**-0.5),
+        )
+    seconds = sum(float(run.time_s[-1]) for run in runs)
+    return Evidence(
+        windows=max(round(seconds / BLOCK_S), 1),
+        window_s=BLOCK_S,
+        readings=sum(run.velocity.size for run in runs),
+        linearisations=1,
+        force_scale=1.0,
+        noise=noise,
+        stages={
+            "dynamics": "regression on the sound runs; errors of the readings themselves "
+            "(velocity scale, mounting, delay) are not asked"
+        },
+        calibrated=CALIBRATED,
+        healthy_runs=tuple(run.name for run in case.healthy),
+        posterior=dict(posterior_by_name(ranking)),
+    )

@@ -1,0 +1,47 @@
+"""In which directions a vehicle may have changed, and how far each differs between sound runs."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from pipeline.diagnose.linear.coordinates import Coordinate, coordinates
+from pipeline.effects.effect import Effect
+from pipeline.measured.inject import READINGS
+from pipeline.simulate.context import model_of
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.vehicle.schema import Vehicle
+
+#: Effects that no force of a known motion shows, and those whose parameters act only together.
+NOT_ASKED = READINGS | {"payload", "tether", "shaft_inertia", "wall_effect"}
+#: Effects that change the thrust of all thrusters.
+OF_ALL_THRUSTERS = frozenset(
+    {"advance_speed_loss", "reverse_thrust", "thrust_deduction", "voltage_sag"}
+)
+#: Between runs all thrusters, and a single one, differ by a share of what the file says of the
+#: thrust; of what no file states a share of half the plausible range is ordinary.
+_OF_ALL, _OF_ONE, _UNSTATED = 0.75, 0.2, 0.15
+
+
+def directions_of(
+    vehicle: Vehicle, packed: PackedVehicle, effects: Mapping[str, Effect]
+) -> tuple[Coordinate, ...]:
+    """List the directions that are asked: one a parameter of an effect and thruster."""
+    asked = {name: one for name, one in effects.items() if name not in NOT_ASKED}
+    uncertainty = model_of(vehicle).uncertainty or Uncertainty()
+    return coordinates(packed, asked, uncertainty)
+
+
+def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatArray:
+    """By how much each direction differs between runs before any was seen, in its units (d,)."""
+    thrust = (model_of(vehicle).uncertainty or Uncertainty()).thrust
+    found = []
+    for one in directions:
+        own = one.ordinary if one.ordinary > 0.0 else _UNSTATED
+        if one.effect.id == "thruster_degraded":
+            own = max(_OF_ONE * thrust / one.unit_size, 1e-3)
+        elif one.effect.id in OF_ALL_THRUSTERS:
+            own = max(_OF_ALL * thrust / one.unit_size, 1e-3)
+        found.append(own)
+    return np.array(found)

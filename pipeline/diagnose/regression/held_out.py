@@ -1,0 +1,206 @@
+"""Predict what took no part: the learned response beside the vehicle file and simpler ways.
+
+From windows of a run that was left out the velocities are followed ahead, attitude and commands as
+they were measured. The file's motion follows by nu' = M^-1 (tau + F(nu)), the learned one by its
+regression, a linear black box by a regression without squares and products.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import Literal
+
+import numpy as np
+
+from pipeline.diagnose.regression.grid import CHANNELS, GridRun, mass_of_file
+from pipeline.diagnose.regression.response import BENT, FORCES, Response
+from pipeline.records.reference import Prediction
+from pipeline.simulate.kernel_demand import demand_along
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray, IntArray
+
+Method = Literal["reference", "vehicle file", "identified file", "black box", "last value"]
+#: How far ahead. The engine that decides is the one whose model predicts better over the first. [s]
+AHEAD_S = (1.0, 3.0, 6.0)
+#: Windows begin so far apart. [s]
+_EVERY_S = 1.5
+#: Steps of a period in which the file's motion is followed; speeds beyond which it has run away.
+_STEPS, _MOST = 5, 20.0
+_RIDGE = 3.0
+
+
+@dataclass(frozen=True)
+class FileModel:
+    """A vehicle file as it moves; `apart` are the runs that it may be judged by (None: all)."""
+
+    packed: PackedVehicle
+    apart: frozenset[int] | None = None
+
+
+Step = Callable[[FloatArray, FloatArray, "GridRun", IntArray], FloatArray]
+
+
+def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[Prediction, ...]:
+    """Predict every run of a reference with that run left out.
+
+    Parameters
+    ----------
+    response : Response
+        What was learned.
+    files : mapping
+        Vehicle files, by what they are called.
+    """
+    errors: dict[tuple[Method, str, float], list[FloatArray]] = {}
+    for left, run in enumerate(response.runs):
+        others = [one for k, one in enumerate(response.runs) if k != left]
+        ways: dict[Method, Step] = {
+            "reference": _by_response(response, left),
+            "black box": _by_black_box(others),
+            "last value": lambda now, _before, _run, _rows: now,
+        }
+        for method, model in files.items():
+            if model.apart is None or left in model.apart:
+                ways[method] = _by_file(model.packed)
+        starts = np.arange(FORCES, len(run.velocity) - 1, max(round(_EVERY_S / run.period_s), 1))
+        for method, step in ways.items():
+            for ahead_s, found in _followed(step, run, starts).items():
+                for c, name in enumerate(run.channels):
+                    errors.setdefault((method, name, ahead_s), []).append(found[:, c])
+    return tuple(_table(errors))
+
+
+def _table(errors: Mapping[tuple[Method, str, float], list[FloatArray]]) -> list[Prediction]:
+    """Put the errors of all channels of a quantity together."""
+    rows = []
+    methods = dict.fromkeys(method for method, _, _ in errors)
+    for quantity, own, unit in (
+        ("velocity", CHANNELS[:3], "m/s"),
+        ("angular_velocity", CHANNELS[3:], "rad/s"),
+    ):
+        for ahead_s, method in product(AHEAD_S, methods):
+            places = [(method, name, ahead_s) for name in own]
+            parts = [one for place in places for one in errors.get(place, [])]
+            every = np.concatenate(parts) if parts else np.zeros(0)
+            if every.size:
+                rows.append(
+                    Prediction(
+                        method=method,
+                        quantity=quantity,
+                        unit=unit,
+                        ahead_s=ahead_s,
+                        rmse=float(np.sqrt(np.mean(every**2))),
+                        readings=int(every.size),
+                    )
+                )
+    return rows
+
+
+def best_of(
+    runs: Sequence[GridRun], files: Mapping[Method, FileModel]
+) -> tuple[float, tuple[Prediction, ...]]:
+    """Choose the ridge of squares and products by what it predicts of runs left out; its table."""
+    tables = [(bent, predictions(Response(runs, bent), files)) for bent in BENT]
+    return min(tables, key=lambda row: _own_error(row[1]))
+
+
+def _own_error(table: Sequence[Prediction]) -> float:
+    own = [row.rmse for row in table if _first(row, "reference")]
+    return float(np.sum(np.log(np.maximum(own, 1e-12))))
+
+
+def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
+    """Say whether the learned response decides: whether it predicts better than the file.
+
+    Judged by the shortest way ahead, over which errors of force count and drift does not.
+    """
+    own = {row.quantity: row.rmse for row in table if _first(row, "reference")}
+    file = {row.quantity: row.rmse for row in table if _first(row, "vehicle file")}
+    both = [name for name in own if file.get(name, 0.0) > 0.0]
+    if not both:
+        return False, "no velocity and no rate could be predicted of what was left out."
+    ratio = float(np.exp(np.mean([np.log(own[name] / file[name]) for name in both])))
+    told = (
+        f"of sound runs that took no part its error {AHEAD_S[0]:g} s ahead is {ratio:.2f} times "
+        "that of the vehicle file"
+    )
+    if ratio < 1.0:
+        return True, f"{told}."
+    return False, f"{told}, which is no better."
+
+
+def _first(row: Prediction, method: Method) -> bool:
+    return row.method == method and row.ahead_s == AHEAD_S[0]
+
+
+def _followed(step: Step, run: GridRun, starts: IntArray) -> dict[float, FloatArray]:
+    """Errors (k, c) so many seconds ahead of each start that the run is long enough for."""
+    counts = {ahead: max(round(ahead / run.period_s), 1) for ahead in AHEAD_S}
+    now, before = run.velocity[starts], run.velocity[starts - 1]
+    found, last = {}, len(run.velocity) - 1
+    for done in range(1, max(counts.values()) + 1):
+        rows = starts + done
+        alive = rows <= last
+        rows = np.minimum(rows, last)
+        following = np.clip(np.nan_to_num(step(now, before, run, rows)), -_MOST, _MOST)
+        now, before = following, now
+        for ahead, count in counts.items():
+            if count == done:
+                found[ahead] = (now - run.velocity[rows])[alive]
+    return found
+
+
+def _forces(run: GridRun, rows: IntArray) -> FloatArray:
+    return np.stack([run.wrench[np.maximum(rows - back, 0)] for back in range(FORCES)], axis=1)
+
+
+def _by_response(response: Response, left: int) -> Step:
+    def step(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        return response.next_of(left, (now, before), run.down[rows - 1], _forces(run, rows))
+
+    return step
+
+
+def _by_file(packed: PackedVehicle) -> Step:
+    inverse = np.linalg.inv(mass_of_file(packed))
+
+    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        own = [CHANNELS.index(name) for name in run.channels]
+        nu = np.zeros((len(now), 6))
+        nu[:, own] = now
+        state = np.zeros((len(now), 13))
+        state[:, 3:7] = run.attitude[rows - 1]
+        for _ in range(_STEPS):
+            state[:, 7:13] = nu
+            demand = np.zeros((len(now), 6))
+            demand_along(packed.vector, state, np.zeros((len(now), 6)), packed.strips, demand)
+            rate = (run.wrench[rows] - demand) @ inverse.T
+            nu = np.clip(nu + run.period_s / _STEPS * rate, -_MOST, _MOST)
+        return np.asarray(nu[:, own])
+
+    return step
+
+
+def _by_black_box(runs: Sequence[GridRun]) -> Step:
+    """Regress the next velocities on those now and on the forces, all linear."""
+    features, following = [], []
+    for run in runs:
+        rows = np.arange(FORCES, len(run.velocity))
+        features.append(_linear(run.velocity[rows - 1], run, rows))
+        following.append(run.velocity[rows])
+    x, y = np.concatenate(features), np.concatenate(following)
+    size = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-9)
+    scaled = x / size
+    slope = np.linalg.solve(scaled.T @ scaled + _RIDGE * np.eye(x.shape[1]), scaled.T @ y)
+    slope /= size[:, None]
+
+    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        return np.asarray(_linear(now, run, rows) @ slope)
+
+    return step
+
+
+def _linear(now: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+    return np.concatenate(
+        [np.ones((len(now), 1)), now, run.down[rows - 1], run.wrench[rows], run.wrench[rows - 1]],
+        axis=1,
+    )

@@ -1,0 +1,98 @@
+"""What is ordinary: how much sound runs differ along each direction, and how far noise is trusted.
+
+Before any run is seen each direction differs by what the vehicle file states (`stated_widths`).
+Sound runs move that (empirical Bayes): directions of one parameter share a scale, around which each
+has its own, both drawn towards what was stated by as many runs as a few. No width grows beyond a
+little more than was stated: what differs by more is noise, for which the information of all runs is
+tempered until their scatter, direction by independent direction, is as large as it claims to be.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.response import Told
+from pipeline.types import FloatArray
+
+#: Runs that what was stated is worth, for the scale of a parameter and for each direction in it.
+_SCALE_RUNS, _OWN_RUNS = 2.0, 4.0
+#: No direction is wider than so many times what was stated.
+_WIDEST = 1.5
+_ROUNDS = 40
+#: Directions that are told to less than this of their width say nothing of the noise. Squares of
+#: three standard deviations and more count as three. Least share of the information that is left.
+_LEAST_TOLD, _MOST_SQUARE, _LEAST_SHARE = 0.05, 9.0, 0.01
+
+
+@dataclass(frozen=True)
+class Ordinary:
+    """Standard deviation (d,) of each direction between runs, and the share of information."""
+
+    width: FloatArray
+    share: float
+
+
+def ordinary_of(
+    told: Sequence[Told], directions: Sequence[Coordinate], stated: FloatArray
+) -> Ordinary:
+    """Learn from what the sound runs say, each left out in turn.
+
+    Parameters
+    ----------
+    told : sequence of Told
+        Of each sound run.
+    directions : sequence of Coordinate
+        The directions.
+    stated : ndarray, shape (d,)
+        Their widths before any run was seen.
+    """
+    share = _share(told, stated)
+    place: dict[tuple[str, str], int] = {}
+    group = np.array(
+        [place.setdefault((one.effect.id, one.parameter.name), len(place)) for one in directions]
+    )
+    size, count = np.bincount(group), len(told)
+    width = stated.copy()
+    for _ in range(_ROUNDS):
+        squares = np.zeros(stated.size)
+        for one in told:
+            mean, variance = posterior(one.tempered(share), width)
+            squares += mean**2 + variance
+        relative = squares / stated**2
+        scale = (_SCALE_RUNS + np.bincount(group, relative)) / (_SCALE_RUNS + count * size)
+        each = (_OWN_RUNS * scale[group] + relative) / (_OWN_RUNS + count)
+        width = stated * np.sqrt(np.minimum(each, _WIDEST**2))
+    return Ordinary(width, share)
+
+
+def posterior(told: Told, width: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mean and variance (d,) of all directions at once, each within its width."""
+    inner = np.eye(width.size) + width[:, None] * told.information * width
+    inverse = np.linalg.inv(inner)
+    mean = width * (inverse @ (width * told.score))
+    return mean, width**2 * np.diag(inverse)
+
+
+def _share(told: Sequence[Told], stated: FloatArray) -> float:
+    """Share of the information with which the sound runs scatter as it and the widths say."""
+    low, high = _LEAST_SHARE, 1.0
+    if _scatter(told, stated, high) <= 1.0:
+        return high
+    for _ in range(12):
+        middle = float(np.sqrt(low * high))
+        low, high = (low, middle) if _scatter(told, stated, middle) > 1.0 else (middle, high)
+    return float(np.sqrt(low * high))
+
+
+def _scatter(told: Sequence[Told], stated: FloatArray, share: float) -> float:
+    """Mean square of independent combinations of the directions, over what it should be."""
+    found: list[FloatArray] = []
+    for one in told:
+        values, vectors = np.linalg.eigh(stated[:, None] * share * one.information * stated)
+        score = vectors.T @ (stated * share * one.score)
+        known = values > _LEAST_TOLD
+        found.append(score[known] ** 2 / (values[known] * (1.0 + values[known])))
+    every = np.concatenate(found)
+    return float(np.minimum(every, _MOST_SQUARE).mean()) if every.size else 0.0

@@ -1,0 +1,315 @@
+"""How a vehicle answers to force, learned from its sound runs by regression.
+
+Of each velocity that was measured the next value is regressed on the values now and before, their
+squares and products, the direction of gravity, and the wrench of the thrusters in each of the last
+periods (ridge). What remains is autocorrelated and grows with how hard a run is flown: it is
+filtered by an autoregression and weighed by its size in blocks. Each run is predicted from the
+others; its remainder, seen along the signature of each direction, tells how much healthy runs
+differ.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from pipeline.diagnose.regression.grid import CHANNELS, GridRun
+from pipeline.types import FloatArray, IntArray
+
+#: Periods of past force; coefficients of the filter.
+FORCES, FILTER = 5, 3
+#: Ridge of features of unit size, in readings at zero: of any, times so many for force along other
+#: axes, and of the velocity itself and the constant. Squares and products: one of these times it.
+_RIDGE, _OTHER_AXES, _FREE = 10.0, 100.0, 0.01
+#: Blocks of noise, and readings that the mean noise of a run is worth in each.
+_BLOCK_S, _RUN_COUNTS = 4.0, 10.0
+#: Rounds of regression, filter and weights.
+_ROUNDS = 3
+BENT = (100.0, 10_000.0)
+#: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
+_MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
+
+
+@dataclass(frozen=True)
+class Told:
+    """What a run says of the directions: information (d, d) and score (d,), noise as it is."""
+
+    information: FloatArray
+    score: FloatArray
+
+    def tempered(self, share: float) -> "Told":
+        """Count all noise as larger: a share of the information is left."""
+        return Told(share * self.information, share * self.score)
+
+
+class _Rows:
+    """The regression of one run: features (k, f), next velocities (k, c), signatures."""
+
+    def __init__(self, run: GridRun) -> None:
+        self.run = run
+        velocity = run.velocity
+        rows = np.arange(2, len(velocity))
+        now = velocity[rows - 1]
+        first, second = np.triu_indices(velocity.shape[1], 1)
+        state = [
+            np.ones((rows.size, 1)),
+            now,
+            velocity[rows - 2],
+            np.abs(now) * now,
+            now[:, first] * now[:, second],
+            run.down[rows - 1],
+        ]
+        self.rows, self.now, self.next = rows, now, velocity[rows]
+        self.state_count = sum(one.shape[1] for one in state)
+        force = _lagged(run.wrench, rows)
+        self.features = np.concatenate([*state, force.reshape(rows.size, -1)], axis=1)
+
+    @cached_property
+    def more(self) -> FloatArray:
+        """Wrench (k, d, FORCES * 6) of a unit of each direction.
+
+        Of past periods the acceleration is that which was measured; of the period that is to be
+        explained it is the predicted one, which `signatures` adds.
+        """
+        run = self.run
+        own = [CHANNELS.index(name) for name in run.channels]
+        rate = np.zeros((len(run.velocity), 6))
+        rate[1:, own] = np.diff(run.velocity, axis=0) / run.period_s
+        found = _lagged(run.more, self.rows)
+        inert = _lagged(-np.einsum("dab,mb->mda", run.heavier, rate), self.rows)
+        inert[:, 0] = 0.0
+        found = (found + inert).transpose(0, 2, 1, 3)
+        return np.asarray(found.reshape(self.rows.size, run.more.shape[1], -1))
+
+    def signatures(self, force: FloatArray, predicted: FloatArray) -> FloatArray:
+        """Change of the next velocities (k, d, c) by a unit of each direction."""
+        run = self.run
+        rate = np.zeros((self.rows.size, 6))
+        rate[:, [CHANNELS.index(name) for name in run.channels]] = (
+            predicted - self.now
+        ) / run.period_s
+        found = np.einsum("kdf,fc->kdc", self.more, force)
+        return np.asarray(found - np.einsum("dab,kb,ac->kdc", run.heavier, rate, force[:6]))
+
+
+def _lagged(values: FloatArray, rows: IntArray) -> FloatArray:
+    """Values of the last periods (k, FORCES, ...), the newest first."""
+    return np.stack([values[np.maximum(rows - back, 0)] for back in range(FORCES)], axis=1)
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Slopes (f, c) on scaled features, and their covariances (c, f, f)."""
+
+    slope: FloatArray
+    covariance: FloatArray
+
+
+class Response:
+    """The learned response of a vehicle.
+
+    Parameters
+    ----------
+    runs : sequence of GridRun
+        Sound runs with the same channels.
+    bent : float
+        Times the ridge for squares and products; see `BENT`.
+
+    Attributes
+    ----------
+    runs : tuple of GridRun
+        Those that it was learned from.
+    remainders : list of ndarray
+        Of each run (k, c) what the others do not predict.
+    """
+
+    def __init__(self, runs: Sequence[GridRun], bent: float) -> None:
+        self.runs = tuple(runs)
+        self._bent = bent
+        self.channels = runs[0].channels
+        self.period_s = runs[0].period_s
+        self._sets = [_Rows(run) for run in runs]
+        self._scale_features()
+        scaled = [self._scaled(one) for one in self._sets]
+        spread = np.concatenate([one.next - one.now for one in self._sets]).var(axis=0)
+        noise = [np.broadcast_to(spread + 1e-12, one.next.shape) for one in self._sets]
+        self._filter = np.zeros((len(self.channels), FILTER))
+        for _ in range(_ROUNDS):
+            self._fit(scaled, noise)
+            self._fit_filter()
+            noise = [self._noise(one) for one in self.remainders]
+
+    def _scale_features(self) -> None:
+        every = np.concatenate([one.features for one in self._sets])
+        states = self._sets[0].state_count
+        self._middle = np.zeros(every.shape[1])
+        self._middle[1:states] = every[:, 1:states].mean(axis=0)
+        size = np.sqrt(np.mean((every - self._middle) ** 2, axis=0))
+        self._scale = np.where(size > 1e-9, 1.0 / np.maximum(size, 1e-9), 0.0)
+
+    def _scaled(self, one: _Rows) -> FloatArray:
+        return np.asarray((one.features - self._middle) * self._scale)
+
+    def _ridge(self, channel: int) -> FloatArray:
+        states = self._sets[0].state_count
+        found = np.full(self._scale.size, _RIDGE)
+        other = np.ones(6, bool)
+        other[list(_MOVED_BY[self.channels[channel]])] = False
+        linear = 1 + 2 * len(self.channels)
+        found[linear : states - 3] *= self._bent
+        found[states:] *= np.where(np.tile(other, FORCES), _OTHER_AXES, 1.0)
+        found[[0, 1 + channel]] = _FREE
+        return found
+
+    def _fit(self, scaled: Sequence[FloatArray], noise: Sequence[FloatArray]) -> None:
+        """Regress with each run left out, and with all."""
+        count, width = len(self._sets), self._scale.size
+        slopes = np.zeros((count + 1, width, len(self.channels)))
+        spreads = np.zeros((count + 1, len(self.channels), width, width))
+        for c in range(len(self.channels)):
+            before = np.zeros(width)
+            if self._scale[1 + c] > 0.0:
+                before[1 + c] = 1.0 / self._scale[1 + c]  # a velocity stays as it is
+            squares, products = [], []
+            for one, x, own in zip(self._sets, scaled, noise, strict=True):
+                rest = one.next[:, c] - x @ before
+                both = self._whitened(np.column_stack([x, rest]), c, own)
+                squares.append(both[:, :-1].T @ both[:, :-1])
+                products.append(both[:, :-1].T @ both[:, -1])
+            square, product, ridge = sum(squares), sum(products), np.diag(self._ridge(c))
+            for left in range(count + 1):
+                out = (squares[left], products[left]) if left < count else (0.0, 0.0)
+                spreads[left, c] = np.linalg.inv(square - out[0] + ridge)
+                slopes[left, :, c] = spreads[left, c] @ (product - out[1]) + before
+        self._left_out = [_Fit(slopes[k], spreads[k]) for k in range(count)]
+        self._of_all = _Fit(slopes[-1], spreads[-1])
+        self.remainders = [
+            one.next - x @ fit.slope
+            for one, x, fit in zip(self._sets, scaled, self._left_out, strict=True)
+        ]
+
+    def _fit_filter(self) -> None:
+        for c in range(len(self.channels)):
+            left, right = 1e-6 * np.eye(FILTER), np.zeros(FILTER)
+            for one in self.remainders:
+                own = one[:, c] / max(float(one[:, c].std()), 1e-12)
+                past = np.stack([own[FILTER - 1 - k : len(own) - 1 - k] for k in range(FILTER)], 1)
+                left, right = left + past.T @ past, right + past.T @ own[FILTER:]
+            self._filter[c] = np.linalg.solve(left, right)
+
+    def _filtered(self, values: FloatArray, channel: int) -> FloatArray:
+        found = values.copy()
+        for back, share in enumerate(self._filter[channel], start=1):
+            found[back:] -= share * values[:-back]
+        return found
+
+    def _whitened(self, values: FloatArray, channel: int, noise: FloatArray) -> FloatArray:
+        return np.asarray(self._filtered(values, channel) / np.sqrt(noise[:, channel, None]))
+
+    def _noise(self, remainder: FloatArray) -> FloatArray:
+        """Variance (k, c) of what is left, by blocks that lean on the whole run."""
+        left = np.stack([self._filtered(one, c) for c, one in enumerate(remainder.T)], axis=1)
+        length = max(round(_BLOCK_S / self.period_s), 1)
+        block = np.minimum(np.arange(len(left)) // length, max(len(left) // length, 1) - 1)
+        count = np.bincount(block)[:, None]
+        sums = np.stack([np.bincount(block, one) for one in np.square(left).T], axis=1)
+        whole = np.mean(np.square(left), axis=0)
+        return np.asarray(
+            np.maximum((_RUN_COUNTS * whole + sums) / (_RUN_COUNTS + count), 1e-12)[block]
+        )
+
+    def whitened_of_sound(self, channel: int) -> FloatArray:
+        """Return what sound runs leave of a channel, filtered and over its noise."""
+        return np.concatenate(
+            [
+                self._whitened(one[:, channel : channel + 1], channel, self._noise(one))[:, 0]
+                for one in self.remainders
+            ]
+        )
+
+    def told_of_sound(self) -> list[Told]:
+        """Return what each sound run says of the directions when the others predict it."""
+        return [self._told(one, fit) for one, fit in zip(self._sets, self._left_out, strict=True)]
+
+    def told(self, run: GridRun) -> Told:
+        """Return what a run that took no part says of the directions."""
+        return self._told(_Rows(run), self._of_all)
+
+    def _told(self, one: _Rows, fit: _Fit) -> Told:
+        """Weigh the remainder along the signatures; errors of the slopes are integrated out."""
+        x = self._scaled(one)
+        predicted = x @ fit.slope
+        remainder = one.next - predicted
+        noise = self._noise(remainder)
+        signature = one.signatures(self.force_of(fit.slope), predicted)
+        count = signature.shape[1]
+        information, score = np.zeros((count, count)), np.zeros(count)
+        for c in range(len(self.channels)):
+            every = np.column_stack([signature[:, :, c], x, remainder[:, c]])
+            white = self._whitened(every, c, noise)
+            s, f, rest = white[:, :count], white[:, count:-1], white[:, -1]
+            inner = np.linalg.inv(np.linalg.inv(fit.covariance[c]) + f.T @ f)
+            across = s.T @ f @ inner
+            information += s.T @ s - across @ (f.T @ s)
+            score += s.T @ rest - across @ (f.T @ rest)
+        return Told(information, score)
+
+    @property
+    def force(self) -> FloatArray:
+        """Change of the next velocities by a newton, of all runs; see `force_of`."""
+        return self.force_of(self._of_all.slope)
+
+    def force_of(self, slope: FloatArray) -> FloatArray:
+        """Change of the next velocities (FORCES * 6, c) by a newton in each of the last periods."""
+        states = self._sets[0].state_count
+        return np.asarray(slope[states:] * self._scale[states:, None])
+
+    def after(
+        self, run: GridRun, changed: FloatArray, *, left_out: int | None = None
+    ) -> tuple[IntArray, FloatArray, FloatArray]:
+        """Predict the next velocities of a run, without and with a change.
+
+        Parameters
+        ----------
+        run : GridRun
+            The run.
+        changed : ndarray, shape (d,)
+            Size of each direction.
+        left_out : int, optional
+            Which sound run it is, if it is one.
+
+        Returns
+        -------
+        tuple of ndarray
+            Rows of the grid (k,), remainders without and with the change (k, c).
+        """
+        one = _Rows(run)
+        fit = self._of_all if left_out is None else self._left_out[left_out]
+        predicted = self._scaled(one) @ fit.slope
+        left = one.next - predicted
+        signature = one.signatures(self.force_of(fit.slope), predicted)
+        return one.rows, left, left - np.einsum("kdc,d->kc", signature, changed)
+
+    def next_of(
+        self, left_out: int, velocity: Sequence[FloatArray], down: FloatArray, force: FloatArray
+    ) -> FloatArray:
+        """Predict next velocities (k, c) with a run left out.
+
+        Parameters
+        ----------
+        left_out : int
+            Which run takes no part.
+        velocity : sequence of ndarray, shape (k, c)
+            Now and a period before.
+        down : ndarray, shape (k, 3)
+            Now.
+        force : ndarray, shape (k, FORCES, 6)
+            Of the last periods, the newest first.
+        """
+        now, before = velocity
+        first, second = np.triu_indices(now.shape[1], 1)
+        every = [np.ones((len(now), 1)), now, before, np.abs(now) * now]
+        every += [now[:, first] * now[:, second], down, force.reshape(len(now), -1)]
+        scaled = (np.concatenate(every, axis=1) - self._middle) * self._scale
+        return np.asarray(scaled @ self._left_out[left_out].slope)

@@ -1,0 +1,309 @@
+"""Which change explains runs best, against what is ordinary: one posterior.
+
+Under `none` each run differs by its ordinary widths. Under a change of one direction its size is
+the same in every run that carries it, with half the plausible range as prior width, on the side
+where it is plausible; the runs that carry it are all, or those that speak for it most. Pairs are
+built of the strongest. Under `unknown` a run differs by more than is ordinary in all directions at
+once.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from scipy.special import log_ndtr, logsumexp
+from scipy.stats import norm, truncnorm
+
+from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.ordinary import Ordinary
+from pipeline.diagnose.regression.response import Told
+from pipeline.types import FloatArray
+
+NONE, UNKNOWN = "none", "unknown"
+#: Prior probability of nothing, of one change, of two; the rest is none of the library.
+_NOTHING, _ONE, _TWO = 0.6, 0.3, 0.05
+#: Prior width of a change, in its units. Under `unknown` widths are so many times the ordinary.
+_WIDTH, _STRANGE = 1.0, 3.0
+#: Prior probability that all runs carry a change.
+_ALL_RUNS = 0.7
+#: Single changes from which pairs are built.
+_FROM = 4
+#: What it costs to name what is not there, to leave the right one out of the set, for each further
+#: one in it, and to abstain.
+_WRONG, _BESIDE, _FURTHER, _ABSTAIN = 1.0, 0.2, 0.04, 0.35
+_MOST_SAID = 4
+
+
+@dataclass(frozen=True)
+class Change:
+    """A hypothesis: directions (none for `none` and `unknown`) and the runs that carry them.
+
+    `evidence` is the logarithm over that of `none`; `mean` and `std` are of the sizes in the units
+    of the directions, before they are held to where they may lie.
+    """
+
+    name: str
+    which: tuple[int, ...]
+    runs: tuple[int, ...]
+    evidence: float
+    probability: float
+    mean: FloatArray
+    std: FloatArray
+
+
+@dataclass(frozen=True)
+class Said:
+    """What is said: `first`, and the names of other effects that these runs cannot tell from it."""
+
+    first: Change
+    names: tuple[str, ...]
+    ambiguous: tuple[str, ...]
+
+
+class _Runs:
+    """What each run says of changes that it shares with others."""
+
+    def __init__(self, told: Sequence[Told], ordinary: Ordinary) -> None:
+        self.count = len(told)
+        self.information, self.score, strange = [], [], 0.0
+        for one in told:
+            own = one.tempered(ordinary.share)
+            for factor in (1.0, _STRANGE):
+                width = factor * ordinary.width
+                inner = np.eye(width.size) + width[:, None] * own.information * width
+                half = np.linalg.solve(inner, width[:, None] * own.information)
+                score = np.linalg.solve(inner, width * own.score)
+                size = 0.5 * float((width * own.score) @ score)
+                size -= 0.5 * float(np.linalg.slogdet(inner)[1])
+                strange += size if factor > 1.0 else -size
+                if factor == 1.0:
+                    across = own.information * width
+                    self.information.append(own.information - across @ half)
+                    self.score.append(own.score - across @ score)
+        self.strange = strange
+
+    def shared(
+        self, which: Sequence[int], runs: Sequence[int]
+    ) -> tuple[float, FloatArray, FloatArray]:
+        """Log evidence, mean and covariance of a change that some runs share."""
+        own = np.ix_(which, which)
+        information = np.sum([self.information[r][own] for r in runs], axis=0)
+        score = np.sum([self.score[r][list(which)] for r in runs], axis=0)
+        inner = np.eye(len(which)) / _WIDTH**2 + information
+        covariance = np.linalg.inv(inner)
+        mean = covariance @ score
+        value = 0.5 * float(score @ mean)
+        value -= 0.5 * float(np.linalg.slogdet(inner * _WIDTH**2)[1])
+        return value, mean, covariance
+
+
+@dataclass(frozen=True)
+class Gained:
+    """A thruster whose gains are weak or dead by test; `p_value` counts all comparisons."""
+
+    thruster: str
+    runs: tuple[int, ...]
+    value: float
+    ci95: tuple[float, float]
+    p_value: float
+
+
+def weighed(
+    told: Sequence[Told],
+    directions: Sequence[Coordinate],
+    ordinary: Ordinary,
+    gained: Sequence[Gained] = (),
+) -> tuple[Change, ...]:
+    """Weigh all hypotheses; the most probable first.
+
+    Parameters
+    ----------
+    told : sequence of Told
+        Of each run that is asked.
+    directions : sequence of Coordinate
+        The directions.
+    ordinary : Ordinary
+        What sound runs differ by.
+    gained : sequence of Gained
+        Thrusters whose gains show it; that evidence counts where it is the larger one.
+    """
+    runs = _Runs(told, ordinary)
+    priors = _priors(directions)
+    nothing = np.zeros(0)
+    found = [Change(NONE, (), (), 0.0, float(np.log(_NOTHING)), nothing, nothing)]
+    rest = float(np.log(1.0 - _NOTHING - _ONE - _TWO))
+    found.append(Change(UNKNOWN, (), (), runs.strange, runs.strange + rest, nothing, nothing))
+    singles = []
+    for k, prior in enumerate(priors):
+        if all(one.information[k, k] <= 0.0 for one in told):
+            continue
+        single = _single(runs, k, directions[k], float(np.log(_ONE * prior)))
+        single = max([single, *_by_gains(directions[k], k, prior, gained)], key=_value)
+        singles.append(single)
+    singles.sort(key=lambda one: -one.probability)
+    pairs = []
+    for first, second in combinations(singles[:_FROM], 2):
+        prior = float(np.log(_TWO * priors[first.which[0]] * priors[second.which[0]]))
+        if directions[first.which[0]].effect.id != directions[second.which[0]].effect.id or (
+            directions[first.which[0]].target != directions[second.which[0]].target
+        ):
+            pairs.append(_pair(runs, first, second, directions, prior))
+    every = [*found, *singles, *pairs]
+    logs = np.array([one.probability for one in every])
+    shares = np.exp(logs - logsumexp(logs))
+    ordered = [
+        replace(one, probability=float(share)) for one, share in zip(every, shares, strict=True)
+    ]
+    return tuple(sorted(ordered, key=lambda one: -one.probability))
+
+
+def _value(one: Change) -> float:
+    return one.evidence
+
+
+def _by_gains(
+    direction: Coordinate, k: int, prior: float, gained: Sequence[Gained]
+) -> list[Change]:
+    """Evidence of a test: no more than -1 / (e p ln p) to one (Sellke and others 2001).
+
+    The p-value counts all comparisons, so the change has the prior of all of them together.
+    """
+    found = []
+    for one in gained:
+        if direction.effect.id != "thruster_degraded" or direction.target != one.thruster:
+            continue
+        p = float(np.clip(one.p_value, 1e-12, 0.3))
+        value = -1.0 - float(np.log(-p * np.log(p))) - float(np.log(prior))
+        mean = (one.value - direction.parameter.neutral) / direction.unit_size
+        half = (one.ci95[1] - one.ci95[0]) / 2.0 / 1.96 / direction.unit_size
+        total = value + float(np.log(_ONE * prior))
+        found.append(
+            Change(
+                _name(direction), (k,), one.runs, value, total, np.array([mean]), np.array([half])
+            )
+        )
+    return found
+
+
+def _priors(directions: Sequence[Coordinate]) -> FloatArray:
+    """Share alike between effects, then between the directions of each."""
+    names = [one.effect.id for one in directions]
+    return np.array([1.0 / len(set(names)) / names.count(name) for name in names])
+
+
+def _name(one: Coordinate) -> str:
+    return one.effect.id + (f"@{one.target}" if one.target is not None else "")
+
+
+def _single(runs: _Runs, k: int, direction: Coordinate, prior: float) -> Change:
+    """One direction, carried by all runs or by those that speak for it most."""
+    alone = [runs.shared((k,), (r,))[0] for r in range(runs.count)]
+    order = np.argsort([-one for one in alone]).tolist()
+    subsets = [tuple(sorted(order[: n + 1])) for n in range(runs.count)]
+    logs, seen = [], []
+    for own in subsets:
+        value, mean, covariance = runs.shared((k,), own)
+        std = float(np.sqrt(covariance[0, 0]))
+        value += _inside(direction.bounds, float(mean[0]), std)
+        share = _ALL_RUNS if len(own) == runs.count else (1.0 - _ALL_RUNS) / (2**runs.count - 2)
+        if runs.count == 1:
+            share = 1.0
+        logs.append(value + float(np.log(share)))
+        seen.append((own, value, mean, np.array([std])))
+    best = int(np.argmax(logs))
+    own, _, mean, spread = seen[best]
+    total = float(logsumexp(logs))
+    return Change(_name(direction), (k,), own, total, total + prior, mean, spread)
+
+
+def _pair(
+    runs: _Runs, first: Change, second: Change, directions: Sequence[Coordinate], prior: float
+) -> Change:
+    """Two directions at once, in the runs that carry either."""
+    which = (*first.which, *second.which)
+    own = tuple(sorted({*first.runs, *second.runs}))
+    value, mean, covariance = runs.shared(which, own)
+    std = np.sqrt(np.diag(covariance))
+    for k, size, spread in zip(which, mean, std, strict=True):
+        value += _inside(directions[k].bounds, float(size), float(spread))
+    name = "+".join(sorted((first.name, second.name)))
+    return Change(name, which, own, value, value + prior, mean, std)
+
+
+def _inside(bounds: tuple[float, float], mean: float, std: float) -> float:
+    """Log of how much more of a size lies where it may than did before anything was read."""
+    return _log_mass(bounds, mean, std) - _log_mass(bounds, 0.0, _WIDTH)
+
+
+def _log_mass(bounds: tuple[float, float], mean: float, std: float) -> float:
+    low, high = (one - mean for one in bounds)
+    a, b = low / std, high / std
+    if a > 0.0:  # the tail on the other side is the more exact one
+        a, b = -b, -a
+    upper, lower = float(log_ndtr(b)), float(log_ndtr(a))
+    return upper + float(np.log1p(-np.exp(min(lower - upper, -1e-12))))
+
+
+def sizes(
+    change: Change, directions: Sequence[Coordinate]
+) -> dict[int, tuple[float, float, float]]:
+    """Median and 95 % interval of each size, in the parameter's unit, where it may lie."""
+    found = {}
+    for k, mean, std in zip(change.which, change.mean, change.std, strict=True):
+        one = directions[k]
+        low, high = one.bounds
+        held = truncnorm((low - mean) / std, (high - mean) / std, mean, std)
+        if not np.isfinite(held.ppf(0.5)):
+            held = norm(np.clip(mean, low, high), std)
+        values = one.parameter.neutral + one.unit_size * held.ppf([0.5, 0.025, 0.975])
+        found[k] = (float(values[0]), float(values[1]), float(values[2]))
+    return found
+
+
+def effects_of(name: str) -> tuple[str, ...]:
+    """Effects of a hypothesis by its name.
+
+    >>> effects_of("cg_shift+thruster_degraded@upper")
+    ('cg_shift', 'thruster_degraded')
+    """
+    return tuple(dict.fromkeys(part.split("@")[0] for part in name.split("+")))
+
+
+def decide(ranking: Sequence[Change]) -> Said:
+    """Say what costs least by the posterior: one answer, a set, or that it cannot be told."""
+    first = ranking[0]
+    rows = _by_name(ranking)
+    held, members = 0.0, 1
+    cost = _WRONG * (1.0 - first.probability)
+    beside: list[str] = []
+    own = effects_of(first.name)
+    # the same effect elsewhere is no wider answer: nothing is to be mended at either place
+    others = [row for row in rows[1:] if effects_of(row[0]) != own]
+    for name, value in others[: _MOST_SAID - 1]:
+        wider = _WRONG * (1.0 - first.probability - held - value) + _BESIDE * (held + value)
+        if wider + _FURTHER * members >= cost:
+            break
+        cost, held, members = wider + _FURTHER * members, held + value, members + 1
+        beside.append(name)
+    ambiguous = tuple(
+        dict.fromkeys(one for name in beside for one in effects_of(name) if one not in own)
+    )
+    if cost > _ABSTAIN and first.name not in {NONE, UNKNOWN}:
+        told = tuple(one for one in dict.fromkeys((*own, *ambiguous)) if one != UNKNOWN)
+        return Said(first, (UNKNOWN,), told)
+    return Said(first, own, ambiguous)
+
+
+def _by_name(ranking: Sequence[Change]) -> list[tuple[str, float]]:
+    """Probabilities by name, what differs in the parameter alone put together."""
+    found: dict[str, float] = {}
+    for one in ranking:
+        found[one.name] = found.get(one.name, 0.0) + one.probability
+    first = ranking[0].name
+    return sorted(found.items(), key=lambda row: (row[0] != first, -row[1]))
+
+
+def posterior_by_name(ranking: Sequence[Change]) -> Mapping[str, float]:
+    """Probability of every hypothesis by its name, the most probable first."""
+    return dict(_by_name(ranking))

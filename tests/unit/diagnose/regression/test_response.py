@@ -1,0 +1,105 @@
+"""A vehicle with a known answer: what is learned of it, and what is told of a change."""
+
+import numpy as np
+import pytest
+
+from pipeline.diagnose.regression.grid import GridRun
+from pipeline.diagnose.regression.held_out import best_of, decides
+from pipeline.diagnose.regression.response import BENT, Response
+from pipeline.records.reference import Prediction
+
+PERIOD_S, DRAG, PUSH = 0.1, 0.5, 0.04
+
+
+def flown(seed: int, gain: float = 1.0, noise: float = 0.002) -> GridRun:
+    """Yaw and surge with linear drag; one thruster that pushes and turns, one that turns."""
+    generator = np.random.default_rng(seed)
+    rows = 500
+    thrust = np.repeat(generator.normal(0.0, 10.0, (rows // 10, 2)), 10, axis=0)
+    wrench, own = np.zeros((rows, 6)), np.zeros((rows, 1, 6))
+    own[:, 0, 0], own[:, 0, 5] = thrust[:, 0], 0.3 * thrust[:, 0]
+    wrench[:, 0], wrench[:, 5] = thrust[:, 0], 0.3 * thrust[:, 0] + thrust[:, 1]
+    acting = wrench - (1.0 - gain) * own[:, 0]
+    velocity = np.zeros((rows, 2))
+    for k in range(1, rows):
+        force = PUSH * acting[k, [0, 5]] * PERIOD_S
+        velocity[k] = (1.0 - DRAG * PERIOD_S) * velocity[k - 1] + force
+        velocity[k] += noise * generator.standard_normal(2)
+    return GridRun(
+        name=f"run {seed}",
+        period_s=PERIOD_S,
+        time_s=PERIOD_S * np.arange(rows),
+        channels=("u", "r"),
+        velocity=velocity,
+        attitude=np.tile([1.0, 0.0, 0.0, 0.0], (rows, 1)),
+        down=np.tile([0.0, 0.0, 1.0], (rows, 1)),
+        wrench=wrench,
+        more=own,
+        heavier=np.zeros((1, 6, 6)),
+    )
+
+
+@pytest.fixture(scope="module")
+def learned() -> Response:
+    return Response([flown(seed) for seed in range(4)], BENT[0])
+
+
+def test_the_answer_to_force_is_that_of_the_vehicle(learned: Response) -> None:
+    force = learned.force.reshape(-1, 6, 2)
+    assert force[0, 0, 0] == pytest.approx(PUSH * PERIOD_S, rel=0.02)
+    assert force[0, 5, 1] == pytest.approx(PUSH * PERIOD_S, rel=0.02)
+    assert force[0, 5, 0] == pytest.approx(0.0, abs=0.02 * PUSH * PERIOD_S)
+
+
+@pytest.mark.parametrize("gain", [1.0, 0.6, 0.0])
+def test_a_run_tells_the_gain_of_its_thruster(learned: Response, gain: float) -> None:
+    told = learned.told(flown(9, gain))
+    std = float(told.information[0, 0]) ** -0.5
+    size = float(told.score[0] / told.information[0, 0])
+    assert std < 0.05
+    assert size == pytest.approx(gain - 1.0, abs=4.0 * std + 0.01)
+
+
+def test_sound_runs_scatter_as_they_claim(learned: Response) -> None:
+    z = [one.score[0] / one.information[0, 0] ** 0.5 for one in learned.told_of_sound()]
+    assert np.abs(z).max() < 3.5
+    assert learned.whitened_of_sound(0).var() == pytest.approx(1.0, abs=0.25)
+
+
+def test_an_acceleration_that_is_to_be_explained_is_not_taken_from_what_was_measured() -> None:
+    # a heavier vehicle: the noise of an acceleration must not speak for or against it
+    heavier = np.zeros((1, 6, 6))
+    heavier[0, 0, 0] = 1.0 / PUSH
+    runs = [
+        GridRun(
+            **{**vars(flown(seed, noise=0.05)), "more": np.zeros((500, 1, 6)), "heavier": heavier}
+        )
+        for seed in range(5)
+    ]
+    response = Response(runs[:4], BENT[0])
+    told = response.told(runs[4])
+    assert abs(told.score[0] / told.information[0, 0]) < 0.15
+
+
+def test_what_is_taken_off_is_the_change(learned: Response) -> None:
+    _, before, after = learned.after(flown(9, 0.6), np.array([-0.4]))
+    assert np.sqrt(np.mean(after**2)) < 0.5 * np.sqrt(np.mean(before**2))
+
+
+def test_it_predicts_what_took_no_part_better_than_the_last_value(learned: Response) -> None:
+    _, table = best_of(learned.runs, {})
+    error = {(row.method, row.quantity, row.ahead_s): row.rmse for row in table}
+    for quantity in ("velocity", "angular_velocity"):
+        assert error["reference", quantity, 3.0] < 0.5 * error["last value", quantity, 3.0]
+
+
+@pytest.mark.parametrize(("own", "file", "chosen"), [(0.1, 0.2, True), (0.2, 0.1, False)])
+def test_the_model_that_predicts_better_decides(own: float, file: float, *, chosen: bool) -> None:
+    table = tuple(
+        Prediction(
+            method=method, quantity="velocity", unit="m/s", ahead_s=1.0, rmse=rmse, readings=9
+        )
+        for method, rmse in (("reference", own), ("vehicle file", file))
+    )
+    assert decides(table)[0] is chosen
+    assert not decides(table[:1])[0]

@@ -1,0 +1,136 @@
+"""One posterior: its limits by hand, runs apart and together, and the decision."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, posterior
+from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.weigh import (
+    NONE,
+    UNKNOWN,
+    Gained,
+    decide,
+    posterior_by_name,
+    sizes,
+    weighed,
+)
+from pipeline.effects.library import effects
+
+GAIN = effects()["thruster_degraded"]
+DIRECTIONS = (
+    Coordinate(GAIN, GAIN.parameters[0], "left", 0.5, 0.1),
+    Coordinate(GAIN, GAIN.parameters[0], "right", 0.5, 0.1),
+    Coordinate(
+        effects()["residual_buoyancy"],
+        effects()["residual_buoyancy"].parameters[0],
+        None,
+        37.5,
+        0.1,
+    ),
+)
+ORDINARY = Ordinary(np.full(3, 0.1), 1.0)
+
+
+def told(size: tuple[float, ...], information: float = 400.0) -> Told:
+    """A run that shows sizes of the directions, each by itself."""
+    return Told(information * np.eye(3), information * np.array(size))
+
+
+def test_one_direction_has_the_evidence_of_the_textbook() -> None:
+    # x ~ N(0, 1) read with variance 1/A and ordinary t^2: over none by N(x; 0, v + 1) / N(x; 0, v)
+    ranking = weighed([told((0.0, 0.0, 0.8))], DIRECTIONS, ORDINARY)
+    found = next(one for one in ranking if one.name == "residual_buoyancy")
+    v = 1.0 / 400.0 + 0.1**2
+    expected = 0.5 * 0.8**2 * (1.0 / v - 1.0 / (1.0 + v)) - 0.5 * np.log((1.0 + v) / v)
+    assert found.evidence == pytest.approx(expected, rel=1e-6)
+    value, low, high = sizes(found, DIRECTIONS)[2]
+    assert value == pytest.approx(37.5 * 0.8 / (1.0 + v))
+    assert high - low == pytest.approx(2 * 1.96 * 37.5 * np.sqrt(v / (1.0 + v)), rel=1e-3)
+
+
+def test_probabilities_are_one_posterior() -> None:
+    ranking = weighed([told((-0.8, 0.0, 0.0))], DIRECTIONS, ORDINARY)
+    assert sum(one.probability for one in ranking) == pytest.approx(1.0)
+    assert ranking[0].name == "thruster_degraded@left"
+    assert next(iter(posterior_by_name(ranking))) == "thruster_degraded@left"
+    assert sizes(ranking[0], DIRECTIONS)[0][0] == pytest.approx(0.6, abs=0.02)
+
+
+def test_a_thruster_that_gives_more_is_not_a_weak_one() -> None:
+    ranking = weighed([told((0.4, 0.0, 0.0))], DIRECTIONS, ORDINARY)
+    weak = next(one for one in ranking if one.name == "thruster_degraded@left")
+    assert weak.evidence < 0.0
+    assert sizes(weak, DIRECTIONS)[0][2] <= 1.0
+
+
+def test_what_is_ordinary_is_none() -> None:
+    said = decide(weighed([told((-0.1, 0.05, 0.1))], DIRECTIONS, ORDINARY))
+    assert said.names == (NONE,)
+
+
+def test_it_says_which_run_carries_it() -> None:
+    calm, bad = told((0.0, 0.0, 0.0)), told((-0.8, 0.0, 0.0))
+    first = weighed([calm, bad, calm], DIRECTIONS, ORDINARY)[0]
+    assert (first.name, first.runs) == ("thruster_degraded@left", (1,))
+    first = weighed([bad, bad, bad], DIRECTIONS, ORDINARY)[0]
+    assert (first.name, first.runs) == ("thruster_degraded@left", (0, 1, 2))
+
+
+def test_two_that_are_alike_are_not_told_apart() -> None:
+    both = np.array([[400.0, 399.9, 0.0], [399.9, 400.0, 0.0], [0.0, 0.0, 400.0]])
+    ranking = weighed([Told(both, -0.8 * both[0])], DIRECTIONS, ORDINARY)
+    said = decide(ranking)
+    assert ranking[0].probability < 0.6
+    assert said.names == (UNKNOWN,)
+    assert said.ambiguous == ("thruster_degraded",)
+
+
+def test_gains_count_where_they_show_more() -> None:
+    calm = told((0.0, 0.0, 0.0), 1.0)
+    dead = Gained("right", (0,), 0.0, (-0.2, 0.2), 1e-4)
+    first = weighed([calm], DIRECTIONS, ORDINARY, (dead,))[0]
+    assert first.name == "thruster_degraded@right"
+    # -1 / (e p ln p) to one, at even priors of nothing and of all single changes as 2 to 1
+    odds = -1.0 / (np.e * 1e-4 * np.log(1e-4)) / 2.0
+    assert first.probability == pytest.approx(odds / (odds + 1.0), abs=0.15)
+    assert sizes(first, DIRECTIONS)[1][0] == pytest.approx(0.0, abs=0.1)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Runs drawn with a scatter and a noise."""
+
+    width: float
+    noise: float
+
+    def runs(self, count: int) -> list[Told]:
+        generator = np.random.default_rng(3)
+        information = 100.0
+        size = self.width * generator.standard_normal((count, 3))
+        size += self.noise / np.sqrt(information) * generator.standard_normal((count, 3))
+        return [told(tuple(one), information) for one in size]
+
+
+def test_widths_are_learned_and_noise_beyond_them_tempers() -> None:
+    stated = np.full(3, 0.3)
+    sound = ordinary_of(Drawn(0.3, 1.0).runs(30), DIRECTIONS, stated)
+    assert sound.share == 1.0 or sound.share > 0.5
+    assert sound.width == pytest.approx(np.full(3, 0.3), rel=0.3)
+    narrow = ordinary_of(Drawn(0.03, 1.0).runs(30), DIRECTIONS, stated)
+    assert (narrow.width < 0.6 * sound.width).all()
+    noisy = ordinary_of(Drawn(0.3, 9.0).runs(30), DIRECTIONS, stated)
+    assert noisy.share < 0.2
+    assert (noisy.width <= 1.5 * stated + 1e-12).all()
+
+
+def test_the_joint_posterior_is_the_ridge() -> None:
+    one = Told(np.array([[2.0, 1.0], [1.0, 3.0]]), np.array([1.0, -1.0]))
+    width = np.array([0.5, 2.0])
+    mean, variance = posterior(one, width)
+    inverse = np.linalg.inv(one.information + np.diag(width**-2.0))
+    assert mean == pytest.approx(inverse @ one.score)
+    assert variance == pytest.approx(np.diag(inverse))
+    assert replace(one).tempered(0.5).score == pytest.approx([0.5, -0.5])
