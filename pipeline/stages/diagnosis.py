@@ -7,7 +7,6 @@ from pathlib import Path
 from pipeline import __version__
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import Diagnosis, diagnose_fully
-from pipeline.diagnose.regression.known import LEAST_SOUND
 from pipeline.diagnose.tell.file_changes import left_to_say
 from pipeline.errors import CannotComputeError
 from pipeline.plan import seen_from
@@ -27,6 +26,8 @@ from pipeline.vehicle.change_list import text_with
 from pipeline.vehicle.load import load_vehicle
 
 RESULT_FILE, CORRECTED_FILE = "diagnosis.json", "vehicle_corrected.yaml"
+#: One sound run does not show how much runs differ.
+_LEAST_SOUND = 2
 
 
 @dataclass(frozen=True)
@@ -122,7 +123,7 @@ def _with_sound_runs(
         return request, ()
     sound, _ = sound_runs(one)
     asked = set(find_logs((*request.runs, *request.holdout), one))
-    if len(sound) < LEAST_SOUND or asked & set(sound):
+    if len(sound) < _LEAST_SOUND or asked & set(sound):
         return request, ()
     names = ", ".join(f"{path.stem} ({why})" for path, why in sound.items())
     told = f"no healthy runs were named; these are known to be sound and were taken: {names}."
