@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import pytest
 import synthetic_records
 
 from pipeline.errors import InputError
+from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.report.blocks import Gallery
 from pipeline.report.results import VehicleResults
@@ -399,3 +401,20 @@ def test_writing_leaves_no_half_page_beside_it(results: VehicleResults, tmp_path
     write_vehicle_page(VehicleResults(vehicle=results.vehicle), target)
     assert [path.name for path in target.parent.iterdir()] == ["index.html"]
     assert target.read_bytes().endswith(b"</html>\n")
+
+
+def test_changes_of_the_vehicle_file_are_listed_with_digests(results: VehicleResults) -> None:
+    change = FileChange(path="thrusters.0.gain_ahead", old=1.0, value=0.69, ci95=(0.63, 0.76))
+    entry = AppliedChange(
+        number=1, date_utc="2026-05-16 10:00:00", reason="diagnosis of a", source="d.json",
+        source_sha256="d" * 64, runs=("a",), before_sha256="1" * 64, after_sha256="2" * 64,
+        former="vehicle.yaml.1.before", changes=(change,),
+    )  # fmt: skip
+    undone = entry.model_copy(update={"number": 2, "undone_utc": "2026-05-17 10:00:00"})
+    text = vehicle_page(replace(results, changes=(entry, undone)))
+    for part in (
+        *("thrusters.0.gain_ahead", "0.6900 [0.6300, 0.7600]", "diagnosis of a"),
+        *("undone 2026-05-17 10:00:00 UTC", "111111111111 → 222222222222"),
+    ):
+        assert part in text
+    assert 'id="changes"' not in vehicle_page(results)
