@@ -25,7 +25,7 @@ from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.types import FloatArray
 
 #: Seconds of run that a diagnosis takes in this workflow; `rig2sea diagnose` takes whole runs.
-BUDGET_S = 60.0
+BUDGET_S = 80.0
 #: Sound runs without which there is no reference.
 _LEAST_SOUND = 2
 SWITCHED_OFF = "vehicle.yaml says `diagnose: false`."
