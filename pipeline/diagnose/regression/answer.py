@@ -40,8 +40,8 @@ from pipeline.records.run_table import RunTable
 
 #: Shown of a ranking.
 _SHOWN = 20
-#: Findings of the gains that are one thruster's.
-_SINGLE = frozenset({"dead", "weak"})
+#: The finding of the gains that counts: a weak thruster is weighed among all else that it may be.
+_DEAD = "dead"
 #: Signatures closer than this are alike. [1]
 _ALIKE = 0.9
 _AS_FILE = "the vehicle file predicts these runs as well as a healthy vehicle"
@@ -53,12 +53,12 @@ CALIBRATED = (
 
 
 def gained_of(gains: ThrusterGains, runs: Sequence[RunTable]) -> tuple[Gained, ...]:
-    """Return the thrusters that the test of the gains calls weak or dead."""
+    """Return the thrusters that the test of the gains calls dead."""
     names = [run.name for run in runs]
     found = []
     for one in gains.findings:
         own = tuple(names.index(name) for name in one.runs if name in names)
-        if one.kind in _SINGLE and one.value is not None and one.ci95 is not None and own:
+        if one.kind == _DEAD and one.value is not None and one.ci95 is not None and own:
             found.append(Gained(one.thrusters[0], own, one.value, one.ci95, one.p_value))
     return tuple(found)
 

@@ -26,7 +26,7 @@ _RIDGE, _OTHER_AXES, _FREE = 10.0, 100.0, 0.01
 _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 #: Rounds of regression, filter and weights.
 _ROUNDS = 3
-BENT = (100.0, 10_000.0)
+BENT = (100.0, 10_000.0, 1_000_000.0)
 #: Force along these axes moves a velocity: its own, and the one that a high centre of mass couples.
 _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r": (5,)}
 

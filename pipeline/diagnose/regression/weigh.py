@@ -100,7 +100,7 @@ class _Runs:
 
 @dataclass(frozen=True)
 class Gained:
-    """A thruster whose gains are weak or dead by test; `p_value` counts all comparisons."""
+    """A thruster that is dead by the test of its gains; `p_value` counts all comparisons."""
 
     thruster: str
     runs: tuple[int, ...]
