@@ -1,0 +1,47 @@
+"""``rig2sea share``."""
+
+import json
+from pathlib import Path
+
+import click
+
+from pipeline.commands.common.options import AS_JSON, OUT
+from pipeline.commands.common.progress import telling
+from pipeline.language import translate
+
+
+@click.command()
+@click.argument("page")
+@click.option(
+    "--to",
+    type=click.Path(path_type=Path, dir_okay=False),
+    required=True,
+    metavar="FILE",
+    help="The file to write, *.html or *.pdf.",
+)
+@AS_JSON
+@OUT
+def share(page: str, to: Path, as_json: bool, out: Path) -> None:
+    r"""Make one file to mail of a page of the report.
+
+    PAGE is a page (*.html), or a vehicle, day or run by its name. As HTML everything is in the
+    file; links to other pages become plain text. PDF needs an optional library (rig2sea[pdf]).
+
+    \b
+    Examples:
+      rig2sea share mmt300 --to mmt300.pdf
+      rig2sea share 2024-05-15 --to monday.html
+      rig2sea share reports/comparisons/a-b/comparison.html --to a-b.pdf
+    """
+    from pipeline.stages.share import find_page
+    from pipeline.stages.share import share as share_page
+
+    found = find_page(page, out)
+    with telling() as tell:
+        tell(f"writing {to.name}")
+        size = share_page(found, to)
+    if as_json:
+        record = {"schema": "rig2sea/share/1", "page": str(found), "file": str(to), "bytes": size}
+        click.echo(json.dumps(record, indent=1))
+        return
+    click.echo(translate(f"{to}: {found}, {size / 1e6:.1f} MB"))
