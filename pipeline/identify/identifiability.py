@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.bounds import cut_std
-from pipeline.identify.channel_noise import channel_noise
+from pipeline.identify.channel_noise import ChannelNoise, channel_noise
 from pipeline.identify.output_error import Reduced, Solution, reduce_windows
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED, prior_share
 from pipeline.identify.run_nuisance import run_nuisance
@@ -21,6 +21,7 @@ from pipeline.identify.window_derivatives import Problem, derivatives
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import cut
 from pipeline.records.identification import IdentifiedParameter, ManoeuvreGain
+from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES
@@ -61,15 +62,49 @@ def manoeuvre_information(
     """
     plan = MANOEUVRES[manoeuvre].plan(packed, 1.0, duration_s)
     trajectory = fly(packed, plan, vector=vector)
-    table = table_of_log(measure(trajectory, packed, sensors, vector=vector), sensors)
-    channels = channel_noise(sensors, [table])
+    log = measure(trajectory, packed, sensors, vector=vector)
+    table = table_of_log(log, sensors, name=manoeuvre)
+    return information_of_run(
+        packed,
+        table,
+        channel_noise(sensors, [table]),
+        parameters,
+        steps=steps,
+        threads=threads,
+        thrust=thrust,
+        scale=scale,
+    )
+
+
+def information_of_run(
+    packed: PackedVehicle,
+    table: RunTable,
+    channels: Sequence[ChannelNoise],
+    parameters: tuple[FreeParameter, ...],
+    *,
+    steps: FloatArray | None = None,
+    threads: int = 2,
+    thrust: ThrustUncertainty = EXACT_THRUST,
+    scale: dict[str, float] | None = None,
+) -> FloatArray:
+    """Information on the parameters and the thrust (p + q, p + q) that a run holds.
+
+    As `manoeuvre_information`; at `steps` (p + q,), or the vehicle file.
+
+    Raises
+    ------
+    CannotComputeError
+        If the run cannot be simulated.
+    """
     stack = stack_windows(packed, cut(packed, [table], channels), channels, scale=scale)
     shared = run_nuisance(stack, 1)
     problem = Problem(stack, parameters, packed.vector, shared, threads, thrust)
-    point = replace(problem.origin(), steps=steps)
+    point = problem.origin()
+    if steps is not None:
+        point = replace(point, steps=steps)
     found = derivatives(problem, point)
     if not np.isfinite(found.parameters).all():
-        raise CannotComputeError(f"{manoeuvre} cannot be simulated with the identified vehicle")
+        raise CannotComputeError(f"{table.name} cannot be simulated with the identified vehicle")
     reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))
     return _without_shared(reduced, problem.size)
 

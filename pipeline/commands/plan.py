@@ -1,0 +1,80 @@
+"""``rig2sea plan``."""
+
+import json
+import re
+from pathlib import Path
+
+import click
+
+from pipeline.commands.common.options import AS_JSON, OUT, RAW
+from pipeline.commands.common.progress import telling
+from pipeline.language import translate
+
+_POOL = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)")
+
+
+@click.command()
+@click.argument("vehicle")
+@click.option(
+    "--minutes",
+    type=click.FloatRange(0.5, 240.0),
+    default=10.0,
+    show_default=True,
+    metavar="M",
+    help="Most minutes of flying.",
+)
+@click.option("--pool", metavar="LxWxD", help="Length, width and depth of the pool in metres.")
+@click.option(
+    "--to",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="Folder of the page, logs and codes.  [default: reports/VEHICLE/plan]",
+)
+@AS_JSON
+@RAW
+@OUT
+def plan(  # noqa: PLR0917 - click passes every option by its name
+    vehicle: str,
+    minutes: float,
+    pool: str | None,
+    to: Path | None,
+    as_json: bool,
+    raw: Path,
+    out: Path,
+) -> None:
+    r"""Plan the next pool day: the shortest list of manoeuvres that tells what is to be known.
+
+    Each manoeuvre is flown in simulation, inside the pool; the list grows by what it tells, until
+    every parameter reaches the wanted interval or the minutes are used. The page says what each is
+    for; codes over time are written as CSV and as logs to play. What was flown of the last plan is
+    told first.
+
+    \b
+    Examples:
+      rig2sea plan mmt300
+      rig2sea plan rov8 --minutes 20 --pool 10x5x3
+    """
+    found = None if pool is None else _POOL.fullmatch(pool.lower().replace(",", "."))
+    if pool is not None and found is None:
+        raise click.UsageError(f"--pool {pool}: metres as LxWxD are expected, e.g. 25x10x3.")
+    from pipeline.report.pool_day_page import plan_sentence
+    from pipeline.stages.pool_day import plan_day
+
+    room = None if found is None else (float(found[1]), float(found[2]), float(found[3]))
+    with telling() as tell:
+        made = plan_day(vehicle, minutes, room, to, raw, out, tell)
+    if as_json:
+        body = {
+            **made.record.model_dump(mode="json"),
+            "last": [one.model_dump() for one in made.flown],
+        }
+        click.echo(json.dumps(body, indent=1))
+        return
+    for one in made.flown:
+        click.echo(translate(f"last plan: {one.text}"))
+    click.echo(translate(plan_sentence(made.record)))
+    for run in made.record.runs:
+        what = ", ".join(run.what_for)
+        click.echo(translate(f"  {run.number}. {run.manoeuvre}, {run.duration_s:.0f} s: {what}"))
+    click.echo(str(made.result))
+    click.echo(translate(f"report: {made.page}"))

@@ -1,0 +1,216 @@
+r"""The next pool day: the manoeuvres whose information brings the parameters to wanted intervals.
+
+Every candidate, a manoeuvre at a size and length, is flown in simulation with the nominal vehicle;
+its windows give the information matrix that a fit of that run would have (`identifiability`). The
+list grows one run at a time by the one that lowers
+
+.. math:: \sum_i \max\left(\log \frac{\sigma_i}{w_i}, 0\right) + \epsilon \log\det P
+
+most for its seconds, with sigma_i the standard deviation of a parameter after the runs and its
+prior, and w_i the wanted one, until all are reached, nothing helps, or the time is used. The second
+term breaks ties where all are reached or far (D-optimal; Pukelsheim 2006).
+
+What is promised is wider than the Fisher information says by `MARGIN`: residuals that go together
+and parameters that are not where the file says.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipeline.errors import CannotComputeError
+from pipeline.identify.channel_noise import channel_noise
+from pipeline.identify.identifiability import information_of_run
+from pipeline.identify.thrust_uncertainty import thrust_uncertainty
+from pipeline.identify.vehicle_parameters import FreeParameter, free_parameters
+from pipeline.simulate.fly import fly
+from pipeline.simulate.log_table import table_of_log
+from pipeline.simulate.manoeuvre_reach import why_not_flown
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.run import Trajectory
+from pipeline.simulate.sensors import Log, measure
+from pipeline.types import FloatArray
+from pipeline.vehicle.model_schema import Uncertainty
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: Factor on the standard deviations that are promised.
+MARGIN = 1.5
+#: Wanted standard deviation over the prior's, where nothing else is wanted.
+WANTED = 0.2
+_SIZES = (1.0, 0.5)
+#: Length of a run of the list; a manoeuvre is flown in this time, and again if it is worth it. [s]
+RUN_S = 60.0
+_TIE = 0.02
+#: The usual set: what the bundled runs hold.
+USUAL = ("zig_zag", "surge_steps", "heave_steps", "pitch_steps", "straight")
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A run that could be flown: its track's extent (3,), charge [Wh], information (p + q)^2."""
+
+    manoeuvre: str
+    amplitude: float
+    duration_s: float
+    trajectory: Trajectory
+    log: Log
+    room_m: FloatArray
+    information: FloatArray
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """The list, and standard deviations (p,) over the priors', after it and after the usual set."""
+
+    runs: tuple[Candidate, ...]
+    helps: tuple[tuple[int, ...], ...]
+    """For each run, the parameters that it is for."""
+    parameters: tuple[FreeParameter, ...]
+    after: FloatArray
+    usual: FloatArray
+    usual_s: float
+    left_out: tuple[str, ...]
+
+
+def plan_pool_day(
+    packed: PackedVehicle,
+    sensors: Sensors,
+    uncertainty: Uncertainty,
+    *,
+    total_s: float,
+    room_m: Sequence[float] | None = None,
+    tell: Callable[[str], None] = lambda _: None,
+    threads: int = 2,
+) -> Chosen:
+    """Choose what to fly.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The nominal vehicle.
+    sensors : Sensors
+        What measures.
+    uncertainty : Uncertainty
+        Of the vehicle file: the priors.
+    total_s : float
+        Most of the flying. [s]
+    room_m : sequence of float, optional
+        Length, width and depth of the pool: a track may be turned round, but not be larger. [m]
+    tell : callable
+        Is told what is flown.
+    threads : int
+        Simulations at a time.
+
+    Raises
+    ------
+    CannotComputeError
+        When nothing can be flown in this room and time.
+    """
+    parameters = free_parameters(packed, uncertainty)
+    thrust = thrust_uncertainty(packed, uncertainty)
+    duration = min(RUN_S, total_s)
+    found: list[Candidate] = []
+    left_out: list[str] = []
+    for name, manoeuvre in MANOEUVRES.items():
+        impossible = why_not_flown(packed, name, manoeuvre.axes)
+        if impossible:
+            left_out.append(impossible)
+            continue
+        for amplitude in _SIZES:
+            tell(f"flying {name}, size {amplitude:g}")
+            try:
+                one = _flown(packed, sensors, name, amplitude, duration)
+            except CannotComputeError as error:
+                left_out.append(f"{name}: {error}")
+                break
+            why = _too_large(one.room_m, room_m)
+            if why:
+                left_out.append(f"{name} at size {amplitude:g} {why}")
+                continue
+            table = table_of_log(one.log, sensors)
+            channels = channel_noise(sensors, [table])
+            information = information_of_run(
+                packed, table, channels, parameters, thrust=thrust, threads=threads
+            )
+            found.append(
+                Candidate(
+                    name, amplitude, duration, one.trajectory, one.log, one.room_m, information
+                )
+            )
+    if not found:
+        raise CannotComputeError(
+            "no manoeuvre fits: "
+            + "; ".join(left_out)
+            + ". Give more room, or another vehicle file."
+        )
+    prior = np.eye(len(parameters) + thrust.size)
+    prior[len(parameters) :, len(parameters) :] = thrust.precision
+    runs, helps, after = _greedy(found, prior, len(parameters), int(total_s / duration + 1e-9))
+    usual, usual_s = _usual(found, prior, len(parameters), len(runs))
+    return Chosen(runs, helps, parameters, after, usual, usual_s * duration, tuple(left_out))
+
+
+def _flown(
+    packed: PackedVehicle, sensors: Sensors, name: str, amplitude: float, duration_s: float
+) -> Candidate:
+    trajectory = fly(packed, MANOEUVRES[name].plan(packed, amplitude, duration_s))
+    if not np.isfinite(trajectory.nu).all():
+        raise CannotComputeError("the vehicle cannot be simulated through it")
+    log = measure(trajectory, packed, sensors)
+    room = np.ptp(trajectory.position_ned_m, axis=0)
+    return Candidate(name, amplitude, duration_s, trajectory, log, room, np.zeros((0, 0)))
+
+
+def _too_large(track_m: FloatArray, room_m: Sequence[float] | None) -> str:
+    if room_m is None:
+        return ""
+    level, pool = sorted(track_m[:2], reverse=True), sorted(room_m[:2], reverse=True)
+    if level[0] <= pool[0] and level[1] <= pool[1] and track_m[2] <= room_m[2]:
+        return ""
+    return f"needs {level[0]:.1f} x {level[1]:.1f} x {track_m[2]:.1f} m, more than the pool has."
+
+
+def _deviations(information: FloatArray, prior: FloatArray, count: int) -> FloatArray:
+    """Return standard deviations (count,) over the priors'."""
+    covariance = np.linalg.inv(information + prior)
+    return np.asarray(np.sqrt(np.diag(covariance)[:count]), float)
+
+
+def _greedy(
+    found: Sequence[Candidate], prior: FloatArray, count: int, most: int
+) -> tuple[tuple[Candidate, ...], tuple[tuple[int, ...], ...], FloatArray]:
+    """Add the run that helps most, until all is reached or the time is used."""
+
+    def cost(information: FloatArray) -> float:
+        left = MARGIN * _deviations(information, prior, count)
+        tie = -float(np.linalg.slogdet(information + prior)[1])
+        return float(np.maximum(np.log(left / WANTED), 0.0).sum()) + _TIE * tie
+
+    now = np.zeros_like(prior)
+    runs: list[Candidate] = []
+    helps: list[tuple[int, ...]] = []
+    while len(runs) < most:
+        before = _deviations(now, prior, count)
+        if runs and (MARGIN * before <= WANTED).all():
+            break
+        best = min(found, key=lambda one: cost(now + one.information))
+        now = now + best.information
+        gained = np.log(before / _deviations(now, prior, count))
+        order = np.argsort(-gained)
+        helps.append(tuple(int(k) for k in order[:4] if gained[k] > 0.05))
+        runs.append(best)
+    return tuple(runs), tuple(helps), _deviations(now, prior, count)
+
+
+def _usual(
+    found: Sequence[Candidate], prior: FloatArray, count: int, runs: int
+) -> tuple[FloatArray, int]:
+    """Return standard deviations after the usual set, in turn, of as many runs."""
+    own = {one.manoeuvre: one for one in reversed(found)}
+    there = [own[name] for name in USUAL if name in own]
+    information = np.zeros_like(prior)
+    for k in range(runs if there else 0):
+        information = information + there[k % len(there)].information
+    return _deviations(information, prior, count), runs if there else 0

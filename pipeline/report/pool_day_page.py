@@ -1,0 +1,131 @@
+"""The page of a planned pool day: what to fly, what it promises, what became of the last plan."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from pipeline.language import as_it_is
+from pipeline.records.pool_day import FlownOfPlan, PoolDay
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Bullets, Details, Links, Section, Table
+from pipeline.report.html import render, write_page
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.zoomable import zoomable_figure
+from pipeline.simulate.run import Trajectory
+
+
+def plan_sentence(record: PoolDay) -> str:
+    """Say the plan in one sentence."""
+    reached = sum(one.reached for one in record.promises)
+    names = ", ".join(one.manoeuvre for one in record.runs)
+    return (
+        f"Fly {len(record.runs)} runs, {record.total_s / 60.0:.1f} minutes: {names}. "
+        f"{reached} of {len(record.promises)} parameters reach the wanted interval."
+    )
+
+
+def write_pool_day_page(
+    record: PoolDay, flown: Sequence[FlownOfPlan], tracks: Sequence[Trajectory], path: Path
+) -> None:
+    """Write the page, whole or not at all; raises `InputError`."""
+    write_page(pool_day_page(record, flown, tracks), path)
+
+
+def pool_day_page(
+    record: PoolDay, flown: Sequence[FlownOfPlan], tracks: Sequence[Trajectory]
+) -> str:
+    """Return the page as HTML text; the same plan gives the same text."""
+    promises: list[Block] = [_promises(record)]
+    sections = [
+        Section("runs", "What to fly", (_runs(record), _tracks(record, tracks))),
+        Section("promises", "What it promises", tuple(promises)),
+    ]
+    if flown:
+        texts = tuple(one.text for one in flown)
+        sections.append(Section("last", "What became of the last plan", (Bullets(texts),)))
+    items = [(f"{one.log}: to play", one.log) for one in record.runs]
+    items += [(f"{one.codes}: codes over time", one.codes) for one in record.runs]
+    sections.append(Section("files", "Files", (Links(tuple(items)),)))
+    if record.left_out:
+        left = Details("What does not fit", (Bullets(record.left_out),))
+        sections.append(Section("left-out", "Left out", (left,)))
+    shares = f"{100 * record.mean_share:.0f} %", f"{100 * record.usual_mean_share:.0f} %"
+    return render(
+        "diagnosis.html.j2",
+        title=f"The next pool day of {as_it_is(record.vehicle)}",
+        under=(
+            f"On average {shares[0]} of what is uncertain now is left; the usual set of the same "
+            f"length leaves {shares[1]}."
+        ),
+        crumbs=(),
+        sentence=plan_sentence(record).partition(": "),
+        probability="",
+        facts=record.notes,
+        tone="good" if all(one.reached for one in record.promises) else "warning",
+        sections=tuple(sections),
+        assets="",
+    )
+
+
+def _runs(record: PoolDay) -> Table:
+    rows = tuple(
+        (
+            str(one.number),
+            one.manoeuvre.replace("_", " "),
+            f"{one.amplitude:g}",
+            f"{one.duration_s:.0f}",
+            " x ".join(f"{side:.1f}" for side in one.room_m),
+            ", ".join(name.replace("_", " ") for name in one.what_for) or "all together",
+        )
+        for one in record.runs
+    )
+    return Table(
+        "Runs in their order",
+        ("No.", "Manoeuvre", "Size", "Length [s]", "Room [m]", "What it is for"),
+        rows,
+        text_columns=frozenset({1, 5}),
+        note="Room: north, east, down, from the simulated track; turn the vehicle round to fit.",
+    )
+
+
+def _promises(record: PoolDay) -> Table:
+    rows = tuple(
+        (
+            one.name.replace("_", " "),
+            one.unit,
+            f"{one.value:.3g}",
+            f"{one.half_width_before:.2g}",
+            f"{one.half_width:.2g}",
+            "yes" if one.reached else "no",
+        )
+        for one in record.promises
+    )
+    return Table(
+        "Half-widths of 95 % intervals, now and after the day",
+        ("Parameter", "Unit", "Vehicle file", "+- now", "+- after", "As wanted"),
+        rows,
+        text_columns=frozenset({1}),
+    )
+
+
+def _tracks(record: PoolDay, tracks: Sequence[Trajectory]) -> Block:
+    colours = plotting.ordered_colours(len(tracks))
+    panels = []
+    for label, column in (("north  [m]", 0), ("east  [m]", 1), ("depth  [m]", 2)):
+        traces = tuple(
+            Trace(
+                f"{run.number}. {run.manoeuvre}",
+                track.time_s[::10],
+                track.position_ned_m[::10, column],
+                colour,
+            )
+            for run, track, colour in zip(record.runs, tracks, colours, strict=True)
+        )
+        panels.append(Panel(label, traces))
+    return zoomable_figure(
+        "fig-tracks",
+        "Where each run goes",
+        "North, east and depth of each run over time, as simulated.",
+        "As simulated with the vehicle file, from the start of each run.",
+        tuple(panels),
+        x_label="time  [s]",
+    )
