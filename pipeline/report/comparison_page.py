@@ -28,12 +28,11 @@ def comparison_page(record: Comparison, assets: str = "") -> str:
     sections.append(_section("asked", "What was asked", _asked(record)))
     first, _, rest = record.verdict.partition(": ")
     return render(
-        "diagnosis.html.j2",
+        "answer.html.j2",
         title=f"{as_it_is(record.a.name)} and {as_it_is(record.b.name)}",
         under=f"B against A. A: {_side(record, 'a')}. B: {_side(record, 'b')}.",
         crumbs=(),
         sentence=(first, ": " if rest else "", rest),
-        probability="",
         facts=record.cautions,
         tone="warning" if record.why_not or record.differences or record.codes else "good",
         sections=tuple(one for one in sections if one.blocks),

@@ -50,7 +50,7 @@ def pool_day_page(
         sections.append(Section("left-out", "Left out", (left,)))
     shares = f"{100 * record.mean_share:.0f} %", f"{100 * record.usual_mean_share:.0f} %"
     return render(
-        "diagnosis.html.j2",
+        "answer.html.j2",
         title=f"The next pool day of {as_it_is(record.vehicle)}",
         under=(
             f"On average {shares[0]} of what is uncertain now is left; the usual set of the same "
@@ -58,7 +58,6 @@ def pool_day_page(
         ),
         crumbs=(),
         sentence=plan_sentence(record).partition(": "),
-        probability="",
         facts=record.notes,
         tone="good" if all(one.reached for one in record.promises) else "warning",
         sections=tuple(sections),
