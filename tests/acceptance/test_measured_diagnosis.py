@@ -1,12 +1,15 @@
 """Effects that were put into measured runs are found against the other runs of the day."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from pipeline.diagnose import engine
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
 from pipeline.effects.library import parse_effect
+from pipeline.errors import CannotComputeError
 from pipeline.measured.inject import injected
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.stages.measured_subjects import MeasuredSubject, load_subject
@@ -50,3 +53,19 @@ def test_what_is_printed_is_the_posterior_and_the_sound_runs(told: DiagnosisReco
     assert told.verdict.since == ", ".join(told.evidence.healthy_runs)
     assert all(one.ci95[0] <= one.value <= one.ci95[1] for one in told.gains)
     assert any("sound runs" in note for note in told.notes)
+
+
+def test_a_wrong_scale_of_the_velocity_is_left_to_what_knows_the_instruments(
+    tank: MeasuredSubject, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The regression asks for forces alone; dead reckoning to the position is sure of the scale."""
+    runs = sorted(tank.runs, key=lambda one: one.time_s.size)
+    bad = replace(runs[1], values=runs[1].values | {"velocity": 1.1 * runs[1].values["velocity"]})
+    case = Case("tank", tank.vehicle, tank.packed, (bad,), healthy=(runs[0], runs[2], runs[4]))
+
+    def asked(*_: object) -> None:
+        raise CannotComputeError("the vehicle file was asked")
+
+    monkeypatch.setattr(engine, "_diagnosed", asked)
+    with pytest.raises(CannotComputeError, match="the vehicle file was asked"):
+        diagnose(case, threads=1)

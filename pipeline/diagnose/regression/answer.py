@@ -235,8 +235,9 @@ def _evidence(
         force_scale=1.0,
         noise=noise,
         stages={
-            "dynamics": "regression on the sound runs; errors of the readings themselves "
-            "(velocity scale, mounting, delay) are not asked"
+            "kinematics": "no error of the DVL that dead reckoning is sure of, where there is "
+            "a position to reckon to",
+            "dynamics": "regression on the sound runs",
         },
         calibrated=CALIBRATED,
         healthy_runs=tuple(run.name for run in case.healthy),
