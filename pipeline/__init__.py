@@ -6,18 +6,6 @@ describes them.
 """
 
 from importlib import import_module
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pipeline.library import (
-        diagnose_runs,
-        identify_runs,
-        load_vehicle,
-        read_bench,
-        read_run,
-        simulate_manoeuvre,
-        thruster_tables,
-    )
 
 __version__ = "0.1.0"
 
@@ -34,7 +22,10 @@ __all__ = [
 
 
 def __getattr__(name: str) -> object:
-    """Import the library when it is asked for: the command line starts without it."""
+    """Import the library when it is asked for: the command line starts without it.
+
+    By its name: an import would make the whole package part of the digest of every stage's code.
+    """
     if name in __all__:
         return getattr(import_module("pipeline.library"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -142,7 +142,7 @@ def test_second_execution_does_nothing_and_one_more_run_is_one_more_run(
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert [line.partition(":")[0] for line in lines] == ["boat", "boat"]
-    assert lines[0].startswith("boat: run third: not judged; 6 s; ")
+    assert lines[0].startswith("boat: run third: not judged yet; 6 s; ")
     assert lines[0].endswith(": reports/boat/runs/third.html")
     assert lines[1].endswith(": reports/boat/trials/2026-04-26.html")
     made = [stage for _, stage in bench.stages_run()]

@@ -225,3 +225,10 @@ def test_code_digest_knows_versions_of_other_packages(monkeypatch: pytest.Monkey
 def test_code_digest_refuses_an_unknown_module() -> None:
     with pytest.raises(ModuleNotFoundError, match=r"pipeline\.stages\.nothing"):
         code_digest("pipeline.stages.nothing")
+
+
+def test_what_the_package_offers_to_notebooks_is_no_part_of_a_stage() -> None:
+    members, _ = provenance._closure(["pipeline.stages.mooring"])
+    assert provenance.PACKAGE / "stages/mooring.py" in members
+    assert provenance.PACKAGE / "library.py" not in members
+    assert not any("diagnose" in member.parts for member in members)
