@@ -30,6 +30,8 @@ _HULL = "Look at the hull: growth, an open hatch, anything added or lost."
 _INSTRUMENTS = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
 #: Manoeuvre of the library -> what it is called.
 _ALMOST_ONE = 0.99
+#: Probability below which an answer is not called sure.
+_HALF = 0.5
 
 
 def manoeuvre_words(name: str) -> str:
@@ -130,11 +132,12 @@ def effect_words(name: str) -> str:
 
 
 def _sureness(one: DayFinding) -> str:
-    sure = (
-        f"sure to more than {_ALMOST_ONE:g}"
-        if one.probability > _ALMOST_ONE
-        else f"sure to {fixed(one.probability, 2)}"
-    )
+    if one.probability > _ALMOST_ONE:
+        sure = f"sure to more than {_ALMOST_ONE:g}"
+    elif one.probability < _HALF:
+        sure = f"the likeliest answer, at {fixed(one.probability, 2)}"
+    else:
+        sure = f"sure to {fixed(one.probability, 2)}"
     others = [effect_words(name) for name in one.ambiguous_with[:2]]
     return f"{sure}, or it is this: {' or '.join(others)}" if others else sure
 

@@ -118,3 +118,12 @@ def test_a_page_takes_another_first_screen() -> None:
     assert "Not judged." not in done
     assert "&lt;b&gt;Sound" in done
     assert done.endswith("<p>rest</p></main>")
+
+
+def test_the_likeliest_of_several_answers_is_not_called_sure() -> None:
+    hardly = SOUND.model_copy(update={"probability": 0.29, "ambiguous_with": ("dead_zone",)})
+    glance = day_glance("b", "d", DAY.model_copy(update={"findings": (hardly,)}), FLOWN)
+    assert "the likeliest answer, at 0.29, or it is this: small codes give no thrust" in (
+        glance.matter
+    )
+    assert "sure" not in glance.matter
