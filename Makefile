@@ -5,6 +5,7 @@
 # make check  linters, types, import rules
 # make lock   write requirements.lock anew from pyproject.toml
 # make cross  install the cross-compiler and the emulator of the firmware tests (Debian, Ubuntu)
+# make reference  write the keys of every file into docs/reference/
 # make drawing  draw the import contract of pyproject.toml into docs/architecture.md
 # make cluster  run the workflow on a Slurm of its own on this machine (root; minutes)
 # make wheel-test  build the wheel and use it in an empty environment (minutes)
@@ -29,7 +30,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 TESTS ?=
 MINUTES ?= 10
 
-.PHONY: run setup test quick coverage check lock cross drawing cluster wheel-test fuzz faults bundled benchmark clean
+.PHONY: run setup test quick coverage check lock cross reference drawing cluster wheel-test fuzz faults bundled benchmark clean
 
 run: setup
 	@$(BIN)/rig2sea run
@@ -78,6 +79,10 @@ lock: setup
 
 cross:
 	sh .ci/install_cross_tools.sh
+
+reference: setup
+	$(BIN)/python -m evaluation.reference --to docs/reference
+	$(BIN)/python -m evaluation.reference effects > docs/effects.md
 
 drawing: setup
 	$(BIN)/python .ci/draw_contract.py

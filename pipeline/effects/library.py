@@ -5,7 +5,6 @@ add an effect is to add a file (and its tests); no list is kept. The verdict ids
 ``unknown`` (see `specification.VERDICTS`) are answers of a diagnosis and have no file.
 """
 
-import inspect
 from collections.abc import Iterable, Sequence
 from functools import cache
 from importlib import import_module
@@ -23,7 +22,6 @@ __all__ = [
     "EffectSpec",
     "apply_effects",
     "candidates",
-    "description",
     "effects",
     "parse_effect",
     "unstated",
@@ -78,15 +76,6 @@ def _check_effect(effect: Effect, module: str) -> None:
     names = [parameter.name for parameter in effect.parameters]
     if not names or len(set(names)) != len(names):
         raise ValueError(f"effects/{module}.py: parameters must be there once each")
-
-
-def description(effect_id: str) -> str:
-    """Return what an effect is, in words: the text at the head of its file.
-
-    >>> description("current").splitlines()[0]
-    'Current: the water itself moves over the ground.'
-    """
-    return inspect.cleandoc(import_module(f"pipeline.effects.{effect_id}").__doc__ or "")
 
 
 def candidates(context: EffectContext) -> dict[str, Effect]:

@@ -9,6 +9,7 @@ from pipeline.blind.score import BANDS, PAIR_BANDS, CampaignScore
 from pipeline.provenance import write_atomically
 from pipeline.report.figures.blind import confusion_picture, rates_picture
 from pipeline.stages.blind_campaign import BlindRequest, BlindResult
+from pipeline.stages.page_block import write_csv
 
 _DISTRUST = """\
 ## When to distrust this
@@ -61,10 +62,10 @@ def write_page(result: BlindResult, request: BlindRequest, page: Path) -> None:
     }
     for name, content in pictures.items():
         write_atomically(images / name, content)
-    write_atomically(page, _text(result, request))
+    write_atomically(page, _text(result, request, page))
 
 
-def _text(result: BlindResult, request: BlindRequest) -> str:
+def _text(result: BlindResult, request: BlindRequest, page: Path) -> str:
     place, score = request.place, result.score
     vehicles = " ".join(f"--vehicle {name}" for name in place.vehicles)
     asked = " ".join(f"--only {number}" for number in request.only) or f"--cases {request.cases}"
@@ -112,7 +113,7 @@ def _text(result: BlindResult, request: BlindRequest) -> str:
         "![Truth against answer](images/blind-confusion.svg)",
         "",
         *_baselines(score),
-        *_missed(score.missed),
+        *_missed(score.missed, page.with_name(f"{page.stem}_missed.csv")),
         _DISTRUST,
     ]
     return "\n".join(lines)
@@ -214,24 +215,37 @@ def _baselines(score: CampaignScore) -> list[str]:
     ]
 
 
-def _missed(missed: Sequence[Miss]) -> list[str]:
-    """List every case that a goal counts against the diagnosis."""
+def _missed(missed: Sequence[Miss], table: Path) -> list[str]:
+    """List the sure mistakes; every case that a goal counts stands in the table beside the page."""
     if not missed:
         return []
-    lines = [
-        "## What was missed, case by case",
+    head = ("case", "vehicle", "truth", "gap", "healthy runs", "not logged", "answer", "beside it")
+    rows = [(*head, "fault"), *map(_miss, missed)]
+    write_csv(table, rows)
+    worst = [row for row in rows[1:] if "for sure" in row[-1] or "called ill" in row[-1]]
+    return [
+        "## What was missed",
         "",
-        "One of these again: the command above with `--only NUMBER` in place of `--cases`.",
+        f"{len(missed)} cases, one by one in [{table.name}]({table.name}). One of them again: the",
+        "command above with `--only NUMBER` in place of `--cases`. Those that were wrong for sure:",
         "",
-        "| case | vehicle | truth | gap | healthy runs | not logged | answer | beside it | fault |",
-        "|---|---|---|---|---|---|---|---|---|",
+        f"| {' | '.join(rows[0])} |",
+        "|---" * len(rows[0]) + "|",
+        *(f"| {' | '.join(row)} |" for row in worst),
+        "",
     ]
-    for miss in missed:
-        one = miss.score
-        lines.append(
-            f"| {int(one.case.rpartition('_')[2])} | {one.vehicle} | {' + '.join(one.truth)} "
-            f"| {one.gap_ratio:.1f} | {'yes' if one.healthy else 'no'} "
-            f"| {', '.join(one.missing)} | {' + '.join(one.verdict)} {one.probability:.2f} "
-            f"| {', '.join(one.ambiguous_with)} | {miss.fault} |"
-        )
-    return [*lines, ""]
+
+
+def _miss(miss: Miss) -> tuple[str, ...]:
+    one = miss.score
+    return (
+        str(int(one.case.rpartition("_")[2])),
+        one.vehicle,
+        " + ".join(one.truth),
+        f"{one.gap_ratio:.1f}",
+        "yes" if one.healthy else "no",
+        ", ".join(one.missing),
+        f"{' + '.join(one.verdict)} {one.probability:.2f}",
+        ", ".join(one.ambiguous_with),
+        miss.fault,
+    )

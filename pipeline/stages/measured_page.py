@@ -8,12 +8,12 @@ from pipeline.provenance import write_atomically
 from pipeline.report.figures.blind import confusion_picture, rates_picture
 from pipeline.stages.measured_campaign import MeasuredRequest, MeasuredResult
 from pipeline.stages.measured_score import MeasuredLine
-from pipeline.stages.page_block import write_block
+from pipeline.stages.page_block import write_block, write_csv
 
 BLOCK, TITLE = "the measured campaign", "The measured blind check"
 _CASES_HEAD = (
-    "| case | vehicle | runs | healthy | put in | floors | in the log | answer | p | beside it "
-    "| value | |"
+    *("case", "vehicle", "runs", "healthy", "put in", "floors", "in the log, %", "answer"),
+    *("probability", "beside it", "interval", "outcome"),
 )
 
 
@@ -40,7 +40,9 @@ def write_page(result: MeasuredResult, request: MeasuredRequest, page: Path) -> 
     }
     for name, content in pictures.items():
         write_atomically(images / name, content)
-    write_block(page, BLOCK, TITLE, "\n".join(_text(result, request)))
+    cases = page.with_name(f"{page.stem}_cases.csv")
+    write_csv(cases, [_CASES_HEAD, *(_row(line) for line in result.lines)])
+    write_block(page, BLOCK, TITLE, "\n".join([*_text(result, request), _led_to(cases)]))
 
 
 def picture_rows(rates: Sequence[Rate]) -> list[tuple[str, float, float, float, bool]]:
@@ -86,47 +88,46 @@ def _text(result: MeasuredResult, request: MeasuredRequest) -> list[str]:
         *goal_table(score.rates),
         "![Truth against answer](images/measured-confusion.svg)",
         "",
-        _CASES_HEAD,
-        "|---|---|---|---|---|---|---|---|---|---|---|---|",
-        *(_row(line) for line in result.lines),
-        "",
     ]
 
 
-def _row(line: MeasuredLine) -> str:
+def _led_to(cases: Path) -> str:
+    return f"Every case, what was put in and what was said: [{cases.name}]({cases.name})."
+
+
+def _row(line: MeasuredLine) -> tuple[str, ...]:
     score = line.score
     put = "as it is"
     if line.effect is not None:
         values = ", ".join(f"{name} {value:.3g}" for name, value in line.parameters.items())
-        put = f"`{line.effect}` {values}" + (f" {line.thruster}" if line.thruster else "")
+        put = f"{line.effect} {values}" + (f" {line.thruster}" if line.thruster else "")
         put += ", commanded" if line.kind == "dead" and line.size == 0.0 else ""
-    told = "refused" if score.refused else " + ".join(f"`{name}`" for name in score.verdict)
+    told = "refused" if score.refused else " + ".join(score.verdict)
     told += f" {line.told_thruster}" if line.told_thruster else ""
-    cells = [
+    return (
         str(line.number),
         line.subject,
         ", ".join(dict.fromkeys(_short(name) for name in line.runs)),
         str(len(line.healthy)),
         put,
         f"{line.size:.1f}" if line.size else "",
-        f"{100.0 * line.share:.0f} %" if line.effect else "",
+        f"{100.0 * line.share:.0f}" if line.effect else "",
         told,
         f"{score.probability:.2f}",
-        ", ".join(f"`{name}`" for name in score.ambiguous_with),
+        ", ".join(score.ambiguous_with),
         ", ".join("held" if one.inside else "missed" for one in score.intervals),
         _outcome(line),
-    ]
-    return f"| {' | '.join(cells)} |"
+    )
 
 
 def _outcome(line: MeasuredLine) -> str:
     if line.effect is None:
         right = line.score.verdict == ("none",)
-        return "right" if right else "**false alarm**" if line.sure_effect else "open"
+        return "right" if right else "false alarm" if line.sure_effect else "open"
     if line.first:
         return "right"
     if line.surely_wrong:
-        return "**surely wrong**"
+        return "surely wrong"
     return "in the set" if line.in_set else "missed"
 
 

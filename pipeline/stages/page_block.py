@@ -1,5 +1,8 @@
 """The part of a page that a command writes, between marks; the rest is a person's."""
 
+import csv
+import io
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from pipeline.errors import InputError, Place
@@ -47,3 +50,10 @@ def write_block(page: Path, name: str, title: str, text: str) -> None:
             "there yet.",
         )
     write_atomically(page, f"{before}{begin}\n{text.strip()}\n{end}{after}")
+
+
+def write_csv(path: Path, rows: Iterable[Sequence[str]]) -> None:
+    """Write what is too long for a page beside it: comma-parted, whole or not at all."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_atomically(path, text.getvalue())

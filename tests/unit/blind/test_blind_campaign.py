@@ -221,10 +221,11 @@ def test_every_goal_and_every_miss_stands_on_the_page(place: BlindPlace, tmp_pat
     )
     assert [f"{wanted.yes} of {wanted.cases} = " in row for row in rows] == [True]
     first = ill[0].score
-    name = f"| {int(first.case[-5:])} | rov8 | {first.truth[0]} | {first.gap_ratio:.1f} | "
-    assert any(line.startswith(name) and line.endswith(f"| {ill[0].fault} |") for line in lines)
-    text = (tmp_path / "blind_check.md").read_text()
-    assert "What was missed, case by case" in text
+    name = f"{int(first.case[-5:])},rov8,{first.truth[0]},{first.gap_ratio:.1f},"
+    table = (tmp_path / "blind_check_missed.csv").read_text().splitlines()
+    assert len(table) == 1 + len(score.missed)
+    assert any(row.startswith(name) and row.endswith(f",{ill[0].fault}") for row in table)
+    assert "[blind_check_missed.csv](blind_check_missed.csv)" in "\n".join(lines)
 
 
 def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:

@@ -122,6 +122,8 @@ def test_a_campaign_is_scored_and_goes_on(here: MeasuredSubject, tmp_path: Path)
     assert "| runs as they are | a sure effect | 1 of 1 = 100 %" in text
     assert "rig2sea blind --measured DATA --only 0 --only 3 --seed 1 --to DIR" in text
     assert (tmp_path / "images" / "measured-rates.svg").is_file()
+    cases = (tmp_path / "page_cases.csv").read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[0] for row in cases] == ["case", "0", "3"]
 
 
 @pytest.mark.usefixtures("here")

@@ -1,0 +1,233 @@
+"""Reference pages that follow from the program: nothing in them is written by hand.
+
+python -m evaluation.reference                 the names
+python -m evaluation.reference drive           the keys of one file, as Markdown
+python -m evaluation.reference --to DIR        a page for each name
+python -m evaluation.reference effects > docs/effects.md
+"""
+
+import argparse
+import ast
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+from types import NoneType
+from typing import Annotated, Literal, get_args, get_origin
+
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from pipeline.effects.effect import Effect, Parameter
+from pipeline.effects.library import VERDICTS, effects
+from pipeline.records.allocation import AllocationMap
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+from pipeline.records.comparison import Comparison
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.fits import (
+    DriveFit,
+    InverseCharacteristic,
+    PropellerFit,
+    StaticCharacteristic,
+)
+from pipeline.records.gains import ThrusterGains
+from pipeline.records.identification import Identification
+from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.records.pool_day import PoolDay
+from pipeline.records.reference import ReferenceRecord
+from pipeline.records.run_notes import RunNotes
+from pipeline.records.trial import DayTables, RunTrial, StoredRun, TrialDay
+from pipeline.records.validation import AllocatorValidation
+from pipeline.vehicle.schema import Vehicle
+
+#: Name of a file or of a stage -> the model that it is checked against.
+SCHEMAS: dict[str, type[BaseModel]] = {
+    "vehicle": Vehicle,
+    "notes": RunNotes,
+    "load_test": LoadTestRecord,
+    "mooring": MooringRecord,
+    "open_water": OpenWaterRecord,
+    "propeller": PropellerFit,
+    "drive": DriveFit,
+    "static": StaticCharacteristic,
+    "inverse": InverseCharacteristic,
+    "allocation": AllocationMap,
+    "validation": AllocatorValidation,
+    "pool_run": StoredRun,
+    "run_trial": RunTrial,
+    "trial_day": TrialDay,
+    "day_tables": DayTables,
+    "gains": ThrusterGains,
+    "identification": Identification,
+    "reference": ReferenceRecord,
+    "diagnosis": DiagnosisRecord,
+    "bench_diagnosis": BenchDiagnosisRecord,
+    "comparison": Comparison,
+    "plan": PoolDay,
+}
+
+_NAMES: dict[object, str] = {
+    float: "number",
+    int: "whole number",
+    str: "text",
+    bool: "true | false",
+    NoneType: "null",
+}
+
+_EFFECTS = """\
+# Effects: the causes that rig2sea knows
+
+<!-- Written by `python -m evaluation.reference effects > docs/effects.md`. -->
+
+An effect is one physical cause of a difference between the nominal model (what the vehicle file
+states) and the vehicle. At the neutral values of its parameters it is absent and the simulation is
+the nominal one, bit for bit. Effects are constant over a run. What happens in the water, the
+formula, what it is easily taken for and its source stand at the head of its file, which the table
+leads to; nobody has to read the code below. To add one: [add_an_effect.md](add_an_effect.md).
+
+On the command line an effect is written `ID:key=value[,key=value][@thruster]`; a parameter that is
+not named stays neutral:
+
+    rig2sea simulate mmt300 --manoeuvre zig_zag --effect current:north_mps=0.2 \\
+        --effect thruster_degraded:thrust_fraction=0.6@upper --to run.mcap
+
+A parameter is given with its plausible range, where it lies when the effect is at work on a real
+vehicle; `rig2sea effects --json` has the possible one, beyond which values are refused, too, and
+`rig2sea effects VEHICLE` says which effects a vehicle can have. *Shows in* names the channels in
+which the effect acts first: velocities u v w, rates p q r, attitude phi theta psi, depth z,
+position x y. What follows by turning and drifting is not listed.
+
+"""
+
+
+def effects_page() -> str:
+    """Return `docs/effects.md`."""
+    rows = ["| effect | what it is | parameters | shows in |", "|---|---|---|---|"]
+    for effect in effects().values():
+        parameters = ", ".join(_parameter(one) for one in effect.parameters)
+        link = f"[`{effect.id}`](../pipeline/effects/{effect.id}.py)"
+        rows.append(f"| {link} | {_subject(effect)} | {parameters} | {' '.join(effect.channels)} |")
+    answers = [f"- `{name}`: {meaning}." for name, meaning in VERDICTS.items()]
+    return (
+        _EFFECTS + "\n".join(rows) + "\n\nA diagnosis can also answer\n\n" + "\n".join(answers)
+    ) + "\n"
+
+
+def _subject(effect: Effect) -> str:
+    return effect.title + (" (of one thruster)" if effect.scope == "thruster" else "")
+
+
+def _parameter(one: Parameter) -> str:
+    low, high = one.plausible
+    unit = "" if one.unit == "1" else f" {one.unit}"
+    return f"`{one.name}` {low:g} to {high:g}{unit}"
+
+
+def schema_page(name: str) -> str:
+    """Return the keys of a file, model by model, with what the schema says of each.
+
+    Parameters
+    ----------
+    name : str
+        One of `SCHEMAS`.
+    """
+    return "\n".join([f"# {name}", "", *_models(SCHEMAS[name], set())]) + "\n"
+
+
+def _models(model: type[BaseModel], told: set[type[BaseModel]]) -> Iterator[str]:
+    if model in told:
+        return
+    told.add(model)
+    meanings = _meanings(model)
+    yield f"## {model.__name__}"
+    yield from ("", inspect.cleandoc(model.__doc__ or ""), "")
+    for key, field in model.model_fields.items():
+        about = [_kind(field.annotation), *map(_limit, field.metadata), _default(field)]
+        meaning = f": {meanings[key]}" if key in meanings else ""
+        yield f"- `{key}` ({', '.join(filter(None, about))}){meaning}"
+    yield ""
+    for field in model.model_fields.values():
+        for part in _models_in(field.annotation):
+            yield from _models(part, told)
+
+
+def _kind(annotation: object) -> str:
+    """Return a type in words: what a file may hold there."""
+    origin, parts = get_origin(annotation), get_args(annotation)
+    if not parts:
+        return _NAMES.get(annotation, getattr(annotation, "__name__", str(annotation)))
+    if origin is Literal:
+        return " | ".join(map(repr, parts))
+    if origin is Annotated:
+        return ", ".join(filter(None, (_kind(parts[0]), *map(_limit, parts[1:]))))
+    kinds = [_kind(part) for part in parts if part is not ...]
+    if origin is dict:
+        return " -> ".join(kinds)
+    if origin is tuple:
+        return f"list of {kinds[0]}" if ... in parts else f"[{', '.join(kinds)}]"
+    return " | ".join(kinds)
+
+
+def _limit(one: object) -> str:
+    """Return a bound as the schema states it, such as ``gt=0``; what is no bound is left out."""
+    bounds = one.metadata if isinstance(one, FieldInfo) else (one,)
+    found = (re.fullmatch(r"(?:Gt|Ge|Lt|Le|MaxLen|MinLen)\((.+)\)", repr(each)) for each in bounds)
+    return ", ".join(each[1] for each in found if each)
+
+
+def _default(field: FieldInfo) -> str:
+    if field.is_required():
+        return "needed"
+    plain = isinstance(field.default, bool | int | float | str | tuple)
+    return f"default {field.default!r}" if plain and field.default not in ("", ()) else "optional"
+
+
+def _models_in(annotation: object) -> Iterator[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        yield annotation
+    for part in get_args(annotation):
+        yield from _models_in(part)
+
+
+def _meanings(model: type[BaseModel]) -> dict[str, str]:
+    """Return the text below each key in the source, inherited keys included."""
+    found: dict[str, str] = {}
+    for one in reversed(model.__mro__):
+        if not issubclass(one, BaseModel) or one is BaseModel:
+            continue
+        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(one))).body
+        body = getattr(tree, "body", [])
+        for line, below in pairwise(body):
+            if not (isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name)):
+                continue
+            if isinstance(below, ast.Expr) and isinstance(below.value, ast.Constant):
+                found[line.target.id] = " ".join(str(below.value.value).split())
+    return found
+
+
+PAGES: dict[str, Callable[[], str]] = {
+    "effects": effects_page,
+    **{name: partial(schema_page, name) for name in SCHEMAS},
+}
+
+
+def main() -> None:
+    """Print a page, or write all of them."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("name", nargs="?", choices=PAGES)
+    parser.add_argument("--to", type=Path, help="a folder for all pages")
+    asked = parser.parse_args()
+    if asked.to:
+        asked.to.mkdir(parents=True, exist_ok=True)
+        for name, page in PAGES.items():
+            (asked.to / f"{name}.md").write_text(page(), encoding="utf-8")
+    print("\n".join(PAGES) if asked.name is None else PAGES[asked.name](), end="")
+    if asked.name is None:
+        print()
+
+
+if __name__ == "__main__":
+    main()

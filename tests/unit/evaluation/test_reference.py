@@ -1,0 +1,61 @@
+"""Reference pages are what the schemas and the library say."""
+
+from pathlib import Path
+from typing import get_args
+
+import pytest
+from pydantic import BaseModel
+
+from evaluation.reference import SCHEMAS, effects_page, schema_page
+from pipeline.effects.library import effects, parse_effect
+
+
+def test_the_page_of_effects_is_up_to_date(repository: Path) -> None:
+    page = (repository / "docs" / "effects.md").read_text(encoding="utf-8")
+    assert page == effects_page(), "run: python -m evaluation.reference effects > docs/effects.md"
+
+
+def test_every_effect_has_its_row_and_its_file(repository: Path) -> None:
+    page = effects_page()
+    for effect in effects().values():
+        (row,) = (line for line in page.splitlines() if line.startswith(f"| [`{effect.id}`]"))
+        assert all(f"`{one.name}` {one.plausible[0]:g} to " in row for one in effect.parameters)
+        assert (repository / f"pipeline/effects/{effect.id}.py").is_file()
+
+
+def test_effects_of_the_pages_example_are_valid() -> None:
+    words = effects_page().split("--effect ")[1:]
+    assert [parse_effect(word.split()[0]).id for word in words] == ["current", "thruster_degraded"]
+
+
+def keys(model: type[BaseModel]) -> set[str]:
+    """Names of the fields of a record and of all records in it."""
+    found = set(model.model_fields)
+    for field in model.model_fields.values():
+        found |= {key for inner in records_in(field.annotation) for key in keys(inner)}
+    return found
+
+
+def records_in(annotation: object) -> list[type[BaseModel]]:
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [one for part in get_args(annotation) for one in records_in(part)]
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_a_page_has_every_key(name: str) -> None:
+    page = schema_page(name)
+    assert {key for key in keys(SCHEMAS[name]) if f"- `{key}` (" not in page} == set()
+
+
+def test_a_key_is_told_with_type_bounds_default_and_meaning() -> None:
+    page = schema_page("vehicle")
+    assert "- `density_kgpm3` (number, gt=500, lt=1500, needed)\n" in page
+    assert "- `lag_s` (number, ge=0, le=60 | null, optional): Its own time constant" in page
+    assert "- `thrust_dead_n` (number, gt=0, default 0.5)" in page
+
+
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_the_formats_name_every_page(name: str, repository: Path) -> None:
+    text = (repository / "docs" / "formats.md").read_text(encoding="utf-8")
+    assert f"`{name}`" in text
