@@ -1,9 +1,7 @@
 """The bundled vehicles: are their models bodies that could swim, and as their files say?"""
 
-import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -423,48 +421,3 @@ def test_the_pool_of_rov8_is_closed_and_holds_vehicle_and_tether(
     corners = np.array([[5.0, y, z] for y in (-2.5, 2.5) for z in (0.0, 3.0)])
     reach = np.linalg.norm(corners - np.array(model.tether.anchor_ned_m), axis=1).max()
     assert reach < model.tether.length_m
-
-
-def _rows(page: str) -> Iterator[tuple[str, str, list[float]]]:
-    """Yield vehicle, key and numbers of each row of the tables in docs/vehicles.md."""
-    vehicle = ""
-    for line in page.splitlines():
-        if line.startswith("## "):
-            vehicle = line.removeprefix("## ").split(":")[0].strip("` ")
-        row = re.match(r"\| `([^`]+)` \| ([^|]+) \| [^|]+ \| [^|]+ \|$", line)
-        if row and vehicle in NAMES:
-            yield vehicle, row[1], [float(text) for text in row[2].split(",")]
-
-
-def _value(vehicle: Vehicle, key: str) -> list[float]:
-    here: Any = vehicle
-    for step in re.split(r"[.\[]", key.replace("]", "")):
-        if step.isdigit():
-            here = here[int(step) - 1]
-        else:
-            here = here[step] if isinstance(here, dict) else getattr(here, step)
-    return list(_numbers(here))
-
-
-def _numbers(value: object) -> Iterator[float]:
-    """Yield the numbers in a value, a list or a section, in order."""
-    if isinstance(value, BaseModel):
-        value = tuple(getattr(value, field) for field in type(value).model_fields)
-    if isinstance(value, tuple):
-        for inner in value:
-            yield from _numbers(inner)
-    elif isinstance(value, int | float):
-        yield float(value)
-
-
-def test_the_page_about_the_vehicles_has_the_numbers_of_the_files(
-    repository: Path, vehicles: dict[str, Vehicle]
-) -> None:
-    rows = list(_rows((repository / "docs" / "vehicles.md").read_text("utf-8")))
-    wrong = [
-        f"{name} {key}"
-        for name, key, stated in rows
-        if _value(vehicles[name], key) != pytest.approx(stated)
-    ]
-    assert wrong == []
-    assert all(sum(row[0] == name for row in rows) > 30 for name in NAMES)
