@@ -1,16 +1,18 @@
 """What lies in a folder of raw files and is not read: broken links, folders within."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.plan import is_data, is_raw, printable
+from pipeline.plan import RAW_KINDS, is_data, is_raw, printable
 
 _MOST_LOOKED_AT = 10_000
 
 
-def ignored_file_problems(folder: Path, shown_as: str = "") -> list[Problem]:
+def ignored_file_problems(
+    folder: Path, shown_as: str = "", types: Collection[str] = ()
+) -> list[Problem]:
     """Return a problem for each entry of a folder of raw files that nothing reads.
 
     Parameters
@@ -19,6 +21,8 @@ def ignored_file_problems(folder: Path, shown_as: str = "") -> list[Problem]:
         ``mooring``, say; it may be missing.
     shown_as : str
         What the folder is called in messages; as it is given otherwise.
+    types : collection of str
+        Types of thruster of the vehicle, whose folders within are read.
 
     Returns
     -------
@@ -30,7 +34,7 @@ def ignored_file_problems(folder: Path, shown_as: str = "") -> list[Problem]:
     found: list[Problem] = []
     shown = shown_as or str(folder)
     for path in sorted(folder.iterdir()):
-        if not is_raw(path.name) or path.is_file():
+        if not is_raw(path.name) or path.is_file() or (path.name in types and path.is_dir()):
             continue
         if not path.is_dir():
             what = "this is no file, or a link to one that is not there; it was not read."
@@ -45,6 +49,8 @@ def ignored_file_problems(folder: Path, shown_as: str = "") -> list[Problem]:
         if count:
             what = f"holds raw files ({count}) that are not read: folders are not looked into."
             remedy = f"Move them into {folder.name}/ itself."
+            if folder.name in RAW_KINDS:
+                remedy += " Files of a further type of thruster: name it in tables.types."
             expected = f"raw files in {folder.name}/."
             found.append(
                 Problem("warning", Place(f"{shown}/{printable(path.name)}"), what, expected, remedy)

@@ -67,10 +67,19 @@ class UsageError(ValueError):
 
 @dataclass(frozen=True)
 class VehicleFolder:
-    """A vehicle and the folder that holds its ``vehicle.yaml``, as seen from the output folder."""
+    """A vehicle and the folder that holds its ``vehicle.yaml``, as seen from the output folder.
+
+    With `thruster_type` it stands for one more type of thruster of that vehicle, whose raw files
+    lie in folders of that name within those of the tests; `of_type` makes one.
+    """
 
     name: str
     folder: str
+    thruster_type: str = ""
+
+    def of_type(self, thruster_type: str) -> "VehicleFolder":
+        """Return what stands for a further type of thruster: results as of a vehicle of its own."""
+        return VehicleFolder(typed_name(self.name, thruster_type), self.folder, thruster_type)
 
     @property
     def vehicle_file(self) -> str:
@@ -83,7 +92,22 @@ class VehicleFolder:
         Hidden files, the lock files of spreadsheet programs and written notes are not raw data.
         """
         names = self._names(kind, base)
-        return tuple(f"{self.folder}/{kind}/{name}" for name in names if _is_usable(name))
+        room = f"{self.folder}/{self._room(kind)}"
+        return tuple(f"{room}/{name}" for name in names if _is_usable(name))
+
+    @property
+    def digest_prefix(self) -> str:
+        """How the names of its raw files begin in results: ``raw/<vehicle>/``."""
+        return f"raw/{self.name.removesuffix(f'-{self.thruster_type}')}/"
+
+    def digest_names(self, kind: str, base: Path | None = None) -> set[str]:
+        """Return the raw files of one kind as results name them."""
+        files = self.raw_files(kind, base)
+        return {self.digest_prefix + file.removeprefix(f"{self.folder}/") for file in files}
+
+    def _room(self, kind: str) -> str:
+        """Return the folder of a kind of test, within the vehicle's."""
+        return f"{kind}/{self.thruster_type}" if self.thruster_type else kind
 
     def misnamed_files(self, kind: str, base: Path | None = None) -> tuple[str, ...]:
         """Return the names of raw files that the workflow cannot handle, made printable."""
@@ -107,6 +131,8 @@ class VehicleFolder:
 
         That is a file next to ``vehicle.yaml``, or a folder of another name.
         """
+        if self.thruster_type:
+            return ()
         where = Path(self.folder) if base is None else base / self.folder
         kinds = (*RAW_KINDS, POOL)
         said: list[tuple[str, str, str]] = []
@@ -133,7 +159,8 @@ class VehicleFolder:
         )
 
     def _names(self, kind: str, base: Path | None) -> list[str]:
-        where = Path(self.folder, kind) if base is None else base / self.folder / kind
+        room = self._room(kind)
+        where = Path(self.folder, room) if base is None else base / self.folder / room
         try:
             with os.scandir(where) as entries:
                 return sorted(e.name for e in entries if _is_file(e) and is_raw(e.name))
@@ -169,6 +196,15 @@ def printable(name: str) -> str:
 def is_data(name: str) -> bool:
     """Tell measured data from anything else by the file's name."""
     return is_raw(name) and Path(name).suffix.lower() in _DATA
+
+
+def typed_name(vehicle: str, thruster_type: str) -> str:
+    """Return the name under which results of a further type of thruster are kept.
+
+    >>> typed_name("boat", "tunnel"), typed_name("boat", "")
+    ('boat-tunnel', 'boat')
+    """
+    return f"{vehicle}-{thruster_type}" if thruster_type else vehicle
 
 
 def processed_file(vehicle: str, stage: str) -> str:

@@ -1,7 +1,9 @@
 """Vehicles whose exported allocator is tested, and the C library over arrays."""
 
 import ctypes
+import json
 import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,12 +121,35 @@ def dragging() -> FirmwareCharacteristic:
     )
 
 
-CASES = {
+def other() -> FirmwareCharacteristic:
+    """Another type of thruster: a smaller one with more codes."""
+    return bench_only().model_copy(update={"code_max": 400, "code_min": -400})
+
+
+def mixed(one: Vehicle, *names: str) -> Vehicle:
+    """The vehicle with some of its thrusters of another type."""
+    kind = {"propeller": "small", "drive": "servo"}
+    body = one.model_dump(mode="json", exclude_unset=True)
+    body["propellers"]["small"] = {"diameter_m": 0.05}
+    body["drives"]["servo"] = {"code_min": -400, "code_max": 400}
+    body["tables"]["types"] = {"tunnel": {**kind}}
+    for thruster in body["thrusters"]:
+        thruster.update(kind if thruster["name"] in names else {})
+    return Vehicle.model_validate_json(json.dumps(body))
+
+
+Case = (
+    tuple[Vehicle, FirmwareCharacteristic]
+    | tuple[Vehicle, FirmwareCharacteristic, FirmwareCharacteristic]
+)
+CASES: dict[str, Callable[[], Case]] = {
     "limit": lambda: (paper("limit"), dragging()),
+    "limit_types": lambda: (mixed(paper("limit"), "bow"), dragging(), other()),
+    "eight_types": lambda: (mixed(eight(), "up0", "up1", "up2"), dragging(), other()),
     "scaled": lambda: (paper("scaled"), dragging()),
     "no_bow": lambda: (paper("limit", bow=False), dragging()),
     "eight": lambda: (eight(), dragging()),
-    "six": lambda: (six(), bench_only().model_copy(update={"code_max": 400, "code_min": -400})),
+    "six": lambda: (six(), other()),
     "twelve": lambda: (twelve(), dragging()),
 }
 
@@ -134,7 +159,8 @@ class Compiled:
     """The C library of a case."""
 
     layout: AllocatorLayout
-    characteristic: FirmwareCharacteristic
+    characteristics: tuple[FirmwareCharacteristic, ...]
+    """Of each type of thruster."""
     source: Path
     functions: ctypes.CDLL
 
@@ -158,16 +184,22 @@ class Compiled:
 
 
 def build(case: str, folder: Path, *flags: str) -> Compiled:
-    one, characteristic = CASES[case]()
-    layout = allocator_layout(one, characteristic)
-    paths = write_firmware(
-        "rov", characteristic, tables_digest="0a1b", tool_version="1", folder=folder,
-        tables=None, layout=layout,
-    )  # fmt: skip
+    one, *characteristics = CASES[case]()
+    types = ("", *one.tables.types)
+    by_type = dict(zip(types, characteristics, strict=True))
+    others = {name: own for name, own in by_type.items() if name}
+    layout = allocator_layout(one, by_type[""], others)
+    paths: tuple[Path, ...] = ()
+    for name, characteristic in by_type.items():
+        made = write_firmware(
+            f"rov-{name}" if name else "rov", characteristic, tables_digest="0a1b",
+            tool_version="1", folder=folder, tables=None, layout=None if name else layout,
+        )  # fmt: skip
+        paths = made if name == "" else paths
     (folder / "driver.c").write_text(DRIVER)
     library = folder / "allocator.so"
     strict = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror", "-Wshadow")
-    sources = [folder / name for name in ("rov_thruster.c", "rov_allocator.c", "driver.c")]
+    sources = [*folder.glob("rov*_thruster.c"), folder / "rov_allocator.c", folder / "driver.c"]
     command = ["gcc", *strict, "-Wno-missing-prototypes", "-O2", *flags, "-shared", "-fPIC",
                *map(str, sources), "-o", str(library)]  # fmt: skip
     try:
@@ -176,7 +208,7 @@ def build(case: str, folder: Path, *flags: str) -> Compiled:
         pytest.skip("gcc is not installed")
     assert not done.stderr
     assert done.returncode == 0
-    return Compiled(layout, characteristic, paths[1], ctypes.CDLL(str(library)))
+    return Compiled(layout, tuple(characteristics), paths[1], ctypes.CDLL(str(library)))
 
 
 def demands(calls: int, seed: int) -> tuple[FloatArray, FloatArray]:

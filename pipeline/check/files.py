@@ -119,6 +119,7 @@ class _Reader:
         self._vehicle_file = vehicle_file
         self._tell = tell
         self._vehicles: dict[Path | None, Vehicle | None] = {}
+        self._typed: dict[Path, Vehicle] = {}
         self._files: dict[Path, RawFile] = {}
         self._runs: dict[Path, tuple[Path, Vehicle]] = {}
         self._unread: set[Path] = set()
@@ -168,14 +169,21 @@ class _Reader:
     def _kind_folder(self, path: Path) -> bool:
         """Set aside what a run reads of a test's folder; tell whether there was anything in it."""
         before = len(self._findings.problems)
-        self._findings.problems += ignored_file_problems(path)
+        file = path.parent / VEHICLE_FILE
+        vehicle = self._vehicle(file) if path.name != POOL and file.exists() else None
+        types = () if vehicle is None else tuple(vehicle.tables.types)
+        self._findings.problems += ignored_file_problems(path, types=types)
         if path.name == POOL:
             self._findings.problems += strays(path)
             files = files_of_runs(path)
         else:
             folder = VehicleFolder(path.absolute().parent.name, str(path.parent))
             self._findings.problems += folder.misnamed_problems(path.name, str(path))
-            files = [Path(file) for file in folder.raw_files(path.name)]
+            files = [
+                Path(file)
+                for one in (folder, *(folder.of_type(name) for name in types))
+                for file in one.raw_files(path.name)
+            ]
         for file in files:
             self._file(file)
         return bool(files) or len(self._findings.problems) > before
@@ -258,6 +266,9 @@ class _Reader:
     def _vehicle_for(self, file: Path) -> Vehicle | None:
         if self._vehicle_file is not None:
             return self._vehicle(self._vehicle_file)
+        typed = self._of_type(file)
+        if typed is not None:
+            return typed
         above = file.parent.parent if file.parent.name else Path("..")
         for folder in (above, file.parent):
             if (folder / VEHICLE_FILE).exists():
@@ -266,6 +277,18 @@ class _Reader:
             self._vehicles[None] = Vehicle.model_validate(_STAND_IN)
             self._findings.problems.append(_STAND_IN_NOTE)
         return self._vehicles[None]
+
+    def _of_type(self, file: Path) -> Vehicle | None:
+        """Return what a file in the folder of a further type of thruster is read with."""
+        folder = file.parent
+        vehicle_file = folder.parent.parent / VEHICLE_FILE
+        if folder.parent.name not in RAW_KINDS or not vehicle_file.exists():
+            return None
+        vehicle = self._vehicle(vehicle_file)
+        if vehicle is None or folder.name not in vehicle.tables.types:
+            return None
+        key = folder.parent.parent / folder.name / VEHICLE_FILE
+        return self._typed.setdefault(key, vehicle.of_type(folder.name))
 
     def _file(self, path: Path) -> None:
         if path.absolute() in {*self._files, *self._runs, *self._unread}:
@@ -284,7 +307,8 @@ class _Reader:
         if is_log(path):
             self._runs[path.absolute()] = (path, vehicle)
             return
-        folder = path.absolute().parent.name
+        inner = path.absolute().parent
+        folder = inner.parent.name if self._of_type(path) is not None else inner.name
         kind, kind_from = (folder, "folder") if folder in READERS else ("", "content")
         self._files[path.absolute()] = RawFile(path, kind, kind_from, vehicle)
 

@@ -1,6 +1,7 @@
 """The allocator of Kostenko 2023, eq. (6), behind the autopilot of the simulation."""
 
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -38,7 +39,8 @@ class PaperAllocator:
 
     With `direction` (n, 3) every thruster is taken at the inflow along it (its length less than 1
     in the wake), as the exported allocator does; without, the stern ones at V_x as in the paper and
-    the bow one at rest. `corrections` are those of `corrections_of`.
+    the bow one at rest. `corrections` are those of `corrections_of`. `others` are the inverses of
+    thrusters of another type than that of `inverse`, by their place.
     """
 
     allocator: Allocator
@@ -47,6 +49,7 @@ class PaperAllocator:
     round_codes: bool = True
     direction: FloatArray | None = None
     corrections: "Corrections | None" = None
+    others: Mapping[int, Inverse] = field(default_factory=dict)
 
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
         """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether a limit cut it."""
@@ -68,7 +71,7 @@ class PaperAllocator:
         a, names = self.allocator, self.thruster_names
         along, own = self.along(nu_relative), self.corrections or Corrections.none(len(names))
         gain = own.gain
-        found = [self.inverse.limits(float(speed)) for speed in along]
+        found = [self.others.get(i, self.inverse).limits(float(v)) for i, v in enumerate(along)]
         low = -np.array([one.reverse_n for one in found]) * gain[:, 1]
         high = np.array([one.forward_n for one in found]) * gain[:, 0]
         heave, pitch, up = 0.0, float(demand[4]), 0.0
@@ -88,7 +91,10 @@ class PaperAllocator:
             bow = names.index(a.bow)
             thrust[bow] = np.clip(up, low[bow], high[bow])
             cut = cut or not low[bow] <= up <= high[bow]
-        code = self.inverse.code(thrust / own.divisor(thrust), along)
+        asked = thrust / own.divisor(thrust)
+        code = self.inverse.code(asked, along)
+        for i, other in self.others.items():
+            code[i] = other.code(asked[i], along[i])
         code = beyond_dead_zone(code, own.lost_code, own.code_max)
         return rounded(code) if self.round_codes else code, thrust, cut
 
@@ -138,6 +144,27 @@ def inflow_of_velocity(vehicle: Vehicle) -> FloatArray:
         return np.asarray(unit)
     wake = [vehicle.model.wake_fraction.of(one.name) for one in vehicle.thrusters]
     return np.asarray((1.0 - np.array(wake))[:, None] * unit)
+
+
+def other_inverses(
+    vehicle: Vehicle,
+    records: Mapping[str, InverseCharacteristic],
+    form: Callable[[InverseCharacteristic, Vehicle], Inverse],
+) -> dict[int, Inverse]:
+    """Return the inverse of each thruster of a further type, by its place.
+
+    Parameters
+    ----------
+    vehicle : Vehicle
+        With its types.
+    records : mapping
+        By type of thruster; a thruster of which there is none is taken as one of `tables`.
+    form : callable
+        Makes an inverse of a record and of what `Vehicle.of_type` returns.
+    """
+    made = {name: form(record, vehicle.of_type(name)) for name, record in records.items() if name}
+    types = enumerate(vehicle.type_of(one) or "" for one in vehicle.thrusters)
+    return {i: made[name] for i, name in types if name in made}
 
 
 def rest_inverse(record: InverseCharacteristic, vehicle: Vehicle) -> Inverse:

@@ -25,7 +25,8 @@ from pipeline.physics.strip_theory import (
     strip_added_mass,
 )
 from pipeline.types import FloatArray
-from pipeline.vehicle.schema import Name, Section, Vector3
+from pipeline.vehicle.attachment_schema import ModelSection as Section
+from pipeline.vehicle.schema import Name, Vector3
 
 Length = Annotated[float, Field(gt=0, le=1000)]
 #: An entry of the matrix below this share of the root of its two diagonal ones is none.

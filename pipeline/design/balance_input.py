@@ -5,7 +5,8 @@ from typing import Annotated, Self
 from pydantic import Field, model_validator
 
 from pipeline.design.printed import Published
-from pipeline.vehicle.schema import Name, Section
+from pipeline.vehicle.attachment_schema import ModelSection as Section
+from pipeline.vehicle.schema import Name
 
 Force = Annotated[float, Field(gt=0, le=1e6)]
 Slope = Annotated[float, Field(ge=-1e7, le=1e7)]

@@ -6,7 +6,7 @@ from typing import Annotated
 from pydantic import Field
 
 from pipeline.records.design import Printed
-from pipeline.vehicle.schema import Section
+from pipeline.vehicle.attachment_schema import ModelSection as Section
 
 Text = Annotated[str, Field(max_length=1000)]
 

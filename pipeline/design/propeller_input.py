@@ -6,7 +6,8 @@ from pydantic import Field, model_validator
 
 from pipeline.design.printed import Published
 from pipeline.design.propeller_series import AREA_RATIOS, PITCH_RATIOS
-from pipeline.vehicle.schema import Name, Section
+from pipeline.vehicle.attachment_schema import ModelSection as Section
+from pipeline.vehicle.schema import Name
 
 Speed = Annotated[float, Field(ge=0, le=30)]
 Diameter = Annotated[float, Field(gt=0.005, lt=10)]

@@ -5,7 +5,8 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from pipeline.design.printed import Published
-from pipeline.vehicle.schema import Name, Section
+from pipeline.vehicle.attachment_schema import ModelSection as Section
+from pipeline.vehicle.schema import Name
 
 Length = Annotated[float, Field(gt=0, le=20000)]
 Velocity = Annotated[float, Field(ge=-10, le=10)]

@@ -1,6 +1,8 @@
 """What the exported allocator needs of a vehicle: thrusters, matrices, geometry of eq. (6)."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
@@ -9,7 +11,8 @@ from pipeline.control.paper_allocator import Corrections, corrections_of, inflow
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import FirmwareCharacteristic
 from pipeline.types import FloatArray, IntArray
-from pipeline.vehicle.schema import Allocator, Pwm, Vehicle
+from pipeline.vehicle.bench_schema import Pwm
+from pipeline.vehicle.schema import Allocator, Vehicle
 
 #: Entries of the matrices are Q7.24 in the fixed-point variant.
 LARGEST_ENTRY = 127.0
@@ -35,7 +38,14 @@ class AllocatorLayout:
     corrections: Corrections
     allocation: Allocation
     largest_n: float
-    pulse: Pwm
+    pulses: tuple[Pwm, ...]
+    """Of the type of `tables`, then of each of `types`."""
+    types: tuple[str, ...] = ()
+    """Further types of thruster."""
+    kind: tuple[int, ...] = ()
+    """Of each thruster: 0 that of `tables`, then places in `types` from 1."""
+    code_range: tuple[tuple[int, int], ...] = ()
+    """Of each thruster, smallest and largest."""
     paper: Allocator | None = None
     stern: tuple[int, ...] = ()
     bow: int | None = None
@@ -67,15 +77,21 @@ class AllocatorLayout:
         return round(float(np.log2(self.largest_n)))
 
 
-def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -> AllocatorLayout:
+def allocator_layout(
+    vehicle: Vehicle,
+    characteristic: FirmwareCharacteristic,
+    others: Mapping[str, FirmwareCharacteristic] = MappingProxyType({}),
+) -> AllocatorLayout:
     """Take the layout from the vehicle file.
 
     Parameters
     ----------
     vehicle : Vehicle
-        With thrusters, all with the drive and the propeller that the tables are for.
+        With thrusters, each with the drive and the propeller of one of its types.
     characteristic : FirmwareCharacteristic
-        Of these.
+        Of the type of `tables`.
+    others : mapping of str to FirmwareCharacteristic, optional
+        Of the further types that it has.
 
     Raises
     ------
@@ -84,13 +100,17 @@ def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -
     """
     if not vehicle.thrusters:
         raise CannotComputeError("vehicle.yaml names no thrusters, so there is no allocator.")
-    tables = vehicle.tables
+    types = ("", *others)
+    kinds: list[int] = []
     for one in vehicle.thrusters:
-        if (one.drive, one.propeller) != (tables.drive, tables.propeller):
+        of_type = vehicle.type_of(one)
+        if of_type not in types:
+            there = "; ".join(f"{drive} and {propeller}" for drive, propeller in vehicle.kinds)
             raise CannotComputeError(
                 f"There is no allocator: thruster {one.name} has drive {one.drive} and propeller "
-                f"{one.propeller}, and the tables are for {tables.drive} and {tables.propeller}."
+                f"{one.propeller}, and the tables are for {there}."
             )
+        kinds.append(types.index(of_type))
     names = tuple(one.name for one in vehicle.thrusters)
     position = np.array([one.position_m for one in vehicle.thrusters], float)
     direction = np.array([one.direction for one in vehicle.thrusters], float)
@@ -108,8 +128,11 @@ def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -
                 f"{np.abs(values).max():.0f}, at most {LARGEST_ENTRY:.0f} is expected. Are the "
                 "thrusters' positions in metres? Do two of them lie almost in one place?"
             )
-    strongest = float((gain * [max(characteristic.positive.thrust_max_n),
-                               max(characteristic.negative.thrust_max_n)]).max())  # fmt: skip
+    largest = [
+        (max(one.positive.thrust_max_n), max(one.negative.thrust_max_n))
+        for one in (characteristic, *others.values())
+    ]
+    strongest = float((gain * np.array(largest)[kinds]).max())
     geometry = vehicle.allocator
     roles = () if geometry is None else (
         geometry.upper, geometry.lower, geometry.left, geometry.right
@@ -122,7 +145,13 @@ def allocator_layout(vehicle: Vehicle, characteristic: FirmwareCharacteristic) -
         corrections=corrections,
         allocation=allocation,
         largest_n=2.0 ** max(int(np.ceil(np.log2(strongest))), 0),
-        pulse=vehicle.columns.mooring.pwm_range,
+        pulses=tuple(vehicle.of_type(one).columns.mooring.pwm_range for one in types),
+        types=tuple(others),
+        kind=tuple(kinds),
+        code_range=tuple(
+            (vehicle.drives[one.drive].code_min, vehicle.drives[one.drive].code_max)
+            for one in vehicle.thrusters
+        ),
         paper=geometry,
         stern=tuple(names.index(role) for role in roles),
         bow=names.index(geometry.bow) if geometry is not None and geometry.bow else None,

@@ -14,11 +14,23 @@ from pipeline.control.bounded_allocation import (
 )
 from pipeline.export import c_text
 from pipeline.export.allocator_layout import AllocatorLayout, PaperConstants
-from pipeline.export.allocator_model import LARGEST_PAPER, FixedArithmetic
 from pipeline.export.c_source import Identity, render
+from pipeline.export.fixed_arithmetic import LARGEST_PAPER, FixedArithmetic
 from pipeline.export.fixed_point import Q16_ONE
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Allocator
+
+#: Functions of the tables: name, result, parameters, and what is passed on.
+_CALLS = tuple(
+    (f"{name}_{variant}", result or number, parameters.replace("@", number), passed)
+    for variant, number in (("f32", "float"), ("q", "int32_t"))
+    for name, result, parameters, passed in (
+        ("thrust_max", "", "@ speed", "speed"),
+        ("thrust_min", "", "@ speed", "speed"),
+        ("code_from_thrust", "int16_t", "@ thrust, @ speed", "thrust, speed"),
+        ("thruster_flags", "uint16_t", "@ thrust, @ speed", "thrust, speed"),
+    )
+)
 
 
 @dataclass(frozen=True)
@@ -89,10 +101,9 @@ def render_allocator_header(identity: Identity, layout: AllocatorLayout) -> str:
             f"{i}  {name:<16} at ({_triple(at)}) m, pushes ({_triple(to)}), "
             f"gain {layout.gain[i, 0]:g} ahead, {layout.gain[i, 1]:g} in reverse"
             + (f", dead zone {lost[i]:g} codes" if lost[i] else "")
+            + (f", type {layout.types[layout.kind[i] - 1]}" if layout.kind[i] else "")
             for i, (name, at, to) in enumerate(places)
         ],
-        neutral_us=layout.pulse.neutral_us,
-        half_us=layout.pulse.half_range_us,
     )
 
 
@@ -101,12 +112,29 @@ def _triple(values: FloatArray) -> str:
 
 
 def _names(identity: Identity, layout: AllocatorLayout) -> dict[str, object]:
+    files = [f"{identity.vehicle}-{one}" for one in layout.types]
+    ids = [c_text.c_identifier(one) for one in (identity.vehicle, *files)]
     return {
         "file": f"{identity.vehicle}_allocator",
         "guard": f"{identity.identifier.upper()}_ALLOCATOR",
         "thruster": identity.stem,
         "prefix": identity.identifier.upper(),
         "count": layout.count,
+        "types": [
+            {"file": f"{one}_thruster", "id": name}
+            for one, name in zip(files, ids[1:], strict=True)
+        ],
+        "pulses": [
+            {
+                "id": name,
+                "prefix": name.upper(),
+                "neutral_us": pulse.neutral_us,
+                "half_us": pulse.half_range_us,
+                "neutral_ns": f"(int64_t){round(1000 * pulse.neutral_us)}",
+                "half_ns": f"(int64_t){round(1000 * pulse.half_range_us)}",
+            }
+            for name, pulse in zip(ids, layout.pulses, strict=True)
+        ],
     }
 
 
@@ -155,15 +183,20 @@ def render_allocator_source(identity: Identity, layout: AllocatorLayout) -> str:
     else:
         arrays.append(_row("int", "stern", np.array(layout.stern), "Upper, lower, left, right."))
         values |= _paper_values(identity, layout, paper)
-    pulse = layout.pulse
+    if layout.types:
+        ends = np.array(layout.code_range)
+        arrays += [
+            _row("int", "kind", np.array(layout.kind), "Type of each thruster, 0 the first."),
+            _row("int64_t", "code_min", ends[:, 0], "Smallest code of each."),
+            _row("int64_t", "code_max", ends[:, 1], "Largest code of each."),
+        ][: 3 if lost else 1]
     return render(
         "allocator.c.j2",
         identity,
         **_names(identity, layout),
         **values,
         arrays=arrays,
-        neutral_ns=f"(int64_t){round(1000 * pulse.neutral_us)}",
-        half_ns=f"(int64_t){round(1000 * pulse.half_range_us)}",
+        calls=_CALLS,
     )
 
 

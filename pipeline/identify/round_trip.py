@@ -9,7 +9,7 @@ from pipeline.physics.propeller import polynomial
 from pipeline.physics.thrust_grid import code_from_thrust
 from pipeline.records.fits import Check, FirmwareCharacteristic, RoundTrip, SpeedInverse
 from pipeline.types import FloatArray
-from pipeline.vehicle.schema import Published
+from pipeline.vehicle.bench_schema import Published
 
 TRIP_POINTS = 400
 #: What the forms are held to [N], or for a large thruster the share of its largest thrust.

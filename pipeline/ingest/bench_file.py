@@ -19,7 +19,7 @@ from pipeline.ingest.sheet import Row, Sheet
 from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistics_problems
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
 from pipeline.ingest.workbook import read_sheets
-from pipeline.vehicle.schema import BenchColumns, Column
+from pipeline.vehicle.bench_schema import BenchColumns, Column
 
 COMMENTED = "commented out"
 #: A table that lies on its side has a row for each quantity.

@@ -29,7 +29,7 @@ from pipeline.ingest.vocabulary import (
     unit_fits,
     unit_told_by_name,
 )
-from pipeline.vehicle.schema import Column, Columns
+from pipeline.vehicle.bench_schema import Column, Columns
 
 _ROWS_LOOKED_AT = 200
 

@@ -10,7 +10,7 @@ from pipeline.ingest.row_directions import (
     reverse_texts,
 )
 from pipeline.records.measurements import ColumnNotUsed
-from pipeline.vehicle.schema import BenchColumns, Column, LoadTestColumns, MooringColumns
+from pipeline.vehicle.bench_schema import BenchColumns, Column, LoadTestColumns, MooringColumns
 
 
 @dataclass(frozen=True)

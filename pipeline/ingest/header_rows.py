@@ -19,7 +19,7 @@ from pipeline.ingest.vocabulary import (
     split_header,
     unit_fits,
 )
-from pipeline.vehicle.schema import Column
+from pipeline.vehicle.bench_schema import Column
 
 #: The speed of a motor's field: the shaft's times the pole pairs. Never read as it stands.
 ELECTRICAL = "electrical_shaft_speed"

@@ -21,7 +21,8 @@ from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.usable import with_cause
 from pipeline.records.base import Source
 from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, SheetRead
-from pipeline.vehicle.schema import LoadTestColumns, Vehicle
+from pipeline.vehicle.bench_schema import LoadTestColumns
+from pipeline.vehicle.schema import Vehicle
 
 _T = TypeVar("_T")
 _KIND = "load_test"

@@ -21,7 +21,7 @@ from pipeline.ingest.mooring_codes import code_from_pwm
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.sheet import Row
 from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistics_problems
-from pipeline.vehicle.schema import Pwm
+from pipeline.vehicle.bench_schema import Pwm
 
 OPTIONAL = ("current", "voltage", "input_power", "output_power")
 _MOST_MESSAGES = 5

@@ -22,7 +22,8 @@ from pipeline.ingest.load_test_words import ANY_POWER, Branch, branch_in_text
 from pipeline.ingest.row_directions import against_codes, directions_of
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.vocabulary import name_score, split_header, unit_fits
-from pipeline.vehicle.schema import LoadTestColumns, Vehicle
+from pipeline.vehicle.bench_schema import LoadTestColumns
+from pipeline.vehicle.schema import Vehicle
 
 
 def read_table(

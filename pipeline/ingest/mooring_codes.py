@@ -8,7 +8,8 @@ from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.code_units import command_scale, fractional_codes
 from pipeline.ingest.unit_text import is_percent
-from pipeline.vehicle.schema import Pwm, Vehicle
+from pipeline.vehicle.bench_schema import Pwm
+from pipeline.vehicle.schema import Vehicle
 
 #: Of the assumed range: pulses that go further than this were made for another one.
 _BEYOND = 1.02

@@ -15,7 +15,7 @@ from pipeline.ingest.direction_words import (
 )
 from pipeline.ingest.rows import listed
 from pipeline.ingest.vocabulary import plain, split_header
-from pipeline.vehicle.schema import Direction
+from pipeline.vehicle.bench_schema import Direction
 
 #: One letter means something beside its opposite alone.
 _LETTERS = ({"f": 1, "r": -1}, {"f": 1, "b": -1}, {"в": 1, "н": -1}, {"п": 1, "з": -1})

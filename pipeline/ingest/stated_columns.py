@@ -13,7 +13,7 @@ from pipeline.ingest.header_rows import Wanted, is_mapped
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.unit_text import factor
 from pipeline.ingest.vocabulary import plain
-from pipeline.vehicle.schema import Column
+from pipeline.vehicle.bench_schema import Column
 
 _BY_LETTER = re.compile(r"column ([A-Z]{1,3})", re.IGNORECASE)
 

@@ -14,7 +14,7 @@ from pipeline.records.fits import (
 )
 from pipeline.report.curves import speed_index, static_thrust, table2_thrust, table4_code
 from pipeline.types import ArrayLike, FloatArray
-from pipeline.vehicle.schema import PublishedTable2, PublishedTable4
+from pipeline.vehicle.bench_schema import PublishedTable2, PublishedTable4
 
 #: Below this thrust the paper sends code 0 (eq. 7 and 8); comparisons start here. [N]
 THRUST_FROM_N = 0.5

@@ -26,6 +26,9 @@ rule firmware:
         vehicle=lambda wildcards: PLAN.vehicle_file(wildcards.vehicle),
         inverse="processed/{vehicle}/inverse.json",
         tables="processed/{vehicle}/tables.json",
+        types=lambda wildcards: PLAN.results_of_types(
+            wildcards.vehicle, "inverse", "tables"
+        ),
     output:
         "processed/{vehicle}/firmware.json",
     log:

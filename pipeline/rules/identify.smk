@@ -74,6 +74,9 @@ rule allocation:
         vehicle=lambda wildcards: PLAN.vehicle_file(wildcards.vehicle),
         static="processed/{vehicle}/static.json",
         inverse="processed/{vehicle}/inverse.json",
+        types=lambda wildcards: PLAN.results_of_types(
+            wildcards.vehicle, "static", "inverse"
+        ),
     output:
         "processed/{vehicle}/allocation.json",
     log:

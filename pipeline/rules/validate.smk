@@ -11,6 +11,9 @@ rule validation:
         drive="processed/{vehicle}/drive.json",
         static="processed/{vehicle}/static.json",
         inverse="processed/{vehicle}/inverse.json",
+        types=lambda wildcards: PLAN.results_of_types(
+            wildcards.vehicle, "load_test", "propeller", "drive", "static", "inverse"
+        ),
     output:
         "processed/{vehicle}/validation.json",
     log:

@@ -85,6 +85,7 @@ def thrust_table(
     characteristic = model_of(vehicle).thrusters[kind[0]].characteristic
     if isinstance(characteristic, FromBollard):
         return bollard_table(characteristic, vehicle.drives[kind[0]].code_max)
+    bench = bench if bench is None else bench.of(kind)
     if bench is not None and bench.family is not None:
         falls = characteristic if isinstance(characteristic, FromMooring) else None
         return family_table(bench.family, None if falls is None else falls.zero_thrust_speed_mps)
@@ -104,19 +105,19 @@ def shaft_tables(
     vehicle: Vehicle, kinds: tuple[tuple[str, str], ...], bench: BenchModel | None
 ) -> FloatArray | None:
     """Shaft speeds of the bench's family, where every thruster takes its thrust from it."""
-    if (
-        bench is None
-        or bench.static is None
-        or any(
-            kind[0] == ""
+    tables = []
+    for kind in kinds:
+        static = None if bench is None else bench.of(kind).static
+        if (
+            static is None
+            or kind[0] == ""
             or not isinstance(model_of(vehicle).thrusters[kind[0]].characteristic, FromTables)
-            for kind in kinds
-        )
-    ):
-        return None
-    rows = _regular_rows(bench.static)
-    rpm = np.array(bench.static.shaft_speed_rpm)[rows]
-    return np.stack([np.concatenate([np.zeros((len(rows), 1)), rpm], axis=1)] * len(kinds))
+        ):
+            return None
+        rows = _regular_rows(static)
+        rpm = np.array(static.shaft_speed_rpm)[rows]
+        tables.append(np.concatenate([np.zeros((len(rows), 1)), rpm], axis=1)[None])
+    return stacked(tables)[:, 0]
 
 
 def _regular_rows(static: StaticCharacteristic) -> list[int]:
@@ -173,25 +174,26 @@ def balance_tables(
     screws = np.zeros((len(kinds), SCREW_COLUMNS))
     torques = np.zeros((len(kinds), TORQUE_CODES, TORQUE_SPEEDS))
     screws[:, 0], screws[:, 7], screws[:, 8] = 1.0, 1.0, 1.0
-    for k, (drive, _) in enumerate(kinds):
+    for k, kind in enumerate(kinds):
+        drive, own = kind[0], None if bench is None else bench.of(kind)
         model = model_of(vehicle).thrusters.get(drive)
         if model is None or _inertia(model) == 0.0:
             continue
-        if bench is None or bench.propeller is None or bench.surface is None:
+        if own is None or own.propeller is None or own.surface is None:
             raise CannotComputeError(
                 f"the torque balance of drive {drive} of {vehicle.name} is to be solved in time; "
                 "that needs the fitted propeller and drive of the bench"
             )
-        fastest = 1.5 * float(bench.surface.fastest_rps.max())
+        fastest = 1.5 * float(own.surface.fastest_rps.max())
         shaft = np.linspace(0.0, fastest, TORQUE_SPEEDS)
         code_step = vehicle.drives[drive].code_max / (TORQUE_CODES - 1)
         codes = code_step * np.arange(TORQUE_CODES)
         # a drive under torque control gives no negative torque: it coasts
-        torques[k] = np.maximum(drive_torque(shaft[None, :], codes[:, None], bench.surface), 0.0)
+        torques[k] = np.maximum(drive_torque(shaft[None, :], codes[:, None], own.surface), 0.0)
         screws[k] = [
-            bench.propeller.diameter_m,
-            *_three(bench.propeller.thrust_coefficients),
-            *_three(bench.propeller.torque_coefficients),
+            own.propeller.diameter_m,
+            *_three(own.propeller.thrust_coefficients),
+            *_three(own.propeller.torque_coefficients),
             shaft[1],
             code_step,
         ]

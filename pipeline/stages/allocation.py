@@ -1,6 +1,7 @@
 """Vehicle and inverse characteristic -> the allocator's error map."""
 
 from pipeline.control.error_map import allocation_map
+from pipeline.errors import CannotComputeError
 from pipeline.records.allocation import AllocationMap
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.stages.job import Job, NotMeasuredError, write_record
@@ -13,8 +14,15 @@ def run(job: Job) -> str:
         vehicle = job.vehicle()
         if vehicle.allocator is None:
             raise NotMeasuredError("The vehicle file has no allocator section.")
-        inverse = job.needed("inverse", InverseCharacteristic)
-        static = job.needed("static", StaticCharacteristic)
+        stern = {getattr(vehicle.allocator, role) for role in ("upper", "lower", "left", "right")}
+        types = {vehicle.type_of(one) or "" for one in vehicle.thrusters if one.name in stern}
+        if len(types) > 1:
+            raise CannotComputeError("The stern thrusters are of several types.")
+        (of_stern,) = types
+        of_type = job.of_type(of_stern)
+        vehicle = vehicle.model_copy(update={"tables": vehicle.of_type(of_stern).tables})
+        inverse = of_type.needed("inverse", InverseCharacteristic)
+        static = of_type.needed("static", StaticCharacteristic)
         return allocation_map(vehicle, inverse, static)
 
     return write_record(job, compute)

@@ -3,16 +3,19 @@
 from pathlib import Path
 from typing import Literal
 
-from pipeline.control.inverse import firmware_grid
+from pipeline.control.inverse import Inverse, firmware_grid
 from pipeline.control.paper_allocator import (
     PaperAllocator,
     corrections_of,
     inflow_of_velocity,
+    other_inverses,
     rest_inverse,
 )
 from pipeline.errors import CannotComputeError
+from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.fly import Allocator, general_allocator
-from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_inverse
+from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_inverses
+from pipeline.vehicle.schema import Vehicle
 
 AllocatorName = Literal["general", "paper", "paper-mooring"]
 
@@ -43,12 +46,16 @@ def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> Alloc
             f"{one.name} has no allocator: section, which --allocator {name} takes its geometry "
             "from.\nLeave the option out: the general allocator flies any arrangement."
         )
-    record = load_inverse(one.name, out)
-    inverse = firmware_grid(record) if name == "paper" else rest_inverse(record, one.vehicle)
+    records = load_inverses(one.vehicle, one.name, out)
+
+    def form(record: InverseCharacteristic, vehicle: Vehicle) -> Inverse:
+        return firmware_grid(record) if name == "paper" else rest_inverse(record, vehicle)
+
     return PaperAllocator(
         geometry,
-        inverse,
+        form(records[""], one.vehicle),
         one.packed.thruster_names,
         direction=inflow_of_velocity(one.vehicle),
         corrections=corrections_of(one.vehicle),
+        others=other_inverses(one.vehicle, records, form),
     )

@@ -10,7 +10,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.export.allocator_layout import AllocatorLayout, allocator_layout
 from pipeline.export.firmware import write_firmware
 from pipeline.provenance import file_digest, unwritable
-from pipeline.records.fits import InverseCharacteristic
+from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
 from pipeline.stages.job import Job, NotMeasuredError, write_record
 from pipeline.stages.receipt import FirmwareFiles
 from pipeline.vehicle.schema import Gate
@@ -23,15 +23,18 @@ def run(job: Job) -> str:
         folder = job.output.parent / "firmware"
         try:
             shutil.rmtree(folder, ignore_errors=True)
-            inverse = job.needed("inverse", InverseCharacteristic)
-            if inverse.firmware is None:
-                raise NotMeasuredError(
-                    "The inverse characteristic has no firmware form. "
-                    + " ".join(inverse.explanations)
-                )
-            accepted = job.vehicle().accept
-            _refuse_failed(inverse, accepted)
-            return _write_whole(job, inverse, folder)
+            vehicle = job.vehicle()
+            made = {}
+            for name in vehicle.used_types:
+                inverse = job.of_type(name).needed("inverse", InverseCharacteristic)
+                if inverse.firmware is None:
+                    raise NotMeasuredError(
+                        "The inverse characteristic has no firmware form. "
+                        + " ".join(inverse.explanations)
+                    )
+                _refuse_failed(inverse, vehicle.accept)
+                made[name] = inverse.firmware
+            return _write_whole(job, made, folder)
         except OSError as error:
             raise unwritable(folder, error) from error
 
@@ -54,31 +57,36 @@ def _refuse_failed(inverse: InverseCharacteristic, accepted: Mapping[Gate, str])
         )
 
 
-def _write_whole(job: Job, inverse: InverseCharacteristic, folder: Path) -> FirmwareFiles:
-    if inverse.firmware is None:
-        raise CannotComputeError("There is no firmware form.")
+def _write_whole(
+    job: Job, made: Mapping[str, FirmwareCharacteristic], folder: Path
+) -> FirmwareFiles:
+    """Write the sources of every type of thruster, and the allocator of all."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".firmware.") as temporary:
         work = Path(temporary) / "firmware"
         work.mkdir()
-        tables = job.tables()
+        vehicle = job.vehicle()
         layout: AllocatorLayout | None = None
         notes: tuple[str, ...] = ()
         try:
-            layout = allocator_layout(job.vehicle(), inverse.firmware)
+            others = {name: one for name, one in made.items() if name}
+            layout = allocator_layout(vehicle, made[""], others)
         except CannotComputeError as error:
             notes = (str(error),)
-        digest = tables.pop("provenance")["tables_sha256"]
-        write_firmware(
-            job.vehicle_name,
-            inverse.firmware,
-            tables_digest=digest,
-            tool_version=__version__,
-            folder=work,
-            tables=tables,
-            layout=layout,
-            accepted={str(gate): why for gate, why in job.vehicle().accept.items()},
-        )
+        for name, characteristic in made.items():
+            of_type = job.of_type(name)
+            tables = of_type.tables()
+            digest = tables.pop("provenance")["tables_sha256"]
+            write_firmware(
+                of_type.vehicle_name,
+                characteristic,
+                tables_digest=digest,
+                tool_version=__version__,
+                folder=work,
+                tables=tables,
+                layout=None if name else layout,
+                accepted={str(gate): why for gate, why in vehicle.accept.items()},
+            )
         files = {
             (folder / path.name).as_posix(): file_digest(path) for path in sorted(work.iterdir())
         }

@@ -1,7 +1,8 @@
 """What a stage is given, how it reads the results before it, and how it leaves its own."""
 
+import os
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,7 +13,7 @@ from pipeline.errors import (
     Problem,
     is_of_the_machine,
 )
-from pipeline.plan import MISSING, TITLES, VEHICLE_FILE, VehicleFolder
+from pipeline.plan import MISSING, TITLES, VEHICLE_FILE, VehicleFolder, typed_name
 from pipeline.provenance import (
     Envelope,
     file_digest,
@@ -53,6 +54,15 @@ class Job:
         return next(path for path in self.inputs if path.name == VEHICLE_FILE)
 
     @property
+    def folder(self) -> VehicleFolder:
+        """The vehicle's folder, or what stands for a further type of thruster in it."""
+        path = self.vehicle_file.parent
+        main = Path(os.path.normpath(path.absolute())).name
+        typed = self.vehicle_name.startswith(f"{main}-")
+        of_type = self.vehicle_name.removeprefix(f"{main}-") if typed else ""
+        return VehicleFolder(self.vehicle_name, str(path), of_type)
+
+    @property
     def raw_root(self) -> Path:
         """The folder that the vehicle's folder lies in."""
         return self.vehicle_file.parent.parent
@@ -65,25 +75,35 @@ class Job:
         NotMeasuredError
             When there are none, not even one that is misnamed.
         """
-        files = tuple(path for path in self.inputs if path.parent.name == self.stage)
+        room = self.vehicle_file.parent / self.stage / self.folder.thruster_type
+        files = tuple(path for path in self.inputs if path.parent == room)
         if not files and not self.misnamed_files():
-            where = (self.vehicle_file.parent / self.stage).as_posix()
+            where = room.as_posix()
             raise NotMeasuredError(f"There are no {called} files in {where}.")
         return files
 
     def misnamed_files(self) -> tuple[Problem, ...]:
         """Return a problem for every raw file of this kind that was not read for its name."""
-        folder = VehicleFolder(self.vehicle_name, str(self.vehicle_file.parent))
-        return folder.misnamed_problems(self.stage, f"{self.vehicle_name}/{self.stage}")
+        room = self.vehicle_file.parent / self.stage / self.folder.thruster_type
+        shown = room.relative_to(self.raw_root).as_posix()
+        return self.folder.misnamed_problems(self.stage, shown)
 
     def vehicle(self) -> Vehicle:
-        """Read the vehicle file."""
-        return load_vehicle(self.vehicle_file)
+        """Read the vehicle file; for a further type of thruster what its bench needs of it."""
+        return load_vehicle(self.vehicle_file).of_type(self.folder.thruster_type)
 
     def envelope(self, kind: str, model: type[R]) -> Envelope[R]:
         """Read the result of an earlier stage, which may be the reason why there is none."""
-        path = next(path for path in self.inputs if path.name == f"{kind}.json")
-        return read_envelope(path, kind, model)
+        return read_envelope(self._result(f"{kind}.json"), kind, model)
+
+    def _result(self, name: str) -> Path:
+        """Return the path of a result: this vehicle's own, where there are several."""
+        found = [path for path in self.inputs if path.name == name]
+        return next((path for path in found if path.parent.name == self.vehicle_name), found[0])
+
+    def of_type(self, thruster_type: str) -> "Job":
+        """Return this job as one of a further type of thruster, whose results are read then."""
+        return replace(self, vehicle_name=typed_name(self.vehicle_name, thruster_type))
 
     def record(self, kind: str, model: type[R]) -> R | None:
         """Return the record of an earlier stage, None when it left none."""
@@ -129,13 +149,13 @@ class Job:
         InputError
             When it is absent, half-written or edited.
         """
-        return read_tables(next(path for path in self.inputs if path.name == "tables.json"))
+        return read_tables(self._result("tables.json"))
 
     def input_digests(self) -> dict[str, str]:
         """Return the digest of every input under a name that holds on every machine."""
         folder = self.vehicle_file.parent
         return {
-            f"raw/{self.vehicle_name}/{path.relative_to(folder).as_posix()}"
+            f"{self.folder.digest_prefix}{path.relative_to(folder).as_posix()}"
             if path.is_relative_to(folder)
             else self._result_name(path): file_digest(path)
             for path in self.inputs
@@ -143,9 +163,12 @@ class Job:
 
     def _result_name(self, path: Path) -> str:
         """Name a result from the output folder; a copy fetched from a storage is named as it."""
-        room = f"processed/{self.vehicle_name}/"
-        _, found, name = path.as_posix().rpartition(room)
-        return f"{room}{name}" if found else name
+        for name in (self.vehicle_name, path.parent.name):
+            room = f"processed/{name}/"
+            _, found, rest = path.as_posix().rpartition(room)
+            if found:
+                return f"{room}{rest}"
+        return path.as_posix()
 
 
 def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: bool = False) -> str:

@@ -5,19 +5,13 @@ from pathlib import Path
 from typing import TypeVar
 
 from pipeline.errors import CannotComputeError
-from pipeline.plan import TITLES, VEHICLE_FILE, processed_file
+from pipeline.plan import TITLES, VEHICLE_FILE, processed_file, typed_name
 from pipeline.provenance import file_digest, read_envelope
 from pipeline.records.base import Record
-from pipeline.records.fits import (
-    DriveFit,
-    InverseCharacteristic,
-    PropellerFit,
-    StaticCharacteristic,
-    ThrustFamily,
-)
+from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.bench_model import BenchModel
-from pipeline.simulate.context import model_of
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.stages.bench_models import bench_model
 from pipeline.stages.vehicle_place import find_vehicle
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes
@@ -87,8 +81,29 @@ def load_packed(file: Path, name: str, out: Path) -> PackedVehicle:
     return pack_vehicle(vehicle, _bench(vehicle, name, file, out)[0])
 
 
+def _bench(
+    vehicle: Vehicle, name: str, file: Path, out: Path
+) -> tuple[BenchModel | None, tuple[str, ...]]:
+    """Return what the bench says of the thrusters, where the model asks for it."""
+    known: set[str | None] = set()
+
+    def read(thruster_type: str, stage: str, kind: type[R]) -> R:
+        record, inputs = _result(typed_name(name, thruster_type), out, stage, kind)
+        known.add(inputs.get(f"raw/{name}/{VEHICLE_FILE}"))
+        return record
+
+    bench = bench_model(vehicle, read)
+    if known <= {file_digest(file)}:
+        return bench, ()
+    changed = (
+        f"{VEHICLE_FILE} was changed after the bench results were computed; if that touched "
+        f"more than model: and sensors:, run `rig2sea run {name}` again."
+    )
+    return bench, (changed,)
+
+
 def load_inverse(name: str, out: Path) -> InverseCharacteristic:
-    """Read a vehicle's inverse characteristic, which its allocator uses.
+    """Read an inverse characteristic, which the allocator uses; `name` as `typed_name` has it.
 
     Raises
     ------
@@ -99,56 +114,9 @@ def load_inverse(name: str, out: Path) -> InverseCharacteristic:
     return record
 
 
-def _bench(
-    vehicle: Vehicle, name: str, file: Path, out: Path
-) -> tuple[BenchModel | None, tuple[str, ...]]:
-    """Return what the bench says of the thrusters, where the model asks for it."""
-    model = model_of(vehicle)
-    used = [model.thrusters[drive] for drive in {one.drive for one in vehicle.thrusters}]
-    in_time = any(drive.balance_in_time for drive in used)
-    kinds = {drive.characteristic.kind for drive in used}
-    if not in_time and kinds <= {"bollard"}:
-        return None, ()
-    static, family = None, None
-    inputs: dict[str, str] = {}
-    if in_time or "tables" in kinds:
-        static, inputs = _result(name, out, "static", StaticCharacteristic)
-    if "mooring" in kinds:
-        inverse, inputs = _result(name, out, "inverse", InverseCharacteristic)
-        family = measured(inverse)
-    known = inputs.get(f"raw/{name}/{VEHICLE_FILE}")
-    notes: tuple[str, ...] = ()
-    if known != file_digest(file):
-        changed = (
-            f"{VEHICLE_FILE} was changed after the bench results were computed; if that touched "
-            f"more than model: and sensors:, run `rig2sea run {name}` again."
-        )
-        notes = (changed,)
-    if not in_time:
-        return BenchModel(static, family=family), notes
-    from pipeline.identify.static import thruster_model
-
-    propeller, _ = _result(name, out, "propeller", PropellerFit)
-    drive, _ = _result(name, out, "drive", DriveFit)
-    fitted = thruster_model(propeller, drive, vehicle)
-    return BenchModel(static, fitted.propeller, fitted.surface, family), notes
-
-
-def measured(inverse: InverseCharacteristic) -> ThrustFamily:
-    """Return the family in which a mooring test has a part.
-
-    Raises
-    ------
-    CannotComputeError
-        When nothing was measured at rest.
-    """
-    family = inverse.family
-    if family is None or "measured" not in {family.positive.basis, family.negative.basis}:
-        raise CannotComputeError(
-            '"kind: mooring" takes the thrust from the mooring test, and there is none that could '
-            "be used. " + " ".join(inverse.explanations)
-        )
-    return family
+def load_inverses(vehicle: Vehicle, name: str, out: Path) -> dict[str, InverseCharacteristic]:
+    """Read the inverse characteristics of a vehicle's types of thruster, "" that of `tables`."""
+    return {one: load_inverse(typed_name(name, one), out) for one in vehicle.used_types}
 
 
 def _result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, dict[str, str]]:

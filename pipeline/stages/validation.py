@@ -1,25 +1,21 @@
 """Vehicle, static family and inverse -> the vehicle flown with its regenerated tables."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from pipeline.errors import CannotComputeError
-from pipeline.records.fits import (
-    DriveFit,
-    InverseCharacteristic,
-    PropellerFit,
-    StaticCharacteristic,
-)
+from pipeline.records.base import Record
+from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.records.measurements import LoadTestRecord
 from pipeline.records.validation import AllocatorValidation
 from pipeline.stages.job import Job, NotMeasuredError, write_record
-from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.notes import opposed_thrusters
 from pipeline.vehicle.schema import Vehicle
 
 if TYPE_CHECKING:
-    from pipeline.physics.drive import TorqueSurface
-    from pipeline.physics.torque_balance import OpenWaterPropeller
+    from pipeline.validate.power import PowerModel
+
+R = TypeVar("R", bound=Record)
 
 
 def run(job: Job) -> str:
@@ -41,52 +37,41 @@ def run(job: Job) -> str:
                 "round, or give it its right role."
             )
         # the compiled kernel takes a while to load: only for vehicles that are flown
-        from pipeline.simulate.bench_model import BenchModel
         from pipeline.simulate.pack import pack_vehicle
+        from pipeline.stages.bench_models import bench_model
         from pipeline.validate.campaign import validate_allocator
-        from pipeline.validate.power import power_model
 
-        if not _from_bench(vehicle, vehicle.model):
-            return validate_allocator(vehicle, pack_vehicle(vehicle))
-        static = job.record("static", StaticCharacteristic)
-        if static is None and _kinds(vehicle, vehicle.model) & {"tables"}:
-            static = job.needed("static", StaticCharacteristic)
+        def needed(thruster_type: str, stage: str, kind: type[R]) -> R:
+            return job.of_type(thruster_type).needed(stage, kind)
+
         # what was measured at rest is the truth at rest, whatever the simulation flies otherwise
-        inverse = job.needed("inverse", InverseCharacteristic)
-        bench = replace(
-            BenchModel(static, *_ingredients(job, vehicle, vehicle.model)), family=inverse.family
-        )
+        bench = bench_model(vehicle, needed, measured_at_rest=True)
+        if bench is None:
+            return validate_allocator(vehicle, pack_vehicle(vehicle))
+        inverses = {
+            name: needed(name, "inverse", InverseCharacteristic) for name in vehicle.used_types
+        }
         return validate_allocator(
             vehicle,
             pack_vehicle(vehicle, bench),
-            inverse if vehicle.allocator is not None else None,
-            None
-            if static is None
-            else power_model(static, job.record("load_test", LoadTestRecord)),
+            inverses[""] if vehicle.allocator is not None else None,
+            _power(job, vehicle),
+            {name: one for name, one in inverses.items() if name},
         )
 
     return write_record(job, compute)
 
 
-def _from_bench(vehicle: Vehicle, model: Model) -> bool:
-    """Tell whether any thruster takes its thrust from the bench."""
-    return bool(_kinds(vehicle, model) - {"bollard"})
+def _power(job: Job, vehicle: Vehicle) -> "PowerModel | None":
+    """Return what the benches know of the power, None where one of them knows nothing."""
+    from pipeline.validate.power import power_model
 
-
-def _kinds(vehicle: Vehicle, model: Model) -> set[str]:
-    used = [model.thrusters[one.drive] for one in vehicle.thrusters]
-    return {"tables" if one.balance_in_time else one.characteristic.kind for one in used}
-
-
-def _ingredients(
-    job: Job, vehicle: Vehicle, model: Model
-) -> "tuple[OpenWaterPropeller, TorqueSurface] | tuple[()]":
-    """Return propeller and drive where a balance is solved in time."""
-    if not any(model.thrusters[one.drive].balance_in_time for one in vehicle.thrusters):
-        return ()
-    from pipeline.identify.static import thruster_model
-
-    fitted = thruster_model(
-        job.needed("propeller", PropellerFit), job.needed("drive", DriveFit), vehicle
-    )
-    return fitted.propeller, fitted.surface
+    models = {}
+    for name in vehicle.used_types:
+        of_type = job.of_type(name)
+        static = of_type.record("static", StaticCharacteristic)
+        if static is None:
+            return None
+        models[name] = power_model(static, of_type.record("load_test", LoadTestRecord))
+    types = enumerate(vehicle.type_of(one) or "" for one in vehicle.thrusters)
+    return replace(models[""], others={i: models[name] for i, name in types if name})

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.language import as_it_is
-from pipeline.plan import RECORD_STAGES
+from pipeline.plan import RECORD_STAGES, typed_name
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.allocation import AllocationMap
 from pipeline.records.base import Record
@@ -29,6 +29,7 @@ from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
 from pipeline.stages.vehicle_changes import changes_of
 from pipeline.vehicle.load import vehicle_notes
+from pipeline.vehicle.schema import Vehicle
 
 MODELS: dict[str, type[Record]] = {
     "load_test": LoadTestRecord,
@@ -73,7 +74,7 @@ def run(job: Job) -> str:
 
 def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> VehicleResults:
     vehicle = job.vehicle()
-    notes = vehicle_notes(vehicle)
+    notes = (*vehicle_notes(vehicle), *_types_apart(job, vehicle))
     if vehicle.name != job.vehicle_name:
         difference = (
             f"vehicle.yaml names the vehicle {vehicle.name}, its folder {job.vehicle_name}; "
@@ -95,6 +96,19 @@ def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> Vehic
         trials=_trials(job, page),
         changes=changes_of(job.vehicle_file),
         **records,
+    )
+
+
+def _types_apart(job: Job, vehicle: Vehicle) -> tuple[str, ...]:
+    """Say of each further type of thruster which thrusters are of it and where its page is."""
+    of: dict[str, list[str]] = {name: [] for name in vehicle.tables.types}
+    for one in vehicle.thrusters:
+        if name := vehicle.type_of(one):
+            of[name].append(one.name)
+    return tuple(
+        f"tables of thruster type {name} ({', '.join(names) or 'no thruster'}) are on a page of "
+        f"their own, {typed_name(job.vehicle_name, name)}."
+        for name, names in of.items()
     )
 
 

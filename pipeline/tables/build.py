@@ -46,6 +46,7 @@ def build_tables(
     return {
         "vehicle": vehicle.name,
         **({"thrusters": corrected} if corrected else {}),
+        **({"types": list(vehicle.tables.types)} if vehicle.tables.types else {}),
         "table1": _table1(propeller),
         "table2": _table2(static.table2, inverse) if static else None,
         "table3": _table3(inverse),

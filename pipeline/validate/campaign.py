@@ -1,5 +1,8 @@
 """All flights of one vehicle, and the record of them."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
+
 import numpy as np
 
 from pipeline.control.inverse import rounded
@@ -33,6 +36,7 @@ def validate_allocator(
     packed: PackedVehicle,
     inverse: InverseCharacteristic | None = None,
     power: PowerModel | None = None,
+    others: Mapping[str, InverseCharacteristic] = MappingProxyType({}),
 ) -> AllocatorValidation:
     """Fly a vehicle with and without speed compensation.
 
@@ -47,6 +51,8 @@ def validate_allocator(
         The regenerated tables; needed with an allocator section.
     power : PowerModel, optional
         Where the bench knows the power of the thrusters.
+    others : mapping of str to InverseCharacteristic, optional
+        Tables of further types of thruster.
 
     Returns
     -------
@@ -62,7 +68,7 @@ def validate_allocator(
             "The thrust of the thrusters is known at rest only: with and without speed "
             "compensation the codes are the same."
         )
-    field = ClosedLoop.of(vehicle, packed, inverse, power)
+    field = ClosedLoop.of(vehicle, packed, inverse, power, others)
     flown = {(v, name): field.fly(field.member(name), v) for v in field.speeds for name in VARIANTS}
     kept = tuple(field.keeping(name, flight) for (_, name), flight in flown.items())
     at = field.speeds[-2]

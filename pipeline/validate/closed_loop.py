@@ -1,11 +1,19 @@
 """The vehicle, everyone who flies it, and the flights that they fly."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from pipeline.control.autopilot import Autopilot
-from pipeline.control.paper_allocator import corrections_of, inflow_of_velocity
+from pipeline.control.inverse import firmware_grid
+from pipeline.control.paper_allocator import (
+    corrections_of,
+    inflow_of_velocity,
+    other_inverses,
+    rest_inverse,
+)
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.validation import KeepingFlight, PortionFlight, StepFlight, Variant
@@ -48,6 +56,7 @@ class ClosedLoop:
         packed: PackedVehicle,
         inverse: InverseCharacteristic | None,
         power: PowerModel | None,
+        others: Mapping[str, InverseCharacteristic] = MappingProxyType({}),
     ) -> "ClosedLoop":
         """Choose allocator, speeds and disturbance of a vehicle.
 
@@ -63,7 +72,13 @@ class ClosedLoop:
         geometry: Allocator | None
         if vehicle.allocator is not None and not bollard and inverse is not None:
             flow, own = inflow_of_velocity(vehicle), corrections_of(vehicle)
-            controllers = paper_controllers(calm, vehicle.allocator, inverse, flow, own)
+            beside = (
+                other_inverses(vehicle, others, rest_inverse),
+                other_inverses(vehicle, others, lambda record, _: firmware_grid(record)),
+            )
+            controllers = paper_controllers(
+                calm, vehicle.allocator, inverse, flow, own, others=beside
+            )
             portions = vehicle.allocator.portions
             shares: tuple[float, ...] = (portions.surge, portions.heading, portions.pitch)
             geometry = vehicle.allocator

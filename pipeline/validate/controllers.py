@@ -1,6 +1,8 @@
 """The allocators that fly a vehicle: with the mooring inverse, compensated, and with changes."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 
@@ -31,6 +33,9 @@ from pipeline.validate.steady_tables import (
     thrust_limits,
 )
 from pipeline.vehicle.schema import Allocator, Portions
+
+#: Of further types of thruster, where there are none.
+_NONE: Mapping[int, Inverse] = MappingProxyType({})
 
 
 @dataclass(frozen=True)
@@ -103,10 +108,13 @@ def paper_controllers(
     inverse: InverseCharacteristic,
     direction: FloatArray,
     corrections: Corrections | None = None,
+    *,
+    others: tuple[Mapping[int, Inverse], Mapping[int, Inverse]] = (_NONE, _NONE),
 ) -> Controllers:
     """Eq. (6) with Table 3, and with the firmware's grid at the speed along each thruster.
 
-    Both know what each thruster gives of that of the tables.
+    Both know what each thruster gives of that of the tables. `others` are the inverses of thrusters
+    of further types, at rest and compensated.
 
     Raises
     ------
@@ -124,7 +132,13 @@ def paper_controllers(
         round_codes: bool = True,
         along: FloatArray | None = direction,
     ) -> PaperAllocator:
-        return PaperAllocator(shape, Remembered(one), names, round_codes, along, corrections)
+        rest, under_way = others
+        beside = {
+            i: Remembered(inverse) for i, inverse in (rest if one is moored else under_way).items()
+        }
+        return PaperAllocator(
+            shape, Remembered(one), names, round_codes, along, corrections, beside
+        )
 
     floating = Remembered(grid)
     fixed = _fixed(inverse, floating)

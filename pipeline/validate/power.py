@@ -1,6 +1,7 @@
 """Power of the thrusters in flight: at the shafts from the static family, and at the supply."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -18,18 +19,27 @@ FEWEST_POINTS = 20
 class PowerModel:
     """Shaft speed and torque over speed along the thrust and code, and the input power.
 
-    `shaft_rps`, `torque_nm` on a regular grid; the same thruster everywhere.
+    `shaft_rps`, `torque_nm` on a regular grid, for all thrusters but the `others`, by place.
     """
 
     shaft_rps: Grid
     torque_nm: Grid
     electrical: ElectricalModel | None
+    others: Mapping[int, "PowerModel"] = field(default_factory=dict)
 
     def means(self, codes: FloatArray, inflow_mps: FloatArray) -> tuple[float, float | None]:
         """Mean shaft and electrical power, summed over thrusters, of samples (k, n). [W].
 
         A thruster at code 0 counts nothing: the bench did not measure a drive that waits.
         """
+        if self.others:
+            own = [i for i in range(codes.shape[1]) if i not in self.others]
+            parts = [replace(self, others={}).means(codes[:, own], inflow_mps[:, own])]
+            for i, other in self.others.items():
+                parts.append(other.means(codes[:, [i]], inflow_mps[:, [i]]))
+            drawn = [electrical for _, electrical in parts if electrical is not None]
+            whole = sum(drawn) if len(drawn) == len(parts) else None
+            return sum(shaft for shaft, _ in parts), whole
         on = codes != 0.0
         along = np.maximum(np.sign(codes[on]) * inflow_mps[on], 0.0)
         shaft = np.maximum(self.shaft_rps.at(along, np.abs(codes[on])), 0.0)

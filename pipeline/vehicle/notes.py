@@ -34,12 +34,12 @@ def vehicle_notes(vehicle: Vehicle) -> tuple[str, ...]:
     Kostenko 2023, fig. 8, eq. (5); the papers' body frame is x forward, y up, z starboard.
     """
     by_name = {thruster.name: thruster for thruster in vehicle.thrusters}
-    tables = vehicle.tables
+    tables = " and ".join(f"{propeller} with {drive}" for drive, propeller in vehicle.kinds)
     notes = [
         f"thruster {one.name} has propeller {one.propeller} and drive {one.drive}; the tables are "
-        f"computed for {tables.propeller} with {tables.drive} and do not hold for it."
+        f"computed for {tables} and do not hold for it."
         for one in vehicle.thrusters
-        if (one.propeller, one.drive) != (tables.propeller, tables.drive)
+        if vehicle.type_of(one) is None
     ]
     notes += size_notes(vehicle)
     model = vehicle.model

@@ -2,10 +2,12 @@
 
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from pipeline.records.pool_schema import PoolColumns, unknown_thruster
+from pipeline.vehicle.attachment_schema import ModelSection as Section
+from pipeline.vehicle.bench_schema import Columns, Published
 from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -24,12 +26,6 @@ Frame = Literal["sname", "paper", "ros"]
 def _fault_at(text: str, *path: str | int) -> PydanticCustomError:
     """Build an error that tells the reader of the file which of its lines is meant."""
     return PydanticCustomError("vehicle", "{text}", {"text": text, "path": path})
-
-
-class Section(BaseModel):
-    """A part of the vehicle file: frozen, unknown keys refused."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
 
 class Water(Section):
@@ -125,8 +121,8 @@ class Allocator(Section):
     form: Literal["limit", "scaled"] = "limit"
 
 
-class Tables(Section):
-    """Which thruster the tables are for and where they are tabulated."""
+class TypeTables(Section):
+    """Which thruster tables are for and where they are tabulated."""
 
     propeller: Name
     drive: Name
@@ -142,161 +138,43 @@ class Tables(Section):
             raise ValueError("speed_mps must start at 0 and rise")
         return self
 
+    @property
+    def kind(self) -> tuple[str, str]:
+        """Drive and propeller."""
+        return self.drive, self.propeller
+
+
+class FurtherTables(TypeTables):
+    """One more type of thruster; its bench files lie in folders of its name."""
+
+    columns: Columns | None = None
+    """Where its files have other columns than those of `columns:`."""
+
+
+class Tables(TypeTables):
+    """The type of thruster whose bench files lie in the tests' folders, and further `types`."""
+
+    types: dict[Name, FurtherTables] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _each_thruster_has_one_type(self) -> Self:
+        seen = {self.kind: "tables"}
+        for name, one in self.types.items():
+            if one.kind in seen:
+                raise ValueError(
+                    f"types.{name} has drive {one.drive} and propeller {one.propeller}, as "
+                    f"{seen[one.kind]} has; each type of thruster has its own"
+                )
+            seen[one.kind] = f"types.{name}"
+        return self
+
+    def by_kind(self) -> dict[tuple[str, str], str]:
+        """Return the types' names by drive and propeller; that without a name is the first."""
+        return {self.kind: "", **{one.kind: name for name, one in self.types.items()}}
+
 
 Gate = Literal["thrust_rises", "neighbours", "neutral", "outliers", "signs"]
 """A check that stops the firmware while it fails and `accept` does not name it."""
-
-
-class Column(Section):
-    """Where a quantity stands when the reader cannot tell by itself.
-
-    Its numbers are multiplied by `scale` (a lever, say), and divided by `pole_pairs` where they are
-    the electrical speed of a motor; those of the columns `plus` are added.
-    """
-
-    header: str
-    unit: str | None = None
-    sign: Literal[1, -1] = 1
-    scale: Positive = 1.0
-    pole_pairs: Annotated[int, Field(ge=1, le=100)] | None = None
-    plus: tuple[str, ...] = ()
-
-
-class Direction(Section):
-    """A column of words: rows with one of `reverse` were taken in reverse, the others forward."""
-
-    header: str
-    reverse: tuple[str, ...]
-
-
-class BenchColumns(Section):
-    """Mapping of columns for one kind of raw file.
-
-    `sheets` restricts reading to these sheets; `only` keeps the rows whose column has this text.
-    """
-
-    sheets: tuple[str, ...] | None = None
-    only: dict[str, str] = {}
-
-
-class LoadTestColumns(BenchColumns):
-    """Columns of a load test; `pwm` becomes a code as in a mooring test."""
-
-    code: Column | None = None
-    pwm: Column | None = None
-    shaft_speed: Column | None = None
-    torque: Column | None = None
-    current: Column | None = None
-    voltage: Column | None = None
-    input_power: Column | None = None
-    output_power: Column | None = None
-    direction: Direction | None = None
-    warm_up_s: Annotated[float, Field(ge=0)] | None = None
-
-
-class Pwm(Section):
-    """How pulse width becomes a code: code = (pwm - neutral) / half_range * code_max."""
-
-    neutral_us: Positive = 1500.0
-    half_range_us: Positive = 400.0
-
-
-class MooringColumns(BenchColumns):
-    """Columns of a mooring table."""
-
-    code: Column | None = None
-    pwm: Column | None = None
-    thrust: Column | None = None
-    shaft_speed: Column | None = None
-    voltage: Column | None = None
-    current: Column | None = None
-    speed: Column | None = None
-    time: Column | None = None
-    direction: Direction | None = None
-    pwm_range: Pwm = Pwm()
-
-
-class OpenWaterColumns(BenchColumns):
-    """Columns of an open-water test."""
-
-    advance_ratio: Column | None = None
-    thrust_coefficient: Column | None = None
-    torque_coefficient: Column | None = None
-    power_coefficient: Column | None = None
-    thrust: Column | None = None
-    torque: Column | None = None
-    shaft_speed: Column | None = None
-    speed: Column | None = None
-
-
-class Columns(Section):
-    """Column mappings by kind of raw file."""
-
-    load_test: LoadTestColumns = LoadTestColumns()
-    mooring: MooringColumns = MooringColumns()
-    open_water: OpenWaterColumns = OpenWaterColumns()
-
-
-def _check_lengths(section: Section, speed_mps: tuple[float, ...], *rows: str) -> None:
-    """Each row of a table by speed has one entry a speed."""
-    for row in rows:
-        found = len(getattr(section, row))
-        if found != len(speed_mps):
-            raise ValueError(f"{row} has {found} entries, speed_mps has {len(speed_mps)}")
-
-
-class PublishedTable2(Section):
-    """Printed coefficients of T(N) by speed."""
-
-    speed_mps: tuple[float, ...]
-    KF0: tuple[float, ...]
-    KF1: tuple[float, ...]
-    KF2: tuple[float, ...]
-
-    @model_validator(mode="after")
-    def _one_entry_a_speed(self) -> Self:
-        _check_lengths(self, self.speed_mps, "KF0", "KF1", "KF2")
-        return self
-
-
-class PublishedTable3(Section):
-    """Printed coefficients of N(T) at rest; `negative` takes the signed thrust."""
-
-    positive: tuple[float, float, float, float]
-    negative: tuple[float, float, float, float]
-
-
-class PublishedTable4(Section):
-    """Printed coefficients of N(T, V) by speed."""
-
-    speed_mps: tuple[float, ...]
-    T_max_n: tuple[float, ...]
-    KN0: tuple[float, ...]
-    KN1: tuple[float, ...]
-    KN2: tuple[float, ...]
-    KN3: tuple[float, ...]
-
-    @model_validator(mode="after")
-    def _one_entry_a_speed(self) -> Self:
-        _check_lengths(self, self.speed_mps, "T_max_n", "KN0", "KN1", "KN2", "KN3")
-        return self
-
-
-class PublishedTable1(Section):
-    """Printed coefficients of K_T(J) and K_M(J), ascending."""
-
-    KT: tuple[float, ...]
-    KM: tuple[float, ...]
-
-
-class Published(Section):
-    """Tables somebody printed, to compare with; never used in a fit."""
-
-    source: str
-    table1: PublishedTable1 | None = None
-    table2: PublishedTable2 | None = None
-    table3: PublishedTable3 | None = None
-    table4: PublishedTable4 | None = None
 
 
 def _check_dead_zone(dead: float, drive: Drive, path: tuple[str, ...]) -> None:
@@ -337,7 +215,9 @@ class Vehicle(Section):
     diagnose: bool = True
     """Whether every pool day is diagnosed by `rig2sea run`."""
     published: Published | None = None
-    accept: dict[Gate, Annotated[str, Field(min_length=10, max_length=400)]] = {}
+    accept: dict[Gate, Annotated[str, Field(min_length=10, max_length=400)]] = Field(
+        default_factory=dict
+    )
     """Failed checks that the firmware is written in spite of, each with the reason."""
 
     @model_validator(mode="after")
@@ -346,7 +226,9 @@ class Vehicle(Section):
         for index, name in enumerate(names):
             if name in names[:index]:
                 raise _fault_at(f'thruster "{name}" is there twice', "thrusters", index, "name")
-        used: list[tuple[tuple[str | int, ...], Tables | Thruster]] = [(("tables",), self.tables)]
+        used: list[tuple[tuple[str | int, ...], TypeTables | Thruster]]
+        used = [(("tables",), self.tables)]
+        used += [(("tables", "types", name), one) for name, one in self.tables.types.items()]
         used += [(("thrusters", index), one) for index, one in enumerate(self.thrusters)]
         for path, user in used:
             for kind, name, known in (
@@ -381,11 +263,12 @@ class Vehicle(Section):
             if drive not in self.drives:
                 text = f'there is no drive "{drive}"; drives has {known}'
                 raise _fault_at(text, *path)
-            kind = behaviour.characteristic.kind
-            if kind in {"tables", "mooring"} and drive != self.tables.drive:
+            kind, with_tables = behaviour.characteristic.kind, [one[0] for one in self.kinds]
+            if kind in {"tables", "mooring"} and drive not in with_tables:
                 text = (
-                    f'"kind: {kind}" is for the drive of the tables, '
-                    f'which is "{self.tables.drive}"; give this one a bollard characteristic'
+                    f'"kind: {kind}" is for the drives of tables, which are '
+                    f"{', '.join(with_tables)}; give this one a bollard characteristic, or a type "
+                    "of its own in tables.types"
                 )
                 raise _fault_at(text, *path, "characteristic")
             if behaviour.balance_in_time and behaviour.characteristic.kind != "tables":
@@ -419,6 +302,45 @@ class Vehicle(Section):
                     text = f'there is no thruster "{name}"; thrusters has {among}'
                     raise _fault_at(text, "model", key, "thrusters", name)
         return self
+
+    @property
+    def kinds(self) -> dict[tuple[str, str], str]:
+        """Types of thruster by drive and propeller: "" that of `tables`, names of `types`."""
+        return self.tables.by_kind()
+
+    def type_of(self, thruster: Thruster) -> str | None:
+        """Return the type of a thruster; None of one that no tables are for."""
+        return self.kinds.get((thruster.drive, thruster.propeller))
+
+    @property
+    def used_types(self) -> tuple[str, ...]:
+        """Types of the thrusters that it has, that of `tables` first and always."""
+        used = {self.type_of(one) for one in self.thrusters}
+        return ("", *(name for name in self.tables.types if name in used))
+
+    def of_type(self, thruster_type: str) -> "Vehicle":
+        """Return what the bench of one type of thruster needs: its tables, and nothing that flies.
+
+        Raises
+        ------
+        KeyError
+            When `tables.types` has no such type.
+        """
+        if not thruster_type:
+            return self
+        one = self.tables.types[thruster_type]
+        stated = {name: getattr(one, name) for name in TypeTables.model_fields}
+        changes: dict[str, object] = {
+            "name": f"{self.name}-{thruster_type}",
+            "title": f"{self.title}, thruster type {thruster_type}",
+            "tables": Tables.model_construct(**stated),
+            "columns": one.columns or self.columns,
+            "thrusters": (),
+            "allocator": None,
+            "model": None,
+            "published": None,
+        }
+        return self.model_copy(update=changes)
 
     @property
     def propeller(self) -> Propeller:

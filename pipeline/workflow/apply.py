@@ -20,7 +20,7 @@ from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.identification import Identification, VehicleIdentification
 from pipeline.records.trial import TrialDay
 from pipeline.stages.found_changes import identified_changes, source_of
-from pipeline.stages.simulated_vehicle import load_inverse, load_simulated
+from pipeline.stages.simulated_vehicle import load_inverses, load_simulated
 from pipeline.stages.vehicle_changes import (
     changes_of,
     digest_of,
@@ -110,8 +110,9 @@ def propose(vehicle: str, source: str, raw: Path, out: Path) -> Proposal:
     shown_as = f"{file} with what was found"
     after = validated(Vehicle, parse(text.encode(), shown_as), shown_as)
     try:
-        grid = firmware_grid(load_inverse(name, out))
-        codes, why = _codes(in_sname(before), in_sname(after), grid), ""
+        inverses = load_inverses(before, name, out)
+        grids = {of_type: firmware_grid(inverse) for of_type, inverse in inverses.items()}
+        codes, why = _codes(in_sname(before), in_sname(after), grids), ""
     except CannotComputeError as error:
         codes, why = (), str(error)
     changed = {one.thruster for one in codes}
@@ -216,11 +217,8 @@ def _alike(first: Any, second: Any) -> bool:  # noqa: ANN401 - values of a file
     return numbers and abs(first - second) <= 1e-6 * max(abs(first), abs(second))
 
 
-def _codes(before: Vehicle, after: Vehicle, grid: Inverse) -> tuple[Codes, ...]:
+def _codes(before: Vehicle, after: Vehicle, grids: Mapping[str, Inverse]) -> tuple[Codes, ...]:
     """Codes for ten thrusts at every tabulated speed, of the thrusters whose codes change."""
-    at_rest = grid.limits(0.0)
-    ends = np.where(np.array(_SHARES) < 0.0, at_rest.reverse_n, at_rest.forward_n)
-    thrust = np.array(_SHARES) * ends
     both = [
         (corrections_of(one), np.linalg.norm(inflow_of_velocity(one), axis=1))
         for one in (before, after)
@@ -228,7 +226,12 @@ def _codes(before: Vehicle, after: Vehicle, grid: Inverse) -> tuple[Codes, ...]:
     found = []
     for k, thruster in enumerate(before.thrusters):
         rows = []
-        for speed in before.tables.speed_mps:
+        of_type = before.type_of(thruster) or ""
+        grid = grids[of_type]
+        at_rest = grid.limits(0.0)
+        ends = np.where(np.array(_SHARES) < 0.0, at_rest.reverse_n, at_rest.forward_n)
+        thrust = np.array(_SHARES) * ends
+        for speed in before.of_type(of_type).tables.speed_mps:
             old, new = (
                 _thruster_codes(grid, own, k, thrust, speed * float(share[k]))
                 for own, share in both

@@ -89,9 +89,9 @@ def _is_fresh(
         if body["code"] != code_digest(f"pipeline.stages.{stage}"):
             return False
         raw_folder = out / vehicle.folder
-        prefix = f"raw/{vehicle.name}/"
+        prefix = vehicle.digest_prefix
         if stage in RAW_KINDS:
-            there = {f"{prefix}{stage}/{Path(file).name}" for file in vehicle.raw_files(stage, out)}
+            there = vehicle.digest_names(stage, out)
             if there != {name for name in inputs if name.startswith(f"{prefix}{stage}/")}:
                 return False
         for name, known in inputs.items():

@@ -122,7 +122,7 @@ def _link(
             links.append(
                 _link(vehicle, out, before, read_raw_envelope(actual, before), spare=spare)
             )
-    there = {f"raw/{vehicle.name}/{stage}/{Path(f).name}" for f in vehicle.raw_files(stage, out)}
+    there = vehicle.digest_names(stage, out)
     stale += [f"{name} is new" for name in sorted(there - set(inputs))]
     path = out / relative
     return Link(
@@ -148,7 +148,7 @@ def _is_before(stage: str, after: str) -> bool:
 
 
 def _raw_path(vehicle: VehicleFolder, out: Path, name: str) -> Path:
-    return out / vehicle.folder / name.removeprefix(f"raw/{vehicle.name}/")
+    return out / vehicle.folder / name.removeprefix(vehicle.digest_prefix)
 
 
 def _points(record: Mapping[str, Any] | None) -> dict[str, tuple[Points, ...]]:

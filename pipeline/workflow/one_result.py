@@ -49,7 +49,7 @@ def one_result(request: Request, stage: str, model: type[R]) -> OneResult[R]:
     result = run(replace(request, only=(stage,)), Progress(sys.stderr))
     for problem in result.refused:
         raise InputError(problem)
-    (name,) = result.vehicles
+    name = result.vehicles[0]  # behind it come its further types of thruster
     if result.failed:
         raise CannotComputeError(failure_line(result.failed[0]))
     file = request.out / processed_file(name, stage)

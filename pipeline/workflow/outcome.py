@@ -17,6 +17,7 @@ from pipeline.plan import (
     processed_file,
 )
 from pipeline.provenance import read_raw_envelope
+from pipeline.workflow.thruster_types import types_of
 
 
 @dataclass(frozen=True)
@@ -39,8 +40,10 @@ class Outcome:
 def outcome_of(vehicle: VehicleFolder, out: Path) -> Outcome:
     """Collect what the vehicle's processed files say; files that are not there say nothing."""
     problems = list(vehicle.misplaced_problems(out))
-    for kind in (*RAW_KINDS, POOL):
-        problems += ignored_file_problems(out / vehicle.folder / kind, f"{vehicle.name}/{kind}")
+    types = () if vehicle.thruster_type else types_of(out / vehicle.vehicle_file)
+    for kind in () if vehicle.thruster_type else (*RAW_KINDS, POOL):
+        room = out / vehicle.folder / kind
+        problems += ignored_file_problems(room, f"{vehicle.name}/{kind}", types)
     left_out: list[tuple[str, str]] = []
     checks: list[str] = []
     for stage in (*RECORD_STAGES, *RECEIPT_STAGES):
@@ -118,7 +121,7 @@ def _behind(
 def with_path(problem: Problem, vehicle: VehicleFolder, out: Path) -> Problem:
     """Show a raw file by a path that can be opened; records name it from the raw folder on."""
     folder, _, rest = problem.place.file.partition("/")
-    if not rest or folder != vehicle.name:
+    if not rest or f"raw/{folder}/" != vehicle.digest_prefix:
         return problem
     return replace(problem, place=replace(problem.place, file=str(out / vehicle.folder / rest)))
 

@@ -22,6 +22,7 @@ from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.settled import is_settled, keep, state_digest
 from pipeline.workflow.start import forget_engine_state, start, usable_cores
+from pipeline.workflow.thruster_types import with_types
 from pipeline.workflow.vehicle_places import forget_gone, taken_over
 
 #: How many processes a cluster is taken to have at work side by side, for the size of batches.
@@ -117,7 +118,8 @@ def run(request: Request, progress: Progress) -> Result:
                 for path in remove_stale(one, request.out, pages=not request.only)
             ]
             if not request.only:
-                plans = {one.name: _plan_pool(one, request, known) for one in sound}
+                flown = [one for one in sound if not one.thruster_type]
+                plans = {one.name: _plan_pool(one, request, known) for one in flown}
             stale += [path for plan in plans.values() for path in plan.stale]
             write_atomically(state / "swept.txt", "".join(f"{path}\n" for path in stale))
             job = _Execution(request, plans, state, known, profile)
@@ -161,7 +163,8 @@ def vehicles_to_run(request: Request) -> tuple[tuple[VehicleFolder, ...], tuple[
     UsageError
         When a vehicle that was asked for does not exist.
     """
-    chosen, refused = choose(request.vehicles, request.raw, request.out)
+    found, refused = choose(request.vehicles, request.raw, request.out)
+    chosen = with_types(found, request.out)
     if not chosen and not refused:
         raise InputError.at(
             Place(str(request.raw)),
@@ -255,7 +258,7 @@ class _Execution:
             if receipt.parent.name not in names
         )
         return {
-            "vehicles": {one.name: one.folder for one in vehicles},
+            "vehicles": {one.name: [one.folder, one.thruster_type] for one in vehicles},
             "others": others,
             "pool": {
                 one.name: self.plans[one.name].to_config()

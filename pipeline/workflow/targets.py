@@ -20,6 +20,7 @@ from pipeline.provenance import code_digest, file_digest
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.pool_jobs import PoolJobs
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
+from pipeline.workflow.thruster_types import with_types
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ class Targets:
         """Take the vehicles that ``rig2sea run`` chose, or find them under ``raw/``."""
         here = Path.cwd()
         if "vehicles" in config:
-            folders = {name: VehicleFolder(name, path) for name, path in config["vehicles"].items()}
+            folders = {name: VehicleFolder(name, *at) for name, at in config["vehicles"].items()}
             pool = {
                 name: PoolJobs(PoolPlan.from_config(name, body))
                 for name, body in config.get("pool", {}).items()
@@ -48,7 +49,7 @@ class Targets:
         pool = {vehicle.name: PoolJobs(plan_pool(vehicle, here, KnownFiles())) for vehicle in found}
         for jobs in pool.values():
             jobs.remove_marks(here)
-        return cls({vehicle.name: vehicle for vehicle in found}, (), pool)
+        return cls({one.name: one for one in with_types(found, here)}, (), pool)
 
     def all_files(self) -> list[str]:
         """Return every file of the workflow.
@@ -57,7 +58,8 @@ class Targets:
         what was made from it is there.
         """
         if self.only:
-            return [processed_file(name, stage) for name in self.vehicles for stage in self.only]
+            mains = [name for name, one in self.vehicles.items() if not one.thruster_type]
+            return [processed_file(name, stage) for name in mains for stage in self.only]
         files = ["reports/index.html"]
         for name in self.vehicles:
             stages = (*RECORD_STAGES, "tables", *RECEIPT_STAGES)
@@ -132,6 +134,20 @@ class Targets:
     def vehicle_file(self, vehicle: str) -> str:
         """Return the path of a vehicle's description."""
         return _whatever_its_time(self.vehicles[vehicle].vehicle_file)
+
+    def results_of_types(self, vehicle: str, *stages: str) -> list[str]:
+        """Return results of the further types of thruster that a vehicle has."""
+        of = self.vehicles[vehicle]
+        return (
+            [
+                processed_file(one.name, stage)
+                for one in self.vehicles.values()
+                if one.thruster_type and one.folder == of.folder and one.name != vehicle
+                for stage in stages
+            ]
+            if not of.thruster_type
+            else []
+        )
 
     def raw_files(self, vehicle: str, kind: str) -> list[str]:
         """Return a vehicle's raw files of one kind."""

@@ -10,8 +10,9 @@ from pipeline.errors import CannotComputeError, Problem
 from pipeline.identify.drive import fit_drive
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.records.measurements import LoadTestRecord
+from pipeline.vehicle.bench_schema import Columns
 from pipeline.vehicle.load import load_vehicle
-from pipeline.vehicle.schema import Columns, Vehicle
+from pipeline.vehicle.schema import Vehicle
 
 CSV = "odrive_data.csv"
 WORKBOOK = "Motor_efficiency_data_handler.xlsx"

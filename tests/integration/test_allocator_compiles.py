@@ -12,12 +12,12 @@ import allocator_cases
 import numpy as np
 import pytest
 from allocator_cases import CASES, Compiled, demands
+from allocator_model import allocate_fixed, allocate_single
 from scipy.optimize import lsq_linear
 
 from pipeline.control.bounded_allocation import bounded_thrusts, largest_demand
 from pipeline.export import emulator, fixed_point, single_precision
 from pipeline.export.allocator_layout import allocator_layout
-from pipeline.export.allocator_model import allocate_fixed, allocate_single
 from pipeline.export.firmware import write_firmware
 from pipeline.export.fixed_point import Q16_ONE
 from pipeline.export.grid_check import FLAG
@@ -50,12 +50,15 @@ def limits(one: Compiled, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     from pipeline.physics.thrust_grid import thrust_limits
 
     along = velocity @ one.layout.flow.T
-    high, low = thrust_limits(
-        along,
-        positive=thrust_grid(one.characteristic.positive),
-        negative=thrust_grid(one.characteristic.negative),
-        code_min=one.characteristic.code_min,
-    )
+    high, low = np.empty(along.shape), np.empty(along.shape)
+    for place, characteristic in enumerate(one.characteristics):
+        columns = np.array(one.layout.kind) == place
+        high[:, columns], low[:, columns] = thrust_limits(
+            along[:, columns],
+            positive=thrust_grid(characteristic.positive),
+            negative=thrust_grid(characteristic.negative),
+            code_min=characteristic.code_min,
+        )
     return low * one.layout.gain[:, 1], high * one.layout.gain[:, 0]
 
 
@@ -64,12 +67,16 @@ def same_as_models(one: Compiled, calls: int) -> None:
     wrench, velocity = demands(calls, seed=1)
     w, v = wrench.astype(np.float32), velocity.astype(np.float32)
     got = one.call("f32", w, v)
-    wanted = allocate_single(one.layout, single_precision.single_tables(one.characteristic), w, v)
+    wanted = allocate_single(
+        one.layout, [single_precision.single_tables(c) for c in one.characteristics], w, v
+    )
     for a, b in zip(got, wanted, strict=True):
         np.testing.assert_array_equal(a, b)
     q, u = (np.rint(x * Q16_ONE).astype(np.int32) for x in (wrench, velocity))
     got = one.call("q", q, u)
-    fixed = allocate_fixed(one.layout, fixed_point.fixed_tables(one.characteristic), q, u)
+    fixed = allocate_fixed(
+        one.layout, [fixed_point.fixed_tables(c) for c in one.characteristics], q, u
+    )
     for a, b in zip(got, fixed, strict=True):
         np.testing.assert_array_equal(a, b)
 
@@ -108,8 +115,10 @@ def test_no_thruster_is_asked_beyond_its_limit(compiled: Compiled) -> None:
         thrust, codes, _ = compiled.call(variant, *arguments)
         assert (thrust / scale <= high + slack).all()
         assert (thrust / scale >= low - slack).all()
-        assert codes.max() <= compiled.characteristic.code_max
-        assert codes.min() >= compiled.characteristic.code_min
+        ends = np.array([(c.code_min, c.code_max) for c in compiled.characteristics])
+        ends = ends[list(compiled.layout.kind)]
+        assert (codes >= ends[:, 0]).all()
+        assert (codes <= ends[:, 1]).all()
 
 
 def achieved(one: Compiled, thrust: np.ndarray) -> np.ndarray:
@@ -218,7 +227,7 @@ def test_a_thruster_that_gives_less_is_asked_for_a_larger_code(
     thrust, codes, _ = one.call("f32", w, v)
     assert thrust[0, 0] == thrust[0, 1]
     assert codes[0, 1] > codes[0, 0] + 5
-    tables = single_precision.single_tables(one.characteristic)
+    tables = single_precision.single_tables(one.characteristics[0])
     acts = round((int(codes[0, 1]) - 7) * 127 / (127 - 7))
     given = 0.8 * single_precision.thrust_from_code(tables, acts, 0.0)
     assert given == pytest.approx(thrust[0, 1], abs=0.2)
@@ -229,13 +238,13 @@ def test_pulse_widths_go_both_ways(compiled: Compiled) -> None:
     back = compiled.functions.rov_code_from_pulse_us
     there.argtypes, there.restype = [ctypes.c_int16], ctypes.c_uint16
     back.argtypes, back.restype = [ctypes.c_uint16], ctypes.c_int16
-    low, high = compiled.characteristic.code_min, compiled.characteristic.code_max
+    low, high = compiled.characteristics[0].code_min, compiled.characteristics[0].code_max
     assert [there(code) for code in (low, 0, high)] == [1500 + round(400 * low / high), 1500, 1900]
     assert [back(there(code)) for code in range(low, high + 1)] == list(range(low, high + 1))
     assert (back(0), back(65535)) == (low, high)
 
 
-@pytest.mark.parametrize("case", ["limit", "eight"])
+@pytest.mark.parametrize("case", ["limit", "eight_types"])
 def test_sanitizers_are_silent(case: str, tmp_path: Path) -> None:
     allocator_cases.build(case, tmp_path)
     wrench, velocity = demands(100, seed=6)
@@ -251,7 +260,7 @@ def test_sanitizers_are_silent(case: str, tmp_path: Path) -> None:
         " sum += rov_allocate_f32(rows[i], &rows[i][6], c); sum += rov_allocate_q(q, &q[6], c); }\n"
         ' printf("%d\\n", sum); return 0; }\n'
     )
-    sources = [tmp_path / name for name in ("rov_thruster.c", "rov_allocator.c", "main.c")]
+    sources = [*tmp_path.glob("rov*_thruster.c"), tmp_path / "rov_allocator.c", tmp_path / "main.c"]
     flags = ("-std=c99", "-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all")
     program = tmp_path / "checked"
     for command in (["gcc", *flags, *sources, "-o", program], [program]):
@@ -284,7 +293,7 @@ def test_worst_case_instructions_are_counted_on_a_cortex_m4(
 
 
 def test_names_and_count_stand_in_the_header(tmp_path: Path) -> None:
-    vehicle, characteristic = CASES["limit"]()
+    vehicle, characteristic, *_ = CASES["limit"]()
     for folder in (tmp_path, tmp_path / "again"):
         write_firmware(
             "rov", characteristic, tables_digest="0a1b", tool_version="1", folder=folder,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from allocator_model import allocate_single
 from bundled_bench import bench_of_mmt300
 from click.testing import CliRunner, Result
 
@@ -14,7 +15,6 @@ from pipeline.cli import cli
 from pipeline.control.inverse import firmware_grid
 from pipeline.effects.library import parse_effect
 from pipeline.export.allocator_layout import allocator_layout
-from pipeline.export.allocator_model import allocate_single
 from pipeline.export.single_precision import single_tables, thrust_from_code
 from pipeline.provenance import canonical_json
 from pipeline.records.diagnosis import (
@@ -133,7 +133,7 @@ def test_from_a_diagnosis_to_the_firmware_and_back(folder: Path) -> None:
         ("sound", before, 1.0), ("weak", before, 0.69), ("corrected", after, 0.69),
     ):  # fmt: skip
         layout = allocator_layout(vehicle, characteristic)
-        meant, codes[name], _ = allocate_single(layout, tables, wrench, np.zeros((200, 3)))
+        meant, codes[name], _ = allocate_single(layout, [tables], wrench, np.zeros((200, 3)))
         given = thrust_from_code(tables, codes[name], np.zeros((200, 5))).astype(float)
         given[:, 0] *= gain
         left = (given - meant) @ layout.allocation.matrix.T

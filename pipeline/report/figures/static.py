@@ -14,7 +14,7 @@ from pipeline.report.comparison import THRUST_FROM_N, table2_row
 from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import code, fixed, speed
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
-from pipeline.vehicle.schema import PublishedTable2
+from pipeline.vehicle.bench_schema import PublishedTable2
 
 if TYPE_CHECKING:
     import matplotlib.figure

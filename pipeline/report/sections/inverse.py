@@ -37,7 +37,7 @@ from pipeline.report.sections.tables import (
     share_inside,
 )
 from pipeline.types import FloatArray
-from pipeline.vehicle.schema import Published, PublishedTable3, PublishedTable4
+from pipeline.vehicle.bench_schema import Published, PublishedTable3, PublishedTable4
 
 ANCHOR, TITLE = "inverse", "Inverse characteristic: code from thrust, Tables 3 and 4"
 

@@ -22,7 +22,7 @@ from pipeline.report.sections.tables import (
     share_inside,
 )
 from pipeline.types import FloatArray
-from pipeline.vehicle.schema import PublishedTable1
+from pipeline.vehicle.bench_schema import PublishedTable1
 
 if TYPE_CHECKING:
     import matplotlib.figure

@@ -25,7 +25,7 @@ from pipeline.report.figures.static import family_figure
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import coefficient_table, explained, share_inside
-from pipeline.vehicle.schema import Published, PublishedTable2, PublishedTable4
+from pipeline.vehicle.bench_schema import Published, PublishedTable2, PublishedTable4
 
 ANCHOR, TITLE = "static", "Static characteristic: thrust against code and speed, Table 2"
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 from allocator_cases import dragging, eight
+from allocator_model import allocate_fixed, allocate_single
 
 from pipeline.export.allocator_layout import AllocatorLayout, allocator_layout
-from pipeline.export.allocator_model import allocate_fixed, allocate_single
 from pipeline.export.fixed_point import fixed_tables
 from pipeline.export.grid_check import FLAG
 from pipeline.export.single_precision import single_tables, thrust_from_code
@@ -28,9 +28,9 @@ def layout(gain: float) -> AllocatorLayout:
 
 def error(allocator: AllocatorLayout, true_gain: float) -> FloatArray:
     """RMS of what the codes give less the demand, by axis."""
-    tables = single_tables(dragging())
+    tables = [single_tables(dragging())]
     _, codes, _ = allocate_single(allocator, tables, WRENCH, STILL)
-    given = thrust_from_code(tables, codes, np.zeros(codes.shape)).astype(float)
+    given = thrust_from_code(tables[0], codes, np.zeros(codes.shape)).astype(float)
     given[:, 0] *= true_gain
     left = given @ layout(1.0).allocation.matrix.T - WRENCH
     return np.asarray(np.sqrt(np.mean(left**2, axis=0)))
@@ -44,7 +44,7 @@ def test_on_the_weak_vehicle_the_error_falls_to_that_of_the_sound_one() -> None:
 
 
 def test_the_others_codes_stay() -> None:
-    tables = single_tables(dragging())
+    tables = [single_tables(dragging())]
     plain = allocate_single(layout(1.0), tables, WRENCH, STILL)[1]
     weak = allocate_single(layout(0.69), tables, WRENCH, STILL)[1]
     np.testing.assert_array_equal(weak[:, 1:], plain[:, 1:])
@@ -56,10 +56,10 @@ def test_a_dead_thruster_is_asked_for_nothing_and_the_rest_do_what_they_can() ->
     dead = layout(0.0)
     surge = np.array([[20.0, 0, 0, 0, 0, 0]])
     for thrust, codes, flags in (
-        allocate_single(dead, single_tables(dragging()), surge, STILL[:1]),
+        allocate_single(dead, [single_tables(dragging())], surge, STILL[:1]),
         allocate_fixed(
             dead,
-            fixed_tables(dragging()),
+            [fixed_tables(dragging())],
             (65536 * surge).astype(np.int64),
             np.zeros((1, 3), np.int64),
         ),

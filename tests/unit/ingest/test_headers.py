@@ -10,7 +10,7 @@ from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED, VOCABULARY
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.vocabulary import split_header
 from pipeline.ingest.workbook import read_sheets
-from pipeline.vehicle.schema import Column
+from pipeline.vehicle.bench_schema import Column
 
 DATA = [[1324, 5.0], [1300, 6.0], [1200, 7.0]]
 

@@ -15,7 +15,7 @@ from pipeline.report.comparison import (
 )
 from pipeline.report.curves import polynomial_band, static_thrust, table2_thrust
 from pipeline.report.results import VehicleResults
-from pipeline.vehicle.schema import Published
+from pipeline.vehicle.bench_schema import Published
 
 SPEED_2 = 4
 

@@ -1,89 +1,30 @@
 """Models of the exported allocator: single precision to the bit, fixed point to the integer.
 
-Both take many calls at once and do for each what the C code does, in the same order.
+Both take many calls at once and do for each what the C code does, in the same order. Tables are
+those of the types of thruster, in the order of `AllocatorLayout.kind`.
 """
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TypeVar
 
 import numpy as np
 
-from pipeline.control.bounded_allocation import EPSILON, Arithmetic, Floats, bounded_thrusts
+from pipeline.control.bounded_allocation import Arithmetic, Floats, bounded_thrusts
 from pipeline.export import fixed_point, single_precision
 from pipeline.export.allocator_layout import AllocatorLayout, PaperConstants
+from pipeline.export.fixed_arithmetic import INT32_MAX, LARGEST_PAPER, FixedArithmetic
 from pipeline.export.fixed_point import FixedTables
 from pipeline.export.grid_check import FLAG
 from pipeline.export.single_precision import SingleTables
 from pipeline.types import IntArray
 from pipeline.vehicle.schema import Allocator
 
-#: A demand of eq. (6) is held to this. [N], [N m]
-LARGEST_PAPER = 30000.0
-INT32_MAX = 2**31 - 1
-
-
-class FixedArithmetic(Arithmetic):
-    """Large numbers Q16.16 in 64 bits, small ones in 32 with the bits that are named.
-
-    `shift`: the unit of the bounded allocation as a power of two of newtons; the solution of its
-    equations is Q(22 - shift).
-    """
-
-    def __init__(self, shift: int) -> None:
-        super().__init__()
-        self.shift = shift
-        self.zero, self.one = np.int64(0), np.int64(1 << 30)
-        self.epsilon = np.int64(round(EPSILON * (1 << 30)))
-        self.half_epsilon = self.epsilon // 2
-
-    def small(self, values: object, bits: int) -> IntArray:
-        """Constants of a matrix, rounded."""
-        rounded: IntArray = np.rint(np.asarray(values, float) * (1 << bits)).astype(np.int64)
-        return rounded
-
-    def large(self, values: object) -> IntArray:
-        """Constants in newtons or newton metres, Q16.16 within an int32_t."""
-        return np.minimum(self.small(values, 16), INT32_MAX)
-
-    def times(self, large: Floats, small: Floats, bits: int) -> IntArray:
-        """Product over 2^bits for |large| < 2^47, |small| < 2^31, in two parts as C does it."""
-        high = _over(large, 16)
-        return _over(high * small, bits - 16) + _over((large - (high << 16)) * small, bits)
-
-    def square(self, x: Floats, y: Floats) -> IntArray:
-        """Product of two entries of the scaled matrix, Q30."""
-        return _over(x * y, 30)
-
-    def share(self, room: Floats, size: Floats) -> IntArray:
-        """Room over size, Q30."""
-        return np.asarray((room << 30) // size)
-
-    def factor(self, x: Floats, pivot: Floats) -> IntArray:
-        """Entry of L, Q7.24."""
-        return np.clip(_divided(x << 24, pivot), -INT32_MAX, INT32_MAX)
-
-    def solved(self, y: Floats, pivot: Floats) -> IntArray:
-        """Solution before the back substitution."""
-        return _divided(y << (36 - self.shift), pivot)
-
-    @property
-    def solution_bits(self) -> int:
-        """Format of the product of the solution and an entry."""
-        return 36 - self.shift
-
-    def released(self, pull: Floats, release: Floats) -> IntArray:
-        """Step of a thruster let go by itself."""
-        return _over(pull * release, 8)
-
-
-def _over(x: Floats, bits: int) -> IntArray:
-    """X / 2^bits towards zero, as C divides."""
-    return np.asarray((x + ((x >> 63) & ((1 << bits) - 1))) >> bits)
-
-
-def _divided(x: Floats, y: Floats) -> IntArray:
-    return np.asarray(np.sign(x) * (np.abs(x) // y))
+T = TypeVar("T", SingleTables, FixedTables)
 
 
 def allocate_single(
-    layout: AllocatorLayout, tables: SingleTables, wrench: Floats, velocity: Floats
+    layout: AllocatorLayout, tables: Sequence[SingleTables], wrench: Floats, velocity: Floats
 ) -> tuple[Floats, IntArray, IntArray]:
     """Thrusts (m, n) [N], codes (m, n), flags (m,) of wrenches (m, 6), velocities (m, 3)."""
     do = Arithmetic(np.float32)
@@ -95,14 +36,15 @@ def allocate_single(
     held[0], along = (np.where(nan[:, None], do.zero, x) for x in (held[0], along))
     gain = do.small(layout.gain, 24)
     high, low = (
-        single_precision.thrust_limit(tables, along, sign=sign) * gain[:, side]
+        by_type(layout, tables, partial(single_precision.thrust_limit, sign=sign), along)
+        * gain[:, side]
         for sign, side in ((1, 0), (-1, 1))
     )
     thrust, flags = _divide(do, layout, held[0], low, high)
     divisor = do.small(layout.divisor, 24)
     own = thrust / np.where(thrust < 0, divisor[:, 1], divisor[:, 0])
-    codes = _sent(layout, single_precision.code_from_thrust(tables, own, along), tables.code_min)
-    flags = flags | _told(single_precision.thrust_flags(tables, own, along))
+    codes = _sent(layout, by_type(layout, tables, single_precision.code_from_thrust, own, along))
+    flags = flags | _told(by_type(layout, tables, single_precision.thrust_flags, own, along))
     return (
         np.where(nan[:, None], do.zero, thrust),
         np.where(nan[:, None], 0, codes),
@@ -111,7 +53,10 @@ def allocate_single(
 
 
 def allocate_fixed(
-    layout: AllocatorLayout, tables: FixedTables, wrench_q16: IntArray, velocity_q16: IntArray
+    layout: AllocatorLayout,
+    tables: Sequence[FixedTables],
+    wrench_q16: IntArray,
+    velocity_q16: IntArray,
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Thrusts (m, n) Q16.16 [N], codes (m, n), flags (m,); arguments in Q16.16."""
     do = FixedArithmetic(layout.shift)
@@ -119,16 +64,35 @@ def allocate_fixed(
     along = np.clip(_along(do, layout, velocity), -INT32_MAX, INT32_MAX)
     gain, over = do.small(layout.gain, 24), do.small(1.0 / layout.divisor, 24)
     high, low = (
-        do.times(fixed_point.thrust_limit(tables, along, sign=sign), gain[:, side], 24)
+        do.times(
+            by_type(layout, tables, partial(fixed_point.thrust_limit, sign=sign), along),
+            gain[:, side],
+            24,
+        )
         for sign, side in ((1, 0), (-1, 1))
     )
     thrust, flags = _divide(do, layout, wrench, low, high)
     own = do.times(thrust, np.where(thrust < 0, over[:, 1], over[:, 0]), 24)
-    codes = _sent(layout, fixed_point.code_from_thrust(tables, own, along), tables.code_min)
-    return thrust, codes, flags | _told(fixed_point.thrust_flags(tables, own, along))
+    codes = _sent(layout, by_type(layout, tables, fixed_point.code_from_thrust, own, along))
+    told = _told(by_type(layout, tables, fixed_point.thrust_flags, own, along))
+    return thrust, codes, flags | told
 
 
-def _sent(layout: AllocatorLayout, codes: IntArray, code_min: int) -> IntArray:
+def by_type(
+    layout: AllocatorLayout, tables: Sequence[T], ask: Callable[..., Floats], *values: Floats
+) -> Floats:
+    """Ask the tables of the type of each thruster; `values` (m, n)."""
+    out: Floats | None = None
+    for place, one in enumerate(tables):
+        columns = np.array(layout.kind) == place
+        found = ask(one, *(value[:, columns] for value in values))
+        out = np.empty(values[0].shape, found.dtype) if out is None else out
+        out[:, columns] = found
+    assert out is not None
+    return out
+
+
+def _sent(layout: AllocatorLayout, codes: IntArray) -> IntArray:
     """Codes beyond the dead zones that thrusters have of their own, as the C code rounds them."""
     lost, largest = layout.lost_q8, np.rint(layout.corrections.code_max).astype(np.int64)
     if not lost.any():
@@ -136,7 +100,7 @@ def _sent(layout: AllocatorLayout, codes: IntArray, code_min: int) -> IntArray:
     size = np.abs(codes.astype(np.int64))
     moved = (lost * largest + size * (256 * largest - lost) + 128 * largest) // (256 * largest)
     sent = np.where((size == 0) | (lost == 0), codes, np.sign(codes) * moved)
-    return np.maximum(sent, code_min)
+    return np.maximum(sent, np.array(layout.code_range)[:, 0])
 
 
 def _told(flags: IntArray) -> IntArray:
