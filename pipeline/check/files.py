@@ -169,8 +169,10 @@ class _Reader:
     def _kind_folder(self, path: Path) -> bool:
         """Set aside what a run reads of a test's folder; tell whether there was anything in it."""
         before = len(self._findings.problems)
-        file = path.parent / VEHICLE_FILE
-        vehicle = self._vehicle(file) if path.name != POOL and file.exists() else None
+        vehicle = None
+        if path.name != POOL and path.is_dir() and any(one.is_dir() for one in path.iterdir()):
+            file = path.parent / VEHICLE_FILE
+            vehicle = self._vehicle(file) if file.exists() else None
         types = () if vehicle is None else tuple(vehicle.tables.types)
         self._findings.problems += ignored_file_problems(path, types=types)
         if path.name == POOL:

@@ -258,7 +258,8 @@ class _Execution:
             if receipt.parent.name not in names
         )
         return {
-            "vehicles": {one.name: [one.folder, one.thruster_type] for one in vehicles},
+            "vehicles": {one.name: one.folder for one in vehicles},
+            "types": {one.name: one.thruster_type for one in vehicles if one.thruster_type},
             "others": others,
             "pool": {
                 one.name: self.plans[one.name].to_config()

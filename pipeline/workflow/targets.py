@@ -38,7 +38,11 @@ class Targets:
         """Take the vehicles that ``rig2sea run`` chose, or find them under ``raw/``."""
         here = Path.cwd()
         if "vehicles" in config:
-            folders = {name: VehicleFolder(name, *at) for name, at in config["vehicles"].items()}
+            types = config.get("types", {})
+            folders = {
+                name: VehicleFolder(name, path, types.get(name, ""))
+                for name, path in config["vehicles"].items()
+            }
             pool = {
                 name: PoolJobs(PoolPlan.from_config(name, body))
                 for name, body in config.get("pool", {}).items()

@@ -273,9 +273,7 @@ def test_only_the_drive_of_the_tables_has_tables(tmp_path: Path) -> None:
         ("tables: {propeller: screw, drive: motor}", "tables: {propeller: screw, drive: other}")
     )
     kind = text[text.index("        kind: bollard") : text.index("  tether:")]
-    with pytest.raises(
-        InputError, match=r'row 30: .*"kind: tables" is for the drive of the tables'
-    ):
+    with pytest.raises(InputError, match=r'row 30: .*"kind: tables" is for the drives of tables'):
         read(tmp_path, text.replace(kind, "        kind: tables\n"))
 
 
