@@ -6,11 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError, Place
-from pipeline.plan import VEHICLE_FILE, VehicleFolder, choose, processed_file
+from pipeline.plan import VEHICLE_FILE, VehicleFolder, choose, discover, processed_file
 from pipeline.provenance import canonical_json, read_tables
 from pipeline.workflow.cell import Cell, find_cell
 from pipeline.workflow.lineage import Link, Raw, lineage
 from pipeline.workflow.spare_points import SparePoints, spare_points
+from pipeline.workflow.thruster_types import with_types
 
 _DIGITS = 12
 
@@ -47,6 +48,9 @@ def why(vehicle: str, words: Sequence[str], raw: Path, out: Path) -> Why:
 
 
 def _one(vehicle: str, raw: Path, out: Path) -> VehicleFolder:
+    for one in with_types(discover(raw, out)[0], out):
+        if one.name == vehicle and one.thruster_type:
+            return one
     chosen, refused = choose((vehicle,), raw, out)
     if not chosen:
         raise InputError(refused[0])
