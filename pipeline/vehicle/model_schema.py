@@ -72,6 +72,7 @@ class Terms(ModelSection):
 
     thrust_falls_with_speed: bool = True
     coriolis: bool = True
+    """C(nu) nu, of rigid body and added mass together."""
 
 
 class RigidBody(ModelSection):
@@ -120,7 +121,7 @@ class AddedMass(ModelSection):
 
 
 class Damping(ModelSection):
-    """Linear and quadratic damping by axis (surge, sway, heave, roll, pitch, yaw)."""
+    """Damping by axis, surge to yaw: N/(m/s)^k, N m/(rad/s)^k, k 1 (linear) and 2 (quadratic)."""
 
     linear: NotNegative6
     quadratic: NotNegative6
@@ -207,6 +208,7 @@ class ThrusterModel(ModelSection):
 
     characteristic: Annotated[FromTables | FromMooring | FromBollard, Field(discriminator="kind")]
     lag_s: NotNegative = 0.0
+    """Of the code, before the dead zone of the characteristic takes its share."""
     rotor_inertia_kgm2: Positive | None = None
     """Rotor, shaft and propeller with entrained water."""
     balance_in_time: bool = False
@@ -218,7 +220,8 @@ class HullShare(ModelSection):
     """A share that the hull takes of what a thruster has alone: of its inflow, or of its thrust.
 
     `value` holds for every thruster that `thrusters` does not name; `sigma` is the standard
-    uncertainty common to all of them.
+    uncertainty common to all of them (0: known; not stated: 0.1 of an inflow, that of
+    `uncertainty: thrust` of a thrust).
     """
 
     value: Annotated[float, Field(gt=-1, lt=1)] = 0.0
@@ -267,6 +270,7 @@ class Pool(ModelSection):
 
     walls: tuple[Wall, ...] = Field(min_length=1, max_length=5)
     vehicle_radius_m: Positive
+    """R: half the width of the hull; h, from the body's origin, never counts as less."""
     strength: Annotated[float, Field(ge=0, le=20)] = 0.0
     source: str = ""
 
@@ -305,6 +309,7 @@ class Uncertainty(ModelSection):
     """Standard uncertainty of the model, as a share: a departure inside it is no effect."""
 
     thrust: NotNegative = 0.02
+    """Of each thruster, and of all alike."""
     added_mass: NotNegative = 0.05
     damping: NotNegative = 0.05
     buoyancy_n: NotNegative = 0.5

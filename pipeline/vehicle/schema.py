@@ -46,7 +46,7 @@ class Propeller(Section):
 
 
 class Drive(Section):
-    """A motor with its controller, commanded by a code."""
+    """A motor with its controller, commanded by a code; `code_min` 0: it never turns backwards."""
 
     code_min: Annotated[int, Field(ge=-32767, le=0)]
     code_max: Annotated[int, Field(gt=0, le=32767)]
@@ -54,7 +54,7 @@ class Drive(Section):
 
 
 class Thruster(Section):
-    """One thruster; `direction` is where it pushes the vehicle at positive code."""
+    """One thruster; `direction` (a unit vector) is where it pushes the vehicle at positive code."""
 
     name: Name
     propeller: Name
@@ -119,10 +119,11 @@ class Allocator(Section):
     bow: Name | None = None
     portions: Portions
     form: Literal["limit", "scaled"] = "limit"
+    """A portion only limits its channel, or scales it (eq. 6 as printed)."""
 
 
 class TypeTables(Section):
-    """Which thruster tables are for and where they are tabulated."""
+    """Which thruster tables are for and where; the code is 0 up to `thrust_dead_n`."""
 
     propeller: Name
     drive: Name

@@ -40,6 +40,7 @@ class Dvl(Sensor):
 
     position_m: Vector3 = (0.0, 0.0, 0.0)
     rotation_deg: Vector3 = (0.0, 0.0, 0.0)
+    """Of the sensor in the body: by roll about x, then pitch about y, then yaw about z."""
     scale: Annotated[float, Field(ge=0.1, le=10)] = 1.0
     """What it reads over the true speed; readings are divided by it as logs are read."""
     noise_mps: NotNegative = 0.0

@@ -8,6 +8,9 @@ from pydantic import BaseModel
 
 from evaluation.reference import SCHEMAS, effects_page, schema_page
 from pipeline.effects.library import effects, parse_effect
+from pipeline.vehicle.model_schema import Model
+from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.sensor_schema import Sensors
 
 
 def test_the_page_of_effects_is_up_to_date(repository: Path) -> None:
@@ -53,6 +56,12 @@ def test_a_key_is_told_with_type_bounds_default_and_meaning() -> None:
     assert "- `density_kgpm3` (number, gt=500, lt=1500, needed)\n" in page
     assert "- `lag_s` (number, ge=0, le=60 | null, optional): Its own time constant" in page
     assert "- `thrust_dead_n` (number, gt=0, default 0.5)" in page
+
+
+def test_the_formats_name_every_section_of_the_vehicle_file(repository: Path) -> None:
+    text = (repository / "docs" / "formats.md").read_text(encoding="utf-8")
+    sections = {*Vehicle.model_fields, *Model.model_fields, *Sensors.model_fields}
+    assert {key for key in sections if f"`{key}`" not in text} == {"command_rate_hz"}
 
 
 @pytest.mark.parametrize("name", SCHEMAS)
