@@ -151,7 +151,6 @@ def vehicle(
             coriolis=True,
             strips=True,
             walls=walls,
-            tether_in_nominal=False,
             gravity_mps2=GRAVITY_MPS2,
         ),
         code_limits=np.array([[-127.0, 127.0]] * thrusters).reshape(-1, 2),

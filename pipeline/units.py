@@ -1,7 +1,5 @@
 """Conversions between fixed units; `pipeline.ingest.unit_text` reads unit *texts* of files."""
 
-import math
-
 #: Standard acceleration of gravity, exact by definition (3rd CGPM, 1901); for kgf and lbf only.
 STANDARD_GRAVITY_MPS2 = 9.80665
 
@@ -22,12 +20,3 @@ def rps_to_rpm(shaft_speed_rps: float) -> float:
     90.0
     """
     return shaft_speed_rps * 60.0
-
-
-def degrees_to_radians(angle_deg: float) -> float:
-    """Convert degrees to radians.
-
-    >>> degrees_to_radians(180.0) == math.pi
-    True
-    """
-    return math.radians(angle_deg)

@@ -18,21 +18,8 @@ motion it vanishes, in a steady turn the Coriolis terms remain. Easily taken for
 (which depends on the distance).
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
-from pipeline.effects.change import scale
-from pipeline.effects.effect import AXES, Effect, EffectContext, Parameter
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    factor = np.array([values[axis] for axis in AXES])
-    scale(vector, "added_mass", np.sqrt(np.outer(factor, factor)))
-
+from pipeline.effects.effect import AXES, Effect
+from pipeline.effects.forms import factors_by_axis, scale_rows_and_columns
 
 EFFECT = Effect(
     id="added_mass",
@@ -41,18 +28,15 @@ EFFECT = Effect(
         "Potapov and Galyaev (added masses from shapes against a measured one); Newman 1977, "
         "Marine Hydrodynamics, chapter 4; Fossen 2021, chapter 6"
     ),
-    parameters=tuple(
-        Parameter(
-            axis,
-            unit="1",
-            neutral=1.0,
-            plausible=(0.5, 2.0),
-            meaning=f"factor on the added {'mass' if i < 3 else 'inertia'} in {axis}",
-            possible=(0.01, 100.0),
-        )
-        for i, axis in enumerate(AXES)
+    parameters=factors_by_axis(
+        (
+            f"factor on the added {'mass' if i < 3 else 'inertia'} in {axis}"
+            for i, axis in enumerate(AXES)
+        ),
+        plausible=(0.5, 2.0),
+        possible=(0.01, 100.0),
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("added_mass",),
-    apply=_apply,
+    apply=scale_rows_and_columns("added_mass"),
 )

@@ -18,6 +18,7 @@ from collections.abc import Mapping
 
 from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.forms import without_dvl
 from pipeline.types import FloatArray
 
 
@@ -25,12 +26,6 @@ def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
 ) -> None:
     add(vector, "dvl_delay", values["delay_s"])
-
-
-def _missing(context: EffectContext) -> str | None:
-    if "dvl" not in context.measured:
-        return "no DVL is among the measured quantities"
-    return None
 
 
 EFFECT = Effect(
@@ -50,5 +45,5 @@ EFFECT = Effect(
     channels=("u", "v", "w"),
     vector_slots=("dvl_delay",),
     apply=_apply,
-    missing=_missing,
+    missing=without_dvl,
 )

@@ -20,6 +20,7 @@ import numpy as np
 
 from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.forms import without_dvl
 from pipeline.types import FloatArray
 
 
@@ -27,12 +28,6 @@ def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
 ) -> None:
     add(vector, "dvl_lever_arm", np.array([values["x_m"], values["y_m"], values["z_m"]]))
-
-
-def _missing(context: EffectContext) -> str | None:
-    if "dvl" not in context.measured:
-        return "no DVL is among the measured quantities"
-    return None
 
 
 def _coordinate(name: str, direction: str) -> Parameter:
@@ -58,5 +53,5 @@ EFFECT = Effect(
     channels=("u", "v", "w"),
     vector_slots=("dvl_lever_arm",),
     apply=_apply,
-    missing=_missing,
+    missing=without_dvl,
 )

@@ -21,6 +21,7 @@ import numpy as np
 
 from pipeline.effects.change import add
 from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.forms import without_dvl
 from pipeline.types import FloatArray
 
 
@@ -29,12 +30,6 @@ def _apply(
 ) -> None:
     turned = np.radians([values["roll_deg"], values["pitch_deg"], values["yaw_deg"]])
     add(vector, "dvl_rotation", turned)
-
-
-def _missing(context: EffectContext) -> str | None:
-    if "dvl" not in context.measured:
-        return "no DVL is among the measured quantities"
-    return None
 
 
 def _angle(name: str, direction: str) -> Parameter:
@@ -63,5 +58,5 @@ EFFECT = Effect(
     channels=("u", "v", "w"),
     vector_slots=("dvl_rotation",),
     apply=_apply,
-    missing=_missing,
+    missing=without_dvl,
 )

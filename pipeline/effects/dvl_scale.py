@@ -19,6 +19,7 @@ from collections.abc import Mapping
 
 from pipeline.effects.change import scale
 from pipeline.effects.effect import Effect, EffectContext, Parameter
+from pipeline.effects.forms import without_dvl
 from pipeline.types import FloatArray
 
 
@@ -26,12 +27,6 @@ def _apply(
     vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
 ) -> None:
     scale(vector, "dvl_scale", values["scale"])
-
-
-def _missing(context: EffectContext) -> str | None:
-    if "dvl" not in context.measured:
-        return "no DVL is among the measured quantities"
-    return None
 
 
 EFFECT = Effect(
@@ -51,5 +46,5 @@ EFFECT = Effect(
     channels=("u", "v", "w"),
     vector_slots=("dvl_scale",),
     apply=_apply,
-    missing=_missing,
+    missing=without_dvl,
 )

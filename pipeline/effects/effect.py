@@ -48,7 +48,6 @@ class EffectContext:
     coriolis: bool
     strips: bool
     walls: bool
-    tether_in_nominal: bool
     gravity_mps2: float
     measured: frozenset[str] = frozenset()
     crossflow_in_nominal: bool = False

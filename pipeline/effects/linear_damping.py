@@ -16,38 +16,19 @@ once the swing is small; at full speed the quadratic part hides it. Easily taken
 pushes also a vehicle at rest).
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
-from pipeline.effects.change import scale
-from pipeline.effects.effect import AXES, Effect, EffectContext, Parameter
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    factor = np.array([values[axis] for axis in AXES])
-    scale(vector, "linear_damping", np.sqrt(np.outer(factor, factor)))
-
+from pipeline.effects.effect import AXES, Effect
+from pipeline.effects.forms import factors_by_axis, scale_rows_and_columns
 
 EFFECT = Effect(
     id="linear_damping",
     title="resistance in proportion to speed differs",
     source="Fossen 2021, chapter 6 (linear damping of underwater vehicles)",
-    parameters=tuple(
-        Parameter(
-            axis,
-            unit="1",
-            neutral=1.0,
-            plausible=(0.3, 3.0),
-            meaning=f"factor on the linear damping in {axis}",
-            possible=(0.0, 100.0),
-        )
-        for axis in AXES
+    parameters=factors_by_axis(
+        (f"factor on the linear damping in {axis}" for axis in AXES),
+        plausible=(0.3, 3.0),
+        possible=(0.0, 100.0),
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("linear_damping",),
-    apply=_apply,
+    apply=scale_rows_and_columns("linear_damping"),
 )

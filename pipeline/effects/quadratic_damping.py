@@ -15,37 +15,19 @@ them), for `tether` (whose drag acts at its point of attachment and in every dir
 along one axis) and for `linear_damping` on runs of one speed.
 """
 
-from collections.abc import Mapping
-
-import numpy as np
-
-from pipeline.effects.change import scale
-from pipeline.effects.effect import AXES, Effect, EffectContext, Parameter
-from pipeline.types import FloatArray
-
-
-def _apply(
-    vector: FloatArray, values: Mapping[str, float], _target: int | None, _context: EffectContext
-) -> None:
-    scale(vector, "quadratic_damping", np.array([values[axis] for axis in AXES]))
-
+from pipeline.effects.effect import AXES, Effect
+from pipeline.effects.forms import factors_by_axis, scale_axes
 
 EFFECT = Effect(
     id="quadratic_damping",
     title="drag of the hull differs",
     source="Hoerner 1965, Fluid-Dynamic Drag; Voitasyk 2018 (T_H, with the sign of speed kept)",
-    parameters=tuple(
-        Parameter(
-            axis,
-            unit="1",
-            neutral=1.0,
-            plausible=(0.5, 2.0),
-            meaning=f"factor on the quadratic damping in {axis}",
-            possible=(0.0, 100.0),
-        )
-        for axis in AXES
+    parameters=factors_by_axis(
+        (f"factor on the quadratic damping in {axis}" for axis in AXES),
+        plausible=(0.5, 2.0),
+        possible=(0.0, 100.0),
     ),
     channels=("u", "v", "w", "p", "q", "r"),
     vector_slots=("quadratic_damping",),
-    apply=_apply,
+    apply=scale_axes("quadratic_damping"),
 )

@@ -97,7 +97,6 @@ def paper_body(**slots: float | FloatArray) -> PackedVehicle:
             coriolis=True,
             strips=False,
             walls=False,
-            tether_in_nominal=False,
             gravity_mps2=GRAVITY,
         ),
         code_limits=np.zeros((0, 2)),

@@ -16,24 +16,19 @@ beside it, until none is left. The standard deviation is that by which the windo
 that is more than the noise says.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pipeline.identify.channel_noise import channel_noise
-from pipeline.identify.output_error import HUBER, LONGEST_STEP, reduce_windows, softness_of
+from pipeline.identify.output_error import LONGEST_STEP
+from pipeline.identify.run_equations import FittedRun, RunEquations
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, thrust_uncertainty
 from pipeline.identify.vehicle_fit import chained_windows, widened
 from pipeline.identify.vehicle_parameters import free_parameters
-from pipeline.identify.window_derivatives import (
-    Derivatives,
-    Point,
-    Problem,
-    derivatives,
-    residuals,
-)
+from pipeline.identify.window_derivatives import Problem, derivatives, residuals
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import cut
 from pipeline.records.run_table import RunTable
@@ -153,92 +148,10 @@ def _questions(problem: Problem, packed: PackedVehicle, count: int, runs: int) -
 
 
 @dataclass
-class _Run:
-    """A run, where its fit stands, and its derivatives there or nearby."""
-
-    problem: Problem
-    point: Point
-    known: Derivatives | None = None
-
-    def equations(self, steps: FloatArray, wider: Mapping[str, float]) -> "_Equations":
-        """Return the normal equations of x at the run's parameters, offsets and starts taken out.
-
-        `wider` are factors on the noise of quantities.
-        """
-        assert self.known is not None  # noqa: S101 - `differentiate` came first
-        self.point = replace(self.point, steps=steps)
-        found = replace(self.known, residual=residuals(self.problem, self.point))
-        stack = self.problem.stack
-        soft = softness_of(stack, found.residual)
-        for number, rows in enumerate(stack.rows):
-            own = stack.owner == number
-            soft[own] = np.maximum(soft[own], wider.get(rows.channel.quantity, 1.0))
-        weights = HUBER / np.maximum(np.abs(found.residual) / soft, HUBER) / soft**2
-        reduced, back = reduce_windows(self.problem, found, self.point, weights)
-        size, count = len(reduced.information), self.problem.size
-        whole = reduced.information.copy()
-        whole[count:, count:] += reduced.prior[count:, count:]
-        score = reduced.gradient.copy()
-        score[count:] -= reduced.prior[count:, count:] @ self.point.shared
-        taken = np.linalg.solve(whole[count:, count:], whole[count:, :count])
-        offset = np.linalg.solve(whole[count:, count:], score[count:])
-        windows, scores = np.zeros((len(reduced.pieces), size, size)), []
-        for number, piece in enumerate(reduced.pieces):
-            windows[number][np.ix_(piece.index, piece.index)] = piece.information
-            full = np.zeros(size)
-            full[piece.index] = piece.score
-            scores.append(full)
-        # x moves, and the offsets follow: (x, s) = follow x + aside
-        follow = np.vstack([np.eye(count), -taken])
-        aside = np.concatenate([np.zeros(count), offset])
-        own_scores = np.array(scores) - np.einsum("wij,j->wi", windows, aside)
-        return _Equations(
-            whole[:count, :count] - whole[:count, count:] @ taken,
-            score[:count] - whole[:count, count:] @ offset,
-            np.einsum("ia,wij,jb->wab", follow, windows, follow),
-            own_scores @ follow,
-            follow,
-            aside,
-            back,
-        )
-
-    def move(self, equations: "_Equations", step: FloatArray, share: float) -> None:
-        """Move offsets and starts with a step of the run's parameters."""
-        count = self.problem.size
-        whole = equations.follow @ step + equations.aside
-        columns = self.problem.shared.index + count
-        x = np.arange(count)
-        moves = np.array(
-            [
-                first - second @ whole[np.concatenate([x, index])]
-                for index, (first, second) in zip(columns, equations.back, strict=True)
-            ]
-        )
-        self.point = Point(
-            self.point.steps,
-            self.point.shared + share * whole[count:],
-            self.point.starts + share * moves,
-        )
-
-
-@dataclass(frozen=True)
-class _Equations:
-    """Information (n, n) and score (n,) of a run, and of each window (w, n, n), (w, n)."""
-
-    information: FloatArray
-    score: FloatArray
-    windows: FloatArray
-    scores: FloatArray
-    follow: FloatArray
-    aside: FloatArray
-    back: list[tuple[FloatArray, FloatArray]]
-
-
-@dataclass
 class _Joint:
     """All runs with common parameters x (n,), and the shifts taken with their sizes."""
 
-    runs: list[_Run]
+    runs: list[FittedRun]
     x: FloatArray
     taken: list[Shift]
     sizes: list[float]
@@ -272,7 +185,7 @@ class _Joint:
             stack = stack_windows(packed, windows, channels)
             shared = run_nuisance(stack, 1)
             problem = Problem(stack, parameters, packed.vector, shared, threads, thrust)
-            runs.append(_Run(problem, problem.origin()))
+            runs.append(FittedRun(problem, problem.origin()))
         return cls(runs, np.zeros(runs[0].problem.size), [], [])
 
     def steps_of(self, number: int) -> FloatArray:
@@ -381,7 +294,7 @@ class _Joint:
         chance = 2.0 * float(stats.t.sf(abs(one.value) / std, max(windows - 1, 1)))
         return replace(one, std=std, p_value=chance)
 
-    def _equations(self) -> list[_Equations]:
+    def _equations(self) -> list[RunEquations]:
         return [
             run.equations(self.steps_of(number), self.wider) for number, run in enumerate(self.runs)
         ]
@@ -395,7 +308,7 @@ class _Joint:
             for number in range(len(self.runs))
         ]
 
-    def _estimate(self, equations: Sequence[_Equations], shift: Shift) -> Change:
+    def _estimate(self, equations: Sequence[RunEquations], shift: Shift) -> Change:
         """Estimate one shift beside the others that are taken."""
         others = [one for one in self.taken if one is not shift]
         now = dict(zip([id(one) for one in self.taken], self.sizes, strict=True))

@@ -93,44 +93,6 @@ def channel_floors(scatter: HealthyScatter, specs: Sequence[EffectSpec]) -> Floa
     return np.asarray(np.where(count > 0, np.sqrt(squares / np.maximum(count, 1)), np.nan))
 
 
-def size_in_floors(
-    scatter: HealthyScatter,
-    run: RunTable,
-    specs: Sequence[EffectSpec],
-    floors: FloatArray | None = None,
-) -> dict[str, float]:
-    """Say how many floors an effect moves each measured channel of a run by.
-
-    Parameters
-    ----------
-    scatter : HealthyScatter
-        Of other runs of the vehicle.
-    run : RunTable
-        The run that the effect is put into.
-    specs : sequence of EffectSpec
-        The effect with its size.
-    floors : ndarray, shape (6,), optional
-        `channel_floors` of the effect, where they are known already.
-
-    Returns
-    -------
-    dict
-        Channel (u, v, w, p, q, r) -> floors. Its largest value is the size of the effect.
-
-    Raises
-    ------
-    CannotComputeError
-        When the effect cannot be put into the run.
-    """
-    floor = channel_floors(scatter, specs) if floors is None else floors
-    size = np.sqrt(np.mean(np.square(signature(scatter, run, specs)), axis=0))
-    return {
-        name: float(size[i] / floor[i])
-        for i, name in enumerate(CHANNELS)
-        if np.isfinite(floor[i]) and floor[i] > 0.0
-    }
-
-
 def signature(scatter: HealthyScatter, run: RunTable, specs: Sequence[EffectSpec]) -> FloatArray:
     """Return what the claimed force would change within each second, (k, 6) [m/s, rad/s]."""
     packed = scatter.packed

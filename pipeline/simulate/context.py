@@ -41,7 +41,6 @@ def effect_context(vehicle: Vehicle) -> EffectContext:
         coriolis=model.terms.coriolis,
         strips=model.crossflow is not None,
         walls=model.pool is not None,
-        tether_in_nominal=model.tether is not None and model.tether.in_nominal,
         gravity_mps2=vehicle.water.gravity_mps2,
         measured=frozenset(
             name for name in SENSORS if sensors is not None and getattr(sensors, name) is not None

@@ -16,7 +16,6 @@ CONTEXT = EffectContext(
     coriolis=False,
     strips=True,
     walls=True,
-    tether_in_nominal=False,
     gravity_mps2=GRAVITY_MPS2,
     measured=frozenset({"dvl", "imu", "depth"}),
     munk_held=(18.0, -7.0),

@@ -6,7 +6,7 @@ import pytest
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import parse_effect
 from pipeline.errors import CannotComputeError
-from pipeline.measured.floors import channel_floors, healthy_scatter, signature, size_in_floors
+from pipeline.measured.floors import channel_floors, healthy_scatter, signature
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import run
@@ -44,10 +44,13 @@ def test_the_floor_is_what_runs_differ_by(rov: PackedVehicle) -> None:
     calm = healthy_scatter(rov, [flown(rov, k) for k in range(4)])
     one = [parse_effect("residual_buoyancy:force_n=10")]
     asked = flown(rov, 9)
-    sizes = size_in_floors(spread, asked, one)
+    size, among_calm = (
+        np.sqrt(np.mean(signature(runs, asked, one)[:, 2] ** 2)) / channel_floors(runs, one)[2]
+        for runs in (spread, calm)
+    )
     # left out, each run is off by 4/3 of its push: sqrt(mean((4/3 push)^2)) = 4.2 N is a floor
-    assert sizes["w"] == pytest.approx(10.0 / 4.2, rel=0.4)
-    assert size_in_floors(calm, asked, one)["w"] > 3.0 * sizes["w"]
+    assert size == pytest.approx(10.0 / 4.2, rel=0.4)
+    assert among_calm > 3.0 * size
 
 
 def test_a_signature_grows_with_the_effect(rov: PackedVehicle) -> None:

@@ -75,7 +75,6 @@ def make_packed() -> Callable[..., PackedVehicle]:
                 coriolis=True,
                 strips=True,
                 walls=False,
-                tether_in_nominal=False,
                 gravity_mps2=GRAVITY,
             ),
             code_limits=np.array([[-127.0, 127.0]] * 5),

@@ -115,7 +115,6 @@ def test_context_tells_what_is_known(packed_vehicles: dict[str, PackedVehicle]) 
     mmt, rov, cargo = (packed_vehicles[n].context for n in ("mmt300", "rov8", "cargo_carrier"))
     assert (mmt.thrust_falls_with_speed, rov.thrust_falls_with_speed) == (True, False)
     assert (mmt.walls, rov.walls) == (False, True)
-    assert (rov.tether_in_nominal, cargo.tether_in_nominal) == (False, True)
     assert "shaft_speed" in mmt.measured
     assert "shaft_speed" not in rov.measured
     assert mmt.strips

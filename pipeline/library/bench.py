@@ -1,0 +1,137 @@
+"""Vehicle files, bench files and the tables made of them, as frames."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Literal
+
+import pandas as pd
+
+from pipeline.errors import InputError, Place
+from pipeline.ingest.load_test import read_load_tests
+from pipeline.ingest.mooring import read_mooring_tables
+from pipeline.ingest.open_water import read_open_water
+from pipeline.library.frames import told
+from pipeline.plan import RAW_KINDS, processed_file
+from pipeline.provenance import read_tables
+from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
+from pipeline.stages.vehicle_place import find_vehicle
+from pipeline.vehicle.load import load_vehicle as read_vehicle_file
+from pipeline.vehicle.schema import Vehicle
+
+Kind = Literal["load_test", "mooring", "open_water"]
+BenchRecord = LoadTestRecord | MooringRecord | OpenWaterRecord
+_READERS: dict[str, Callable[[Sequence[Path], Vehicle, Path], BenchRecord]] = {
+    "load_test": read_load_tests,
+    "mooring": read_mooring_tables,
+    "open_water": read_open_water,
+}
+_TABLES = ("table1", "table2", "table3", "table4")
+
+
+def load_vehicle(vehicle: str | Path, raw: str | Path = "raw") -> Vehicle:
+    """Read a vehicle file.
+
+    Parameters
+    ----------
+    vehicle : str or Path
+        A name under `raw`, a folder that holds ``vehicle.yaml``, or the name of a bundled vehicle.
+    raw : str or Path
+        The folder of the vehicles' raw data.
+
+    Returns
+    -------
+    Vehicle
+        Checked; SI units, angles as the file states them.
+
+    Raises
+    ------
+    UsageError
+        When there is no such vehicle.
+    InputError
+        When its file cannot be read.
+    """
+    return read_vehicle_file(find_vehicle(str(vehicle), Path(raw), Path())[1])
+
+
+def read_bench(path: str | Path, vehicle: Vehicle, kind: Kind | None = None) -> pd.DataFrame:
+    """Read one bench file: load test, mooring (bollard) test or open-water test.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    vehicle : Vehicle
+        Whose drive, code range and ``columns:`` hold.
+    kind : {"load_test", "mooring", "open_water"}, optional
+        What was tested; that of the file's folder when it is not given.
+
+    Returns
+    -------
+    DataFrame
+        A row for each point: codes, ``thrust_n``, ``torque_nm``, ``shaft_speed_rpm`` and so on,
+        ``file``, ``sheet``, ``row`` and ``marks`` (why a point takes no part in a fit).
+
+    Raises
+    ------
+    InputError
+        When the file gives no point at all; the text says why.
+    """
+    path = Path(path)
+    chosen = path.absolute().parent.name if kind is None else kind
+    if chosen not in _READERS:
+        raise InputError.at(
+            Place(str(path)),
+            f'the folder "{chosen}" does not tell what was tested.',
+            expected=f"a file in a folder {', '.join(RAW_KINDS)}, or kind= one of these.",
+            remedy='Say which, e.g. read_bench(path, vehicle, kind="mooring").',
+        )
+    record = _READERS[chosen]([path], vehicle, path.absolute().parent)
+    if not record.points:
+        errors = [one for one in record.problems if one.severity == "error"]
+        if errors:
+            raise InputError(errors[0])
+        raise InputError.at(
+            Place(str(path)), "no point was read.", remedy="See what `rig2sea check` says of it."
+        )
+    rows = []
+    for point in record.points:
+        row = point.model_dump()
+        source = row.pop("source")
+        rows.append({**row, **source, "marks": ", ".join(point.marks)})
+    frame = pd.DataFrame(rows).dropna(axis="columns", how="all")
+    return told(frame, record, [str(problem) for problem in record.problems])
+
+
+def thruster_tables(vehicle: str, out: str | Path = ".") -> dict[str, pd.DataFrame]:
+    """Return Tables 1 to 4 of a vehicle that `rig2sea run` has computed.
+
+    Parameters
+    ----------
+    vehicle : str
+        Its name.
+    out : str or Path
+        The folder that holds ``processed/``.
+
+    Returns
+    -------
+    dict of str to DataFrame
+        ``table1`` (K_T, K_M over powers of J), ``table2`` (thrust over code, a row for each speed),
+        ``table3`` (code over thrust at rest, a column for each sign), ``table4`` (code over thrust,
+        a row for each speed). A table that the bench data did not give is absent.
+
+    Raises
+    ------
+    InputError
+        When ``tables.json`` is absent, half-written or edited.
+    """
+    body = read_tables(Path(out) / processed_file(vehicle, "tables"))
+    found = {}
+    for name in _TABLES:
+        columns = {
+            key: values
+            for key, values in (body.get(name) or {}).items()
+            if isinstance(values, list) and values and not isinstance(values[0], list)
+        }
+        if columns:
+            found[name] = pd.DataFrame({key: pd.Series(values) for key, values in columns.items()})
+    return found
