@@ -22,7 +22,7 @@ from pipeline.physics.parameters import neutral_vector, read, write
 from pipeline.types import FloatArray
 
 _THRUSTER = "thruster"
-_CONTEXT = EffectContext((_THRUSTER,), True, True, False, False, False, 9.81)
+_CONTEXT = EffectContext((_THRUSTER,), True, True, False, False, 9.81)
 #: Effects that a mooring table can show.
 CANDIDATES = (
     "dead_zone",

@@ -112,7 +112,7 @@ def test_family_of_the_bench_is_taken_as_it_is(
 
 
 def test_context_tells_what_is_known(packed_vehicles: dict[str, PackedVehicle]) -> None:
-    mmt, rov, cargo = (packed_vehicles[n].context for n in ("mmt300", "rov8", "cargo_carrier"))
+    mmt, rov = (packed_vehicles[name].context for name in ("mmt300", "rov8"))
     assert (mmt.thrust_falls_with_speed, rov.thrust_falls_with_speed) == (True, False)
     assert (mmt.walls, rov.walls) == (False, True)
     assert "shaft_speed" in mmt.measured
