@@ -136,7 +136,7 @@ def apply_effects(
     Examples
     --------
     >>> from pipeline.physics.parameters import neutral_vector, read
-    >>> context = EffectContext(("port", "stbd"), True, True, False, False, False, 9.81)
+    >>> context = EffectContext(("port", "stbd"), True, True, False, False, 9.81)
     >>> weak = EffectSpec("thruster_degraded", {"thrust_fraction": 0.6}, "stbd")
     >>> read(apply_effects(neutral_vector(), [weak], context), "thrust_gain")[:3]
     array([1. , 0.6, 1. ])
