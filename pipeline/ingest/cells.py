@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pipeline.ingest.sheet import Cell
 from pipeline.ingest.unit_text import is_same_unit
 
-_BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+")
+_BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+|(?<=\d)['\u2019](?=\d{3}(?!\d))")
 _MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
 #: No reading is larger, nanoseconds since 1970 included; powers and products stay finite.
 MOST = 1e30
@@ -17,7 +17,7 @@ _MISSING = frozenset(
     {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "none", "null", "нет", "н/д"}
 )
 _NUMBER = re.compile(
-    r"""(?P<sign>[+-]?)
+    r"""(?P<sign>[+-]?)[ ]?
     (?P<body>\d{1,3}(?:[ ]\d{3})+(?:[.,]\d*)?   # 1 324,5
     |\d{1,3}(?:,\d{3})+\.\d*                    # 1,324.5
     |\d{1,3}(?:\.\d{3})+,\d*                    # 1.324,5
@@ -65,6 +65,8 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
     --------
     >>> parse_number("1 324,5"), parse_number("\u22120.378"), parse_number("5,2 кгс·см", "кгс см")
     (1324.5, -0.378, 5.2)
+    >>> parse_number("1'324"), parse_number("- 0.5")
+    (1324.0, -0.5)
     >>> parse_number("1,2,3")
     Traceback (most recent call last):
     ...

@@ -9,10 +9,11 @@ import numpy as np
 from pipeline.errors import Problem
 from pipeline.ingest.cells import column_letter, shorten
 from pipeline.ingest.column_data import ColumnData, ratio_of, read_column, wholes_of
+from pipeline.ingest.column_kinds import FIRST_RANK
 from pipeline.ingest.header_rows import ELECTRICAL, Match, Wanted
 from pipeline.ingest.sheet import Sheet
-from pipeline.ingest.unit_text import UnitTextError, factor
-from pipeline.ingest.vocabulary import plain, read_unit_cell, unit_fits
+from pipeline.ingest.unit_text import UnitTextError, factor, quantities_of
+from pipeline.ingest.vocabulary import is_other, plain, read_unit_cell, unit_fits
 from pipeline.types import FloatArray
 
 #: One of these is set and the other follows from it: their columns are weighed together.
@@ -21,6 +22,10 @@ _ROLES = {"code": "command", "pwm": "command"}
 _SINGLE = ("code", "pwm", "thrust", "torque", "shaft_speed")
 #: Above this lead of its name a column needs no other reason.
 _LEAD = 15
+#: What a name loses that is one letter, or has no unit where one is due.
+_UNCLEAR = 20
+#: Correlation of a code with the pulse width that it is sent as, and the least rows to tell it.
+_TOGETHER, _LEAST_COMMANDS = 0.98, 5
 #: Two units of one reading differ by rounding, and by the gravity somebody converted with.
 _SAME = 0.03
 _PULSE_WIDTHS_US = (400.0, 3000.0)
@@ -78,6 +83,7 @@ class ColumnChoice:
                 needed = any(quantity in group for group in self._wanted.required)
                 if needed or quantity in _ROLES:
                     self._choose(quantity, weighed)
+            self._commands_agree(weighed)
         return weighed
 
     def _numbers(self, match: Match) -> ColumnData:
@@ -122,12 +128,14 @@ class ColumnChoice:
             (data.is_blank, "it holds no number"),
             (data.is_zero, "it is 0 throughout"),
             (quantity in ("code", "pwm", "thrust") and data.is_constant, "it never changes"),
-            (quantity in ("code", "thrust", "torque") and data.is_counter, _COUNTS),
+            (quantity in ("code", "thrust", "torque", "shaft_speed") and data.is_counter, _COUNTS),
         )
         fault = next((why for is_so, why in by_numbers if is_so), "")
         unit = self._unit(match)
-        if fault or unit is None or words.unit_kind is None:
+        if fault or unit is None:
             return fault
+        if words.unit_kind is None:
+            return "" if "ratio" in quantities_of(unit) else f"{unit} is no unit of a {quantity}"
         if not unit_fits(unit, words):
             return f"{unit} is no unit of {quantity.replace('_', ' ')}"
         low, high = _PULSE_WIDTHS_US
@@ -220,6 +228,9 @@ class ColumnChoice:
         """Return the columns that may be meant; of the others `not_used` says why they are not."""
         numbers = [self._in_record_unit(match) for match in candidates]
         wholes = wholes_of(numbers)
+        if len(wholes) > 1:
+            # of columns that all but equal each other each is the mean of the others
+            wholes = [one for one in wholes if is_other(candidates[one[0]].header, FIRST_RANK)]
         if wholes:
             at, kind = max(wholes, key=lambda one: candidates[one[0]].score)
             kept = candidates[at]
@@ -227,11 +238,11 @@ class ColumnChoice:
                 if match is not kept:
                     not_used[match.index] = f'"{shorten(kept.text)}" is the {kind} of these'
             return [kept]
-        order = sorted(range(len(candidates)), key=lambda at: -candidates[at].score)
+        order = sorted(range(len(candidates)), key=lambda at: -self._clarity(candidates[at]))
         left: list[int] = []
         for at in order:
             match = candidates[at]
-            lead = candidates[order[0]].score - match.score
+            lead = self._lead(candidates, numbers, order[0], at)
             reason = next(
                 (
                     reason
@@ -249,6 +260,46 @@ class ColumnChoice:
             else:
                 left.append(at)
         return [candidates[at] for at in sorted(left)]
+
+    def _clarity(self, match: Match) -> int:
+        """Return how clearly a name and a unit say the quantity: a letter alone says little."""
+        unit_due = self._wanted.vocabulary[match.quantity].unit_kind is not None
+        less = self._is_symbol(match) + (unit_due and self._unit(match) is None)
+        return match.score - _UNCLEAR * less
+
+    def _lead(
+        self, candidates: Sequence[Match], numbers: Sequence[FloatArray], first: int, at: int
+    ) -> int:
+        """Return by how much the first column leads another; numbers in proportion weigh alike."""
+        found = ratio_of(numbers[first], numbers[at])
+        if found is not None and found.spread <= 2 * _SAME:
+            return candidates[first].score - candidates[at].score
+        return self._clarity(candidates[first]) - self._clarity(candidates[at])
+
+    def _commands_agree(self, weighed: Weighed) -> None:
+        """Refuse codes and pulse widths that do not go together; a letter alone is no command."""
+        pulses = [match for match in weighed.matches if match.quantity == "pwm"]
+        for match in [one for one in weighed.matches if one.quantity == "code"]:
+            counts = self._is_symbol(match) and self._numbers(match).is_even
+            against = next(
+                (one for one in pulses if counts or not self._go_together(match, one)), None
+            )
+            if against is None or "code" in self._wanted.mapping:
+                continue
+            weighed.matches.remove(match)
+            weighed.not_used[match.index] = f'it does not go with "{shorten(against.text)}"'
+            if not self._is_symbol(match):
+                weighed.matches.remove(against)
+                weighed.not_used[against.index] = f'it does not go with "{shorten(match.text)}"'
+                weighed.problems.append(self._tie("code", [match, against]))
+                return
+
+    def _go_together(self, first: Match, second: Match) -> bool:
+        one, two = self._numbers(first).values, self._numbers(second).values
+        both = np.isfinite(one) & np.isfinite(two)
+        if both.sum() < _LEAST_COMMANDS or not np.ptp(one[both]) or not np.ptp(two[both]):
+            return True
+        return float(np.corrcoef(one[both], two[both])[0, 1]) > _TOGETHER
 
     def _same_reading(
         self,

@@ -59,6 +59,12 @@ class ColumnData:
         return bool(((steps == 1.0) | begins_anew).all() and few)
 
     @property
+    def is_even(self) -> bool:
+        """Whether all numbers are above 0, in steps of one size, as the numbers of rows may be."""
+        steps = np.diff(self.numbers)
+        return bool(steps.size >= _LEAST and self.numbers.min() > 0.0 and np.ptp(steps) == 0.0)
+
+    @property
     def largest(self) -> float:
         """Size of the largest number, 0 where there is none."""
         return float(np.abs(self.numbers).max(initial=0.0))

@@ -225,7 +225,8 @@ def _with_unit(
         if found is not None and "ratio" in quantities_of(found[0]):
             unit, unit_from, unit_row = found
             # A code in per cent stays a number of per cent: the reader knows the full scale.
-            return replace(column, unit=unit, unit_from=unit_from, unit_row=unit_row)
+            worth = 1.0 if column.quantity == "code" else factor(unit, "ratio")
+            return replace(column, unit=unit, unit_from=unit_from, unit_row=unit_row, factor=worth)
         return column
     if found is not None:
         unit, unit_from, unit_row = found
@@ -276,6 +277,11 @@ def _find_unit(
             return unit, "unit row", at
         if wrong is None and at > rows.names and (unit is not None or _is_unit_row(sheet, at)):
             wrong = (unit or cell.strip(), "unit row", at)
+    if wrong is None and words.unit_kind is None:
+        cells = [sheet.cell(at, match.index) for at in range(rows.data, rows.last + 1)]
+        texts = [cell.strip() for cell in cells if isinstance(cell, str)]
+        if texts and all(text.endswith("%") for text in texts):
+            return "%", "unit row", rows.data
     return wrong
 
 

@@ -23,9 +23,12 @@ from pipeline.vehicle.bench_schema import Column
 
 #: The speed of a motor's field: the shaft's times the pole pairs. Never read as it stands.
 ELECTRICAL = "electrical_shaft_speed"
+_FIELD = r"\b(?:el|elec|electr\w*|field|stator|commutation|эл|электр\w*|пол[яе]|коммутац\w*)\b\.?"
+_TURNING = r"\b(?:speed|rpm|freq\w*|rotation\w*|revol\w*|rate|частот\w*|скорост\w*|оборот\w*|об)\b"
+#: "Electric motor speed" is that of the shaft: the word must stand right at the speed.
 _ELECTRICAL = re.compile(
-    r"\be[\s_-]?rpm\b|\belectr\w*[\s_-]+(?:shaft[\s_-]+)?(?:speed|rpm|freq\w*|rotation\w*|revol\w*)"
-    r"|\b(?:эл|электр\w*)\.?[\s_-]+(?:частот|скорост|оборот|об)\w*",
+    rf"\be[\s_-]?rpm\b|{_FIELD}[\s_-]+(?:shaft[\s_-]+)?{_TURNING}"
+    rf"|{_TURNING}[\s,_(\[-]+{_FIELD}(?!\s*(?:motor|drive|двигат\w*|мотор\w*|привод\w*))",
     re.IGNORECASE,
 )
 #: What a column with a unit and an unknown name scores: less than any name.
@@ -261,8 +264,8 @@ def _numbers_between(
 def is_electrical(text: str) -> bool:
     """Tell whether a name is of the speed of a motor's field.
 
-    >>> is_electrical("Speed (ERPM)"), is_electrical("E-RPM"), is_electrical("RPM")
-    (True, True, False)
+    >>> [is_electrical(one) for one in ("Speed (ERPM)", "RPM (el.)", "RPM", "Electric motor speed")]
+    [True, True, False, False]
     """
     return _ELECTRICAL.search(text) is not None
 

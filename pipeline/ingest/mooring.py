@@ -24,6 +24,7 @@ from pipeline.ingest.mooring_codes import command_in_codes, pwm_note, pwm_proble
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis, voltage_groups
 from pipeline.ingest.mooring_words import DOWN, LEVER, OF_THE_RIG, UP, VOCABULARY
+from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.row_directions import against_codes, directions_of
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
@@ -157,20 +158,17 @@ def _refused(block: Block, readings: Sequence[Reading], vehicle: Vehicle) -> Pro
     """Refuse a table whose numbers need something that only people know."""
     thrust = block.columns["thrust"]
     stated = vehicle.columns.mooring.thrust
+    title = heading_text(block.above)
     lever = next(
-        (
-            text
-            for text in (thrust.header, thrust.group, heading_text(block.above))
-            if LEVER.search(text)
-        ),
-        None,
+        (text for text in (thrust.header, thrust.group, title) if LEVER.search(text)),
+        title if factor_in_name(title, "thrust") else None,
     )
     if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
         header = shorten(thrust.header)
         return Problem(
             "error",
             block.place(block.header_row, "thrust"),
-            f'"{shorten(lever)}" speaks of a lever; whether the numbers hold its ratio is not '
+            f'"{shorten(lever)}" speaks of a lever or a factor; whether the numbers hold it is not '
             "known. So the table was left out.",
             "the factor from the sensor's force to the thrust.",
             "State it in vehicle.yaml (1 where the numbers hold it already):\n  columns:\n"

@@ -196,7 +196,8 @@ def _points(
     used = table.used
     _report_tare(table, zeros[1], raw_n, used, problems)
     rows = [reading.row for reading in table.readings]
-    signs = signed_thrust(table.place, table.codes, raw_n, used, rows)
+    at_rest = float(np.median(zeros[1])) if len(zeros[1]) else 0.0
+    signs = signed_thrust(table.place, table.codes, raw_n, used, rows, tare_n=at_rest)
     problems += signs.problems
     if signs.thrust_n is None:
         return ()

@@ -11,6 +11,8 @@ from pipeline.types import BoolArray, FloatArray
 
 #: Below this share of the largest one a sign says nothing: noise, tare.
 _SIGNIFICANT_SHARE = 0.05
+#: Of the largest thrust: a larger tare is looked at twice.
+_MOST_TARE = 0.2
 #: Fewer rows against their code are slips of the pen.
 _LEAST_OF_A_SIGN = 3
 
@@ -35,6 +37,8 @@ def signed_thrust(
     thrust_n: FloatArray,
     used: BoolArray,
     rows: Sequence[int],
+    *,
+    tare_n: float = 0.0,
 ) -> SignedThrust:
     """Check that thrust goes with the code.
 
@@ -48,6 +52,8 @@ def signed_thrust(
         Rows that count.
     rows : sequence of int, length n
         Their row numbers.
+    tare_n : float
+        What was read at code 0. [N]
 
     Returns
     -------
@@ -62,7 +68,12 @@ def signed_thrust(
     counts = used & (size > _SIGNIFICANT_SHARE * largest) & (codes != 0.0)
     wrong = counts & (codes * thrust_n < 0.0)
     right = counts & ~wrong
+    one_sided = not ((codes < 0.0) & used).any() or not ((codes > 0.0) & used).any()
     if not wrong.any():
+        # a tare that is a good part of the thrust may be the full thrust of the other direction
+        before = thrust_n[counts] + tare_n
+        if one_sided and abs(tare_n) > _MOST_TARE * largest and before.min() < 0.0 < before.max():
+            return SignedThrust(None, same, frozenset(), (_both_signs(place, before, codes),))
         return SignedThrust(thrust_n, same, frozenset(), ())
     number, total = int(wrong.sum()), int(counts.sum())
     if not (wrong & (codes > 0.0)).any() and not (right & (codes < 0.0)).any():
@@ -77,18 +88,8 @@ def signed_thrust(
         )
         signs = tuple(-1.0 if code < 0.0 else 1.0 for code in codes)
         return SignedThrust(turned, signs, frozenset(), (problem,))
-    one_sided = not ((codes < 0.0) & used).any() or not ((codes > 0.0) & used).any()
     if one_sided and number >= _LEAST_OF_A_SIGN and total - number >= _LEAST_OF_A_SIGN:
-        problem = Problem(
-            "error",
-            place,
-            f"thrust has both signs ({number} of {total} rows against the code), and the codes "
-            "have one: rest is not at code 0, or something else parts the rows. So the table was "
-            "left out.",
-            "codes with signs, 0 at rest.",
-            "Write the codes with signs, or state the column of the direction in vehicle.yaml: "
-            "columns: {mooring: {direction: {header: ..., reverse: [...]}}}.",
-        )
+        problem = _both_signs(place, thrust_n[counts], codes)
         return SignedThrust(None, same, frozenset(), (problem,))
     if 2 * number > total:
         problem = Problem(
@@ -111,6 +112,20 @@ def signed_thrust(
         "Correct the sign or the code.",
     )
     return SignedThrust(thrust_n, same, frozenset(against), (problem,))
+
+
+def _both_signs(place: Place, thrust_n: FloatArray, codes: FloatArray) -> Problem:
+    against = int((thrust_n * (-1.0 if codes.min() < 0.0 else 1.0) < 0.0).sum())
+    return Problem(
+        "error",
+        place,
+        f"thrust has both signs ({against} of {thrust_n.size} rows against the code), and the "
+        "codes have one: rest is not at code 0, or something else parts the rows. So the table was "
+        "left out.",
+        "codes with signs, 0 at rest.",
+        "Write the codes with signs, or state the column of the direction in vehicle.yaml: "
+        "columns: {mooring: {direction: {header: ..., reverse: [...]}}}.",
+    )
 
 
 def signed_shaft_speed(

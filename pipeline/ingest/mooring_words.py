@@ -91,5 +91,10 @@ OF_THE_RIG = re.compile(
     r"\b(set|warm\w*|power\w*|start\w*|back|close|mock|wake) up\b"
     r"|\b(cool\w*|power\w*|shut|break|tear|strip|wind) down\b"
 )
-#: A lever between thruster and sensor: whether the numbers hold its ratio is for people to say.
-LEVER = re.compile(r"\b(?:lever|moment arm|arm ratio|рычаг\w*|плеч[оеа]\w*)\b", re.IGNORECASE)
+#: A lever between thruster and sensor, or a factor: whether the numbers hold it people must say.
+LEVER = re.compile(
+    r"\b(?:lever\w*|moment arm|arm ratio|arms?\b(?=.*\d)|pivot\w*|rocker|bell[ -]?crank|beam ratio"
+    r"|рычаг\w*|плеч[оеа]\w*|коромысл\w*|балансир\w*|качалк\w*)\b"
+    r"|\b(?:multipl\w*|divid\w*|умнож\w*|раздел[иеё]\w*|дел[ие]\w*|множител\w*)\b.{0,30}?\d",
+    re.IGNORECASE,
+)

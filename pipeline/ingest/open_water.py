@@ -1,9 +1,12 @@
 """Open-water tests: K_T and K_Q (the papers' K_M) against the advance ratio."""
 
+import contextlib
 import math
 import re
 from collections.abc import Sequence
 from pathlib import Path
+
+import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import (
@@ -19,6 +22,7 @@ from pipeline.ingest.columns_stated import told_of_columns
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.open_water_coefficients import (
+    TORQUE_FACTORS,
     Coefficients,
     NoCoefficientError,
     check_efficiency,
@@ -40,6 +44,8 @@ _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\
 #: Outside of it an advance ratio is a mistake of units or of columns.
 _LARGEST_ADVANCE_RATIO = 3.0
 _MOST_TEXTS = 200
+#: A coefficient that differs by more from its thrust is of another one.
+_MOST_APART = 0.1
 
 
 def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> OpenWaterRecord:
@@ -130,7 +136,7 @@ def _points(
         problems.append(Problem("warning", block.place(numbers[0]), what))
     marks = _marks(block, rows, problems)
     good = [row for row, own in zip(rows, marks, strict=True) if not own]
-    _cross_check(block, good, problems)
+    _cross_check(block, good, vehicle, problems)
     return [
         OpenWaterPoint(
             source=Source(file=block.sheet.file, sheet=block.sheet.name, row=reading.row),
@@ -238,10 +244,47 @@ def _marks(
     return marks
 
 
+def _against_raw(
+    block: Block,
+    used: Sequence[tuple[Reading, Coefficients]],
+    vehicle: Vehicle,
+    problems: list[Problem],
+) -> None:
+    """Compare coefficients that the table states with those of its thrust, torque and speed."""
+    for name, raw, stated_by in (
+        ("thrust_coefficient", "thrust", frozenset({"thrust_coefficient"})),
+        ("torque_coefficient", "torque", frozenset(TORQUE_FACTORS)),
+    ):
+        ratios = []
+        for reading, found in used:
+            bare = {key: one for key, one in reading.values.items() if key not in stated_by}
+            stated = getattr(found, name)
+            if stated and raw in bare and not stated_by.isdisjoint(reading.values):
+                with contextlib.suppress(NoCoefficientError, ZeroDivisionError):
+                    computed = getattr(
+                        coefficients(
+                            bare, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
+                        ),
+                        name,
+                    )
+                    ratios += [] if computed is None else [computed / stated]
+        ratio = float(np.median(ratios)) if ratios else 1.0
+        if abs(ratio - 1.0) > _MOST_APART:
+            what = f"the {raw} gives {ratio:.3g} times the {name.replace('_', ' ')} that is stated."
+            expected = "thrust, torque and coefficients of one propeller in one water."
+            problems.append(
+                Problem("warning", block.place(block.header_row), what, expected, _CHECK_COLUMN)
+            )
+
+
 def _cross_check(
-    block: Block, used: Sequence[tuple[Reading, Coefficients]], problems: list[Problem]
+    block: Block,
+    used: Sequence[tuple[Reading, Coefficients]],
+    vehicle: Vehicle,
+    problems: list[Problem],
 ) -> None:
     """Compare with the efficiency column; without one, look for what cannot be true."""
+    _against_raw(block, used, vehicle, problems)
     stated = [reading.values.get("efficiency", math.nan) for reading, _ in used]
     computed = [
         efficiency(found.advance_ratio, found.thrust_coefficient, found.torque_coefficient)

@@ -192,6 +192,8 @@ def doubt(points: Sequence[Coefficients]) -> str:
     if not both:
         return ""
     largest = max(thrust for _, thrust, _ in both)
+    if largest <= 0.0 < max(torque for _, _, torque in both):
+        return "K_T is negative throughout and K_Q is not: the sign of the thrust sensor"
     loaded = [torque / thrust for _, thrust, torque in both if thrust > 0.6 * largest > 0.0]
     share = float(np.median(loaded)) if loaded else 0.15
     text = f"K_Q is {100 * share:.3g} % of K_T where the thrust is large, a screw has 8 to 30 %"

@@ -5,8 +5,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
-from pipeline.ingest.pool_run_depths import doubtful_depths
-from pipeline.ingest.pool_run_gravity import gravity_against_attitude, gravity_against_level
+from pipeline.ingest.pool_run_depths import doubtful_depths, position_against_depth
+from pipeline.ingest.pool_run_gravity import (
+    gravity_against_attitude,
+    gravity_against_level,
+    gravity_against_rates,
+)
 from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_validity import LARGEST, impossible
@@ -53,6 +57,8 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     found += [*doubtful_depths(run, vehicle, place), *gravity_against_level(run, place)]
     try:  # what follows lays the readings on a common time base
         found += contradictions(run, vehicle, place)
+        found += gravity_against_rates(run, place)
+        found += position_against_depth(run, place)
         found += _shaft_against_command(run, place)
         found += thrusters_against_rates(run, vehicle, place)
     except CannotComputeError as error:

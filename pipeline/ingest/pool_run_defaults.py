@@ -31,7 +31,7 @@ _FEW_MESSAGES = 10
 #: What the parts of one vehicle are called.
 _SENSORS = (
     r"imu|ahrs|dvl|gps|ins|depth|baro|pressure|battery|thruster|motor|esc|sensor|board|front|rear|"
-    r"left|right"
+    r"left|right|ekf|ukf|odom|filter|estimat|nav|local|slam|usbl|camera|mocap|mavros"
 )
 #: So many topics are read to see which of them says the truth of a quantity.
 _MOST_CANDIDATES = 4

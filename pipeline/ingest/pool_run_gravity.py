@@ -11,6 +11,11 @@ _TABLE_HZ = 20.0
 _LEAST_ROWS = 100
 #: A vehicle that accelerates by a third of gravity feels it 18 degrees off.
 _MOST_APART_DEG = 30.0
+#: Tilts of two degrees tell whether both go with each other, and how far they may be at odds.
+_LEAST_TILT, _MOST_AGAINST = 0.04, 0.3
+#: A second of the table; how fast gravity must turn to compare rates with it. [m/s^3]
+_SMOOTH, _LEAST_TURN = 20, 0.1
+_CLEAR, _MOST_RATIO = 0.7, 3.0
 #: About half of gravity: less does not say where down is.
 _LEAST_MPS2 = 5.0
 #: No vehicle spends half of a run tilted further, unless it is upside down.
@@ -28,21 +33,76 @@ def gravity_against_attitude(run: PoolRun, place: Place) -> list[Problem]:
     table = resample(run, _TABLE_HZ, quantities=("attitude", "specific_force"))
     rows = table.valid["attitude"] & table.valid["specific_force"]
     force = table.values["specific_force"][rows]
-    apart_deg = _apart_deg(force, down_in_body(table.values["attitude"][rows]))
-    if apart_deg < _MOST_APART_DEG:
-        return []
+    down = down_in_body(table.values["attitude"][rows])
+    apart_deg = _apart_deg(force, down)
     attitude, specific = run.channels["attitude"].topic, run.channels["specific_force"].topic
+    if apart_deg >= _MOST_APART_DEG:
+        said = f"{apart_deg:.0f} degrees apart"
+    else:
+        tilts = [_correlation(-down[:, axis], force[:, axis], _LEAST_TILT) for axis in (0, 1)]
+        against = min((one for one in tilts if one is not None), default=1.0)
+        if against > _MOST_AGAINST:
+            return []
+        said = f"at odds when the vehicle tilts (correlation {against:.2f})"
     return [
         Problem(
             "warning",
             place,
             f"down by the specific force ({specific}) and down by the attitude ({attitude}) are "
-            f"{apart_deg:.0f} degrees apart.",
+            f"{said}.",
             "",
             "Check axes, sign and, of a quaternion, order of both under pool: channels in "
             "vehicle.yaml.",
         )
     ]
+
+
+def gravity_against_rates(run: PoolRun, place: Place) -> list[Problem]:
+    """Compare how gravity turns in the body, df/dt = -omega x f, with the rates that turn it.
+
+    For logs without an attitude, where nothing else shows a unit, a sign or axes of the rates.
+    """
+    needed = {"angular_velocity", "specific_force"}
+    if "attitude" in run.channels or not needed <= set(run.channels):
+        return []
+    table = resample(run, _TABLE_HZ, quantities=("angular_velocity", "specific_force"))
+    rows = table.valid["angular_velocity"] & table.valid["specific_force"]
+    force, rate = (table.values[name] for name in ("specific_force", "angular_velocity"))
+    if rows.sum() < _LEAST_ROWS:
+        return []
+    kernel = np.full(_SMOOTH, 1.0 / _SMOOTH)
+    turning = np.where(rows[:, None], -np.cross(rate, force), np.nan)
+    force = np.where(rows[:, None], force, np.nan)
+    # over a second each: the noise of an accelerometer is far above its change in a step
+    change = (force[_SMOOTH:] - force[:-_SMOOTH]) * _TABLE_HZ / _SMOOTH
+    found = []
+    for axis, name in ((1, "roll"), (0, "pitch")):
+        by_rate = np.convolve(turning[:, axis], kernel, mode="valid")[: len(change)]
+        measured = np.convolve(change[:, axis], kernel, mode="same")
+        by_rate = np.convolve(by_rate, kernel, mode="same")
+        good = np.isfinite(by_rate) & np.isfinite(measured)
+        correlation = _correlation(measured[good], by_rate[good], _LEAST_TURN)
+        if correlation is None or abs(correlation) < _CLEAR:
+            continue
+        ratio = float(np.std(by_rate[good]) / np.std(measured[good]))
+        if correlation > 0.0 and 1.0 / _MOST_RATIO < ratio < _MOST_RATIO:
+            continue
+        looks = ": it looks like degrees" if 30.0 < ratio < 100.0 else ""
+        topic = run.channels["angular_velocity"].topic
+        what = (
+            f"the {name} rate ({topic}) is {ratio if correlation > 0 else -ratio:.3g} times that "
+            f"with which gravity turns in the body{looks}."
+        )
+        remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
+        found.append(Problem("warning", place, what, "", remedy))
+    return found
+
+
+def _correlation(first: FloatArray, second: FloatArray, least: float) -> float | None:
+    """Correlation of what moves, None where the first moves less than `least`."""
+    if first.size < _LEAST_ROWS or np.std(first) < least or not np.std(second) > 0.0:
+        return None
+    return float(np.corrcoef(first, second)[0, 1])
 
 
 def gravity_against_level(run: PoolRun, place: Place) -> list[Problem]:

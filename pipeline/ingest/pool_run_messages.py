@@ -17,6 +17,10 @@ from pipeline.vehicle.schema import Vehicle
 
 #: Marks that belong to the messages of a topic, not to one of its channels.
 _TIME_MARKS = ("clock_jump", "reset", "out_of_order", "after_gap", "late", "no_stamp")
+_OF_CLOCKS = (
+    "Check clock and driver; state clock: log under pool: channels if its stamps are wrong."
+)
+_OF_SENSORS = "Check sensor, cable and driver; what is marked does not count."
 #: Marks that are notes as long as few readings have them.
 _PLAIN_MARKS = ("saturated", "same_stamp", "late", "frozen")
 #: The times of a log are in order but for messages that waited together. [s]
@@ -112,7 +116,8 @@ def told_of(
         )
         plain = mark in _PLAIN_MARKS and share < 5.0
         severity: Literal["note", "warning"] = "note" if plain else "warning"
-        found.append(Problem(severity, place, what))
+        remedy = _OF_CLOCKS if mark in _TIME_MARKS else _OF_SENSORS
+        found.append(Problem(severity, place, what, "", remedy))
     constant = [
         column
         for column, values in zip(channel.columns, channel.values.T, strict=True)

@@ -6,7 +6,8 @@ from pipeline.records.pool_schema import Quantity
 
 _COMMAND = r"thruster|motor|pwm|esc\b|servo_?out|rc/?_?out|actuator|propul"
 _NOT_COMMAND = (
-    r"state|status|feedback|telemetry|rpm|speed|temperature|current|thrust$|/rc/in|overrid"
+    r"state|status|feedback|telemetry|rpm|speed|temperature|current|thrust$|force|wrench|newton"
+    r"|/rc/in|overrid"
 )
 _SHAFT = r"rpm|shaft|tacho|(thruster|motor|esc|propul)\w*/?\w*(state|status|feedback|telemetry)"
 _TENSION = r"(cable|tether)[^/]*(tension|force|load)|(^|[/_])tension"
@@ -69,6 +70,7 @@ RULES = (
     Rule(70, "velocity_earth", "twist.twist.linear", "a twist in a frame of the earth"),
     Rule(50, "angular_velocity", "twist.twist.angular", "a twist", message_type="Odometry"),
     Rule(90, "pressure", "fluid_pressure", "a pressure", but_not=_NOT_WATER),
+    Rule(85, "pressure", "pressure", "its name", but_not=_NOT_WATER),
     Rule(95, "depth", "depth", "its name"),
     Rule(92, "depth", "data", "the topic's name", "depth", _NOT_DEPTH),
     Rule(80, "pressure", "data", "the topic's name", "pressure", _NOT_WATER),

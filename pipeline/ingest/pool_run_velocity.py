@@ -200,7 +200,11 @@ def _across(table: RunTable, others: list[_Reading], rows: BoolArray, vehicle: V
                 f"sideways; as one over the earth, {{{one.stated}}}, it would be so by "
                 f"{100 * there:.0f} %."
             )
-    return ""
+    return (
+        f"is sideways by {100 * share:.0f} % of its size, and no thruster pushes sideways: the "
+        "sensor is mounted turned (sensors: dvl: rotation_deg), its axes are others, or a current "
+        "drives the vehicle."
+    )
 
 
 def _share_across(velocity: FloatArray) -> float:

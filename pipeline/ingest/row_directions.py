@@ -21,6 +21,14 @@ from pipeline.vehicle.bench_schema import Direction
 _LETTERS = ({"f": 1, "r": -1}, {"f": 1, "b": -1}, {"в": 1, "н": -1}, {"п": 1, "з": -1})
 _TURNS = ({"r": 1, "l": -1}, {"п": 1, "л": -1})
 _SIGNS = {"+": 1, "-": -1, "\u2212": -1, "+1": 1, "-1": -1}
+#: Of a column that is called reverse: a cell says whether the row is.
+_TRUTHS = (
+    {"yes": -1, "no": 1},
+    {"true": -1, "false": 1},
+    {"on": -1, "off": 1},
+    {"1": -1, "0": 1},
+    {"да": -1, "нет": 1},
+)
 _MOST_TEXTS = 4
 
 
@@ -61,7 +69,8 @@ def directions_of(
     for index, head in enumerate(heads):
         if index in read or not isinstance(head, str) or not low <= index <= high:
             continue
-        is_named = any(plain(header.name) in _PLAIN_NAMES for header in split_header(head))
+        is_reverse = bool(set(plain(head).split()) & _PLAIN_REVERSE)
+        is_named = is_reverse or any(plain(h.name) in _PLAIN_NAMES for h in split_header(head))
         if stated is None and not is_named and not _may_be_words(block, rows, index):
             continue
         texts = _texts(block, rows, index)
@@ -103,11 +112,13 @@ def _of_column(
     distinct = list(dict.fromkeys(_key(text) for text in texts.values()))
     if not 1 <= len(distinct) <= _MOST_TEXTS or 2 * len(texts) < len(block_rows(block)):
         return None
+    is_reverse = bool(set(plain(head).split()) & _PLAIN_REVERSE)
+    truths = next((one for one in _TRUTHS if is_reverse and set(distinct) <= set(one)), None)
     if any(is_number(text) for text in distinct) and not (
-        is_named and set(distinct) <= {*_SIGNS, "1"}
+        truths or (is_named and set(distinct) <= {*_SIGNS, "1"})
     ):
         return None
-    meaning, by_turn = _meaning(distinct)
+    meaning, by_turn = (truths, False) if truths else _meaning(distinct)
     letter = column_letter(index)
     if meaning is None:
         if not is_named or len(distinct) < 2:

@@ -15,6 +15,8 @@ _CLEAR = 0.05
 #: Readings at one code that lie further apart than this share are of two characteristics.
 _APART = 0.12
 _LEAST_CODES = 4
+#: No dead zone is larger than this share of the largest code tested.
+_LATE = 0.5
 
 
 def shape_problem(place: Place, points: Sequence[MooringPoint]) -> Problem | None:
@@ -31,7 +33,11 @@ def shape_problem(place: Place, points: Sequence[MooringPoint]) -> Problem | Non
     for sign in (1.0, -1.0):
         own = [point for point in used if sign * point.code > 0.0]
         if own:
-            found = _fall(place, own, sign) or _two_values(place, own, sign)
+            found = (
+                _fall(place, own, sign)
+                or _two_values(place, own, sign)
+                or _late_start(place, own, sign)
+            )
             if found is not None:
                 return found
     return None
@@ -56,6 +62,32 @@ def _fall(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem 
             )
         last = point
     return None
+
+
+def _late_start(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem | None:
+    """Look for a thrust that begins in the middle of the codes: these count from elsewhere."""
+    largest = max(sign * point.thrust_n for point in points)
+    codes = sorted({abs(point.code) for point in points})
+    going = [abs(p.code) for p in points if sign * p.thrust_n > _CLEAR * largest]
+    if len(codes) < _LEAST_CODES or not going:
+        return None
+    least, low = min(going), codes[0]
+    # what was tested begins far from code 0, and right where the thrust does
+    if not low > _LATE * codes[-1] or least > codes[_LEAST_CODES - 1] or largest <= 0.0:
+        return None
+    first = [sign * point.thrust_n for point in points if abs(point.code) == low]
+    if max(first) > _CLEAR * largest:
+        return None
+    return Problem(
+        "error",
+        place,
+        f"thrust begins at code {least:g}, {100 * low / codes[-1]:.0f} % of the largest, "
+        f"{codes[-1]:g}: the codes seem to count from elsewhere, as a duty cycle does. So the "
+        "table was left out.",
+        "codes, or per cent of full throttle, that are 0 at rest.",
+        "Write codes or pulse widths, or state the right column in vehicle.yaml under columns: "
+        "mooring: code or pwm.",
+    )
 
 
 def _two_values(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem | None:

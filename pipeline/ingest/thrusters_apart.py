@@ -1,7 +1,7 @@
 """Several thrusters in one file: each apart, compared, and one that differs left out of the fit."""
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -38,6 +38,7 @@ def compare_thrusters(
     named = [at for at, (_, name) in enumerate(tables) if name is not None and points[at]]
     done = list(points)
     if len(named) < 2:
+        _compare_sheets(tables, points, problems)
         return done
     curves = [_by_code(points[at]) for at in named]
     codes = sorted(set.intersection(*(set(curve) for curve in curves)))
@@ -75,6 +76,48 @@ def compare_thrusters(
         what += "fitted together."
         problems.append(Problem("note", Place(tables[0][0].file), what))
     return done
+
+
+def _compare_sheets(
+    tables: Sequence[tuple[Place, str | None]],
+    points: Sequence[tuple[MooringPoint, ...]],
+    problems: list[Problem],
+) -> None:
+    """Warn of tables of one voltage that differ: they may be of several thrusters."""
+    by_voltage: dict[float | None, list[int]] = defaultdict(list)
+    for at, own in enumerate(points):
+        volts = [point.voltage_v for point in own if point.voltage_v is not None]
+        if own:
+            by_voltage[round(float(np.median(volts))) if volts else None].append(at)
+    for group in by_voltage.values():
+        curves = {at: _by_code(points[at]) for at in group}
+        shares = {at: _share(curve, curves.values()) for at, curve in curves.items()}
+        odd = {at: share for at, share in shares.items() if abs(share - 1.0) > _ALIKE}
+        if len(group) > 1 and odd:
+            at = max(odd, key=lambda one: abs(odd[one] - 1.0))
+            problems.append(
+                Problem(
+                    "warning",
+                    tables[at][0],
+                    f"this table gives {odd[at]:.2f} of the thrust that the tables of the file "
+                    "give in the middle; all of them are fitted together.",
+                    "tables of one thruster, at one voltage, in one water.",
+                    "Leave the others out by columns: {mooring: {sheets: [...]}} in vehicle.yaml.",
+                )
+            )
+
+
+def _share(curve: dict[float, float], others: Iterable[dict[float, float]]) -> float:
+    """Return the thrust of one table over the middle one of all, at the codes of both."""
+    every = list(others)
+    middle = {code: float(np.median([one[code] for one in every if code in one])) for code in curve}
+    largest = max((abs(value) for value in middle.values()), default=0.0)
+    ratios = [
+        thrust / middle[code]
+        for code, thrust in curve.items()
+        if abs(middle[code]) > _LARGE * largest
+    ]
+    return float(np.median(ratios)) if ratios else 1.0
 
 
 def _by_code(points: Sequence[MooringPoint]) -> dict[float, float]:

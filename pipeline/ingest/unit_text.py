@@ -19,12 +19,14 @@ _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
     "shaft_speed": ("revolution / minute", {
         # pint counts "1/min" in radians; on a bench it is a revolution, so it is never left to pint
         "revolution / minute": "rpm | r/min | rev/min | revs/min | rev.min-1"
-        " | revolutions per minute | revolutions/minute | 1/min | min-1 | min^-1 | /min"
+        " | revolutions per minute | revolutions/minute | U/min | tr/min | upm | cpm"
+        " | 1/min | min-1 | min^-1 | /min"
         " | об/мин | об/м | об.мин-1 | обмин | оборотов в минуту | обороты в минуту | об в мин"
         " | 1/мин | мин-1 | мин^-1",
         "revolution / second": "rps | r/s | rev/s | revs/s | rev/sec | revolutions per second | 1/s"
         " | s-1 | s^-1 | hz | об/с | об/сек | об.с-1 | оборотов в секунду | обороты в секунду"
         " | 1/с | с-1 | с^-1 | гц",
+        "kilorevolution / minute": "krpm | тыс.об/мин | тыс.об.мин-1",
         "radian / second": "rad/s | rad/sec | rad.s | rad.s-1 | rad.s^-1 | radians per second"
         " | рад/с | рад/сек | рад.с | рад.с-1",
         "degree / second": "deg/s | °/s | град/с | °/с",
@@ -33,11 +35,16 @@ _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
         "newton * meter": "N m | newton meter | newton metre | newton meters | newton metres"
         " | H m | Н м | Н на м | ньютон метр | ньютон-метры",
         "newton * centimeter": "N cm | H cm | Н см",
+        "decinewton * meter": "dN m | дН м",
+        "newton * decimeter": "N dm | Н дм",
+        "centinewton * meter": "cN m | сН м",
+        "decanewton * meter": "daN m | даН м",
+        "dyne * centimeter": "dyn cm | дин см",
         "newton * millimeter": "N mm | mN m | H mm | Н мм | мН м",
         "micronewton * meter": "uN m | µN m | мкН м",
         "kilonewton * meter": "kN m | кН м",
         "kilogram_force * meter": "kg m | kgf m | kgm f | кг м | кгс м | кГ м | кгс на м",
-        "kilogram_force * centimeter": "kg cm | kgf cm | кг см | кгс см | кГ см",
+        "kilogram_force * centimeter": "kg cm | kgf cm | kp cm | кг см | кгс см | кГ см",
         "kilogram_force * millimeter": "kg mm | kgf mm | кг мм | кгс мм",
         "gram_force * meter": "gf m | g m | гс м | г м",
         "gram_force * centimeter": "g cm | gf cm | gr cm | г см | гс см | Г см",
@@ -51,12 +58,15 @@ _UNITS: Mapping[str, tuple[str, Mapping[str, str]]] = MappingProxyType({
         " | ft lbs | foot pound | foot pounds | фунт фут",
     }),
     "force": ("newton", {
-        "newton": "N | newton | newtons | H | Н | ньютон | ньютоны",
+        "newton": "N | newton | newtons | H | Н | ньютон | ньютоны | kg m/s2 | kg m/s^2 | кг м/с2",
         "kilonewton": "kN | кН",
+        "decanewton": "daN | даН",
+        "decinewton": "dN | дН",
+        "centinewton": "cN | сН",
         "millinewton": "mN | мН",
         "kilogram_force": "kgf | kg | kg f | kg force | kilogram force | kilograms | kp | кгс | кг"
-        " | кГ | кг сила",
-        "gram_force": "gf | g | g f | gr | gram force | grams | гс | г | Г | грамм",
+        " | кГ | кг сила | кг(с) | kg(f)",
+        "gram_force": "gf | g | g f | gr | gram | gram force | grams | гс | г | Г | грамм",
         "metric_ton * standard_gravity": "tf | тс",
         "force_pound": "lbf | lb | lbs | lb f | pound | pounds | pound force | фунт",
         "force_ounce": "ozf | oz | oz f | ounce | ounces | унция",

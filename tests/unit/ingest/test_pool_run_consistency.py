@@ -223,3 +223,51 @@ def test_the_noise_of_a_shaft_that_is_hardly_commanded_says_nothing(tmp_path: Pa
     noisy[:, 3] = np.random.default_rng(3).standard_normal(len(codes))
     text = warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(noisy)])
     assert "shaft speed of side" not in text
+
+
+def tilting(count: int = 2000) -> tuple[list[int], FloatArray, FloatArray]:
+    """Times at 50 Hz, rates (k, 3) and specific force (k, 3) of a vehicle that tilts."""
+    t = np.arange(count) / 50.0
+    turn = Rotation.from_euler(
+        "ZYX", np.stack([0.1 * t, 0.15 * np.sin(0.5 * t), 0.1 * np.sin(0.8 * t + 0.3)], axis=1)
+    )
+    rate = (turn[:-1].inv() * turn[1:]).as_rotvec() * 50.0
+    noise = np.random.default_rng(2).standard_normal((count, 3))
+    force = turn.inv().apply([0.0, 0.0, -9.81]) + 0.05 * noise
+    return ticks(count, 50.0).tolist(), np.concatenate([rate, rate[-1:]]), force
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"), [(1.0, ""), (57.3, "it looks like degrees"), (-1.0, "is -1")]
+)
+def test_rates_against_the_turning_of_gravity(factor: float, said: str, tmp_path: Path) -> None:
+    times, rate, force = tilting()
+    codes = 40.0 + 10.0 * np.sin(np.outer(np.arange(len(times)) / 50.0, [0.4, 0.5, 0.6, 0.7]))
+    topics = [
+        imu_topic(times, factor * rate, forces=force),
+        joints_topic("/thrusters/command", times, [NAMES] * len(times), codes),
+    ]
+    warned = warnings_of(tmp_path, topics)
+    assert said in warned
+    assert ("turns in the body" in warned) == bool(said)
+
+
+def test_a_position_that_points_up(tmp_path: Path) -> None:
+    times, rate, force = tilting()
+    depth = 2.0 + 0.5 * np.sin(np.arange(len(times)) / 200.0)
+    topics = [
+        imu_topic(times, rate, forces=force),
+        json_topic("/depth", times, [{"depth": one} for one in depth]),
+        json_topic("/pose", times, [{"pose": {"position": vector([1, 2, -one])}} for one in depth]),
+    ]
+    assert "its z axis points up" in warnings_of(tmp_path, topics)
+
+
+def test_a_pressure_in_bars(tmp_path: Path) -> None:
+    times, rate, force = tilting()
+    bars = 1.2 + 0.05 * np.sin(np.arange(len(times)) / 200.0)
+    topics = [
+        imu_topic(times, rate, forces=force),
+        json_topic("/pressure", times, [{"pressure": one} for one in bars]),
+    ]
+    assert "bar, dbar, psi" in warnings_of(tmp_path, topics)
