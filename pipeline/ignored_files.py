@@ -5,7 +5,8 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.plan import RAW_KINDS, is_data, is_raw, printable
+from pipeline.ingest.log_names import BAG_FILE
+from pipeline.plan import POOL, RAW_KINDS, is_data, is_raw, printable
 
 _MOST_LOOKED_AT = 10_000
 
@@ -45,10 +46,15 @@ def ignored_file_problems(
                 )
             )
             continue
+        if folder.name == POOL and (path / BAG_FILE).is_file():
+            continue  # a bag of ROS 2, which is a run
         count = sum(1 for _ in _data_below(path))
         if count:
             what = f"holds raw files ({count}) that are not read: folders are not looked into."
             remedy = f"Move them into {folder.name}/ itself."
+            if folder.name == POOL and any(path.glob("*.db3")):
+                remedy = f"If it is a bag of ROS 2: ros2 bag reindex {path.name}, which writes "
+                remedy += f"its {BAG_FILE}."
             if folder.name in RAW_KINDS:
                 remedy += " Files of a further type of thruster: name it in tables.types."
             expected = f"raw files in {folder.name}/."

@@ -19,7 +19,7 @@ from pipeline.check.pool_runs import (
 from pipeline.check.thruster_gains import gains_of_checked
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ignored_files import ignored_file_problems
-from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
+from pipeline.ingest.log_names import BAG_FILE, is_log_name, not_a_log, unprintable_log
 from pipeline.plan import (
     POOL,
     RAW_KINDS,
@@ -138,6 +138,9 @@ class _Reader:
         elif (path / VEHICLE_FILE).exists():
             seen = path / VEHICLE_FILE in self._vehicles
             self._vehicle_folder(path)
+        elif (path / BAG_FILE).is_file() and path.name not in _KINDS:
+            seen = (path / BAG_FILE).absolute() in self._runs
+            self._file(path / BAG_FILE)
         elif path.name in _KINDS:
             seen = self._kind_folder(path) or seen
         else:
@@ -196,7 +199,9 @@ class _Reader:
         self._findings.problems += problems
         found = bool(problems)
         for inner in sorted(path.iterdir()):
-            known = inner.name in _KINDS or (inner / VEHICLE_FILE).exists()
+            known = inner.name in _KINDS or any(
+                (inner / name).exists() for name in (VEHICLE_FILE, BAG_FILE)
+            )
             if (inner.is_dir() and known) or (inner.is_file() and is_raw(inner.name)):
                 found = True  # what is in it says itself when it holds nothing
                 self.read(inner)
@@ -219,7 +224,8 @@ class _Reader:
         tables: list[tuple[RunFinding, RunTable | None, Path | None]] = []
         for path, vehicle in self._runs.values():
             self._tell(str(path))
-            by = "folder" if path.absolute().parent.name == POOL else "suffix"
+            file = path.parent if path.name == BAG_FILE else path
+            by = "folder" if file.absolute().parent.name == POOL else "suffix"
             finding, table = read_run(path, vehicle, by)
             self._findings.runs.append(finding)
             tables.append((finding, table, self._file_of(vehicle)))
@@ -268,6 +274,7 @@ class _Reader:
     def _vehicle_for(self, file: Path) -> Vehicle | None:
         if self._vehicle_file is not None:
             return self._vehicle(self._vehicle_file)
+        file = file.parent if file.name == BAG_FILE else file
         typed = self._of_type(file)
         if typed is not None:
             return typed

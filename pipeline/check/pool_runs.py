@@ -7,6 +7,8 @@ from pathlib import Path
 from pipeline.check.findings import NotesFinding, RunFinding
 from pipeline.errors import CannotComputeError, InputError, Place, Problem
 from pipeline.ingest.log_names import (
+    BAG_FILE,
+    bags_in,
     is_log_anywhere,
     is_log_name,
     log_among_bench_files,
@@ -23,12 +25,13 @@ from pipeline.vehicle.schema import Vehicle
 
 def is_log(path: Path) -> bool:
     """Tell a pool run from other raw files: by its folder, or its suffix."""
-    return path.absolute().parent.name == POOL or is_log_anywhere(path.name)
+    is_bag = path.name == BAG_FILE
+    return is_bag or path.absolute().parent.name == POOL or is_log_anywhere(path.name)
 
 
 def is_notes(path: Path) -> bool:
     """Tell the notes of a run: they stand in the folder of the runs, or beside a log."""
-    if path.suffix.lower() not in NOTES_SUFFIXES or path.name == VEHICLE_FILE:
+    if path.suffix.lower() not in NOTES_SUFFIXES or path.name in {VEHICLE_FILE, BAG_FILE}:
         return False
     return path.absolute().parent.name == POOL or log_beside(path) is not None
 
@@ -80,13 +83,14 @@ def files_of_runs(folder: Path) -> list[Path]:
     """Return what a run looks at in a folder of runs: the logs, and what is no log by its name."""
     if not folder.is_dir():
         return []
-    return [
+    files = [
         path
-        for path in sorted(folder.iterdir())
+        for path in folder.iterdir()
         if (is_log_name(path.name) or is_raw(path.name))
         and not path.name.startswith((".", "~$"))
         and path.is_file()
     ]
+    return sorted([*files, *bags_in(folder)])
 
 
 def strays(folder: Path) -> list[Problem]:

@@ -1,10 +1,26 @@
 """Which files are logs of pool runs, by their names; recorders write ``.mcap`` or ``.MCAP``."""
 
 from collections.abc import Iterable
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from pipeline.errors import Place, Problem
+from pipeline.vehicle.run_notes import BAG_FILE, run_of
 
+__all__ = [
+    "BAG_FILE",
+    "LOG_SUFFIXES",
+    "TABLE_SUFFIXES",
+    "bags_in",
+    "is_log_anywhere",
+    "is_log_name",
+    "log_among_bench_files",
+    "log_beside",
+    "logs_of",
+    "not_a_log",
+    "parts_of",
+    "run_of",
+    "unprintable_log",
+]
 #: Endings of logs that are nothing else: MCAP, bags of ROS 1 and 2, ArduPilot, PX4, tables.
 LOG_SUFFIXES = (".mcap", ".bag", ".db3", ".bin", ".tlog", ".ulg", ".parquet")
 #: And of tables, which are runs where they lie among runs, in ``pool/``.
@@ -20,7 +36,20 @@ def is_log_name(name: str) -> bool:
     >>> is_log_name("dive.yaml")
     False
     """
-    return Path(name).suffix.lower() in (*LOG_SUFFIXES, *TABLE_SUFFIXES)
+    is_log = PurePath(name).suffix.lower() in (*LOG_SUFFIXES, *TABLE_SUFFIXES)
+    return is_log or PurePath(name).name == BAG_FILE
+
+
+def bags_in(folder: Path) -> list[Path]:
+    """Return the file of each bag in a folder, sorted; the bags are folders themselves."""
+    return sorted(path for path in folder.glob(f"[!.]*/{BAG_FILE}") if path.is_file())
+
+
+def parts_of(log: Path) -> list[Path]:
+    """Return the files of a bag beside the one that it is known by; none for other logs."""
+    if log.name != BAG_FILE:
+        return []
+    return sorted(path for path in log.parent.iterdir() if path.is_file() and path != log)
 
 
 def is_log_anywhere(name: str) -> bool:
@@ -37,9 +66,12 @@ def logs_of(folder: Path) -> list[Path]:
 
     Tables count in ``pool/`` alone.
     """
+    if (folder / BAG_FILE).is_file() and folder.absolute().name != _POOL:
+        return [folder / BAG_FILE]
     found = folder.iterdir() if folder.is_dir() else ()
     is_one = is_log_name if folder.absolute().name == _POOL else is_log_anywhere
-    return sorted(path for path in found if is_one(path.name) and path.is_file())
+    logs = (path for path in found if is_one(path.name) and path.name != BAG_FILE)
+    return sorted([*(path for path in logs if path.is_file()), *bags_in(folder)])
 
 
 def log_beside(notes: Path, files: Iterable[Path] | None = None) -> Path | None:
@@ -48,7 +80,7 @@ def log_beside(notes: Path, files: Iterable[Path] | None = None) -> Path | None:
     `files` is what lies in the folder, where the caller has looked already.
     """
     there = logs_of(notes.parent) if files is None else files
-    fits = (path for path in there if is_log_name(path.name) and path.stem == notes.stem)
+    fits = (path for path in there if is_log_name(path.name) and run_of(path) == notes.stem)
     return next(fits, None)
 
 
@@ -58,8 +90,8 @@ def not_a_log(shown: str) -> Problem:
         "warning",
         Place(shown),
         "is no log by its name, so it was not read.",
-        expected=f"pool runs as *{', *'.join((*LOG_SUFFIXES, *TABLE_SUFFIXES))}, each with an "
-        "optional <run>.yaml of notes.",
+        expected=f"pool runs as *{', *'.join((*LOG_SUFFIXES, *TABLE_SUFFIXES))}, or folders "
+        f"of ros2 bag with their {BAG_FILE}; each with an optional <run>.yaml of notes.",
         remedy="Convert it to MCAP, or move it out of pool/.",
     )
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from pipeline.ingest.log_names import BAG_FILE
 from pipeline.ingest.log_source import LogSource, MessageLog
 
 
@@ -22,6 +23,12 @@ def _db3(path: Path, shown_as: str) -> LogSource:
     from pipeline.ingest.log_bag import Ros2Database
 
     return MessageLog(Ros2Database(path, shown_as))
+
+
+def _folder(path: Path, shown_as: str) -> LogSource:
+    from pipeline.ingest.log_bag_folder import BagFolder
+
+    return MessageLog(BagFolder(path, shown_as))
 
 
 def _bin(path: Path, shown_as: str) -> LogSource:
@@ -76,4 +83,6 @@ def open_log(path: Path, shown_as: str) -> LogSource:
     InputError
         If it cannot be opened, or is not what its name says.
     """
+    if path.name == BAG_FILE:
+        return _folder(path, shown_as)
     return READERS.get(path.suffix.lower(), _mcap)(path, shown_as)

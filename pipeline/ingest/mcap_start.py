@@ -10,6 +10,7 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from urllib.parse import quote
 
+from pipeline.ingest.log_names import BAG_FILE, run_of
 from pipeline.ingest.mcap_records import (
     CHUNK,
     FOOTER,
@@ -56,6 +57,10 @@ def log_start_ns(path: Path) -> int | None:
         Since 1970. [ns]
     """
     ending = path.suffix.lower()
+    if path.name == BAG_FILE:
+        from pipeline.ingest.log_bag_folder import start_of_bag
+
+        return start_of_bag(path)
     if ending in _FIRST_TIME:
         return _FIRST_TIME[ending](path)
     times = _first_times(path)
@@ -173,7 +178,7 @@ def _statistics(path: Path) -> StatisticsRecord | None:
 
 def is_closed(path: Path) -> bool:
     """Tell whether the file ends as a log does that its writer closed; of MCAP alone that shows."""
-    if path.suffix.lower() in _FIRST_TIME:
+    if path.suffix.lower() in _FIRST_TIME or path.name == BAG_FILE:
         return True
     try:
         with path.open("rb") as file:
@@ -193,7 +198,7 @@ def day_of(path: Path) -> str:
     zone has that date when the log begins, or where the recorder's clock was not set. ``undated``
     without a time that can be.
     """
-    return _day(log_start_ns(path), path.stem)
+    return _day(log_start_ns(path), run_of(path))
 
 
 def _day(start_ns: int | None, name: str) -> str:

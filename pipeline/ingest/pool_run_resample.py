@@ -11,6 +11,7 @@ from pipeline.records.held_commands import mean_held
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_table import QUANTITIES, OffRow, RunTable
 from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.vehicle.run_notes import run_of
 
 _MOST_ROWS = 50_000_000
 #: Quantities with a column a thruster, and how their columns begin in the channels.
@@ -95,7 +96,7 @@ def resample(
                 off_row[quantity] = off
         values[quantity], valid[quantity], reading[quantity] = placed
     return RunTable(
-        PurePath(run.file).stem,
+        run_of(PurePath(run.file)),
         time_s,
         values,
         valid,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.bundled.vehicles import bundled_vehicles
-from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
+from pipeline.ingest.log_names import BAG_FILE, LOG_SUFFIXES, logs_of, run_of
 from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.plan import POOL, VEHICLE_FILE, UsageError, discover
@@ -102,7 +102,7 @@ def _file(  # noqa: PLR0917 - what `find_side` was given
             f"{path}: of which vehicle is it? There is no {VEHICLE_FILE} in the folders above; "
             "name it with --vehicle."
         )
-    if path.suffix.lower() in LOG_SUFFIXES:
+    if path.suffix.lower() in LOG_SUFFIXES or path.name == BAG_FILE:
         return _runs(text, owner, [str(path)], folders, tell)
     if path.suffix.lower() in _TABLES:
         return _bench(text, find_vehicle(owner, *folders)[1], [path], part)
@@ -117,7 +117,7 @@ def _logs_of(name: str, vehicle: str | None, raw: Path, out: Path) -> dict[str, 
     for owner in owners:
         _, file = find_vehicle(owner, raw, out)
         logs = logs_of(file.parent / POOL)
-        own = [log for log in logs if last in {log.name, log.stem}]
+        own = [log for log in logs if last in {log.name, run_of(log)}]
         if not own and _DAY.fullmatch(last):
             own = [log for log in logs if day_of(log) == last]
         if own:

@@ -24,6 +24,7 @@ from pipeline.stages.simulation_request import SimulationRequest
 from pipeline.stages.sound_runs import sound_runs
 from pipeline.vehicle.change_list import text_with
 from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.run_notes import run_of
 
 RESULT_FILE, CORRECTED_FILE = "diagnosis.json", "vehicle_corrected.yaml"
 #: One sound run does not show how much runs differ.
@@ -125,7 +126,7 @@ def _with_sound_runs(
     asked = set(find_logs((*request.runs, *request.holdout), one))
     if len(sound) < _LEAST_SOUND or asked & set(sound):
         return request, ()
-    names = ", ".join(f"{path.stem} ({why})" for path, why in sound.items())
+    names = ", ".join(f"{run_of(path)} ({why})" for path, why in sound.items())
     told = f"no healthy runs were named; these are known to be sound and were taken: {names}."
     return replace(request, healthy=tuple(str(path) for path in sound)), (told,)
 
@@ -213,10 +214,10 @@ def _overlay_names(logs: Sequence[Path], taken: Sequence[str] = ()) -> list[str]
     used = {name.lower() for name in taken}
     names = []
     for log in logs:
-        name, number = f"{log.stem}{OVERLAY_END}", 1
+        name, number = f"{run_of(log)}{OVERLAY_END}", 1
         while name.lower() in used:
             number += 1
-            name = f"{log.stem}-{number}{OVERLAY_END}"
+            name = f"{run_of(log)}-{number}{OVERLAY_END}"
         used.add(name.lower())
         names.append(name)
     return names

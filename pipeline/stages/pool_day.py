@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.export.mcap_log import write_run_log
 from pipeline.identify.pool_plan import MARGIN, WANTED, Candidate, Chosen, plan_pool_day
-from pipeline.ingest.log_names import logs_of
+from pipeline.ingest.log_names import logs_of, run_of
 from pipeline.ingest.mcap_start import log_start_ns
 from pipeline.plan import POOL
 from pipeline.provenance import canonical_json, write_atomically
@@ -112,11 +112,11 @@ def flown_of_plan(file: Path, one: SimulatedVehicle) -> tuple[FlownOfPlan, ...]:
     found = []
     for planned in last.runs:
         name = planned.manoeuvre.replace("_", "-")
-        own = next((log for log in logs if name in log.stem.replace("_", "-")), None)
+        own = next((log for log in logs if name in run_of(log).replace("_", "-")), None)
         if own is not None:
             logs.remove(own)
         text = f"{planned.number}. {planned.manoeuvre}: "
-        text += f"flown as {own.stem}." if own is not None else "not flown."
+        text += f"flown as {run_of(own)}." if own is not None else "not flown."
         found.append(
             FlownOfPlan(
                 number=planned.number,

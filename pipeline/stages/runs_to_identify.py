@@ -9,7 +9,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place
 from pipeline.identify.channel_noise import QUANTITIES
-from pipeline.ingest.log_names import LOG_SUFFIXES, logs_of
+from pipeline.ingest.log_names import BAG_FILE, LOG_SUFFIXES, logs_of, run_of
 from pipeline.ingest.pool_run import read_pool_run, resample
 from pipeline.plan import UsageError
 from pipeline.provenance import file_digest
@@ -36,7 +36,7 @@ def find_logs(texts: Sequence[str], one: SimulatedVehicle) -> list[Path]:
     found: list[Path] = []
     for text in texts:
         found += _logs(text, one.file.parent / "pool", one.name)
-    twice = {path.name for path in found if found.count(path) > 1}
+    twice = {run_of(path) for path in found if found.count(path) > 1}
     if twice:
         raise UsageError(f"{', '.join(sorted(twice))} is named twice.")
     return found
@@ -45,7 +45,7 @@ def find_logs(texts: Sequence[str], one: SimulatedVehicle) -> list[Path]:
 def _logs(text: str, pool: Path, vehicle: str) -> list[Path]:
     logs = logs_of(pool)
     is_plain = "/" not in text and "\\" not in text
-    named = [pool / text, *(log for log in logs if log.stem == text)] if is_plain else []
+    named = [pool / text, *(log for log in logs if run_of(log) == text)] if is_plain else []
     for path in (*named, Path(text)):
         if path.is_file():
             return [path.resolve()]
@@ -54,7 +54,7 @@ def _logs(text: str, pool: Path, vehicle: str) -> list[Path]:
             if within:
                 return within
             raise UsageError(f"{path} is a folder without logs (*{', *'.join(LOG_SUFFIXES)}).")
-    known = [path.stem for path in logs]
+    known = [run_of(path) for path in logs]
     near = difflib.get_close_matches(text, known, n=1)
     hint = f' Did you mean "{near[0]}"?' if near else ""
     there = f"There are {', '.join(known)}." if known else f"{pool} holds no logs."
@@ -64,7 +64,7 @@ def _logs(text: str, pool: Path, vehicle: str) -> list[Path]:
 def told_first(logs: Iterable[Path], tell: Callable[[str], None]) -> Iterator[Path]:
     """Pass logs on, each told before it is read."""
     for log in logs:
-        tell(f"reading {log.name}")
+        tell(f"reading {log.parent.name if log.name == BAG_FILE else log.name}")
         yield log
 
 

@@ -1,22 +1,35 @@
 """Read ``<run>.yaml``: what a person wrote of the pool run beside it."""
 
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from pipeline.errors import InputError, Place
 from pipeline.records.run_notes import RunNotes
 from pipeline.vehicle.load import validated
 from pipeline.vehicle.yaml_text import parse
 
-__all__ = ["NOTES_SUFFIXES", "notes_file", "read_run_notes"]
+__all__ = ["BAG_FILE", "NOTES_SUFFIXES", "notes_file", "read_run_notes", "run_of"]
 
 NOTES_SUFFIXES = (".yaml", ".yml")
 _MAX_BYTES = 100_000
+#: What ros2 bag writes last into the folder of a bag: the folder is one run, known by this file.
+BAG_FILE = "metadata.yaml"
+
+
+def run_of(log: PurePath) -> str:
+    """Return what a run is called: as its file without the ending, or as the folder of its bag.
+
+    >>> run_of(PurePath("pool/dive.mcap")), run_of(PurePath("pool/bag.2/metadata.yaml"))
+    ('dive', 'bag.2')
+    """
+    return log.parent.name if log.name == BAG_FILE else log.stem
 
 
 def notes_file(log: Path) -> Path | None:
     """Return the notes of a log: the file beside it with its name, ``.yaml`` or ``.yml``."""
+    # the notes of a bag lie beside its folder
+    folder = log.parent.parent if log.name == BAG_FILE else log.parent
     for suffix in NOTES_SUFFIXES:
-        path = log.with_suffix(suffix)
+        path = folder / f"{run_of(log)}{suffix}"
         if path.is_file():
             return path
     return None

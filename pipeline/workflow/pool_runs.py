@@ -5,10 +5,18 @@ import os
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePath
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.log_names import is_log_name, not_a_log, unprintable_log
+from pipeline.ingest.log_names import (
+    BAG_FILE,
+    bags_in,
+    is_log_name,
+    not_a_log,
+    parts_of,
+    run_of,
+    unprintable_log,
+)
 from pipeline.ingest.mcap_start import dates_in
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
 
@@ -24,11 +32,14 @@ class PoolLog:
     run: str
     path: str
     notes: str | None = None
+    parts: tuple[str, ...] = ()
+    """Of a bag in a folder, the other files there."""
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """The files that the run is read from."""
-        return (self.path,) if self.notes is None else (self.path, self.notes)
+        """The files that the run is read from, the one it is known by first."""
+        notes = () if self.notes is None else (self.notes,)
+        return (self.path, *notes, *self.parts)
 
 
 def run_name(file: str) -> str:
@@ -39,10 +50,15 @@ def run_name(file: str) -> str:
 
     >>> run_name("zig_zag-3.mcap")
     'zig_zag-3'
+    >>> run_name("rosbag2_7/metadata.yaml")
+    'rosbag2_7'
     >>> run_name("проба 1/5?.mcap")
     '1_5-9b2ec523'
     """
+    bag = file.removesuffix(f"/{BAG_FILE}")
     stem, ending = os.path.splitext(file)  # noqa: PTH122 - the text may hold what no path may
+    if bag != file:
+        file, stem, ending = bag, bag, ".mcap"
     if ending == ".mcap" and _PLAIN.fullmatch(stem):
         return stem
     safe = re.sub(r"[^A-Za-z0-9._-]+", "_", stem).strip("._-")[:60] or "run"
@@ -70,11 +86,12 @@ def pool_logs(
     """
     folder = base / vehicle.folder / POOL
     found: list[PoolLog] = []
-    names = set(file_names(folder))
+    files = set(file_names(folder)) - {BAG_FILE}
+    names = files | {path.relative_to(folder).as_posix() for path in bags_in(folder)}
     for name in sorted(names):
         if not is_log_name(name) or name in waiting or not name.isprintable():
             continue
-        stem = os.path.splitext(name)[0]  # noqa: PTH122 - as above
+        stem = run_of(PurePath(name))
         notes = next((stem + end for end in _NOTES if stem + end in names), None)
         place = f"{vehicle.folder}/{POOL}"
         notes_path = f"{place}/{notes}" if notes is not None else None
@@ -82,7 +99,8 @@ def pool_logs(
         if run.lower() in {log.run.lower() for log in found}:
             # another log has this name already: each is to keep results of its own
             run = f"{run[:60]}-{hashlib.sha256(name.encode(errors='surrogateescape')).hexdigest()}"
-        found.append(PoolLog(run, f"{place}/{name}", notes_path))
+        parts = tuple(f"{place}/{path.relative_to(folder)}" for path in parts_of(folder / name))
+        found.append(PoolLog(run, f"{place}/{name}", notes_path, parts))
     return tuple(found)
 
 
@@ -100,8 +118,8 @@ def day_problems(vehicle: str, logs: Iterable[PoolLog], days: Mapping[str, str])
     """
     found = []
     for log in logs:
-        name = Path(log.path).name
-        said, day = dates_in(Path(name).stem), days.get(log.run, UNDATED)
+        name = log.path.partition(f"/{POOL}/")[2]
+        said, day = dates_in(run_of(PurePath(name))), days.get(log.run, UNDATED)
         if said and day not in {UNDATED, *said}:
             found.append(
                 Problem(
@@ -123,7 +141,7 @@ def pool_problems(vehicle: VehicleFolder, base: Path) -> tuple[Problem, ...]:
         if not is_raw(name):
             continue
         shown = f"{vehicle.name}/{POOL}/{printable(name)}"
-        if not is_log_name(name):
+        if not is_log_name(name) or name == BAG_FILE:
             found.append(not_a_log(shown))
         elif not name.isprintable():
             found.append(unprintable_log(shown))
@@ -147,7 +165,7 @@ def file_names(folder: Path) -> list[str]:
 def log_size(path: Path) -> int:
     """Return the bytes of a log, 0 when it has gone."""
     try:
-        return path.stat().st_size
+        return sum(one.stat().st_size for one in (path, *parts_of(path)))
     except OSError:
         return 0
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from pipeline.errors import InputError
-from pipeline.ingest.log_names import is_log_name, log_beside
+from pipeline.ingest.log_names import BAG_FILE, bags_in, is_log_name, log_beside, parts_of
 from pipeline.ingest.mcap_start import is_closed
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
 from pipeline.workflow.outcome import Outcome
@@ -117,6 +117,8 @@ class Watcher:
         found = [folder / VEHICLE_FILE]
         for kind in (*RAW_KINDS, POOL):
             found += [folder / kind / name for name in file_names(folder / kind)]
+        for bag in bags_in(folder / POOL):
+            found += [bag, *parts_of(bag)]
         return sorted(found)
 
     def _remember(self, paths: Iterable[Path]) -> None:
@@ -148,10 +150,11 @@ class Watcher:
         """Whether the vehicle cannot be run yet: a bench file comes, or a known log comes anew."""
         pool = self.request.out / vehicle.folder / POOL
         for path in unsettled:
-            if path.parent != pool:
+            if pool not in path.parents:
                 return True
             if is_log_name(path.name):
-                result = run_file(vehicle.name, ROOMS["pool_run"], run_name(path.name))
+                name = path.name if path.parent == pool else f"{path.parent.name}/{BAG_FILE}"
+                result = run_file(vehicle.name, ROOMS["pool_run"], run_name(name))
                 if (self.request.out / result).is_file():
                     return True
         return False
@@ -174,6 +177,8 @@ def _age_s(path: Path) -> float:
 
 def _logs_of(path: Path, files: Iterable[Path]) -> list[str]:
     """Return the log that a file belongs to: itself, or the one beside its notes."""
+    if (path.parent / BAG_FILE).is_file() and path.parent.name != POOL:
+        return [f"{path.parent.name}/{BAG_FILE}"]
     if is_log_name(path.name):
         return [path.name]
     log = log_beside(path, (one for one in files if one.parent == path.parent))

@@ -11,6 +11,7 @@ from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Se
 from pipeline.report.numbers import fixed, general, percent, plural
 from pipeline.report.run_results import RunResults
 from pipeline.report.sections.warnings import all_places, problem_table
+from pipeline.vehicle.run_notes import run_of
 
 CLOCK_WORDS = {"header": "header stamp", "log": "log time", "field": "field of the message"}
 
@@ -69,7 +70,7 @@ def run_facts_section(results: RunResults) -> Section:
     if stored is not None and stored.notes is None:
         blocks.append(
             Paragraph(
-                f"No notes: write {PurePath(results.shown_path).stem}.yaml beside the log "
+                f"No notes: write {run_of(PurePath(results.shown_path))}.yaml beside the log "
                 "(ballast, water, tether, who, what) and they stand here.",
                 tone="note",
             )
