@@ -62,11 +62,8 @@ class BagFolder:
                 remedy="Copy the whole folder from the vehicle again.",
             )
         self.size = sum(part.size for part in self._parts)
-
-    @property
-    def read_bytes(self) -> int:
+        self.read_bytes = 0
         """How far the last pass got, over all parts."""
-        return sum(part.read_bytes for part in self._parts)
 
     @property
     def problems(self) -> list[Problem]:
@@ -81,6 +78,7 @@ class BagFolder:
             for block in part.blocks(own) if own else ():
                 messages = {first + one: found for one, found in block.messages.items()}
                 yield Block(block.data, messages)
+        self.read_bytes = sum(part.read_bytes for part in self._parts)
 
     def _open(self, path: Path) -> None:
         """Add a part; one that is missing or broken is told, and the others are read."""
