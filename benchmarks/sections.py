@@ -22,7 +22,7 @@ from pipeline.physics.parameters import offset, write
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Method, run, run_many
 from pipeline.simulate.sensitivity import BODY_CHANNELS, jacobian, parameter_scale
-from pipeline.simulate.tether import LumpedTether
+from pipeline.simulate.tether import LumpedMassTether
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.types import FloatArray
 
@@ -206,7 +206,7 @@ def growth_with_segments(*, quick: bool) -> list[Figures]:
     commands = cases.multisine(steps)
     found = []
     for count in (5, 10) if quick else (2, 5, 10, 15, 20, 30, 40):
-        tether = LumpedTether(
+        tether = LumpedMassTether(
             length_m=40.0,
             segments=count,
             diameter_m=0.012,

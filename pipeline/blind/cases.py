@@ -14,7 +14,7 @@ from pipeline.blind.generate import CaseSpec, GeneratedCase
 from pipeline.blind.label import seal
 from pipeline.blind.log import write_log
 from pipeline.blind.outside import TROUBLES
-from pipeline.blind.subject import Subject, possible_effects
+from pipeline.blind.subject import BlindSubject, possible_effects
 from pipeline.vehicle.load import VEHICLE_FILE
 
 #: Case numbers are added to these; a campaign's seed times `SEED_STRIDE` comes on top.
@@ -64,7 +64,7 @@ class Numbered:
 
 def case_of(
     number: int,
-    subjects: dict[str, Subject],
+    subjects: dict[str, BlindSubject],
     seed: int,
     *,
     calibration: bool = False,
@@ -76,7 +76,7 @@ def case_of(
     ----------
     number : int
         From 0.
-    subjects : dict of Subject
+    subjects : dict of BlindSubject
         Vehicles by name; they take turns.
     seed : int
         Of the campaign.

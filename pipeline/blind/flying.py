@@ -7,11 +7,11 @@ import numpy as np
 
 from pipeline.blind.draws import Drawn, draw
 from pipeline.blind.outside import TROUBLES, Hit, Trouble, draw_trouble
-from pipeline.blind.subject import Subject
+from pipeline.blind.subject import BlindSubject
 from pipeline.blind.table import table_of
 from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.faults import with_fault
-from pipeline.blind.truth.flight import Flight, fly_craft, still
+from pipeline.blind.truth.flight import TruthFlight, fly_craft, still
 from pipeline.blind.truth.kernel_flight import CONTROL_S, Belief
 from pipeline.blind.truth.manoeuvres import Scene, scene_of, wishes_of
 from pipeline.blind.truth.nature import Weather, background
@@ -64,15 +64,15 @@ class Patient:
 
 
 @dataclass(frozen=True)
-class Flown:
+class FlownCase:
     """A run of the true vehicle: craft, motion, forces from outside."""
 
     craft: Craft
-    flight: Flight
+    flight: TruthFlight
     outside: FloatArray
 
 
-def stage_of(subject: Subject, missing: Sequence[str], weather: Weather) -> Stage:
+def stage_of(subject: BlindSubject, missing: Sequence[str], weather: Weather) -> Stage:
     """Set up a vehicle with some of its instruments missing.
 
     Raises
@@ -116,7 +116,7 @@ def fly_all(
     kinds: Sequence[str],
     duration_s: float,
     seeds: np.random.SeedSequence,
-) -> list[Flown]:
+) -> list[FlownCase]:
     """Fly runs of the true vehicle with its faults.
 
     Raises
@@ -138,7 +138,7 @@ def fly_one(
     run: int,
     duration_s: float,
     seed: np.random.SeedSequence,
-) -> Flown:
+) -> FlownCase:
     """Fly one run; as `fly_all`."""
     rng = np.random.default_rng(seed)
     wishes, heading = wishes_of(kind, stage.scene, duration_s, rng)
@@ -160,11 +160,11 @@ def fly_one(
         raise VehicleLost
     if stage.scene.pool and np.abs(flight.place[:, :2]).max() > LARGEST_DRIFT_M:
         raise VehicleLost
-    return Flown(craft, flight, outside)
+    return FlownCase(craft, flight, outside)
 
 
 def read_runs(
-    stage: Stage, flown: Sequence[Flown], name: str, seeds: np.random.SeedSequence
+    stage: Stage, flown: Sequence[FlownCase], name: str, seeds: np.random.SeedSequence
 ) -> tuple[list[RunTable], dict[str, Log]]:
     """Read the instruments on all runs: tables, and logs by name of the run."""
     tables: list[RunTable] = []

@@ -11,7 +11,7 @@ import numpy as np
 from pipeline.blind.draws import Drawn
 from pipeline.blind.flying import (
     Fault,
-    Flown,
+    FlownCase,
     Patient,
     Stage,
     VehicleLost,
@@ -24,7 +24,7 @@ from pipeline.blind.outside import Trouble
 from pipeline.blind.regimes import regimes_of
 from pipeline.blind.severity import CHANNELS, Floors, gap_ratio, ratios
 from pipeline.blind.sizing import FloorKey, fault_that_shows, healthy_floors, trace_of_runs
-from pipeline.blind.subject import Subject, variant_for
+from pipeline.blind.subject import BlindSubject, variant_for
 from pipeline.blind.truth.manoeuvres import SETS
 from pipeline.blind.truth.nature import drawn, some_weather
 from pipeline.blind.truth.sensors import Log
@@ -59,7 +59,7 @@ class GeneratedCase:
     """A case in memory; `logs` has the readings of each run by name."""
 
     spec: CaseSpec
-    subject: Subject
+    subject: BlindSubject
     runs: tuple[RunTable, ...]
     holdout: tuple[RunTable, ...]
     healthy: tuple[RunTable, ...]
@@ -67,12 +67,12 @@ class GeneratedCase:
     logs: dict[str, Log] = field(repr=False)
 
 
-def generate(subject: Subject, spec: CaseSpec) -> GeneratedCase:
+def generate(subject: BlindSubject, spec: CaseSpec) -> GeneratedCase:
     """Make a case.
 
     Parameters
     ----------
-    subject : Subject
+    subject : BlindSubject
         The vehicle; a variant of it is taken where the effect needs one.
     spec : CaseSpec
         What the case is.
@@ -135,7 +135,7 @@ def _flown(
     kinds: Sequence[str],
     spec: CaseSpec,
     seeds: np.random.SeedSequence,
-) -> tuple[Patient, list[Flown]]:
+) -> tuple[Patient, list[FlownCase]]:
     """Fly all runs; the faults are made smaller until the vehicle stays under control."""
     for _try in range(_TRIES):
         try:
@@ -150,7 +150,7 @@ def _flown(
 def _label(
     stage: Stage,
     patient: Patient,
-    flown: Sequence[Flown],
+    flown: Sequence[FlownCase],
     *,
     floors: Floors,
     spec: CaseSpec,

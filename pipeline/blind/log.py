@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.blind.truth.sensors import Log, Reading
+from pipeline.blind.truth.sensors import Log, SensorReading
 from pipeline.errors import CannotComputeError
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
@@ -131,7 +131,7 @@ def write_log(path: Path, log: Log, vehicle: Vehicle, start_time_ns: int) -> Non
     ----------
     path : Path
         ``*.mcap``.
-    log : dict of Reading
+    log : dict of SensorReading
         From `pipeline.blind.truth.sensors.read_all`.
     vehicle : Vehicle
         Names of the thrusters, water, mount of the DVL.
@@ -230,7 +230,7 @@ _WHERE = {
 }
 
 
-def _fill(instrument: str, body: _Messages, reading: Reading, vehicle: Vehicle) -> None:
+def _fill(instrument: str, body: _Messages, reading: SensorReading, vehicle: Vehicle) -> None:
     values = reading.values
     if instrument == "imu":
         body.numbers("<f8", values[:, [7, 8, 9, 6]])

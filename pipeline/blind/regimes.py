@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.blind.severity import WINDOW, Floors
 from pipeline.blind.truth.craft import Craft
-from pipeline.blind.truth.flight import Flight
+from pipeline.blind.truth.flight import TruthFlight
 from pipeline.blind.truth.kernel_flight import SAMPLES
 from pipeline.types import FloatArray
 
@@ -14,7 +14,7 @@ REGIMES = ("speed", "command", "turning", "depth", "wall", "time")
 
 
 def regimes_of(
-    trace: FloatArray, floors: Floors, flights: Sequence[Flight], craft: Craft
+    trace: FloatArray, floors: Floors, flights: Sequence[TruthFlight], craft: Craft
 ) -> dict[str, float]:
     """Rank correlation (Spearman) of the gap in windows with each regressor.
 
@@ -24,7 +24,7 @@ def regimes_of(
         What the fault does, flight after flight.
     floors : Floors
         What it is measured against.
-    flights : sequence of Flight
+    flights : sequence of TruthFlight
         The same flights.
     craft : Craft
         The stated vehicle: its walls and largest codes.
@@ -50,7 +50,7 @@ def _rank(values: FloatArray) -> FloatArray:
     return np.argsort(np.argsort(values)).astype(float)
 
 
-def _rows(flight: Flight, craft: Craft) -> list[tuple[float, ...]]:
+def _rows(flight: TruthFlight, craft: Craft) -> list[tuple[float, ...]]:
     """Speed, command level, turning, depth, distance to the wall, time of each window."""
     out: list[tuple[float, ...]] = []
     for first in range(0, len(flight.commands) - WINDOW + 1, WINDOW):

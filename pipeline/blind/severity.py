@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.blind.truth.craft import Craft
-from pipeline.blind.truth.flight import Flight, fly_craft
+from pipeline.blind.truth.flight import TruthFlight, fly_craft
 from pipeline.blind.truth.kernel_flight import CONTROL_S, SAMPLE, SAMPLES, Belief
 from pipeline.blind.truth.sensors import dvl_velocity
 from pipeline.errors import CannotComputeError
@@ -54,8 +54,8 @@ def sensor_floor(sensors: Sensors) -> FloatArray:
 
 
 def windows_of(
-    craft: Craft, belief: Belief, flight: Flight, outside: FloatArray | None = None
-) -> list[Flight]:
+    craft: Craft, belief: Belief, flight: TruthFlight, outside: FloatArray | None = None
+) -> list[TruthFlight]:
     """Fly the commands of a flight in windows, each from the true motion at its start."""
     n = flight.count
     out = []
@@ -77,7 +77,9 @@ def windows_of(
     return out
 
 
-def readings_of(flight: Flight, craft: Craft, sensors: Sensors, late: bool = True) -> FloatArray:
+def readings_of(
+    flight: TruthFlight, craft: Craft, sensors: Sensors, late: bool = True
+) -> FloatArray:
     """Return what the channels show of a motion without noise (k, 12), five times a second."""
     rows = slice(0, None, 10)
     time_s = flight.time_s[rows]
@@ -106,7 +108,7 @@ def trace_of(
     sick: Craft,
     well: Craft,
     belief: Belief,
-    flights: Sequence[tuple[Flight, FloatArray]],
+    flights: Sequence[tuple[TruthFlight, FloatArray]],
     sensors: Sensors,
 ) -> FloatArray:
     """Difference that the fault makes, by window (windows, k, 12).
@@ -135,7 +137,7 @@ def trace_of(
 
 def floors_of(
     stated: Craft,
-    healthy: Sequence[tuple[Craft, Flight]],
+    healthy: Sequence[tuple[Craft, TruthFlight]],
     belief: Belief,
     sensors: Sensors,
 ) -> Floors:

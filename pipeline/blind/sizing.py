@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.blind.flying import (
     Fault,
-    Flown,
+    FlownCase,
     Patient,
     Stage,
     VehicleLost,
@@ -19,9 +19,9 @@ from pipeline.blind.flying import (
     stage_of,
 )
 from pipeline.blind.severity import Floors, floors_of, gap_ratio, ratios, trace_of
-from pipeline.blind.subject import Subject
+from pipeline.blind.subject import BlindSubject
 from pipeline.blind.truth.craft import Craft
-from pipeline.blind.truth.flight import Flight
+from pipeline.blind.truth.flight import TruthFlight
 from pipeline.blind.truth.manoeuvres import SETS
 from pipeline.blind.truth.nature import Weather, drawn
 from pipeline.errors import CannotComputeError
@@ -131,7 +131,7 @@ def size_for(
     return (size, 1.0) if best is None else (best[0], best[2])
 
 
-def trace_of_runs(stage: Stage, well: Craft, flown: Sequence[Flown]) -> FloatArray:
+def trace_of_runs(stage: Stage, well: Craft, flown: Sequence[FlownCase]) -> FloatArray:
     """Trace of the faults over runs, each with the craft of that run (windows, k, 12).
 
     The healthy side keeps the background, which is in body axes; troubles push in NED.
@@ -148,7 +148,7 @@ def trace_of_runs(stage: Stage, well: Craft, flown: Sequence[Flown]) -> FloatArr
 class FloorKey:
     """What floors depend on; compared by the text of the vehicle file."""
 
-    subject: Subject = field(hash=False, compare=False)
+    subject: BlindSubject = field(hash=False, compare=False)
     manoeuvres: str
     missing: tuple[str, ...]
     text: str = ""
@@ -171,7 +171,7 @@ def healthy_floors(key: FloorKey) -> Floors:
     model = key.subject.vehicle.model
     if model is None:
         raise CannotComputeError(f"{key.subject.name} has no model: section")
-    flown: list[tuple[Craft, Flight]] = []
+    flown: list[tuple[Craft, TruthFlight]] = []
     kinds = SETS[key.manoeuvres][0]
     for k in range(6):
         seeds = np.random.SeedSequence([7919, k])

@@ -12,7 +12,7 @@ from pipeline.vehicle.schema import Vehicle
 
 
 @dataclass(frozen=True)
-class Subject:
+class BlindSubject:
     """A vehicle file, as text and as read; `static` is the bench's family, where there is one."""
 
     name: str
@@ -21,7 +21,7 @@ class Subject:
     static: StaticCharacteristic | None = None
 
 
-def subject_from(folder: Path, static: StaticCharacteristic | None = None) -> Subject:
+def subject_from(folder: Path, static: StaticCharacteristic | None = None) -> BlindSubject:
     """Read the vehicle file of a folder.
 
     A tether of the nominal model is taken out: no simulation of the package has it.
@@ -34,14 +34,14 @@ def subject_from(folder: Path, static: StaticCharacteristic | None = None) -> Su
     file = folder / VEHICLE_FILE if folder.is_dir() else folder
     text = file.read_text(encoding="utf-8")
     vehicle = load_vehicle(file)
-    subject = Subject(vehicle.name, text, vehicle, static)
+    subject = BlindSubject(vehicle.name, text, vehicle, static)
     tether = vehicle.model.tether if vehicle.model is not None else None
     if tether is not None and tether.in_nominal:
         return _edited(subject, "tether", "in_nominal", "false")
     return subject
 
 
-def variant_for(subject: Subject, effect: str) -> Subject:
+def variant_for(subject: BlindSubject, effect: str) -> BlindSubject:
     """Return the vehicle with a nominal model that lacks the term which the effect names.
 
     Of other effects it is the vehicle itself.
@@ -56,7 +56,7 @@ def variant_for(subject: Subject, effect: str) -> Subject:
     return subject
 
 
-def possible_effects(subject: Subject) -> tuple[str, ...]:
+def possible_effects(subject: BlindSubject) -> tuple[str, ...]:
     """Effects that a vehicle, or a variant of it, can have and that its sensors could show."""
     model, sensors = subject.vehicle.model, subject.vehicle.sensors
     out = []
@@ -77,7 +77,7 @@ def possible_effects(subject: Subject) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _edited(subject: Subject, section: str, key: str, value: str) -> Subject:
+def _edited(subject: BlindSubject, section: str, key: str, value: str) -> BlindSubject:
     """Change one key of one section of `model:` in the text, and read it again."""
     lines = subject.text.splitlines(keepends=True)
     inside = in_model = False
@@ -92,4 +92,4 @@ def _edited(subject: Subject, section: str, key: str, value: str) -> Subject:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / VEHICLE_FILE).write_text(text, encoding="utf-8")
         vehicle = load_vehicle(Path(folder))
-    return Subject(subject.name, text, vehicle, subject.static)
+    return BlindSubject(subject.name, text, vehicle, subject.static)

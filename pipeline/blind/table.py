@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.blind.truth.sensors import Log, Reading
+from pipeline.blind.truth.sensors import Log, SensorReading
 from pipeline.records.held_commands import mean_held
 from pipeline.records.run_table import OffRow, RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -29,7 +29,7 @@ def table_of(
 
     Parameters
     ----------
-    log : dict of Reading
+    log : dict of SensorReading
         From `pipeline.blind.truth.sensors.read_all`.
     thrusters : tuple of str
         Names of the columns of the commands.
@@ -77,7 +77,7 @@ def table_of(
 
 
 def _placed(
-    source: Reading, columns: FloatArray, time_s: FloatArray
+    source: SensorReading, columns: FloatArray, time_s: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     stamp = source.stamp_s
     if columns.shape[1] == 4:

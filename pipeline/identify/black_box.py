@@ -26,7 +26,7 @@ RANGE_FACTOR = 3.0
 
 
 @dataclass(frozen=True)
-class Forecast:
+class BlackBoxForecast:
     """Predicted channels on a time grid: quantity -> (k, c)."""
 
     time_s: FloatArray
@@ -53,7 +53,7 @@ class BlackBox:
     low: FloatArray
     high: FloatArray
 
-    def predict(self, run: RunTable, from_s: float, to_s: float) -> Forecast | None:
+    def predict(self, run: RunTable, from_s: float, to_s: float) -> BlackBoxForecast | None:
         """Run the model freely over a stretch of a run, from the two samples before it.
 
         None where a channel of the model has no valid sample near the start.
@@ -69,7 +69,7 @@ class BlackBox:
             x = np.concatenate([s[k, :-1], s[k - 1, :-1], drive[k], [1.0]])
             s[k + 1] = s[k] + x @ self.coefficients
             s[k + 1, :-1] = np.clip(s[k + 1, :-1], self.low, self.high)
-        return Forecast(time_s, self._channels(s, drive))
+        return BlackBoxForecast(time_s, self._channels(s, drive))
 
     def _channels(self, s: FloatArray, drive: FloatArray) -> dict[str, FloatArray]:
         values, column, roll_pitch = {}, 0, None

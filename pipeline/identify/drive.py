@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.drive_bench import Bench, bench_of
+from pipeline.identify.drive_bench import DriveBench, bench_of
 from pipeline.identify.drive_checks import code_0_check, physical_checks, sweeps_check
 from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear, judge
 from pipeline.identify.polynomial import name_outliers
@@ -139,7 +139,7 @@ def _exponents(speed_power: int, code_power: int) -> IntArray:
     return np.array(list(pairs), dtype=np.int64)
 
 
-def _frame(bench: Bench, code_scale: float) -> TorqueSurface:
+def _frame(bench: DriveBench, code_scale: float) -> TorqueSurface:
     """Centre line and band of the measured speeds; a surface without terms yet.
 
     Below the lowest code the band shrinks towards standstill at code 0.
@@ -162,7 +162,7 @@ def _frame(bench: Bench, code_scale: float) -> TorqueSurface:
     )
 
 
-def _judged_within_sheets(bench: Bench) -> Judgement:
+def _judged_within_sheets(bench: DriveBench) -> Judgement:
     """Judge each point by a robust cubic through its own sheet's points.
 
     A point is judged by its neighbours on the bench, not by the surface: where the surface is too
@@ -181,7 +181,7 @@ def _judged_within_sheets(bench: Bench) -> Judgement:
 
 
 def _score_powers(
-    bench: Bench, frame: TorqueSurface, judged: Judgement
+    bench: DriveBench, frame: TorqueSurface, judged: Judgement
 ) -> dict[tuple[int, int], OrderScore]:
     """Score every pair of powers; the error is that at codes left out one at a time."""
     codes = np.unique(bench.code)
@@ -239,7 +239,7 @@ def _choose(tried: dict[tuple[int, int], _Candidate]) -> tuple[int, int]:
     return min(within, key=lambda powers: (drives[powers].terms, drives[powers].error_nm))
 
 
-def _error_at_left_out_codes(bench: Bench, basis: FloatArray, fit: LinearFit) -> float:
+def _error_at_left_out_codes(bench: DriveBench, basis: FloatArray, fit: LinearFit) -> float:
     """RMS error at each inner code predicted from the others; the end codes would extrapolate."""
     keep = ~fit.outlier
     squares: list[FloatArray] = []
@@ -250,7 +250,7 @@ def _error_at_left_out_codes(bench: Bench, basis: FloatArray, fit: LinearFit) ->
     return float(np.sqrt(np.mean(np.concatenate(squares)))) if squares else np.inf
 
 
-def _torque_scale_by_file(bench: Bench, fit: LinearFit) -> dict[str, float]:
+def _torque_scale_by_file(bench: DriveBench, fit: LinearFit) -> dict[str, float]:
     """Torque of each drive over that of the family, least squares through zero."""
     scales = {}
     for label in np.unique(bench.file):
@@ -262,7 +262,7 @@ def _torque_scale_by_file(bench: Bench, fit: LinearFit) -> dict[str, float]:
     return scales
 
 
-def _spread_by_code(bench: Bench, fit: LinearFit) -> tuple[CodeSpread, ...]:
+def _spread_by_code(bench: DriveBench, fit: LinearFit) -> tuple[CodeSpread, ...]:
     spreads = []
     for code in np.unique(bench.code):
         own = (bench.code == code) & ~fit.outlier

@@ -12,7 +12,7 @@ from pipeline.units import rpm_to_rps
 
 
 @dataclass(frozen=True)
-class Bench:
+class DriveBench:
     """The fitted points as columns, mirrored to positive code, speed and torque."""
 
     points: tuple[LoadTestPoint, ...]
@@ -25,7 +25,7 @@ class Bench:
     loading: BoolArray
 
 
-def bench_of(load_test: LoadTestRecord) -> Bench:
+def bench_of(load_test: LoadTestRecord) -> DriveBench:
     """Take the points to fit: with a code, without marks, and not at code 0.
 
     Raises
@@ -53,7 +53,7 @@ def bench_of(load_test: LoadTestRecord) -> Bench:
         )
     code = np.array([p.code for p in points], float)
     sign = np.sign(code)
-    return Bench(
+    return DriveBench(
         points=points,
         shaft_speed_rps=sign * np.array([rpm_to_rps(p.shaft_speed_rpm) for p in points]),
         code=np.abs(code),

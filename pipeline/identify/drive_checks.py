@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.identify.drive_bench import Bench, readings_at_code_0
+from pipeline.identify.drive_bench import DriveBench, readings_at_code_0
 from pipeline.identify.linear_fit import LinearFit
 from pipeline.physics.drive import TorqueSurface, drive_torque, drive_torque_slope
 from pipeline.records.fits import Check
@@ -10,7 +10,7 @@ from pipeline.records.intervals import SWEEPS_PER_TERM
 from pipeline.records.measurements import LoadTestRecord
 
 
-def physical_checks(bench: Bench, surface: TorqueSurface) -> tuple[Check, ...]:
+def physical_checks(bench: DriveBench, surface: TorqueSurface) -> tuple[Check, ...]:
     """Check that torque falls with shaft speed and rises with code where it was measured."""
     slope = drive_torque_slope(bench.shaft_speed_rps, bench.code, surface)
     step = 1.0

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.identify.output_error import Solution
+from pipeline.identify.output_error import FitSolution
 from pipeline.identify.vehicle_parameters import values_from_steps
-from pipeline.identify.window_derivatives import Problem
+from pipeline.identify.window_derivatives import FitProblem
 from pipeline.records.identification import ChannelQuality, IdentifiedParameter, ThrustFound
 from pipeline.types import FloatArray
 
@@ -19,7 +19,7 @@ WORSE = 0.05
 
 
 def steps_of_file(
-    solution: Solution, found: Sequence[IdentifiedParameter], thrust: Sequence[ThrustFound]
+    solution: FitSolution, found: Sequence[IdentifiedParameter], thrust: Sequence[ThrustFound]
 ) -> FloatArray:
     """Unknowns (p + q,) of a file that has what stands and the factors of the thrusters, as found.
 
@@ -35,7 +35,7 @@ def steps_of_file(
 
 
 def as_filed(
-    problem: Problem,
+    problem: FitProblem,
     steps: FloatArray | None,
     found: Sequence[IdentifiedParameter],
     thrust: Sequence[ThrustFound],

@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.effects.effect import AXES
 from pipeline.identify.gain_estimates import WIDEST, pool
-from pipeline.identify.gain_sentences import Question, sentence
+from pipeline.identify.gain_sentences import GainQuestion, sentence
 from pipeline.identify.gain_tests import (
     ORDINARY_COUPLING,
     adjusted,
@@ -69,9 +69,9 @@ def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
     return _merged(kept, chance_of)
 
 
-def _thrusters(asked: GainSet, known: Sound) -> list[Question]:
+def _thrusters(asked: GainSet, known: Sound) -> list[GainQuestion]:
     """Ask of each thruster in each run, and in all, whether it gives what is expected."""
-    questions: list[Question] = []
+    questions: list[GainQuestion] = []
     for run in asked.runs:
         told = run.likelihood
         sound = known.apart_from(told.run)
@@ -119,7 +119,7 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     judged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
     degrees: float,
     between_runs: float = 0.0,
-) -> list[Question]:
+) -> list[GainQuestion]:
     name = asked.names[i]
     usual, scatter, other = (
         np.ones(len(asked.names)),
@@ -170,13 +170,13 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
         "against": other,
     }
     return [
-        Question(kind, less, **figures),  # type: ignore[arg-type]
-        Question("dead", nothing, **figures),  # type: ignore[arg-type]
-        Question("strong", more, **figures),  # type: ignore[arg-type]
+        GainQuestion(kind, less, **figures),  # type: ignore[arg-type]
+        GainQuestion("dead", nothing, **figures),  # type: ignore[arg-type]
+        GainQuestion("strong", more, **figures),  # type: ignore[arg-type]
     ]
 
 
-def _layouts(asked: GainSet) -> list[Question]:
+def _layouts(asked: GainSet) -> list[GainQuestion]:
     """Ask whether thrusters are exchanged, or an axis counts the other way."""
     questions = []
     layouts = other_layouts(asked.levers)
@@ -190,7 +190,7 @@ def _layouts(asked: GainSet) -> list[Question]:
             likelihoods = [run.likelihood for run in asked.runs]
             p = max(p, against_all(likelihoods, asked.levers[other.axis], other.axis))
         questions.append(
-            Question(
+            GainQuestion(
                 "swapped" if other.kind == "swapped" else "axis_reversed",
                 p,
                 runs or tuple(run for _, run in ratios),
@@ -201,7 +201,7 @@ def _layouts(asked: GainSet) -> list[Question]:
     return questions
 
 
-def _couplings(asked: GainSet) -> list[Question]:
+def _couplings(asked: GainSet) -> list[GainQuestion]:
     """Ask whether a thruster moves an axis that its lever says it cannot."""
     questions = []
     for (name, axis), (one, runs) in pooled_gains(asked, ORDINARY_COUPLING / 4.0).items():
@@ -210,7 +210,7 @@ def _couplings(asked: GainSet) -> list[Question]:
         beyond = max(abs(one.mean) - ORDINARY_COUPLING, 0.0)
         degrees = float(one.degrees or 30)
         questions.append(
-            Question(
+            GainQuestion(
                 "coupled",
                 min(
                     2.0
@@ -229,10 +229,10 @@ def _couplings(asked: GainSet) -> list[Question]:
     return questions
 
 
-def _headings(asked: GainSet) -> list[Question]:
+def _headings(asked: GainSet) -> list[GainQuestion]:
     """Ask whether the heading turns against the commands."""
     return [
-        Question(
+        GainQuestion(
             "heading_reversed",
             run.heading.p_negative,
             (run.likelihood.run,),
@@ -244,7 +244,7 @@ def _headings(asked: GainSet) -> list[Question]:
     ]
 
 
-def _common_scales(asked: GainSet, known: Sound) -> list[Question]:
+def _common_scales(asked: GainSet, known: Sound) -> list[GainQuestion]:
     """Ask whether all thrusters of a run give more or less than in the reference, alike."""
     questions = []
     for run in asked.runs:
@@ -260,7 +260,7 @@ def _common_scales(asked: GainSet, known: Sound) -> list[Question]:
         if one.between > 0.5 * abs(one.mean - 1.0):
             continue
         questions.append(
-            Question(
+            GainQuestion(
                 "common_scale",
                 min(2.0 * tail(-abs(one.mean - 1.0), spread, max(degrees, 8.0)), 1.0),
                 (run.likelihood.run,),
@@ -293,7 +293,7 @@ def _ratios(
     return ratios, widths, scatter
 
 
-def _without_consequences(found: Sequence[Question]) -> list[Question]:
+def _without_consequences(found: Sequence[GainQuestion]) -> list[GainQuestion]:
     """Drop what a clearer finding explains: exchanged thrusters look dead, reversed and coupled."""
     layouts = sorted(
         (one for one in found if one.kind in {"swapped", "axis_reversed"}), key=lambda one: one.p
@@ -313,9 +313,9 @@ def _without_consequences(found: Sequence[Question]) -> list[Question]:
     return kept
 
 
-def _merged(kept: Sequence[Question], chance_of: Mapping[int, float]) -> list[GainFinding]:
+def _merged(kept: Sequence[GainQuestion], chance_of: Mapping[int, float]) -> list[GainFinding]:
     """Make one finding of the same thing in several runs."""
-    groups: dict[tuple[str, tuple[str, ...], str | None], list[Question]] = {}
+    groups: dict[tuple[str, tuple[str, ...], str | None], list[GainQuestion]] = {}
     for one in kept:
         kind = "weak" if one.kind in {"dead", "reversed"} else one.kind
         groups.setdefault((kind, one.thrusters, one.axis), []).append(one)

@@ -7,7 +7,7 @@ from pipeline.records.gains import FindingKind
 
 
 @dataclass(frozen=True)
-class Question:
+class GainQuestion:
     """One comparison: what would be found, in which runs, and how unlikely it is by chance."""
 
     kind: FindingKind
@@ -21,12 +21,12 @@ class Question:
     against: str = ""
 
 
-def sentence(one: Question, runs: Sequence[str]) -> str:
+def sentence(one: GainQuestion, runs: Sequence[str]) -> str:
     """Say what was found, in which runs, and what to look at.
 
     Parameters
     ----------
-    one : Question
+    one : GainQuestion
         The clearest of the comparisons that it rests on.
     runs : sequence of str
         All runs that show it.

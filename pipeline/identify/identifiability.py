@@ -12,12 +12,12 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.bounds import cut_std
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
-from pipeline.identify.output_error import Reduced, Solution, reduce_windows
+from pipeline.identify.output_error import FitSolution, Reduced, reduce_windows
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED, prior_share
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter
-from pipeline.identify.window_derivatives import Problem, derivatives
+from pipeline.identify.window_derivatives import FitProblem, derivatives
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import cut
 from pipeline.records.identification import IdentifiedParameter, ManoeuvreGain
@@ -98,7 +98,7 @@ def information_of_run(
     """
     stack = stack_windows(packed, cut(packed, [table], channels), channels, scale=scale)
     shared = run_nuisance(stack, 1)
-    problem = Problem(stack, parameters, packed.vector, shared, threads, thrust)
+    problem = FitProblem(stack, parameters, packed.vector, shared, threads, thrust)
     point = problem.origin()
     if steps is not None:
         point = replace(point, steps=steps)
@@ -120,7 +120,7 @@ def _without_shared(reduced: Reduced, count: int) -> FloatArray:
 def best_manoeuvres(
     packed: PackedVehicle,
     sensors: Sensors,
-    solution: Solution,
+    solution: FitSolution,
     found: Sequence[IdentifiedParameter],
     threads: int = 2,
 ) -> tuple[ManoeuvreGain, ...]:
@@ -132,7 +132,7 @@ def best_manoeuvres(
         The vehicle as its file states it; autopilot and allocator believe this one.
     sensors : Sensors
         What would measure.
-    solution : Solution
+    solution : FitSolution
         The fit.
     found : sequence of IdentifiedParameter
         Its verdicts.

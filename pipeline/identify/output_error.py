@@ -24,12 +24,12 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.bounds import bounded_step
 from pipeline.identify.window_derivatives import (
     Derivatives,
-    Point,
-    Problem,
+    FitPoint,
+    FitProblem,
     derivatives,
     residuals,
 )
-from pipeline.identify.window_outputs import Stack
+from pipeline.identify.window_outputs import WindowStack
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 
@@ -70,11 +70,11 @@ class Reduced:
 
 
 @dataclass(frozen=True)
-class Solution:
+class FitSolution:
     """The fit: the point, the normal equations there, and how it went."""
 
-    problem: Problem
-    point: Point
+    problem: FitProblem
+    point: FitPoint
     reduced: Reduced
     derivatives: Derivatives
     gain: float
@@ -105,7 +105,7 @@ class Solution:
         return self.problem.packed(self.point.steps)
 
 
-def softness_of(stack: Stack, residual: FloatArray) -> FloatArray:
+def softness_of(stack: WindowStack, residual: FloatArray) -> FloatArray:
     """Factor on the noise of each residual while its channel is still far off, (rows,).
 
     The channel's present scatter (median absolute residual over 0.6745) where that exceeds `FAR`,
@@ -123,7 +123,7 @@ def softness_of(stack: Stack, residual: FloatArray) -> FloatArray:
 
 
 def reduce_windows(
-    problem: Problem, found: Derivatives, point: Point, weights: FloatArray
+    problem: FitProblem, found: Derivatives, point: FitPoint, weights: FloatArray
 ) -> tuple[Reduced, list[tuple[FloatArray, FloatArray]]]:
     """Eliminate every window's start from the normal equations.
 
@@ -171,7 +171,9 @@ def reduce_windows(
     return Reduced(information, prior, gradient, tuple(pieces)), back
 
 
-def total_cost(problem: Problem, residual: FloatArray, soft: FloatArray, point: Point) -> float:
+def total_cost(
+    problem: FitProblem, residual: FloatArray, soft: FloatArray, point: FitPoint
+) -> float:
     """Huber's cost with the priors; infinite where a simulation failed."""
     if not np.isfinite(residual).all():
         return float("inf")
@@ -182,20 +184,20 @@ def total_cost(problem: Problem, residual: FloatArray, soft: FloatArray, point: 
 
 
 def solve(
-    problem: Problem,
-    begin: Point | None = None,
+    problem: FitProblem,
+    begin: FitPoint | None = None,
     *,
     smallest_gain: float = SMALLEST_GAIN,
     most_steps: int = MOST_STEPS,
     before_this: Derivatives | None = None,
-) -> Solution:
+) -> FitSolution:
     """Minimise the cost by Gauss-Newton with step halving.
 
     Parameters
     ----------
-    problem : Problem
+    problem : FitProblem
         Windows and parameters.
-    begin : Point, optional
+    begin : FitPoint, optional
         Where to start; the nominal vehicle and the measured first states otherwise.
     smallest_gain : float
         Stop when a step promises less than this off the cost.
@@ -240,7 +242,7 @@ def solve(
         out_of_steps = True
     # settled is what promises less than one unit of a cost of so many
     converged = gain < max(1.0, 0.0 if out_of_steps else smallest_gain)
-    return Solution(
+    return FitSolution(
         problem,
         point,
         reduced,
@@ -256,7 +258,7 @@ def solve(
 
 
 def _shared_step(
-    problem: Problem, reduced: Reduced, point: Point
+    problem: FitProblem, reduced: Reduced, point: FitPoint
 ) -> tuple[FloatArray, float, FloatArray, FloatArray]:
     """Gauss-Newton step of (x, s) with their priors and bounds, and what it promises off the cost.
 
@@ -293,18 +295,18 @@ def _moves(
 
 
 def _search(  # noqa: PLR0917 - the state of one iteration
-    problem: Problem,
-    point: Point,
+    problem: FitProblem,
+    point: FitPoint,
     cost: float,
     soft: FloatArray,
     step: FloatArray,
     moves: FloatArray,
-) -> tuple[Point, float]:
+) -> tuple[FitPoint, float]:
     """Halve the step until the cost falls; the old point where it never does."""
     count = problem.size
     share = 1.0
     for _ in range(_MOST_HALVINGS):
-        trial = Point(
+        trial = FitPoint(
             point.steps + share * step[:count],
             point.shared + share * step[count:],
             point.starts + share * moves,

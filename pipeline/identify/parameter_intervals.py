@@ -26,9 +26,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.identify.bounds import cut_off, cut_std
-from pipeline.identify.output_error import Solution
+from pipeline.identify.output_error import FitSolution
 from pipeline.identify.vehicle_parameters import FreeParameter
-from pipeline.identify.window_derivatives import Problem
+from pipeline.identify.window_derivatives import FitProblem
 from pipeline.records.identification import Correlation, IdentifiedParameter
 from pipeline.records.intervals import NORMAL_95
 from pipeline.types import BoolArray, FloatArray
@@ -63,12 +63,12 @@ class Posterior:
     known_std: FloatArray
 
 
-def posterior_of(solution: Solution) -> Posterior:
+def posterior_of(solution: FitSolution) -> Posterior:
     """Posterior of the fitted parameters.
 
     Parameters
     ----------
-    solution : Solution
+    solution : FitSolution
         The fit.
     """
     from scipy import stats
@@ -98,7 +98,7 @@ def posterior_of(solution: Solution) -> Posterior:
     return _with_intervals(solution, covariance, inflation)
 
 
-def _gain_and_covariance(solution: Solution) -> tuple[FloatArray, FloatArray]:
+def _gain_and_covariance(solution: FitSolution) -> tuple[FloatArray, FloatArray]:
     """How scores move the estimates of (x, s), and the covariance of what those are off by.
 
     One matrix, the inverse of information and prior, where nothing is held. What is held learns
@@ -120,7 +120,9 @@ def _gain_and_covariance(solution: Solution) -> tuple[FloatArray, FloatArray]:
     return gain, gain + moved @ prior @ moved.T
 
 
-def _with_intervals(solution: Solution, covariance: FloatArray, inflation: FloatArray) -> Posterior:
+def _with_intervals(
+    solution: FitSolution, covariance: FloatArray, inflation: FloatArray
+) -> Posterior:
     """Intervals of the parameters from the covariance of all unknowns."""
     own = len(solution.problem.parameters)
     aside = covariance[:own, own:]
@@ -142,7 +144,7 @@ def _with_intervals(solution: Solution, covariance: FloatArray, inflation: Float
     return Posterior(covariance, inflation, middle, std, low, high, np.minimum(known_std, std))
 
 
-def _middle(problem: Problem, covariance: FloatArray, known: FloatArray) -> FloatArray:
+def _middle(problem: FitProblem, covariance: FloatArray, known: FloatArray) -> FloatArray:
     """How far the middle of the posterior (p + q,) lies from its likeliest point.
 
     `known` (p,) is the variance that is left of each parameter if the thrust is known: one less it

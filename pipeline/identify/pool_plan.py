@@ -48,7 +48,7 @@ USUAL = ("zig_zag", "surge_steps", "heave_steps", "pitch_steps", "straight")
 
 
 @dataclass(frozen=True)
-class Candidate:
+class PlanCandidate:
     """A run that could be flown: its track's extent (3,), charge [Wh], information (p + q)^2."""
 
     manoeuvre: str
@@ -61,10 +61,10 @@ class Candidate:
 
 
 @dataclass(frozen=True)
-class Chosen:
+class ChosenRuns:
     """The list, and standard deviations (p,) over the priors', after it and after the usual set."""
 
-    runs: tuple[Candidate, ...]
+    runs: tuple[PlanCandidate, ...]
     helps: tuple[tuple[int, ...], ...]
     """For each run, the parameters that it is for."""
     parameters: tuple[FreeParameter, ...]
@@ -83,7 +83,7 @@ def plan_pool_day(
     room_m: Sequence[float] | None = None,
     tell: Callable[[str], None] = lambda _: None,
     threads: int = 2,
-) -> Chosen:
+) -> ChosenRuns:
     """Choose what to fly.
 
     Parameters
@@ -111,7 +111,7 @@ def plan_pool_day(
     parameters = free_parameters(packed, uncertainty)
     thrust = thrust_uncertainty(packed, uncertainty)
     duration = min(RUN_S, total_s)
-    found: list[Candidate] = []
+    found: list[PlanCandidate] = []
     left_out: list[str] = []
     for name, manoeuvre in MANOEUVRES.items():
         impossible = why_not_flown(packed, name, manoeuvre.axes)
@@ -135,7 +135,7 @@ def plan_pool_day(
                 packed, table, channels, parameters, thrust=thrust, threads=threads
             )
             found.append(
-                Candidate(
+                PlanCandidate(
                     name, amplitude, duration, one.trajectory, one.log, one.room_m, information
                 )
             )
@@ -149,18 +149,18 @@ def plan_pool_day(
     prior[len(parameters) :, len(parameters) :] = thrust.precision
     runs, helps, after = _greedy(found, prior, len(parameters), int(total_s / duration + 1e-9))
     usual, usual_s = _usual(found, prior, len(parameters), len(runs))
-    return Chosen(runs, helps, parameters, after, usual, usual_s * duration, tuple(left_out))
+    return ChosenRuns(runs, helps, parameters, after, usual, usual_s * duration, tuple(left_out))
 
 
 def _flown(
     packed: PackedVehicle, sensors: Sensors, name: str, amplitude: float, duration_s: float
-) -> Candidate:
+) -> PlanCandidate:
     trajectory = fly(packed, MANOEUVRES[name].plan(packed, amplitude, duration_s))
     if not np.isfinite(trajectory.nu).all():
         raise CannotComputeError("the vehicle cannot be simulated through it")
     log = measure(trajectory, packed, sensors)
     room = np.ptp(trajectory.position_ned_m, axis=0)
-    return Candidate(name, amplitude, duration_s, trajectory, log, room, np.zeros((0, 0)))
+    return PlanCandidate(name, amplitude, duration_s, trajectory, log, room, np.zeros((0, 0)))
 
 
 def _too_large(track_m: FloatArray, room_m: Sequence[float] | None) -> str:
@@ -179,8 +179,8 @@ def _deviations(information: FloatArray, prior: FloatArray, count: int) -> Float
 
 
 def _greedy(
-    found: Sequence[Candidate], prior: FloatArray, count: int, most: int
-) -> tuple[tuple[Candidate, ...], tuple[tuple[int, ...], ...], FloatArray]:
+    found: Sequence[PlanCandidate], prior: FloatArray, count: int, most: int
+) -> tuple[tuple[PlanCandidate, ...], tuple[tuple[int, ...], ...], FloatArray]:
     """Add the run that helps most, until all is reached or the time is used."""
 
     def cost(information: FloatArray) -> float:
@@ -189,7 +189,7 @@ def _greedy(
         return float(np.maximum(np.log(left / WANTED), 0.0).sum()) + _TIE * tie
 
     now = np.zeros_like(prior)
-    runs: list[Candidate] = []
+    runs: list[PlanCandidate] = []
     helps: list[tuple[int, ...]] = []
     while len(runs) < most:
         before = _deviations(now, prior, count)
@@ -205,7 +205,7 @@ def _greedy(
 
 
 def _usual(
-    found: Sequence[Candidate], prior: FloatArray, count: int, runs: int
+    found: Sequence[PlanCandidate], prior: FloatArray, count: int, runs: int
 ) -> tuple[FloatArray, int]:
     """Return standard deviations after the usual set, in turn, of as many runs."""
     own = {one.manoeuvre: one for one in reversed(found)}

@@ -25,7 +25,7 @@ SEARCH_BEYOND = 1.5
 
 
 @dataclass(frozen=True)
-class ThrusterModel:
+class ThrusterFits:
     """The fitted propeller and drive with the covariances of their coefficients.
 
     `degrees_of_freedom` are those of the drive's covariance, the part that is known worst; its t
@@ -63,12 +63,12 @@ class ThrusterModel:
         )
 
 
-def thrust_jacobian(model: ThrusterModel, points: WorkingPoints, code: FloatArray) -> FloatArray:
+def thrust_jacobian(model: ThrusterFits, points: WorkingPoints, code: FloatArray) -> FloatArray:
     """Differentiate thrust to theta at solved points, shape (m, p); zero where not found.
 
     Parameters
     ----------
-    model : ThrusterModel
+    model : ThrusterFits
     points : WorkingPoints
         Solutions, arrays of shape (m,).
     code : ndarray, shape (m,)
@@ -96,7 +96,7 @@ def thrust_jacobian(model: ThrusterModel, points: WorkingPoints, code: FloatArra
 
 
 def monte_carlo_std(
-    model: ThrusterModel,
+    model: ThrusterFits,
     code: FloatArray,
     speed_mps: FloatArray,
     *,
@@ -107,7 +107,7 @@ def monte_carlo_std(
 
     Parameters
     ----------
-    model : ThrusterModel
+    model : ThrusterFits
     code, speed_mps : ndarray, shape (m,)
         Points to evaluate.
     draws, seed : int

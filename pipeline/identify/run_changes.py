@@ -28,7 +28,7 @@ from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, thrust_uncertainty
 from pipeline.identify.vehicle_fit import chained_windows, widened
 from pipeline.identify.vehicle_parameters import free_parameters
-from pipeline.identify.window_derivatives import Problem, derivatives, residuals
+from pipeline.identify.window_derivatives import FitProblem, derivatives, residuals
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import cut
 from pipeline.records.run_table import RunTable
@@ -60,7 +60,7 @@ class Shift:
 
 
 @dataclass(frozen=True)
-class Change:
+class RunChange:
     """A shift that was asked for: `value` over `base`, what the other runs have.
 
     `gain` is by how much it lowers the cost, `p_value` with all questions counted.
@@ -78,8 +78,8 @@ class Change:
 class RunChanges:
     """What changed, and every question with its answer beside that."""
 
-    changes: tuple[Change, ...]
-    asked: tuple[Change, ...]
+    changes: tuple[RunChange, ...]
+    asked: tuple[RunChange, ...]
     windows: int
 
 
@@ -117,7 +117,7 @@ def changes_between(  # noqa: PLR0917 - two sets of runs and what they are judge
     return RunChanges(changes, told, sum(len(run.problem.stack.windows) for run in joint.runs))
 
 
-def _questions(problem: Problem, packed: PackedVehicle, count: int, runs: int) -> list[Shift]:
+def _questions(problem: FitProblem, packed: PackedVehicle, count: int, runs: int) -> list[Shift]:
     """Thrusters in each run and in the second set, all of them together, parameters of the set."""
     own, share = len(problem.parameters), problem.thrust.share
     second = tuple(range(count, runs))
@@ -184,7 +184,7 @@ class _Joint:
             windows = chained_windows(packed, packed.vector, cut(packed, [table], channels))
             stack = stack_windows(packed, windows, channels)
             shared = run_nuisance(stack, 1)
-            problem = Problem(stack, parameters, packed.vector, shared, threads, thrust)
+            problem = FitProblem(stack, parameters, packed.vector, shared, threads, thrust)
             runs.append(FittedRun(problem, problem.origin()))
         return cls(runs, np.zeros(runs[0].problem.size), [], [])
 
@@ -243,12 +243,12 @@ class _Joint:
                 a + share * b for a, b in zip(self.sizes, move[self.x.size :], strict=True)
             ]
 
-    def take(self, change: Change) -> None:
+    def take(self, change: RunChange) -> None:
         """Take a shift into the model."""
         self.taken.append(change.shift)
         self.sizes.append(change.value)
 
-    def ask(self, shifts: Sequence[Shift], *, ordinary: bool = True) -> tuple[Change, ...]:
+    def ask(self, shifts: Sequence[Shift], *, ordinary: bool = True) -> tuple[RunChange, ...]:
         """Estimate each shift beside those taken; p-values by Holm over what could be told.
 
         `ordinary` counts what single runs differ by without a cause: only once what differs is in
@@ -269,7 +269,7 @@ class _Joint:
             p[k] = least
         return tuple(replace(one, p_value=float(each)) for one, each in zip(found, p, strict=True))
 
-    def _tested(self, one: Change, alone: Sequence[Change]) -> Change:
+    def _tested(self, one: RunChange, alone: Sequence[RunChange]) -> RunChange:
         """Test a shift against its noise and what other single runs, not taken, differ by."""
         from scipy import stats
 
@@ -308,7 +308,7 @@ class _Joint:
             for number in range(len(self.runs))
         ]
 
-    def _estimate(self, equations: Sequence[RunEquations], shift: Shift) -> Change:
+    def _estimate(self, equations: Sequence[RunEquations], shift: Shift) -> RunChange:
         """Estimate one shift beside the others that are taken."""
         others = [one for one in self.taken if one is not shift]
         now = dict(zip([id(one) for one in self.taken], self.sizes, strict=True))
@@ -336,4 +336,4 @@ class _Joint:
         is_gain = index >= len(problem.parameters)
         nominal = 1.0 if is_gain else problem.parameters[index].nominal
         gain = value**2 / float(inverse[-1, -1])
-        return Change(shift, nominal + at, value, std, gain, 1.0)
+        return RunChange(shift, nominal + at, value, std, gain, 1.0)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.identify.output_error import HUBER, reduce_windows, softness_of
-from pipeline.identify.window_derivatives import Derivatives, Point, Problem, residuals
+from pipeline.identify.window_derivatives import Derivatives, FitPoint, FitProblem, residuals
 from pipeline.types import FloatArray
 
 
@@ -31,8 +31,8 @@ class RunEquations:
 class FittedRun:
     """A run, where its fit stands, and its derivatives there or nearby."""
 
-    problem: Problem
-    point: Point
+    problem: FitProblem
+    point: FitPoint
     known: Derivatives | None = None
 
     def equations(self, steps: FloatArray, wider: Mapping[str, float]) -> RunEquations:
@@ -89,7 +89,7 @@ class FittedRun:
                 for index, (first, second) in zip(columns, equations.back, strict=True)
             ]
         )
-        self.point = Point(
+        self.point = FitPoint(
             self.point.steps,
             self.point.shared + share * whole[count:],
             self.point.starts + share * moves,

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.window_outputs import OFFSET_COUNT, OFFSETS, Stack, whitened
+from pipeline.identify.window_outputs import OFFSET_COUNT, OFFSETS, WindowStack, whitened
 from pipeline.types import FloatArray, IntArray
 
 #: A window's own columns: the run's offsets, then three axes of the knot at its begin and its end.
@@ -70,7 +70,7 @@ def offset_scales(channels: Sequence[ChannelNoise]) -> FloatArray:
     return scales
 
 
-def run_nuisance(stack: Stack, run_count: int, *, offsets: bool = True) -> RunNuisance:
+def run_nuisance(stack: WindowStack, run_count: int, *, offsets: bool = True) -> RunNuisance:
     """Set up the shared unknowns of a stack; `offsets` False leaves the constant ones at zero."""
     channels = [rows.channel for rows in stack.rows]
     scales = offset_scales(channels) if offsets else np.zeros(OFFSET_COUNT)
@@ -99,7 +99,9 @@ def run_nuisance(stack: Stack, run_count: int, *, offsets: bool = True) -> RunNu
     )
 
 
-def _knots(stack: Stack, run_count: int, wander_s: float) -> tuple[IntArray, list[FloatArray]]:
+def _knots(
+    stack: WindowStack, run_count: int, wander_s: float
+) -> tuple[IntArray, list[FloatArray]]:
     """Position of each window's knots (windows, 6), and the chains' precisions, axis by axis."""
     position = np.zeros((len(stack.windows), _KNOT_COLUMNS), int)
     chains, begin = [], 0
@@ -118,7 +120,7 @@ def _knots(stack: Stack, run_count: int, wander_s: float) -> tuple[IntArray, lis
     return position, chains
 
 
-def _end(stack: Stack, number: int) -> float:
+def _end(stack: WindowStack, number: int) -> float:
     window = stack.windows[number]
     return window.begin_s + window.duration_s
 
@@ -148,7 +150,7 @@ def bridge_weights(
     return share(whole - time_s / wander_s), share(time_s / wander_s)
 
 
-def _columns(stack: Stack, scales: FloatArray, attitude: ChannelNoise | None) -> FloatArray:
+def _columns(stack: WindowStack, scales: FloatArray, attitude: ChannelNoise | None) -> FloatArray:
     begins = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in stack.windows])])
     found = []
     for column in range(OFFSET_COUNT + (_KNOT_COLUMNS if attitude is not None else 0)):

@@ -22,10 +22,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.identify.output_error import Solution
+from pipeline.identify.output_error import FitSolution
 from pipeline.identify.parameter_intervals import Posterior
 from pipeline.identify.vehicle_parameters import FreeParameter
-from pipeline.identify.window_outputs import Stack
+from pipeline.identify.window_outputs import WindowStack
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.types import BoolArray, FloatArray
 
@@ -47,7 +47,7 @@ class Halves:
     apart: FloatArray
 
 
-def at_rest(solution: Solution, posterior: Posterior) -> BoolArray:
+def at_rest(solution: FitSolution, posterior: Posterior) -> BoolArray:
     """Tell which unknowns (p + q,) the fit has come to rest in; what is held is."""
     if solution.converged:
         return np.ones(solution.problem.size, bool)
@@ -55,12 +55,12 @@ def at_rest(solution: Solution, posterior: Posterior) -> BoolArray:
     return np.asarray(np.abs(solution.last_step) <= AT_REST * wide)
 
 
-def halves_of(solution: Solution, posterior: Posterior) -> Halves:
+def halves_of(solution: FitSolution, posterior: Posterior) -> Halves:
     """Estimate everything from each half of the runs.
 
     Parameters
     ----------
-    solution : Solution
+    solution : FitSolution
         The joint fit.
     posterior : Posterior
         How uncertain it is.
@@ -96,7 +96,7 @@ def halves_of(solution: Solution, posterior: Posterior) -> Halves:
     )
 
 
-def _first_half(stack: Stack) -> list[bool]:
+def _first_half(stack: WindowStack) -> list[bool]:
     """Which windows are in the first half: whole runs, each to the half that has fewer windows."""
     runs = [window.run for window in stack.windows]
     different = list(dict.fromkeys(runs))

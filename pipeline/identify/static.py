@@ -8,7 +8,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.drive import torque_surface
 from pipeline.identify.propagation import (
     SEARCH_BEYOND,
-    ThrusterModel,
+    ThrusterFits,
     monte_carlo_std,
     thrust_jacobian,
 )
@@ -136,7 +136,7 @@ def _matrix(values: FloatArray) -> Matrix:
 
 
 def _faster(
-    model: ThrusterModel, propeller: PropellerFit, drive: DriveFit, code: FloatArray, last: float
+    model: ThrusterFits, propeller: PropellerFit, drive: DriveFit, code: FloatArray, last: float
 ) -> FasterRows | None:
     """Follow the balance beyond the tables for as long as the largest code gives thrust."""
     steps = np.arange(int(np.ceil((FASTER_REACH - 1.0) * last / FASTER_STEP_MPS)) + 1)
@@ -174,10 +174,10 @@ def _free_drag(propeller: OpenWaterPropeller) -> float:
     return max(float(free_propeller_drag(1.0, propeller)), 0.0)
 
 
-def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -> ThrusterModel:
+def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -> ThrusterFits:
     """Gather the two fits into the model whose balance is solved."""
     fastest = rpm_to_rps(max(spread.shaft_speed_rpm[1] for spread in drive.codes))
-    return ThrusterModel(
+    return ThrusterFits(
         propeller=OpenWaterPropeller(
             np.array(propeller.thrust.coefficients),
             np.array(propeller.torque.coefficients),
@@ -194,7 +194,7 @@ def thruster_model(propeller: PropellerFit, drive: DriveFit, vehicle: Vehicle) -
 
 
 def _monte_carlo_ratio(
-    model: ThrusterModel, speeds: FloatArray, drive: DriveFit
+    model: ThrusterFits, speeds: FloatArray, drive: DriveFit
 ) -> tuple[float, float]:
     """Range of Monte Carlo over analytic standard error at tested codes that give clear thrust.
 

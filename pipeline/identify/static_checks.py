@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.identify.propagation import SEARCH_BEYOND, ThrusterModel
+from pipeline.identify.propagation import SEARCH_BEYOND, ThrusterFits
 from pipeline.identify.propeller import lowest_covered_ratio, measured_ratios
 from pipeline.physics.drive import drive_torque
 from pipeline.records.fits import Check, DriveFit, PropellerFit
@@ -116,7 +116,7 @@ def explain_status(
     return tuple(lines)
 
 
-def explain_no_balance(model: ThrusterModel, drive: DriveFit) -> str:
+def explain_no_balance(model: ThrusterFits, drive: DriveFit) -> str:
     """Say with numbers why the propeller and the drive have no working point at rest."""
     code = np.array([drive.code_range[1]])
     fastest = model.fastest_shaft_rps

@@ -3,7 +3,7 @@
 import numpy as np
 
 from pipeline.identify.polynomial import as_intervals
-from pipeline.identify.propagation import ThrusterModel, thrust_jacobian
+from pipeline.identify.propagation import ThrusterFits, thrust_jacobian
 from pipeline.physics.thruster_static import dead_zone_code
 from pipeline.physics.torque_balance import WorkingPoints
 from pipeline.records.fits import DriveFit, FitQuality, Matrix, PolynomialFit, StaticRow
@@ -17,7 +17,7 @@ SMALLEST_MODE = 1e-6
 
 def table2_row(
     speed_mps: float,
-    model: ThrusterModel,
+    model: ThrusterFits,
     drive: DriveFit,
     code: FloatArray,
     thrust_max: tuple[float, float],
@@ -28,7 +28,7 @@ def table2_row(
     ----------
     speed_mps : float
         Speed along the thrust. [m/s]
-    model : ThrusterModel
+    model : ThrusterFits
         Fitted propeller and drive.
     drive : DriveFit
         Its range of codes.
@@ -94,7 +94,7 @@ def table2_row(
 
 
 def _covariance_modes(
-    model: ThrusterModel, points: WorkingPoints, code: FloatArray, live: BoolArray
+    model: ThrusterFits, points: WorkingPoints, code: FloatArray, live: BoolArray
 ) -> Matrix:
     """Eigenvectors of Cov(T) along the live codes, scaled; the negligible ones are left out."""
     jacobian = thrust_jacobian(model, points, code)[live]

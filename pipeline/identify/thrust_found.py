@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.identify.output_error import Solution
+from pipeline.identify.output_error import FitSolution
 from pipeline.identify.parameter_intervals import Posterior
 from pipeline.identify.standing import Halves
 from pipeline.identify.thrust_uncertainty import ThrustUncertainty
@@ -58,7 +58,7 @@ def thrust_found(
 
 
 def deduction_found(
-    packed: PackedVehicle, solution: Solution, posterior: Posterior
+    packed: PackedVehicle, solution: FitSolution, posterior: Posterior
 ) -> ThrustFound | None:
     """Thrust deduction, mean over the thrusters, from their factors; None where those are known."""
     doubt = solution.problem.thrust

@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.identify.channel_noise import channel_noise, was_measured
 from pipeline.identify.reading_noise import reading_noise
-from pipeline.identify.trial_windows import Flown, TrialFlights
+from pipeline.identify.trial_windows import FlownWindows, TrialFlights
 from pipeline.records.run_components import COMPONENTS, components, difference
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import ChannelError
@@ -81,7 +81,7 @@ def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
 
 
 def predicted_table(
-    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: Flown
+    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: FlownWindows
 ) -> RunTable:
     """Return what ideal sensors at their places would read of a flight, row by row of the table."""
     ideal = sensors_for(sensors, table, ideal=True)
@@ -102,7 +102,9 @@ def predicted_table(
     return replace(found, time_s=table.time_s, values=values, valid=valid, reading={}, off_row={})
 
 
-def sensor_log(packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: Flown) -> Log:
+def sensor_log(
+    packed: PackedVehicle, sensors: Sensors, table: RunTable, flown: FlownWindows
+) -> Log:
     """Return the readings of a flight at the sensors' own rates and delays, for a log file."""
     own = sensors_for(sensors, table, ideal=False)
     log = measure(flown.trajectory, packed, own)

@@ -15,7 +15,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise, was_measured
 from pipeline.identify.output_error import solve
 from pipeline.identify.run_nuisance import run_nuisance
-from pipeline.identify.window_derivatives import Problem
+from pipeline.identify.window_derivatives import FitProblem
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import Window, cut
 from pipeline.records.run_table import RunTable
@@ -41,7 +41,7 @@ _FASTEST = 1e3
 
 
 @dataclass(frozen=True)
-class Flown:
+class FlownWindows:
     """A simulated motion on the time base of a table, and where it holds.
 
     `trajectory` has a sample for each row of the table from `first_row` on; `valid` (its samples,)
@@ -61,8 +61,8 @@ class TrialFlights:
     ran away. `first_rows` are the rows of the table at which the predictions begin.
     """
 
-    windowed: Flown
-    free: Flown | None
+    windowed: FlownWindows
+    free: FlownWindows | None
     why_no_free: str
     windows: int
     left_out: int
@@ -131,7 +131,7 @@ def fly_trial(
     ]
     starts = _starts(packed, [window for _, window in found], channels, lead, threads)
     states: list[tuple[int, Trajectory]] = []
-    free: Flown | None = None
+    free: FlownWindows | None = None
     why_no_free = "no start could be estimated."
     for (begin, window), start in zip(found, starts, strict=True):
         if start is None:
@@ -251,7 +251,7 @@ def _starts(
             own = [replace(leads[number], run=place) for place, number in enumerate(numbers)]
             stack = stack_windows(packed, own, channels)
             shared = run_nuisance(stack, len(own), offsets=False)
-            problem = Problem(stack, (), packed.vector, shared, threads)
+            problem = FitProblem(stack, (), packed.vector, shared, threads)
             try:
                 fitted = solve(problem, smallest_gain=0.5)
             except (CannotComputeError, np.linalg.LinAlgError):
@@ -291,7 +291,7 @@ def _flown(packed: PackedVehicle, window: Window, start: FloatArray) -> Trajecto
 
 def _free_run(
     packed: PackedVehicle, table: RunTable, begin: int, start: FloatArray, lead: int
-) -> tuple[Flown | None, str]:
+) -> tuple[FlownWindows | None, str]:
     """Fly all of the run from one start; where commands are missing the last one holds.
 
     The cable pulls as it did along the measured motion, wherever the free run has got to.
@@ -325,10 +325,10 @@ def _free_run(
         at_s = float(found.time_s[int(np.argmax(fast))])
         return None, f"the simulated vehicle ran away {at_s:.0f} s after the start of the run."
     valid = np.arange(len(command)) >= lead
-    return Flown(found, begin, valid), ""
+    return FlownWindows(found, begin, valid), ""
 
 
-def _joined(states: Sequence[tuple[int, Trajectory]], table: RunTable, lead: int) -> Flown:
+def _joined(states: Sequence[tuple[int, Trajectory]], table: RunTable, lead: int) -> FlownWindows:
     """Lay the predicted parts of the windows end to end on the rows of the table."""
     rows = table.time_s.size
     one = states[0][1]
@@ -351,7 +351,7 @@ def _joined(states: Sequence[tuple[int, Trajectory]], table: RunTable, lead: int
         ):
             target[into] = source[lead:]
         valid[into] = True
-    return Flown(
+    return FlownWindows(
         Trajectory(
             table.time_s,
             position,

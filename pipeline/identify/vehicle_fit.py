@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise
-from pipeline.identify.output_error import MOST_STEPS, SMALLEST_GAIN, Solution, solve
+from pipeline.identify.output_error import MOST_STEPS, SMALLEST_GAIN, FitSolution, solve
 from pipeline.identify.parameter_intervals import (
     Posterior,
     identified_parameters,
@@ -21,9 +21,9 @@ from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.standing import Halves, at_rest, halves_of, with_standing
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter, PriorWidths, free_parameters
-from pipeline.identify.window_derivatives import Point, Problem, residuals
+from pipeline.identify.window_derivatives import FitPoint, FitProblem, residuals
 from pipeline.identify.window_outputs import (
-    Stack,
+    WindowStack,
     simulate_windows,
     stack_windows,
 )
@@ -59,7 +59,7 @@ FASTEST_CHAIN = 3.0
 class Fit:
     """A finished fit with what it was made from."""
 
-    solution: Solution
+    solution: FitSolution
     posterior: Posterior
     parameters: tuple[FreeParameter, ...]
     channels: tuple[ChannelNoise, ...]
@@ -127,7 +127,7 @@ def fit_vehicle(
         if not any(_overlap(window, other) for other in held)
     ]
     stack = stack_windows(packed, chained_windows(packed, packed.vector, first), channels)
-    problem = Problem(
+    problem = FitProblem(
         stack,
         parameters,
         packed.vector,
@@ -179,8 +179,8 @@ def _is_kept(number: int, count: int) -> bool:
 
 
 def _at_rest(
-    solution: Solution, channels: Sequence[ChannelNoise], steps: _Steps
-) -> tuple[Solution, tuple[IdentifiedParameter, ...]]:
+    solution: FitSolution, channels: Sequence[ChannelNoise], steps: _Steps
+) -> tuple[FitSolution, tuple[IdentifiedParameter, ...]]:
     """Hold parameters in which the fit does not come to rest, and go on with the others.
 
     Second comes what was found of all, of those that are held from when they were free; empty where
@@ -207,8 +207,8 @@ def _at_rest(
 
 
 def _holding(
-    solution: Solution, more: frozenset[int], channels: Sequence[ChannelNoise], steps: _Steps
-) -> Solution:
+    solution: FitSolution, more: frozenset[int], channels: Sequence[ChannelNoise], steps: _Steps
+) -> FitSolution:
     """Go on from a solution with more of the unknowns held at what the vehicle file says."""
     problem = replace(solution.problem, held=solution.problem.held | more)
     own = np.where(problem.free(problem.size), solution.point.steps, 0.0)
@@ -216,7 +216,7 @@ def _holding(
     return _settled(problem, channels, problem.stack.scale, steps, begin)
 
 
-def fit_for_file(fit: Fit) -> Solution:
+def fit_for_file(fit: Fit) -> FitSolution:
     """Fit again what a vehicle file can say: parameters that stand, factors of the thrust.
 
     The shape of the thrust curves has no key: the rest is fitted to the stated one.
@@ -230,14 +230,14 @@ def fit_for_file(fit: Fit) -> Solution:
 
 
 def _settled(
-    problem: Problem,
+    problem: FitProblem,
     channels: Sequence[ChannelNoise],
     scale: dict[str, float],
     steps: _Steps,
-    begin_at: Point | None = None,
+    begin_at: FitPoint | None = None,
     *,
     smallest_gain: float = SMALLEST_GAIN,
-) -> Solution:
+) -> FitSolution:
     """Solve, widen the noise to what the residuals show, and solve again until it agrees.
 
     Roughly until the noise has settled, and to the end with the noise that was found. Each goes on
@@ -245,7 +245,7 @@ def _settled(
     """
     windows, packed = problem.stack.windows, problem.stack.packed
     rough = max(smallest_gain, ROUGH_GAIN * problem.stack.order.size)
-    solution: Solution | None = None
+    solution: FitSolution | None = None
     for _ in range(_MOST_REPEATS):
         stack = stack_windows(packed, windows, channels, scale=scale)
         shared = run_nuisance(stack, problem.shared.run_count)
@@ -302,7 +302,7 @@ def chained_windows(
         )
         start = window.start.copy()
         if before is not None and follows and not window.known.all():
-            stack = Stack(
+            stack = WindowStack(
                 packed, (before,), (), np.zeros(0, int), np.zeros(1, int), np.zeros(0, int)
             )
             states, _ = simulate_windows(stack, vector, before.start[None])
@@ -313,7 +313,7 @@ def chained_windows(
     return chained
 
 
-def widened(stack: Stack, residual: FloatArray) -> dict[str, float]:
+def widened(stack: WindowStack, residual: FloatArray) -> dict[str, float]:
     """Factors on the stated noise that the residuals ask for; none where they bear it out.
 
     Scatter beyond the stated noise, and for residuals that go together the root of the number of

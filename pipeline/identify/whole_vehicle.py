@@ -20,7 +20,7 @@ from pipeline.identify.file_judgement import (
     worse_than_before,
 )
 from pipeline.identify.identifiability import best_manoeuvres, cannot_identify
-from pipeline.identify.output_error import Solution
+from pipeline.identify.output_error import FitSolution
 from pipeline.identify.parameter_intervals import close_pairs
 from pipeline.identify.thrust_found import deduction_found, thrust_found
 from pipeline.identify.unused_channels import notes_on_unused
@@ -187,7 +187,7 @@ def _with_channels_of(fit: Fit, runs: Sequence[RunTable]) -> list[RunTable]:
     ]
 
 
-def _noise_found(solution: Solution) -> tuple[ChannelNoiseFound, ...]:
+def _noise_found(solution: FitSolution) -> tuple[ChannelNoiseFound, ...]:
     stack = solution.problem.stack
     return tuple(
         ChannelNoiseFound(

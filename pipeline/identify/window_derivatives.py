@@ -10,7 +10,7 @@ from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.identify.thrust_uncertainty import EXACT_THRUST, ThrustUncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter, values_from_steps, vector_with
 from pipeline.identify.window_outputs import (
-    Stack,
+    WindowStack,
     innovations,
     observed_positions,
     whitened,
@@ -30,13 +30,13 @@ _PARAMETER_STEP, _START_STEP = 1e-5, 1e-6
 
 
 @dataclass(frozen=True)
-class Problem:
+class FitProblem:
     """What is fitted: windows, free parameters, what the windows of a run share, and the thrust.
 
     The unknowns x of a point are the parameters (p,) and, after them, those of the thrust (q,).
     """
 
-    stack: Stack
+    stack: WindowStack
     parameters: tuple[FreeParameter, ...]
     nominal: FloatArray
     shared: RunNuisance
@@ -103,9 +103,9 @@ class Problem:
         """First states (windows, STATE) for starts (windows, 12) in prior deviations."""
         return moved_starts(self.stack.starts, moved * self.start_scales)
 
-    def origin(self) -> "Point":
+    def origin(self) -> "FitPoint":
         """Nominal parameters, no offsets or wander, first states as measured."""
-        return Point(
+        return FitPoint(
             np.zeros(self.size),
             np.zeros(self.shared.size),
             np.zeros((len(self.stack.windows), 12)),
@@ -113,7 +113,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Point:
+class FitPoint:
     """Where the fit stands: x (p + q,), shared unknowns (s,), starts (windows, 12)."""
 
     steps: FloatArray
@@ -150,7 +150,7 @@ def moved_starts(starts: FloatArray, by: FloatArray) -> FloatArray:
     return moved
 
 
-def residuals(problem: Problem, point: Point) -> FloatArray:
+def residuals(problem: FitProblem, point: FitPoint) -> FloatArray:
     """Whitened residuals of all windows, one vector (rows,)."""
     packed = problem.packed(point.steps)
     raw = innovations(
@@ -161,7 +161,7 @@ def residuals(problem: Problem, point: Point) -> FloatArray:
     return whitened(problem.stack, raw) - problem.shared.whitened(point.shared)
 
 
-def derivatives(problem: Problem, point: Point) -> Derivatives:
+def derivatives(problem: FitProblem, point: FitPoint) -> Derivatives:
     """Forward differences, one simulation of all windows a column, over threads."""
     base = residuals(problem, point)
     count = problem.size
@@ -171,11 +171,11 @@ def derivatives(problem: Problem, point: Point) -> Derivatives:
         if index < count:
             steps = point.steps.copy()
             steps[index] += _PARAMETER_STEP
-            moved = residuals(problem, Point(steps, point.shared, point.starts))
+            moved = residuals(problem, FitPoint(steps, point.shared, point.starts))
             return np.asarray((base - moved) / _PARAMETER_STEP)
         starts = point.starts.copy()
         starts[:, used[index - count]] += _START_STEP
-        moved = residuals(problem, Point(point.steps, point.shared, starts))
+        moved = residuals(problem, FitPoint(point.steps, point.shared, starts))
         return np.asarray((base - moved) / _START_STEP)
 
     with ThreadPoolExecutor(problem.threads) as pool:

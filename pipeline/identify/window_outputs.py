@@ -72,7 +72,7 @@ class Lines:
 
 
 @dataclass(frozen=True)
-class Stack:
+class WindowStack:
     """Windows ready to be simulated together; `scale` widens a channel's noise by its quantity."""
 
     packed: PackedVehicle
@@ -129,7 +129,7 @@ def stack_windows(
     channels: Sequence[ChannelNoise],
     *,
     scale: dict[str, float] | None = None,
-) -> Stack:
+) -> WindowStack:
     """Prepare windows for `residuals`.
 
     `scale` multiplies the stated noise of a quantity, where residuals have shown it to be larger.
@@ -178,7 +178,7 @@ def stack_windows(
     windows_of_rows = np.concatenate(owner_window)
     order = np.argsort(windows_of_rows, kind="stable")
     bounds = np.searchsorted(windows_of_rows[order], np.arange(len(windows) + 1))
-    return Stack(
+    return WindowStack(
         packed,
         tuple(windows),
         tuple(rows),
@@ -215,7 +215,7 @@ _FASTEST = 1e3
 
 
 def simulate_windows(
-    stack: Stack, vector: FloatArray, starts: FloatArray
+    stack: WindowStack, vector: FloatArray, starts: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Stacked states (samples, 13) and accelerations (samples, 6) of all windows.
 
@@ -236,13 +236,13 @@ def simulate_windows(
 
 
 def innovations(
-    stack: Stack, vector: FloatArray, starts: FloatArray, offsets: FloatArray | None = None
+    stack: WindowStack, vector: FloatArray, starts: FloatArray, offsets: FloatArray | None = None
 ) -> list[FloatArray]:
     """Measured minus predicted, one (k, c) a channel in its unit; attitude as a body rotation.
 
     Parameters
     ----------
-    stack : Stack
+    stack : WindowStack
         Windows.
     vector : ndarray
         Parameter vector.
@@ -338,7 +338,7 @@ def turn_between(predicted: FloatArray, measured: FloatArray) -> FloatArray:
     return np.asarray(turn * (side * factor)[:, None])
 
 
-def whitened(stack: Stack, raw: Sequence[FloatArray]) -> FloatArray:
+def whitened(stack: WindowStack, raw: Sequence[FloatArray]) -> FloatArray:
     """One vector of unit-variance residuals, window after window, from `innovations`."""
     parts = []
     for rows, values in zip(stack.rows, raw, strict=True):
@@ -353,7 +353,7 @@ def whitened(stack: Stack, raw: Sequence[FloatArray]) -> FloatArray:
     return np.concatenate(parts)[stack.order]
 
 
-def observed_positions(stack: Stack) -> BoolArray:
+def observed_positions(stack: WindowStack) -> BoolArray:
     """Whether north, east, down show in the readings, (3,)."""
     quantities = {rows.channel.quantity for rows in stack.rows}
     plane = "position" in quantities

@@ -15,11 +15,11 @@ from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.output_error import solve
 from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.run_nuisance import run_nuisance
-from pipeline.identify.window_derivatives import Problem
+from pipeline.identify.window_derivatives import FitProblem
 from pipeline.identify.window_outputs import (
     OFFSET_COUNT,
     OFFSETS,
-    Stack,
+    WindowStack,
     innovations,
     stack_windows,
     turn_between,
@@ -134,7 +134,7 @@ def _lead(window: Window) -> Window:
     return replace(window, readings=readings)
 
 
-def _later(stack: Stack, number: int) -> BoolArray:
+def _later(stack: WindowStack, number: int) -> BoolArray:
     """Which readings of a channel lie beyond the lead, (k,)."""
     rows = stack.rows[number]
     lengths = np.array([len(w.command) for w in stack.windows])
@@ -149,14 +149,14 @@ def _errors(  # noqa: PLR0917 - one caller
     windows: Sequence[Window],
     channels: Sequence[ChannelNoise],
     offsets: FloatArray,
-    whole: Stack,
+    whole: WindowStack,
     threads: int,
 ) -> list[FloatArray]:
     """Estimate the starts from the lead, then predict all of each window."""
     whole = replace(whole, packed=packed)
     lead = _shifted(stack_windows(packed, [_lead(w) for w in windows], channels), offsets)
     shared = run_nuisance(lead, len(offsets), offsets=False)
-    problem = Problem(lead, (), vector, shared, threads)
+    problem = FitProblem(lead, (), vector, shared, threads)
     try:
         fitted = solve(problem, smallest_gain=0.5)
     except (CannotComputeError, np.linalg.LinAlgError):
@@ -165,7 +165,7 @@ def _errors(  # noqa: PLR0917 - one caller
     return innovations(whole, vector, problem.starts(fitted.point.starts), offsets)
 
 
-def _shifted(stack: Stack, offsets: FloatArray) -> Stack:
+def _shifted(stack: WindowStack, offsets: FloatArray) -> WindowStack:
     """Take the runs' known offsets off the readings."""
     run_of = np.array([w.run for w in stack.windows])
     rows = []
@@ -178,7 +178,7 @@ def _shifted(stack: Stack, offsets: FloatArray) -> Stack:
     return replace(stack, rows=tuple(rows))
 
 
-def _held_errors(stack: Stack) -> list[FloatArray]:
+def _held_errors(stack: WindowStack) -> list[FloatArray]:
     """Errors of holding the last reading of the lead."""
     found = []
     for number, rows in enumerate(stack.rows):
@@ -204,7 +204,7 @@ def difference(quantity: str, measured: FloatArray, predicted: FloatArray) -> Fl
 
 
 def _black_box_errors(
-    stack: Stack, runs: Sequence[RunTable], box: BlackBox
+    stack: WindowStack, runs: Sequence[RunTable], box: BlackBox
 ) -> dict[str, FloatArray]:
     """Errors of the black box, started from the last samples of each lead."""
     found = {}

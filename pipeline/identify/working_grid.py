@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.propagation import ThrusterModel, thrust_jacobian
+from pipeline.identify.propagation import ThrusterFits, thrust_jacobian
 from pipeline.identify.propeller import lowest_covered_ratio, measured_ratios
 from pipeline.identify.static_checks import explain_no_balance
 from pipeline.physics.torque_balance import WorkingPoints
@@ -40,7 +40,7 @@ class WorkingGrid:
 
 
 def solve_grid(
-    model: ThrusterModel,
+    model: ThrusterFits,
     propeller: PropellerFit,
     drive: DriveFit,
     *,
@@ -51,7 +51,7 @@ def solve_grid(
 
     Parameters
     ----------
-    model : ThrusterModel
+    model : ThrusterFits
         Fitted propeller and drive.
     propeller, drive : PropellerFit, DriveFit
         Their measured ranges.

@@ -21,7 +21,7 @@ CONTROL_PERIOD_S = 0.1
 STEP_S = 0.02
 
 
-class Change(Protocol):
+class FlightChange(Protocol):
     """Something that happens to the vehicle in flight."""
 
     def __call__(
@@ -31,7 +31,7 @@ class Change(Protocol):
         ...
 
 
-class Allocator(Protocol):
+class CodeAllocator(Protocol):
     """Turns a wrench demand into codes."""
 
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
@@ -40,7 +40,7 @@ class Allocator(Protocol):
 
 
 @dataclass(frozen=True)
-class Plan:
+class FlightPlan:
     """What is flown: references for the autopilot, a wrench added to them, or both.
 
     `reference` and `wrench` are functions of time; `wrench` (6,) is in newtons and newton metres,
@@ -158,13 +158,13 @@ def motion_of(state: FloatArray) -> Motion:
 
 def fly(
     packed: PackedVehicle,
-    plan: Plan,
+    plan: FlightPlan,
     *,
     vector: FloatArray | None = None,
-    allocator: Allocator | None = None,
+    allocator: CodeAllocator | None = None,
     step_s: float | None = None,
     method: Method = "rk4",
-    change: Change | None = None,
+    change: FlightChange | None = None,
     mover: Mover = run,
 ) -> Trajectory:
     """Fly a plan and return the whole run.
@@ -173,17 +173,17 @@ def fly(
     ----------
     packed : PackedVehicle
         The vehicle as its file states it; autopilot and allocator believe this one.
-    plan : Plan
+    plan : FlightPlan
         What to fly.
     vector : ndarray, optional
         The true parameter vector, e.g. with effects switched on.
-    allocator : Allocator, optional
+    allocator : CodeAllocator, optional
         `general_allocator` of the vehicle otherwise.
     step_s : float, optional
         Integration step; divides the control period. `usual_step_s` otherwise. [s]
     method : {"rk4", "semi_implicit", "midpoint"}
         See `run`.
-    change : Change, optional
+    change : FlightChange, optional
         Asked at the start of every control period; its vector takes the place of `vector`. The
         autopilot is not told.
     mover : Mover
@@ -238,7 +238,7 @@ def usual_step_s(
 def run_changing(
     packed: PackedVehicle,
     commands: FloatArray,
-    change: Change,
+    change: FlightChange,
     at_s: Sequence[float],
     *,
     dt_s: float,
@@ -254,7 +254,7 @@ def run_changing(
         As `run` takes them.
     mover : Mover
         As `fly` takes it.
-    change : Change
+    change : FlightChange
         Asked at the start and at the times `at_s`.
     at_s : sequence of float
         Times of the changes, each moved to the next step. [s]

@@ -69,7 +69,7 @@ class Fixed(NamedTuple):
     steps: Array
 
 
-class Work(NamedTuple):
+class StepWork(NamedTuple):
     """Arrays that the integration writes to, made once a run.
 
     Of `rates`: `nu_r`, `force`, `solution` (6,), `water` (3,), `rotation` (3, 3), `inflow` (12,),
@@ -95,9 +95,9 @@ class Work(NamedTuple):
 
 
 @compiled
-def work_space(p: Array, initial: Array, dt: float) -> Work:
+def work_space(p: Array, initial: Array, dt: float) -> StepWork:
     """Make the work space of a run that starts from `initial` (STATE,)."""
-    return Work(
+    return StepWork(
         nu_r=np.zeros(6),
         force=np.zeros(6),
         water=np.zeros(3),
@@ -141,7 +141,7 @@ def rates(
     external: Array,
     row: int,
     fixed: Fixed,
-    work: Work,
+    work: StepWork,
     rate: Array,
     thrust: Array,
 ) -> None:
@@ -234,7 +234,7 @@ def integrate(
     dt: float,
     method: int,
     fixed: Fixed,
-    work: Work,
+    work: StepWork,
     states: Array,
     accelerations: Array,
     thrusts: Array,
@@ -291,7 +291,7 @@ def run_on(
     dt: float,
     method: int,
     fixed: Fixed,
-    work: Work,
+    work: StepWork,
     states: Array,
     accelerations: Array,
     thrusts: Array,

@@ -20,7 +20,7 @@ from pipeline.simulate.kernel import (
     BODY,
     STATE,
     Fixed,
-    Work,
+    StepWork,
     copied,
     fixed_parts,
     rates,
@@ -111,7 +111,7 @@ def attach(p: Array, state: Array, rotation: Array, count: int, place: Array, sp
 
 
 @inlined
-def set_mobility(p: Array, matrix: Array, work: Work, joint: Joint) -> None:
+def set_mobility(p: Array, matrix: Array, work: StepWork, joint: Joint) -> None:
     """Set what a force at the attachment does to a body of a mass matrix (6, 6)."""
     x, y, z = p[POINT], p[POINT + 1], p[POINT + 2]
     columns, mobility, force = joint.columns, joint.mobility, work.force
@@ -205,7 +205,7 @@ def integrate_tethered(  # noqa: PLR0912, PLR0915 - one loop over steps, sub-ste
     external: Array,
     dt: float,
     fixed: Fixed,
-    work: Work,
+    work: StepWork,
     c: Array,
     winch: Array,
     profile: Array,

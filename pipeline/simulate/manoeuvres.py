@@ -12,7 +12,7 @@ import numpy as np
 from pipeline.control.autopilot import Reference
 from pipeline.physics.parameters import read
 from pipeline.simulate import signals
-from pipeline.simulate.fly import Plan
+from pipeline.simulate.fly import FlightPlan
 from pipeline.simulate.manoeuvre_reach import ANY_AXIS, gentle_reach, reach_alone
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state
@@ -39,7 +39,7 @@ class Manoeuvre:
     name: str
     purpose: str
     duration_s: float
-    plan: Callable[[PackedVehicle, float, float], Plan]
+    plan: Callable[[PackedVehicle, float, float], FlightPlan]
     axes: tuple[str, ...] = ()
 
 
@@ -85,7 +85,7 @@ def _under_autopilot(
     reference: Callable[[float], Reference],
     duration_s: float,
     start: FloatArray | None = None,
-) -> Plan:
+) -> FlightPlan:
     """Fly references; depth, pitch and roll are held where the reference leaves them open."""
     depth, roll = _depth(packed), _level_roll(packed)
 
@@ -99,14 +99,14 @@ def _under_autopilot(
         )
 
     begin = _start(packed) if start is None else start
-    return Plan(duration_s, reference=complete, start=begin)
+    return FlightPlan(duration_s, reference=complete, start=begin)
 
 
-def _hover(packed: PackedVehicle, _amplitude: float, duration_s: float) -> Plan:
+def _hover(packed: PackedVehicle, _amplitude: float, duration_s: float) -> FlightPlan:
     return _under_autopilot(packed, lambda _t: Reference(0.0, heading_rad=0.0), duration_s)
 
 
-def _straight(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _straight(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     speed = _speed(packed, amplitude)
     sign = _leg_sign(packed, speed)
     return _under_autopilot(
@@ -117,7 +117,7 @@ def _straight(packed: PackedVehicle, amplitude: float, duration_s: float) -> Pla
     )
 
 
-def _surge_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _surge_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     speed = _speed(packed, amplitude)
     sign = _leg_sign(packed, speed)
     levels = (0.0, 0.5, 1.0, 0.25, 0.75, 0.0)
@@ -129,7 +129,7 @@ def _surge_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
     return _under_autopilot(packed, reference, duration_s, _start_of_leg(packed))
 
 
-def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     """Open loop: force rises along a line, then is cut off (coast-down); in a pool to and fro."""
     force = 0.5 * amplitude * reach_alone(packed)[0]
     period = min(duration_s, 15.0) if packed.context.walls else duration_s
@@ -143,10 +143,12 @@ def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> P
     keep = Reference(
         depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
     )
-    return Plan(duration_s, reference=lambda _t: keep, wrench=wrench, start=_start_of_leg(packed))
+    return FlightPlan(
+        duration_s, reference=lambda _t: keep, wrench=wrench, start=_start_of_leg(packed)
+    )
 
 
-def _zig_zag(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _zig_zag(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     speed, swing = _speed(packed, 1.0), np.radians(20.0) * amplitude
     sign = _leg_sign(packed, speed)
     period = 20.0
@@ -167,7 +169,7 @@ def _turning(packed: PackedVehicle, usual_rate: float) -> tuple[float, float, Fl
     return speed, max(usual_rate, speed / POOL_RADIUS_M), _start(packed, 0.0, -POOL_RADIUS_M)
 
 
-def _circle(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _circle(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     speed, rate, start = _turning(packed, np.radians(9.0))
     straight = 2.0 if packed.context.walls else 10.0
     return _under_autopilot(
@@ -178,7 +180,7 @@ def _circle(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     )
 
 
-def _spiral(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _spiral(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     """Turn at rates that grow step by step, then the other way (Dieudonne)."""
     speed, rate, start = _turning(packed, np.radians(15.0))
     rate *= amplitude
@@ -197,7 +199,7 @@ def _spiral(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
     return _under_autopilot(packed, reference, duration_s, start)
 
 
-def _heave_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _heave_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     levels = (0.0, 1.0, 0.0, 2.0, 0.5, 0.0)
     size = amplitude * (0.5 if packed.context.walls else 1.0)
     return _under_autopilot(
@@ -207,7 +209,7 @@ def _heave_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
     )
 
 
-def _pitch_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _pitch_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     speed, roll = _speed(packed, 0.7), _level_roll(packed)
     # in open water depth is left alone: the vehicle climbs and dives with its pitch
     held = _depth(packed) if packed.context.walls else None
@@ -218,15 +220,15 @@ def _pitch_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
         angle = np.radians(8.0) * amplitude * levels[min(int(t / duration_s * 6), 5)]
         return Reference(speed * sign(t), held, 0.0, float(angle), roll)
 
-    return Plan(duration_s, reference=reference, start=_start_of_leg(packed))
+    return FlightPlan(duration_s, reference=reference, start=_start_of_leg(packed))
 
 
 def _excitation(
     signal: Callable[[FloatArray, int], FloatArray],
-) -> Callable[[PackedVehicle, float, float], Plan]:
+) -> Callable[[PackedVehicle, float, float], FlightPlan]:
     """Open-loop force and moments along every axis that can be pushed, about a level hold."""
 
-    def plan(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+    def plan(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
         room = POOL_EXCITATION if packed.context.walls else 1.0
         reach = 0.35 * room * amplitude * gentle_reach(packed)
         time_s = np.arange(0.0, duration_s + 1.0, 0.1)
@@ -236,7 +238,7 @@ def _excitation(
         keep = Reference(
             depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
         )
-        return Plan(
+        return FlightPlan(
             duration_s,
             reference=lambda _t: keep,
             wrench=lambda t: table[min(int(t / 0.1 + 0.5), len(table) - 1)],
@@ -246,7 +248,7 @@ def _excitation(
     return plan
 
 
-def _free_decay(packed: PackedVehicle, amplitude: float, duration_s: float) -> Plan:
+def _free_decay(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
     """Released with roll, pitch and velocity; no command at all."""
     # a pool is shallow and a vehicle may be heavy
     depth = 0.8 * _depth(packed) if packed.context.walls else _depth(packed)
@@ -255,7 +257,7 @@ def _free_decay(packed: PackedVehicle, amplitude: float, duration_s: float) -> P
         attitude_rad=(0.25 * amplitude, 0.15 * amplitude, 0.0),
         nu=(0.8 * amplitude, 0.2 * amplitude, 0.1 * amplitude, 0.0, 0.0, 0.2 * amplitude),
     )
-    return Plan(duration_s, start=start)
+    return FlightPlan(duration_s, start=start)
 
 
 MANOEUVRES: dict[str, Manoeuvre] = {

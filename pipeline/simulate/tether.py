@@ -14,7 +14,7 @@ from pipeline.vehicle.model_schema import Tether
 
 
 @dataclass(frozen=True)
-class LumpedTether:
+class LumpedMassTether:
     """A cable cut into segments, and the water it is in.
 
     Attributes
@@ -113,7 +113,7 @@ class LumpedTether:
 
 def lumped_tether(
     tether: Tether, *, density_kgpm3: float, gravity_mps2: float, axial_damping: float = 0.5
-) -> LumpedTether:
+) -> LumpedMassTether:
     """Return the lumped cable of a vehicle file's tether section.
 
     Parameters
@@ -123,9 +123,9 @@ def lumped_tether(
     density_kgpm3, gravity_mps2 : float
         [kg/m^3], [m/s^2]
     axial_damping : float
-        As in `LumpedTether`. [-]
+        As in `LumpedMassTether`. [-]
     """
-    return LumpedTether(
+    return LumpedMassTether(
         length_m=tether.length_m,
         segments=tether.segments,
         diameter_m=tether.diameter_m,

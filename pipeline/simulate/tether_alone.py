@@ -10,9 +10,9 @@ from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_static import solve_tether
 from pipeline.physics.winch import Winch
 from pipeline.simulate import kernel_swing as kernel
-from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
+from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
 from pipeline.simulate.tether_arrays import (
-    Record,
+    TetherRecord,
     check_step,
     history,
     prepare,
@@ -24,7 +24,7 @@ from pipeline.types import ArrayLike, FloatArray
 
 
 def hang(
-    tether: LumpedTether,
+    tether: LumpedMassTether,
     *,
     top_ned_m: FloatArray,
     lower_ned_m: FloatArray,
@@ -39,7 +39,7 @@ def hang(
 
     Parameters
     ----------
-    tether : LumpedTether
+    tether : LumpedMassTether
         The cable.
     top_ned_m, lower_ned_m : ndarray, shape (3,)
         Its ends. [m]
@@ -88,7 +88,7 @@ def hang(
 
 
 def _starting_shape(
-    tether: LumpedTether, top: FloatArray, lower: FloatArray, current: FloatArray
+    tether: LumpedMassTether, top: FloatArray, lower: FloatArray, current: FloatArray
 ) -> FloatArray:
     """Return nodes (n + 1, 3) near equilibrium."""
     cable = Cable(
@@ -116,7 +116,7 @@ def _starting_shape(
     return place
 
 
-def _catenary(tether: LumpedTether, top: FloatArray, lower: FloatArray) -> FloatArray:
+def _catenary(tether: LumpedMassTether, top: FloatArray, lower: FloatArray) -> FloatArray:
     """Return nodes on a catenary, hanging or, of a floating cable, standing."""
     length = tether.length_m
     s = np.linspace(0.0, length, tether.segments + 1)
@@ -134,7 +134,7 @@ def _catenary(tether: LumpedTether, top: FloatArray, lower: FloatArray) -> Float
 
 
 def swing(
-    tether: LumpedTether,
+    tether: LumpedMassTether,
     state: TetherState,
     *,
     steps: int,
@@ -151,7 +151,7 @@ def swing(
 
     Parameters
     ----------
-    tether : LumpedTether
+    tether : LumpedMassTether
         The cable.
     state : TetherState
         To start from.
@@ -193,7 +193,7 @@ def swing(
 
 
 def _swing(
-    tether: LumpedTether,
+    tether: LumpedMassTether,
     state: TetherState,
     *,
     steps: int,
@@ -219,7 +219,7 @@ def _swing(
         winch=winch,
         winch_command=winch_command,
     )
-    out = Record.empty(steps, len(inputs.place))
+    out = TetherRecord.empty(steps, len(inputs.place))
     status = kernel.swing(
         inputs.cable,
         inputs.winch,

@@ -8,7 +8,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch
 from pipeline.simulate import kernel_swing as kernel
 from pipeline.simulate.kernel_tether import MOST_SUBSTEPS, WINCH_SIZE
-from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
+from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
 from pipeline.types import ArrayLike, FloatArray
 
 #: Nodes that a cable has room for at most: every step of a run keeps the place of each.
@@ -32,7 +32,7 @@ class Prepared:
 
 
 @dataclass(frozen=True)
-class Record:
+class TetherRecord:
     """What the kernel fills of a tether's run."""
 
     place: FloatArray
@@ -41,7 +41,7 @@ class Record:
     logs: FloatArray
 
     @classmethod
-    def empty(cls, steps: int, room: int) -> "Record":
+    def empty(cls, steps: int, room: int) -> "TetherRecord":
         """Arrays for a number of steps and nodes."""
         return cls(
             place=np.empty((steps + 1, room, 3)),
@@ -52,7 +52,7 @@ class Record:
 
 
 def prepare(
-    tether: LumpedTether,
+    tether: LumpedMassTether,
     state: TetherState,
     *,
     steps: int,
@@ -142,7 +142,7 @@ def velocities(end: str, velocity_mps: FloatArray | None, steps: int) -> FloatAr
 
 
 def history(
-    record: Record,
+    record: TetherRecord,
     prepared: Prepared,
     *,
     dt_s: float,
@@ -190,7 +190,7 @@ def refuse_short(length_m: float, top: FloatArray, lower: FloatArray) -> None:
         )
 
 
-def refuse(status: int, tether: LumpedTether, dt_s: float, *, name: str = "the tether") -> None:
+def refuse(status: int, tether: LumpedMassTether, dt_s: float, *, name: str = "the tether") -> None:
     """Say what ended a run early."""
     if status == kernel.NOT_FINITE:
         raise CannotComputeError(

@@ -13,10 +13,10 @@ from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.kernel_tethered import simulate_tethered
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory, initial_state, largest_step_s
-from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState, lumped_tether
+from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState, lumped_tether
 from pipeline.simulate.tether_alone import hang
 from pipeline.simulate.tether_arrays import (
-    Record,
+    TetherRecord,
     check_step,
     history,
     prepare,
@@ -33,7 +33,7 @@ _SAME_PLACE_M = 1e-6
 def fly_tethered(
     packed: PackedVehicle,
     commands: FloatArray,
-    tether: Tether | LumpedTether,
+    tether: Tether | LumpedMassTether,
     *,
     dt_s: float,
     vector: FloatArray | None = None,
@@ -136,7 +136,7 @@ def fly_tethered(
     states = np.empty((steps + 1, STATE))
     accelerations, wrenches = np.empty((steps + 1, 6)), np.empty((steps + 1, 6))
     thrusts = np.empty((steps + 1, MOST_THRUSTERS))
-    record = Record.empty(steps, len(prepared.place))
+    record = TetherRecord.empty(steps, len(prepared.place))
     status = simulate_tethered(
         p,
         begin,
@@ -223,7 +223,7 @@ def _attachment(p: FloatArray, state: FloatArray) -> FloatArray:
 
 
 def _at_rest(
-    cable: LumpedTether,
+    cable: LumpedMassTether,
     p: FloatArray,
     state: FloatArray,
     current: FloatArray,

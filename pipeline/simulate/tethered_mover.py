@@ -10,7 +10,7 @@ from pipeline.physics.winch import Winch
 from pipeline.simulate.fly import join
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Method, Trajectory
-from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
+from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Model, Tether
@@ -64,7 +64,7 @@ class TetheredMover:
         Of the tether now; at rest at first.
     """
 
-    cable: Tether | LumpedTether
+    cable: Tether | LumpedMassTether
     winch: Winch | None = None
     orders: Sequence[WinchOrder] = ()
     state: TetherState | None = None

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from pipeline.blind.cases import RUN_S, Numbered, case_of, write_case
 from pipeline.blind.generate import GeneratedCase, generate
 from pipeline.blind.label import open_label, seal
-from pipeline.blind.subject import Subject
+from pipeline.blind.subject import BlindSubject
 from pipeline.blind.verdict_score import CaseScore, score_case
 from pipeline.effects.library import candidates
 from pipeline.errors import CannotComputeError
@@ -44,7 +44,7 @@ class BlindPlace:
 
 
 @cache
-def subjects_of(place: BlindPlace) -> dict[str, Subject]:
+def subjects_of(place: BlindPlace) -> dict[str, BlindSubject]:
     """Vehicles of a campaign by name, read once a process."""
     return {
         subject.name: subject
@@ -52,7 +52,7 @@ def subjects_of(place: BlindPlace) -> dict[str, Subject]:
     }
 
 
-def packed_of(subject: Subject) -> PackedVehicle:
+def packed_of(subject: BlindSubject) -> PackedVehicle:
     """Pack a case's vehicle file for the simulation that the diagnosis fits."""
     return pack_vehicle(
         subject.vehicle, BenchModel(subject.static) if subject.static is not None else None

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pipeline.blind.subject import Subject, subject_from
+from pipeline.blind.subject import BlindSubject, subject_from
 from pipeline.errors import CannotComputeError
 from pipeline.plan import processed_file
 from pipeline.provenance import read_envelope
@@ -14,7 +14,7 @@ from pipeline.vehicle.load import load_vehicle
 USUAL = ("mmt300", "rov8", "cargo_carrier")
 
 
-def load_subject(text: str, raw: Path, out: Path) -> Subject:
+def load_subject(text: str, raw: Path, out: Path) -> BlindSubject:
     """Find a vehicle by name or path and read it, with the bench's family where it needs one.
 
     Raises

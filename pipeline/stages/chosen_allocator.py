@@ -13,14 +13,14 @@ from pipeline.control.paper_allocator import (
 )
 from pipeline.errors import CannotComputeError
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.simulate.fly import Allocator, general_allocator
+from pipeline.simulate.fly import CodeAllocator, general_allocator
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_inverses
 from pipeline.vehicle.schema import Vehicle
 
 AllocatorName = Literal["general", "paper", "paper-mooring"]
 
 
-def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> Allocator:
+def allocator_of(one: SimulatedVehicle, name: AllocatorName, out: Path) -> CodeAllocator:
     """Return an allocator that believes the vehicle file and its bench.
 
     Parameters

@@ -9,7 +9,7 @@ import numpy as np
 from pipeline.control.inverse import firmware_grid
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.identify.bench_changes import bench_changes
-from pipeline.identify.run_changes import Change, changes_between
+from pipeline.identify.run_changes import RunChange, changes_between
 from pipeline.plan import processed_file
 from pipeline.provenance import canonical_json, read_envelope, write_atomically
 from pipeline.records.comparison import CodeChange, Comparison, Curve, Difference
@@ -134,7 +134,7 @@ def _runs(
     )
 
 
-def _told(change: Change, names: Sequence[str], count: int) -> Difference:
+def _told(change: RunChange, names: Sequence[str], count: int) -> Difference:
     """Say a shift: what the runs concerned have, against what the others have."""
     shift, base = change.shift, change.base
     where = tuple(names[run] for run in shift.runs)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.export.mcap_log import write_run_log
-from pipeline.identify.pool_plan import MARGIN, WANTED, Candidate, Chosen, plan_pool_day
+from pipeline.identify.pool_plan import MARGIN, WANTED, ChosenRuns, PlanCandidate, plan_pool_day
 from pipeline.ingest.log_names import logs_of, run_of
 from pipeline.ingest.mcap_start import log_start_ns
 from pipeline.plan import POOL
@@ -130,7 +130,7 @@ def flown_of_plan(file: Path, one: SimulatedVehicle) -> tuple[FlownOfPlan, ...]:
 
 def _record(
     one: SimulatedVehicle,
-    chosen: Chosen,
+    chosen: ChosenRuns,
     minutes: float,
     pool_m: tuple[float, float, float] | None,
 ) -> PoolDay:
@@ -185,7 +185,7 @@ def _record(
     )
 
 
-def codes_csv(run: Candidate) -> str:
+def codes_csv(run: PlanCandidate) -> str:
     """Return the codes over time of a run, a row for each command [s, code]."""
     command = run.log["command"]
     text = io.StringIO()

@@ -13,7 +13,7 @@ from pipeline.export.overlay import write_overlay
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
 from pipeline.identify.trial_errors import compared, predicted_table, sensor_log
 from pipeline.identify.trial_warnings import trial_warnings
-from pipeline.identify.trial_windows import Flown, TrialFlights, fly_trial
+from pipeline.identify.trial_windows import FlownWindows, TrialFlights, fly_trial
 from pipeline.ingest.log_names import is_log_name
 from pipeline.ingest.recorded_log import RecordedFile
 from pipeline.provenance import file_digest
@@ -164,7 +164,7 @@ def _write_overlay(  # noqa: PLR0917 - one caller
     return []
 
 
-def _with_times(flown: Flown) -> Flown:
+def _with_times(flown: FlownWindows) -> FlownWindows:
     """Return the free run with all of its samples, its lead included: there it is what it is."""
     return replace(flown, valid=np.ones_like(flown.valid))
 

@@ -21,7 +21,7 @@ from pipeline.types import FloatArray
 
 
 @dataclass(frozen=True)
-class Flight:
+class TruthFlight:
     """The motion at 50 Hz, the commands at 10 Hz.
 
     `commands` (m, n); `samples` (k, 24 + 3 n) as the kernel wrote them, k = 5 m + 1.
@@ -92,7 +92,7 @@ def fly_craft(
     first_s: float = 0.0,
     shafts: FloatArray | None = None,
     ramped: FloatArray | None = None,
-) -> Flight:
+) -> TruthFlight:
     """Fly under the truth's autopilot (`wishes`), or with given codes (`commands`).
 
     Parameters
@@ -148,7 +148,7 @@ def fly_craft(
     )
     if not np.isfinite(samples).all():
         raise CannotComputeError("the true vehicle left the finite numbers")
-    return Flight(done, samples)
+    return TruthFlight(done, samples)
 
 
 def _work(truth: Truth, n: int) -> Work:

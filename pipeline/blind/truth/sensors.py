@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.blind.truth.craft import Craft, DvlFault
-from pipeline.blind.truth.flight import Flight
+from pipeline.blind.truth.flight import TruthFlight
 from pipeline.blind.truth.kernel_flight import CONTROL_S, SAMPLES
 from pipeline.blind.truth.kernel_forces import SHARE
 from pipeline.blind.truth.nature import Weather, wander
@@ -21,7 +21,7 @@ COLOUR_READINGS = 3.0
 
 
 @dataclass(frozen=True)
-class Reading:
+class SensorReading:
     """Readings of one instrument: claimed times, times of logging (k,), values (k, m)."""
 
     stamp_s: FloatArray
@@ -29,7 +29,7 @@ class Reading:
     values: FloatArray
 
 
-Log = dict[str, Reading]
+Log = dict[str, SensorReading]
 
 
 def noise(
@@ -49,13 +49,15 @@ def at_times(values: FloatArray, time_s: FloatArray) -> FloatArray:
     return np.asarray(values[low] + part * (values[low + 1] - values[low]))
 
 
-def _turn_at(flight: Flight, time_s: FloatArray) -> FloatArray:
+def _turn_at(flight: TruthFlight, time_s: FloatArray) -> FloatArray:
     """Rotation matrices between samples, made orthonormal to first order (k, 3, 3)."""
     mixed = at_times(flight.turn, time_s)
     return np.asarray(1.5 * mixed - 0.5 * mixed @ mixed.transpose(0, 2, 1) @ mixed)
 
 
-def _times(flight: Flight, sensor: Sensor, late_s: float = 0.0) -> tuple[FloatArray, FloatArray]:
+def _times(
+    flight: TruthFlight, sensor: Sensor, late_s: float = 0.0
+) -> tuple[FloatArray, FloatArray]:
     """Return the times that readings show, and those at which they are logged."""
     end = flight.time_s[-1]
     logged = np.arange(int(end * sensor.rate_hz + 1e-9) + 1) / sensor.rate_hz
@@ -65,7 +67,7 @@ def _times(flight: Flight, sensor: Sensor, late_s: float = 0.0) -> tuple[FloatAr
 
 
 def dvl_velocity(
-    flight: Flight, time_s: FloatArray, dvl: Dvl, fault: DvlFault, current: FloatArray
+    flight: TruthFlight, time_s: FloatArray, dvl: Dvl, fault: DvlFault, current: FloatArray
 ) -> FloatArray:
     """Velocity without noise, in the axes that the DVL is believed to have, turned into body axes.
 
@@ -85,7 +87,7 @@ def dvl_velocity(
 
 
 def read_all(
-    flight: Flight,
+    flight: TruthFlight,
     craft: Craft,
     sensors: Sensors,
     *,
@@ -97,7 +99,7 @@ def read_all(
 
     Parameters
     ----------
-    flight : Flight
+    flight : TruthFlight
         The motion.
     craft : Craft
         The vehicle as it is.
@@ -119,7 +121,7 @@ def read_all(
     streams = rng.spawn(6)
     end = flight.time_s[-1]
     times = np.arange(int(end * sensors.command_rate_hz + 1e-9) + 1) / sensors.command_rate_hz
-    log: Log = {"command": Reading(times, times, held(flight.commands, times))}
+    log: Log = {"command": SensorReading(times, times, held(flight.commands, times))}
     if sensors.imu is not None:
         log["imu"] = _imu(flight, craft, sensors.imu, weather, streams[0])
     if sensors.dvl is not None:
@@ -127,30 +129,30 @@ def read_all(
         shown, logged = _times(flight, dvl, craft.dvl.delay_s)
         values = dvl_velocity(flight, shown, dvl, craft.dvl, craft.current)
         values = values + noise(streams[1], len(shown), 3, dvl.noise_mps, weather)
-        log["dvl"] = Reading(logged - dvl.delay_s, logged, values)
+        log["dvl"] = SensorReading(logged - dvl.delay_s, logged, values)
     if sensors.depth is not None:
         depth = sensors.depth
         shown, logged = _times(flight, depth)
         values = depth_of(flight, shown, np.array(depth.position_m))
         values = values + depth.bias_m * streams[2].standard_normal()
         values = values + noise(streams[2], len(shown), 1, depth.noise_m, weather)[:, 0]
-        log["depth"] = Reading(shown, logged, values[:, None])
+        log["depth"] = SensorReading(shown, logged, values[:, None])
     if sensors.position is not None:
         shown, logged = _times(flight, sensors.position)
         values = at_times(flight.place, shown)
         values = values + noise(streams[3], len(shown), 3, sensors.position.noise_m, weather)
-        log["position"] = Reading(shown, logged, values)
+        log["position"] = SensorReading(shown, logged, values)
     if sensors.shaft_speed is not None and all(law.mode != SHARE for law in craft.laws):
         shown, logged = _times(flight, sensors.shaft_speed)
         values = 60.0 * at_times(flight.shafts, shown)
         deviation = sensors.shaft_speed.noise_rpm
         values = values + noise(streams[4], len(shown), values.shape[1], deviation, weather)
-        log["shaft_speed"] = Reading(shown, logged, values)
+        log["shaft_speed"] = SensorReading(shown, logged, values)
     if sensors.voltage is not None:
         shown, logged = _times(flight, sensors.voltage)
         values = sensors.voltage.nominal_v * held(supply[:, None], shown)
         values = values + noise(streams[5], len(shown), 1, sensors.voltage.noise_v, weather)
-        log["voltage"] = Reading(shown, logged, values)
+        log["voltage"] = SensorReading(shown, logged, values)
     return log
 
 
@@ -160,15 +162,15 @@ def held(values: FloatArray, time_s: FloatArray) -> FloatArray:
     return np.asarray(values[np.clip(index, 0, len(values) - 1)])
 
 
-def depth_of(flight: Flight, time_s: FloatArray, place: FloatArray) -> FloatArray:
+def depth_of(flight: TruthFlight, time_s: FloatArray, place: FloatArray) -> FloatArray:
     """Depth of a place of the body (k,) [m]."""
     down = flight.place[:, 2] + flight.turn[:, 2] @ place
     return at_times(down, time_s)
 
 
 def _imu(
-    flight: Flight, craft: Craft, imu: Imu, weather: Weather, rng: np.random.Generator
-) -> Reading:
+    flight: TruthFlight, craft: Craft, imu: Imu, weather: Weather, rng: np.random.Generator
+) -> SensorReading:
     from scipy.spatial.transform import Rotation
 
     shown, logged = _times(flight, imu)
@@ -191,4 +193,4 @@ def _imu(
     error = slow + noise(rng, count, 3, imu.attitude_noise_rad, weather)
     turn = Rotation.from_matrix(_turn_at(flight, shown)) * Rotation.from_rotvec(error)
     x, y, z, w = turn.as_quat().T
-    return Reading(shown, logged, np.column_stack([spin, force, w, x, y, z]))
+    return SensorReading(shown, logged, np.column_stack([spin, force, w, x, y, z]))

@@ -26,7 +26,7 @@ from pipeline.diagnose.linear.predictions import (
     simulate_windows,
 )
 from pipeline.identify.run_nuisance import RunNuisance
-from pipeline.identify.window_derivatives import Problem, moved_starts
+from pipeline.identify.window_derivatives import FitProblem, moved_starts
 from pipeline.identify.window_outputs import whitened
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.types import BoolArray, FloatArray
@@ -74,9 +74,9 @@ class Setting:
     """By how much the thrusters' curves may be off: what `profiles` are made of."""
 
     @property
-    def problem(self) -> Problem:
+    def problem(self) -> FitProblem:
         """Bookkeeping of the starts."""
-        return Problem(self.bench.stack, (), self.bench.stack.packed.vector, self.shared, 1)
+        return FitProblem(self.bench.stack, (), self.bench.stack.packed.vector, self.shared, 1)
 
     def origin(self) -> Point:
         """Nominal vehicle, led along the measured motion."""

@@ -16,7 +16,7 @@ from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_outputs import (
     Lines,
     Rows,
-    Stack,
+    WindowStack,
     lines_of,
     predicted_reading,
     turn_between,
@@ -55,7 +55,7 @@ class Bench:
     sets of drives that were asked for last.
     """
 
-    stack: Stack
+    stack: WindowStack
     commands: tuple[FloatArray, ...]
     period_s: tuple[float, ...]
     mount: Rotation

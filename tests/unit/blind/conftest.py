@@ -6,34 +6,34 @@ import pytest
 from bundled_models import mmt300_bench
 
 from pipeline.blind.generate import CaseSpec, GeneratedCase, generate
-from pipeline.blind.subject import Subject, subject_from
+from pipeline.blind.subject import BlindSubject, subject_from
 from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.bundled.vehicles import bundled_vehicle
 
 
 @pytest.fixture(scope="session")
-def rov8() -> Subject:
+def rov8() -> BlindSubject:
     return subject_from(bundled_vehicle("rov8"))
 
 
 @pytest.fixture(scope="session")
-def carrier() -> Subject:
+def carrier() -> BlindSubject:
     return subject_from(bundled_vehicle("cargo_carrier"))
 
 
 @pytest.fixture(scope="session")
-def mmt300(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> Subject:
+def mmt300(repository: Path, tmp_path_factory: pytest.TempPathFactory) -> BlindSubject:
     bench = mmt300_bench(repository, tmp_path_factory)
     return subject_from(repository / "raw" / "mmt300", bench.static)
 
 
 @pytest.fixture(scope="session")
-def rov8_craft(rov8: Subject) -> Craft:
+def rov8_craft(rov8: BlindSubject) -> Craft:
     return craft_of(rov8.vehicle)
 
 
 @pytest.fixture(scope="session")
-def sagging(rov8: Subject) -> GeneratedCase:
+def sagging(rov8: BlindSubject) -> GeneratedCase:
     """A short case: the supply voltage of a ROV is low."""
     return generate(
         rov8,

@@ -8,12 +8,12 @@ from pipeline.blind.flying import Fault, Patient, Stage, children, fault_of, fly
 from pipeline.blind.outside import TROUBLES
 from pipeline.blind.severity import gap_ratio, ratios
 from pipeline.blind.sizing import FloorKey, healthy_floors, trace_of_runs
-from pipeline.blind.subject import Subject, possible_effects
+from pipeline.blind.subject import BlindSubject, possible_effects
 from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.nature import FURTHEST, Weather, drawn, wander
 
 
-def gap_at(subject: Subject, what: str, size: float) -> float:
+def gap_at(subject: BlindSubject, what: str, size: float) -> float:
     stage = stage_of(subject, (), Weather())
     fault = fault_of(what, stage, (40.0, 40.0), np.random.default_rng(8))
     seeds = children(np.random.SeedSequence(3), 1)[0]
@@ -24,24 +24,24 @@ def gap_at(subject: Subject, what: str, size: float) -> float:
 
 
 @pytest.mark.parametrize("what", ["tether", "dvl_scale", "current", "line_snag", "waves"])
-def test_a_larger_fault_opens_a_larger_gap(rov8: Subject, what: str) -> None:
+def test_a_larger_fault_opens_a_larger_gap(rov8: BlindSubject, what: str) -> None:
     small, large = (gap_at(rov8, what, size) for size in (0.05, 0.5))
     assert 1.0 <= small < large
 
 
 @pytest.mark.parametrize("what", TROUBLES)
-def test_every_trouble_can_be_flown(rov8: Subject, what: str) -> None:
+def test_every_trouble_can_be_flown(rov8: BlindSubject, what: str) -> None:
     assert gap_at(rov8, what, 0.3) >= 1.0
 
 
-def test_a_fault_of_size_nothing_leaves_no_trace(rov8: Subject) -> None:
+def test_a_fault_of_size_nothing_leaves_no_trace(rov8: BlindSubject) -> None:
     for effect in possible_effects(rov8):
         assert gap_at(rov8, effect, 0.0) == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(("shows_from", "drawn_fault"), [(1.0, 0), (5.0, 2), (50.0, 1)])
 def test_a_fault_that_cannot_be_seen_is_drawn_anew(
-    rov8: Subject, monkeypatch: pytest.MonkeyPatch, shows_from: float, drawn_fault: int
+    rov8: BlindSubject, monkeypatch: pytest.MonkeyPatch, shows_from: float, drawn_fault: int
 ) -> None:
     """The first that shows is taken; where none does, the one that shows most."""
     stage = stage_of(rov8, (), Weather())
@@ -70,7 +70,7 @@ def test_a_fault_that_cannot_be_seen_is_drawn_anew(
     assert len(drawn_so_far) == (4 if shows_from > 10.0 else drawn_fault + 1)
 
 
-def test_healthy_vehicles_differ_as_the_vehicle_file_states(rov8: Subject) -> None:
+def test_healthy_vehicles_differ_as_the_vehicle_file_states(rov8: BlindSubject) -> None:
     assert rov8.vehicle.model is not None
     known = rov8.vehicle.model.uncertainty
     stated = craft_of(rov8.vehicle)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.blind.subject import Subject
+from pipeline.blind.subject import BlindSubject
 from pipeline.blind.truth.craft import Craft, craft_of
 from pipeline.blind.truth.drive_laws import drive_law
 from pipeline.blind.truth.flight import fly_craft, still
@@ -24,7 +24,7 @@ def immovable(craft: Craft) -> Craft:
 
 @pytest.mark.parametrize(("code", "speed"), [(60, 0.0), (100, 0.0), (127, 1.0), (110, 1.5)])
 def test_a_steady_thruster_gives_the_thrust_of_the_bench(
-    mmt300: Subject, code: int, speed: float
+    mmt300: BlindSubject, code: int, speed: float
 ) -> None:
     assert mmt300.static is not None
     craft = craft_of(mmt300.vehicle, mmt300.static)
@@ -44,7 +44,7 @@ def test_a_steady_thruster_gives_the_thrust_of_the_bench(
     )
 
 
-def test_the_rotor_and_its_controller_together_take_the_stated_lag(mmt300: Subject) -> None:
+def test_the_rotor_and_its_controller_together_take_the_stated_lag(mmt300: BlindSubject) -> None:
     craft = craft_of(mmt300.vehicle, mmt300.static)
     craft = immovable(craft)
     codes = np.full((15, 5), 100.0)
@@ -56,6 +56,6 @@ def test_the_rotor_and_its_controller_together_take_the_stated_lag(mmt300: Subje
     assert delay == pytest.approx(0.1, abs=0.015)
 
 
-def test_without_bench_data_there_is_no_law(mmt300: Subject) -> None:
+def test_without_bench_data_there_is_no_law(mmt300: BlindSubject) -> None:
     with pytest.raises(CannotComputeError, match="rig2sea run mmt300"):
         drive_law(mmt300.vehicle, "at_drive", "screw", None)

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from pipeline.blind import generate as generate_module
-from pipeline.blind.flying import Flown, Patient, Stage, VehicleLost
+from pipeline.blind.flying import FlownCase, Patient, Stage, VehicleLost
 from pipeline.blind.generate import CaseSpec, GeneratedCase, generate
 from pipeline.blind.severity import CHANNELS
-from pipeline.blind.subject import Subject, possible_effects, variant_for
+from pipeline.blind.subject import BlindSubject, possible_effects, variant_for
 from pipeline.errors import CannotComputeError
 
 
@@ -40,14 +40,14 @@ def test_runs_hold_what_the_vehicle_measures(sagging: GeneratedCase) -> None:
 
 
 def test_a_healthy_vehicle_that_is_lost_makes_no_case(
-    rov8: Subject, sagging: GeneratedCase, monkeypatch: pytest.MonkeyPatch
+    rov8: BlindSubject, sagging: GeneratedCase, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """rov8 in a transit that tips it over: the campaign is told, and goes on."""
     fly = generate_module.fly_all
 
     def lost(
         stage: Stage, patient: Patient, *how: *tuple[Sequence[str], float, np.random.SeedSequence]
-    ) -> list[Flown]:
+    ) -> list[FlownCase]:
         if not patient.faults:
             raise VehicleLost
         return fly(stage, patient, *how)
@@ -62,7 +62,7 @@ def test_a_sagging_supply_is_measured_lower_than_a_healthy_one(sagging: Generate
     assert sick < well - 0.3
 
 
-def test_the_same_seed_gives_the_same_case(rov8: Subject, sagging: GeneratedCase) -> None:
+def test_the_same_seed_gives_the_same_case(rov8: BlindSubject, sagging: GeneratedCase) -> None:
     again = generate(rov8, sagging.spec)
     assert again.label == sagging.label
     for one, other in zip(sagging.runs, again.runs, strict=True):
@@ -70,7 +70,7 @@ def test_the_same_seed_gives_the_same_case(rov8: Subject, sagging: GeneratedCase
             np.testing.assert_array_equal(values, other.values[quantity])
 
 
-def test_missing_instruments_are_not_logged(rov8: Subject) -> None:
+def test_missing_instruments_are_not_logged(rov8: BlindSubject) -> None:
     spec = CaseSpec("none", healthy=0, missing=("dvl", "position"), duration_s=20.0, seed=9)
     case = generate(rov8, spec)
     assert not {"velocity", "position"} & set(case.runs[0].values)
@@ -79,7 +79,7 @@ def test_missing_instruments_are_not_logged(rov8: Subject) -> None:
     assert set(case.label.channel_ratios) == set(CHANNELS) - {"u", "v", "w", "x", "y"}
 
 
-def test_trouble_outside_the_library_is_labelled_unknown_with_its_times(rov8: Subject) -> None:
+def test_trouble_outside_the_library_is_labelled_unknown_with_its_times(rov8: BlindSubject) -> None:
     spec = CaseSpec("outside", ("intermittent_thruster",), healthy=0, duration_s=40.0, seed=3)
     case = generate(rov8, spec)
     assert case.label.truth == ("unknown",)
@@ -88,7 +88,7 @@ def test_trouble_outside_the_library_is_labelled_unknown_with_its_times(rov8: Su
     assert case.label.gap_ratio > 1.1
 
 
-def test_each_effect_of_a_pair_has_a_gap_of_its_own(rov8: Subject) -> None:
+def test_each_effect_of_a_pair_has_a_gap_of_its_own(rov8: BlindSubject) -> None:
     spec = CaseSpec("pair", ("current", "payload"), healthy=0, duration_s=40.0, seed=5)
     label = generate(rov8, spec).label
     assert set(label.own_ratios) == {"current", "payload"}
@@ -99,7 +99,7 @@ def test_each_effect_of_a_pair_has_a_gap_of_its_own(rov8: Subject) -> None:
     assert min(one, other) > 1.0
 
 
-def test_an_effect_that_the_nominal_has_gets_a_vehicle_without_it(carrier: Subject) -> None:
+def test_an_effect_that_the_nominal_has_gets_a_vehicle_without_it(carrier: BlindSubject) -> None:
     variant = variant_for(carrier, "coriolis_omitted")
     assert carrier.vehicle.model is not None
     assert variant.vehicle.model is not None
@@ -112,6 +112,8 @@ def test_an_effect_that_the_nominal_has_gets_a_vehicle_without_it(carrier: Subje
     assert not carrier.vehicle.model.tether.in_nominal
 
 
-def test_effects_that_cannot_be_are_not_asked_for(carrier: Subject, rov8: Subject) -> None:
+def test_effects_that_cannot_be_are_not_asked_for(
+    carrier: BlindSubject, rov8: BlindSubject
+) -> None:
     assert "wall_effect" in possible_effects(rov8)
     assert "wall_effect" not in possible_effects(carrier)

@@ -12,7 +12,7 @@ from pipeline.blind.cases import (
 )
 from pipeline.blind.label import CaseLabel, TrueEffect
 from pipeline.blind.score import score_campaign
-from pipeline.blind.subject import Subject, possible_effects
+from pipeline.blind.subject import BlindSubject, possible_effects
 from pipeline.blind.verdict_score import CaseScore, score_case
 
 
@@ -204,7 +204,7 @@ def test_a_campaign_is_counted_by_band() -> None:
     assert sum(map(sum, total.confusion.counts)) == 5
 
 
-def test_the_plan_of_a_campaign(rov8: Subject, carrier: Subject) -> None:
+def test_the_plan_of_a_campaign(rov8: BlindSubject, carrier: BlindSubject) -> None:
     subjects = {one.name: one for one in (rov8, carrier)}
     total = sum(SHARES.values())
     plan = [case_of(number, subjects, seed=0) for number in range(total)]
@@ -219,7 +219,7 @@ def test_the_plan_of_a_campaign(rov8: Subject, carrier: Subject) -> None:
     assert {one.spec.kind for one in plan[:20]} >= {"none", "single", "outside", "pair"}
 
 
-def test_seeds_of_calibration_and_test_never_meet(rov8: Subject) -> None:
+def test_seeds_of_calibration_and_test_never_meet(rov8: BlindSubject) -> None:
     subjects = {"rov8": rov8}
     for number in (0, 999_999):
         ours = case_of(number, subjects, 3, calibration=True).spec.seed

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from pipeline.blind.draws import draw
-from pipeline.blind.subject import Subject, possible_effects, variant_for
+from pipeline.blind.subject import BlindSubject, possible_effects, variant_for
 from pipeline.blind.truth.craft import craft_of
 from pipeline.blind.truth.faults import FAULTS, with_fault
 from pipeline.blind.truth.flight import fly_craft, still
@@ -28,7 +28,7 @@ SECONDS = 15.0
 LEAST = np.array([0.05, 0.05, 0.05, 0.03, 0.03, 0.03])
 
 
-def apart(subject: Subject, effect: str | None, kind: str) -> np.ndarray:
+def apart(subject: BlindSubject, effect: str | None, kind: str) -> np.ndarray:
     """Return the rms difference of the six velocities over their own size."""
     if effect is not None:
         subject = variant_for(subject, effect)
@@ -59,7 +59,7 @@ def apart(subject: Subject, effect: str | None, kind: str) -> np.ndarray:
 
 
 def test_the_truth_knows_every_effect_that_its_vehicles_can_have(
-    rov8: Subject, carrier: Subject, mmt300: Subject
+    rov8: BlindSubject, carrier: BlindSubject, mmt300: BlindSubject
 ) -> None:
     assert set(FAULTS) <= set(effects())
     for subject in (rov8, carrier, mmt300):
@@ -67,12 +67,12 @@ def test_the_truth_knows_every_effect_that_its_vehicles_can_have(
 
 
 @pytest.mark.parametrize("kind", ["multisine", "tasks"])
-def test_the_stated_vehicle_flies_alike(rov8: Subject, kind: str) -> None:
+def test_the_stated_vehicle_flies_alike(rov8: BlindSubject, kind: str) -> None:
     assert (apart(rov8, None, kind) < [0.01, 0.01, 0.01, 0.08, 0.02, 0.01]).all()
 
 
 @pytest.mark.parametrize("effect", sorted(FAULTS))
-def test_each_effect_does_the_same(rov8: Subject, effect: str) -> None:
+def test_each_effect_does_the_same(rov8: BlindSubject, effect: str) -> None:
     assert effect in possible_effects(rov8)
     # near a wall the truth has the suction of the wall, which the library leaves out
     limit = 0.05 if effect == "wall_effect" else 0.01
@@ -80,18 +80,20 @@ def test_each_effect_does_the_same(rov8: Subject, effect: str) -> None:
 
 
 @pytest.mark.parametrize("effect", [None, "coriolis_omitted", "advance_speed_loss", "payload"])
-def test_a_heavy_vehicle_with_modules_flies_alike(carrier: Subject, effect: str | None) -> None:
+def test_a_heavy_vehicle_with_modules_flies_alike(
+    carrier: BlindSubject, effect: str | None
+) -> None:
     assert apart(carrier, effect, "zigzag").max() < 0.005
 
 
 @pytest.mark.parametrize("effect", [None, "thruster_lag", "coriolis_omitted", "dead_zone", "lift"])
 def test_rotors_that_turn_in_time_follow_the_stated_lag(
-    mmt300: Subject, effect: str | None
+    mmt300: BlindSubject, effect: str | None
 ) -> None:
     assert (apart(mmt300, effect, "tasks") < [0.02, 0.01, 0.02, 0.01, 0.08, 0.01]).all()
 
 
-def test_an_effect_changes_the_flight(rov8: Subject) -> None:
+def test_an_effect_changes_the_flight(rov8: BlindSubject) -> None:
     craft = craft_of(rov8.vehicle)
     weak = with_fault(craft, "thruster_degraded", {"thrust_fraction": 0.5}, "front_left")
     codes = np.full((50, 8), 150.0)

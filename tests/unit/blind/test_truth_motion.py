@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from pipeline.blind.subject import Subject
+from pipeline.blind.subject import BlindSubject
 from pipeline.blind.truth.craft import Craft, craft_of, rigid_of
 from pipeline.blind.truth.faults import with_fault
-from pipeline.blind.truth.flight import Flight, fly_craft, still
+from pipeline.blind.truth.flight import TruthFlight, fly_craft, still
 from pipeline.blind.truth.kernel_flight import CONTROL_S
 from pipeline.blind.truth.pilot import belief_of, configuration, pilot_axes
 from pipeline.vehicle.model_schema import Lift
@@ -16,7 +16,7 @@ from pipeline.vehicle.model_schema import Lift
 
 def coast(
     craft: Craft, seconds: float, start: np.ndarray, codes: np.ndarray | None = None
-) -> Flight:
+) -> TruthFlight:
     count = round(seconds / CONTROL_S)
     given = np.zeros(len(craft.names)) if codes is None else codes
     return fly_craft(craft, belief_of(craft), commands=np.tile(given, (count, 1)), start=start)
@@ -38,7 +38,7 @@ def tumbling(place: tuple[float, float, float] = (0.0, 0.0, 1.5)) -> np.ndarray:
     return start
 
 
-def momenta(craft: Craft, flight: Flight) -> np.ndarray:
+def momenta(craft: Craft, flight: TruthFlight) -> np.ndarray:
     return flight.ground @ (rigid_of(craft) + craft.added)
 
 
@@ -161,7 +161,7 @@ def test_lift_takes_energy_out_ahead_and_astern(rov8_craft: Craft, surge: float)
     assert np.abs(flight.ground[-1, 1:3]).max() < 0.08
 
 
-def test_a_munk_moment_in_the_slopes_is_counted_once(carrier: Subject) -> None:
+def test_a_munk_moment_in_the_slopes_is_counted_once(carrier: BlindSubject) -> None:
     """Coriolis terms on is off with the fault at one."""
     model = carrier.vehicle.model
     assert model is not None

@@ -19,7 +19,7 @@ from pipeline.physics.tether_static import solve_tether
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
-from pipeline.simulate.tether import LumpedTether
+from pipeline.simulate.tether import LumpedMassTether
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.stages.design import held_vehicle
 from pipeline.types import FloatArray
@@ -85,7 +85,7 @@ def test_the_auv_settles_at_the_balance_with_the_residual_buoyancy_effect(
 
 
 def _at_rest(
-    packed: PackedVehicle, vector: FloatArray, cable: LumpedTether, start: FloatArray
+    packed: PackedVehicle, vector: FloatArray, cable: LumpedMassTether, start: FloatArray
 ) -> tuple[FloatArray, float, FloatArray, FloatArray]:
     none = np.zeros((6000, len(packed.thruster_names)))
     flown, tether = fly_tethered(packed, none, cable, dt_s=0.02, vector=vector, start=start)
@@ -107,7 +107,7 @@ def test_an_rov_that_lies_at_its_tether_needs_no_thrust_there(
     write(packed.vector, "coriolis_fraction", 0.0)
     vector = apply_effects(packed.vector, specs, packed.context)
     length, diameter = 12.0, 0.0075
-    cable = LumpedTether(
+    cable = LumpedMassTether(
         length,
         14,
         diameter_m=diameter,

@@ -8,7 +8,7 @@ import pytest
 
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify.identifiability import _left
-from pipeline.identify.output_error import Solution
+from pipeline.identify.output_error import FitSolution
 from pipeline.identify.parameter_intervals import (
     _with_intervals,
     identified_parameters,
@@ -44,7 +44,9 @@ def verdicts(
         point=SimpleNamespace(steps=steps),
         beyond=np.zeros(count),
     )
-    posterior = _with_intervals(cast("Solution", solution), covariance, np.full(count, inflation))
+    posterior = _with_intervals(
+        cast("FitSolution", solution), covariance, np.full(count, inflation)
+    )
     return {p.name: p for p in identified_parameters(parameters, steps, posterior)}
 
 

@@ -17,7 +17,7 @@ from pipeline.identify.run_nuisance import bridge_weights, chain_precision, run_
 from pipeline.identify.vehicle_fit import fit_vehicle
 from pipeline.identify.vehicle_parameters import PriorWidths, free_parameters, vector_with
 from pipeline.identify.whole_vehicle import identify_vehicle
-from pipeline.identify.window_derivatives import Problem, derivatives, moved_starts
+from pipeline.identify.window_derivatives import FitProblem, derivatives, moved_starts
 from pipeline.identify.window_outputs import _whitener, stack_windows
 from pipeline.identify.windows import cut, readings_of
 from pipeline.physics.parameters import read
@@ -349,7 +349,7 @@ def test_elimination_of_the_starts_is_the_full_solution(
     stack = stack_windows(packed, windows, channels)
     parameters = free_parameters(packed, Uncertainty(), only=FEW)
     shared = run_nuisance(stack, 1)
-    problem = Problem(stack, parameters, packed.vector, shared)
+    problem = FitProblem(stack, parameters, packed.vector, shared)
     point = problem.origin()
     found = derivatives(problem, point)
     reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))

@@ -12,7 +12,7 @@ from pipeline.simulate.events import (
     held_payload,
     vector_with_modules,
 )
-from pipeline.simulate.fly import Plan, fly, run_changing
+from pipeline.simulate.fly import FlightPlan, fly, run_changing
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.pack import PackedVehicle
@@ -196,7 +196,7 @@ def test_events_of_the_schedule_and_effects_go_together(
 
 def test_without_events_the_run_is_the_same(carrier: PackedVehicle, model: Model) -> None:
     schedule = PayloadSchedule(carrier, model, [])
-    plan = Plan(3.0, wrench=lambda _t: np.array([20.0, 0, 0, 0, 0, 5.0]))
+    plan = FlightPlan(3.0, wrench=lambda _t: np.array([20.0, 0, 0, 0, 0, 5.0]))
     assert (
         fly(carrier, plan, change=schedule.change).nu.tobytes() == fly(carrier, plan).nu.tobytes()
     )

@@ -14,7 +14,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read, write
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.fly import (
-    Plan,
+    FlightPlan,
     fly,
     general_allocator,
     join,
@@ -338,6 +338,6 @@ def test_a_demand_can_be_added_to_the_references(
     packed = packed_vehicles["mmt300"]
     hold = Reference(depth_m=0.0, heading_rad=0.0, pitch_rad=0.0)
     push = np.array([40.0, 0, 0, 0, 0, 0])
-    end = fly(packed, Plan(40.0, reference=lambda _t: hold, wrench=lambda _t: push))
+    end = fly(packed, FlightPlan(40.0, reference=lambda _t: hold, wrench=lambda _t: push))
     u = end.nu[-1, 0]
     assert 2.0 * u + 22.5 * u * u == pytest.approx(40.0, rel=0.03)

@@ -14,7 +14,7 @@ from pipeline.physics.tether_cable import Cable, TetherSolution
 from pipeline.physics.tether_footprint import Footprint, ned_from_paper
 from pipeline.physics.tether_static import FlowField, solve_tether
 from pipeline.physics.winch import Winch
-from pipeline.simulate.tether import LumpedTether, TetherHistory, TetherState
+from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
 from pipeline.simulate.tether_alone import hang, swing
 
 RHO, GRAVITY = 1025.0, 9.81
@@ -25,7 +25,7 @@ FLOW = ned_from_paper(np.array([-1.0, 0.5, -0.5]))
 TURNED = ned_from_paper(np.array([-1.0, 0.2, -0.2]))
 
 
-def rope(segments: int, length: float = 100.0, **numbers: float) -> LumpedTether:
+def rope(segments: int, length: float = 100.0, **numbers: float) -> LumpedMassTether:
     values: dict[str, float] = {
         "diameter_m": 0.014,
         "mass_kgpm": 0.4,
@@ -35,10 +35,12 @@ def rope(segments: int, length: float = 100.0, **numbers: float) -> LumpedTether
         "density_kgpm3": RHO,
         "gravity_mps2": GRAVITY,
     }
-    return LumpedTether(length, segments, **(values | numbers))
+    return LumpedMassTether(length, segments, **(values | numbers))
 
 
-def static(tether: LumpedTether, low: np.ndarray, flow: np.ndarray | FlowField) -> TetherSolution:
+def static(
+    tether: LumpedMassTether, low: np.ndarray, flow: np.ndarray | FlowField
+) -> TetherSolution:
     cable = Cable(
         tether.length_m,
         tether.diameter_m,
@@ -113,7 +115,7 @@ def test_settled_nodes_equal_the_quasi_static_cable(name: str) -> None:
     ids=["heavy, still water", "neutral, current", "Mokeeva, Table 2"],
 )
 def test_motion_dies_down_to_the_quasi_static_cable(
-    tether: LumpedTether, low: np.ndarray, flow: np.ndarray, before: np.ndarray, seconds: float
+    tether: LumpedMassTether, low: np.ndarray, flow: np.ndarray, before: np.ndarray, seconds: float
 ) -> None:
     """From the shape in another current, by the water's drag alone."""
     start = hang(tether, top_ned_m=TOP, lower_ned_m=low, current_mps=before, settle_s=0.0)
@@ -218,7 +220,7 @@ def test_large_swings_equal_an_inextensible_chain_in_angles() -> None:
     np.testing.assert_allclose(run.position_ned_m[:, -1][:, [0, 2]], exact, atol=2e-3 * length)
 
 
-def energy(tether: LumpedTether, state: TetherState) -> tuple[float, float]:
+def energy(tether: LumpedMassTether, state: TetherState) -> tuple[float, float]:
     """Return kinetic energy, with added mass, and the whole."""
     place, speed, rest = state.position_ned_m, state.velocity_ned_mps, state.rest_length_m
     chord = np.diff(place, axis=0)
@@ -464,7 +466,7 @@ rk4 tScheme
 
 
 def in_moordyn(
-    library: ModuleType, folder: Path, tether: LumpedTether, velocity: np.ndarray, dt: float
+    library: ModuleType, folder: Path, tether: LumpedMassTether, velocity: np.ndarray, dt: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return tensions (m + 1, 3) at three nodes and places (m + 1, 3) of the middle one, NED."""
     flip = np.array([1.0, -1.0, -1.0])  # z up there

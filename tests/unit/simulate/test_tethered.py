@@ -12,7 +12,7 @@ from pipeline.physics.winch import Winch
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state, run
-from pipeline.simulate.tether import LumpedTether, TetherState
+from pipeline.simulate.tether import LumpedMassTether, TetherState
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.vehicle.model_schema import Tether
 
@@ -40,7 +40,7 @@ def codes(steps: int, *values: float) -> np.ndarray:
     return np.tile(np.array([*values, *[0.0] * (5 - len(values))]), (steps, 1))
 
 
-def lumped(**numbers: float) -> LumpedTether:
+def lumped(**numbers: float) -> LumpedMassTether:
     values: dict[str, float] = {
         "diameter_m": 0.01,
         "mass_kgpm": 0.12,
@@ -50,7 +50,7 @@ def lumped(**numbers: float) -> LumpedTether:
         "density_kgpm3": 1000.0,
         "gravity_mps2": 9.81,
     }
-    return LumpedTether(30.0, 12, **(values | numbers))
+    return LumpedMassTether(30.0, 12, **(values | numbers))
 
 
 def test_the_wrench_that_is_reported_is_what_moves_the_vehicle(packed: PackedVehicle) -> None:
@@ -89,7 +89,7 @@ def test_the_wrench_is_the_half_nodes_force_less_its_inertia(packed: PackedVehic
 
 
 def whole_momentum(
-    packed: PackedVehicle, state: np.ndarray, cable: LumpedTether, tether: TetherState
+    packed: PackedVehicle, state: np.ndarray, cable: LumpedMassTether, tether: TetherState
 ) -> np.ndarray:
     """Momentum of a dry vehicle and of the cable below the anchor, NED."""
     matrix = np.empty((6, 6))

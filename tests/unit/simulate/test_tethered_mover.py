@@ -9,7 +9,7 @@ from pipeline.control.autopilot import Reference
 from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch
 from pipeline.simulate import tethered_mover
-from pipeline.simulate.fly import Plan, fly, run_changing
+from pipeline.simulate.fly import FlightPlan, fly, run_changing
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import initial_state
 from pipeline.simulate.tethered import fly_tethered
@@ -77,7 +77,7 @@ def test_the_pieces_of_a_control_loop_are_one_run(
 
 def test_the_autopilot_holds_depth_against_the_cable(packed: PackedVehicle) -> None:
     """The pull of the cable is what the thrusters then carry on top."""
-    plan = Plan(
+    plan = FlightPlan(
         40.0, lambda _t: Reference(depth_m=8.0, heading_rad=0.0, pitch_rad=0.0), start=START
     )
     free = fly(packed, plan)
