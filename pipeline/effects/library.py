@@ -5,8 +5,8 @@ add an effect is to add a file (and its tests); no list is kept. The verdict ids
 ``unknown`` (see `specification.VERDICTS`) are answers of a diagnosis and have no file.
 """
 
-from collections.abc import Iterable, Sequence
-from functools import cache
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cache, lru_cache
 from importlib import import_module
 
 from pipeline.effects import specification
@@ -145,14 +145,19 @@ def apply_effects(
     library = _collected()
     for spec in sorted(specs, key=_order):
         specification.check(spec, library, context.thruster_names)
-        effect = library[spec.id]
-        reason = _missing(effect, context)
+        reason, neutral = _on_vehicle(spec.id, context)
         if reason is not None:
             raise CannotComputeError(f"{spec.id} cannot be switched on here: {reason}.")
-        values = effect.on(context).neutral_values() | dict(spec.values)
         target = None if spec.target is None else context.thruster_names.index(spec.target)
-        effect.apply(changed, values, target, context)
+        library[spec.id].apply(changed, {**neutral, **spec.values}, target, context)
     return changed
+
+
+@lru_cache(maxsize=512)
+def _on_vehicle(effect_id: str, context: EffectContext) -> tuple[str | None, Mapping[str, float]]:
+    """Return why a vehicle cannot have an effect (None), and its neutral values there."""
+    effect = _collected()[effect_id]
+    return _missing(effect, context), effect.on(context).neutral_values()
 
 
 def _order(spec: EffectSpec) -> tuple[str, str, tuple[tuple[str, float], ...]]:

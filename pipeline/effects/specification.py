@@ -68,15 +68,14 @@ def parse(
     InputError
         Naming what is wrong, what is expected with its unit, and the nearest valid name.
     """
-    place = Place(f'effect "{text}"')
     head, colon, rest = text.partition(":")
     # "ID@thruster" without values still has its thruster taken off
     left, at, name = (rest if colon else head).partition("@")
     effect_id = (head if colon else left).strip()
-    effect = _look_up(effect_id, library, place)
+    effect = _look_up(effect_id, library, text)
     spec = EffectSpec(
         effect_id,
-        _values(left if colon else "", effect, place),
+        _values(left if colon else "", effect, text),
         name.strip() if at else None,
     )
     check(spec, library, thruster_names, text)
@@ -93,38 +92,43 @@ def check(
 
     `text` is what the user wrote, to be repeated in the message.
     """
-    place = Place(f'effect "{spec if text is None else text}"')
-    effect = _look_up(spec.id, library, place)
+    said = spec if text is None else text
+    effect = _look_up(spec.id, library, said)
     known = {parameter.name: parameter for parameter in effect.parameters}
     for name, value in spec.values.items():
         if name not in known:
-            raise _unknown_key(name, effect, place)
-        _check_value(value, known[name], place)
-    _check_target(spec.target, effect, place, thruster_names)
+            raise _unknown_key(name, effect, said)
+        _check_value(value, known[name], said)
+    _check_target(spec.target, effect, said, thruster_names)
 
 
-def _look_up(effect_id: str, library: Mapping[str, Effect], place: Place) -> Effect:
+def _place(said: EffectSpec | str) -> Place:
+    """Name the place of a fault, which is made where there is one: a diagnosis asks often."""
+    return Place(f'effect "{said}"')
+
+
+def _look_up(effect_id: str, library: Mapping[str, Effect], said: EffectSpec | str) -> Effect:
     if effect_id in library:
         return library[effect_id]
     if effect_id in VERDICTS:
         raise InputError.at(
-            place,
+            _place(said),
             f'"{effect_id}" is a verdict of the diagnosis, not an effect that can be switched on.',
             expected="one of the ids that `rig2sea effects` lists.",
         )
     what = f'there is no effect "{effect_id}".' if effect_id else "the id of the effect is missing."
     raise InputError.at(
-        place,
+        _place(said),
         what,
         expected="an id that `rig2sea effects` lists, in the form ID:key=value.",
         remedy=_nearest(effect_id, library),
     )
 
 
-def _values(text: str, effect: Effect, place: Place) -> dict[str, float]:
+def _values(text: str, effect: Effect, said: EffectSpec | str) -> dict[str, float]:
     if not text.strip():
         raise InputError.at(
-            place,
+            _place(said),
             "no value is given.",
             expected=f"{effect.id}:key=value with {_described(effect.parameters)}.",
         )
@@ -133,37 +137,39 @@ def _values(text: str, effect: Effect, place: Place) -> dict[str, float]:
         name, equals, number = (piece.strip() for piece in part.partition("="))
         if not equals:
             raise InputError.at(
-                place,
+                _place(said),
                 f'"{part.strip()}" is not of the form key=value.',
                 expected=f"{_described(effect.parameters)}.",
                 remedy="Write a decimal fraction with a point; a comma begins the next key.",
             )
         parameter = next((p for p in effect.parameters if p.name == name), None)
         if parameter is None:
-            raise _unknown_key(name, effect, place)
+            raise _unknown_key(name, effect, said)
         if name in values:
-            raise InputError.at(place, f"{name} is given twice.", remedy="Leave one of them out.")
+            raise InputError.at(
+                _place(text), f"{name} is given twice.", remedy="Leave one of them out."
+            )
         try:
             values[name] = float(number)
         except ValueError:
             raise InputError.at(
-                place,
+                _place(said),
                 f'{name}: "{number}" is not a number.',
                 expected=f"a plain number{_in_unit(parameter)}, without the unit.",
             ) from None
     return values
 
 
-def _unknown_key(name: str, effect: Effect, place: Place) -> InputError:
+def _unknown_key(name: str, effect: Effect, said: EffectSpec | str) -> InputError:
     return InputError.at(
-        place,
+        _place(said),
         f'{effect.id} has no parameter "{name}".',
         expected=f"{_described(effect.parameters)}.",
         remedy=_nearest(name, [parameter.name for parameter in effect.parameters]),
     )
 
 
-def _check_value(value: float, parameter: Parameter, place: Place) -> None:
+def _check_value(value: float, parameter: Parameter, said: EffectSpec | str) -> None:
     low, high = parameter.possible
     if math.isfinite(value) and low <= value <= high:
         return
@@ -174,32 +180,32 @@ def _check_value(value: float, parameter: Parameter, place: Place) -> None:
         (False, False): "a finite number",
     }[math.isfinite(low), math.isfinite(high)]
     raise InputError.at(
-        place,
+        _place(said),
         f"{parameter.name}={value:g} is not possible.",
         expected=f"{limits}{_in_unit(parameter)}; {parameter.neutral:g} is neutral.",
     )
 
 
 def _check_target(
-    target: str | None, effect: Effect, place: Place, thruster_names: Sequence[str] | None
+    target: str | None, effect: Effect, said: EffectSpec | str, thruster_names: Sequence[str] | None
 ) -> None:
     names = f"one of {', '.join(thruster_names)}" if thruster_names else "the name of a thruster"
     if effect.scope == "vehicle":
         if target is not None:
             raise InputError.at(
-                place,
+                _place(said),
                 f"{effect.id} acts on the whole vehicle.",
                 remedy=f'Leave "@{target}" out.',
             )
     elif not target:
         raise InputError.at(
-            place,
+            _place(said),
             f"{effect.id} needs to know which thruster.",
             expected=f'"@" and {names} at the end.',
         )
     elif thruster_names is not None and target not in thruster_names:
         raise InputError.at(
-            place,
+            _place(said),
             f'the vehicle has no thruster "{target}".',
             expected=f"{names}." if thruster_names else "a vehicle with thrusters.",
             remedy=_nearest(target, thruster_names),
