@@ -12,6 +12,7 @@ from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.log_names import LOG_SUFFIXES, is_log_anywhere
+from pipeline.stage_table import STAGES
 
 VEHICLE_FILE = "vehicle.yaml"
 RAW_KINDS = ("load_test", "mooring", "open_water")
@@ -24,29 +25,9 @@ RECORD_STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "allocat
 #: Stages whose envelope is a receipt for other files.
 RECEIPT_STAGES = ("firmware", "vehicle_page")
 #: What a stage's result is called in messages.
-TITLES = {
-    "load_test": "load test",
-    "mooring": "mooring test",
-    "open_water": "open-water test",
-    "propeller": "propeller characteristic (Table 1)",
-    "drive": "drive characteristic",
-    "static": "static characteristic (Table 2)",
-    "inverse": "inverse characteristic (Tables 3 and 4)",
-    "allocation": "allocator error map",
-    "validation": "allocator flown in simulation",
-    "tables": "tables.json",
-    "firmware": "firmware tables",
-    "vehicle_page": "report",
-    "pool_run": "pool run",
-    "run_trial": "pool run against simulation",
-    "run_page": "page of the run",
-    "run_diagnosis": "diagnosis of the run",
-    "trial_day": "identification of the day",
-    "day_diagnosis": "diagnosis of the day",
-    "day_tables": "tables of the day",
-    "trial_page": "page of the trial day",
-    "index_page": "index of reports",
-}
+TITLES = {name: stage.title for name, stage in STAGES.items()}
+#: What is wrong with a raw file that the workflow cannot handle.
+MISNAMED = 'the file\'s name holds a brace, "<", ">" or a character that cannot be printed.'
 #: How the reason begins when an earlier result is missing; that result's name and reason follow.
 MISSING = "There is no "
 #: A vehicle's name becomes a file name and a C identifier.
@@ -120,7 +101,7 @@ class VehicleFolder:
             Problem(
                 "error",
                 Place(f"{shown_as}/{name}"),
-                'the file\'s name holds a brace, "<", ">" or a character that cannot be printed.',
+                MISNAMED,
                 remedy="Rename the file. The others were read.",
             )
             for name in self.misnamed_files(kind)
@@ -212,9 +193,14 @@ def processed_file(vehicle: str, stage: str) -> str:
     return f"processed/{vehicle}/{stage}.json"
 
 
-def item_log(vehicle: str, stage: str, item: str) -> str:
-    """Path of what a stage printed of a run or a day, from the output folder."""
-    return f"processed/{vehicle}/logs/{stage}/{item}.log"
+def stage_log(vehicle: str, stage: str, item: str = "") -> str:
+    """Path of what a stage printed, of a run or a day where there is one, from the output folder.
+
+    >>> stage_log("boat", "run_page", "dive"), stage_log("boat", "static")
+    ('processed/boat/logs/run_page/dive.log', 'processed/boat/logs/static.log')
+    """
+    parts = ("processed", vehicle, "logs", stage, item)
+    return "/".join(part for part in parts if part) + ".log"
 
 
 def report_file(vehicle: str) -> str:

@@ -84,7 +84,8 @@ def code_digest(*modules: str) -> str:
     members, outside = _closure(modules)
     digest = hashlib.sha256()
     for member in sorted(members):
-        digest.update(f"{member.relative_to(PACKAGE).as_posix()} {file_digest(member)}\n".encode())
+        own = _digest_of(member, _state(member))
+        digest.update(f"{member.relative_to(PACKAGE).as_posix()} {own}\n".encode())
     for package in sorted(outside):
         digest.update(f"{package} {_installed_version(package)}\n".encode())
     if LANGUAGE_MODULE in members and current() != ENGLISH:
@@ -139,6 +140,11 @@ def _data_files(package: Path) -> Iterable[Path]:
 def _state(path: Path) -> tuple[int, int]:
     status = path.stat()
     return status.st_mtime_ns, status.st_size
+
+
+@cache
+def _digest_of(path: Path, _version: tuple[int, int]) -> str:
+    return file_digest(path)
 
 
 @cache

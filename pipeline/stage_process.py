@@ -11,7 +11,7 @@ from typing import Any
 
 from pipeline.errors import Rig2SeaError
 from pipeline.journal import Event, note
-from pipeline.plan import RAW_KINDS, item_log
+from pipeline.plan import RAW_KINDS, stage_log
 
 
 def run_stage(
@@ -49,7 +49,7 @@ def run_stage(
         module = importlib.import_module(f"pipeline.stages.{stage}")
         job = Job(stage, vehicle, code, inputs, outputs[0], outputs[1:])
         text: str
-        if stage in RAW_KINDS:
+        if stage in RAW_KINDS and len(inputs) > 1:
             from pipeline.ingest.reading_process import in_reading_process
 
             text = in_reading_process(lambda: module.run(job))
@@ -70,17 +70,15 @@ def run_stage(
     return 0
 
 
-def run_stages(vehicle: str, work: Sequence[Mapping[str, Any]]) -> int:
-    """Run stages of several items one after the other, each as if it were alone.
+def run_steps(work: Sequence[Mapping[str, Any]]) -> int:
+    """Run stages one after the other, each as if it were alone.
 
     A stage that fails takes with it those that need its results, and no others.
 
     Parameters
     ----------
-    vehicle : str
-        Name of the vehicle.
     work : sequence of mapping
-        Of each stage its `stage`, `item`, `code`, `inputs` and `outputs`.
+        Of each stage its `vehicle`, `stage`, `item`, `code`, `inputs` and `outputs`.
 
     Returns
     -------
@@ -92,7 +90,7 @@ def run_stages(vehicle: str, work: Sequence[Mapping[str, Any]]) -> int:
         if missing.intersection(one["inputs"]):
             missing.update(one["outputs"])
             continue
-        log = Path(item_log(vehicle, one["stage"], one["item"]))
+        log = Path(stage_log(one["vehicle"], one["stage"], one["item"]))
         log.parent.mkdir(parents=True, exist_ok=True)
         inputs = tuple(map(Path, one["inputs"]))
         outputs = tuple(map(Path, one["outputs"]))
@@ -101,9 +99,10 @@ def run_stages(vehicle: str, work: Sequence[Mapping[str, Any]]) -> int:
             redirect_stdout(text),
             redirect_stderr(text),
         ):
-            code = run_stage(one["stage"], vehicle, one["code"], inputs, outputs)
+            code = run_stage(one["stage"], one["vehicle"], one["code"], inputs, outputs)
         if code != 0:
             missing.update(one["outputs"])
-            print(f"{one['item']}: {one['stage']} failed: {log}")
-        gc.collect()  # the next log may be large too
+            print(f"{one['vehicle']} {one['item']}: {one['stage']} failed: {log}")
+        if one["item"]:
+            gc.collect()  # the next log may be large too
     return 1 if missing else 0

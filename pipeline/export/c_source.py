@@ -3,8 +3,9 @@
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,6 +17,9 @@ from pipeline.export.grid_check import FLAGS
 from pipeline.export.single_precision import SingleBranch, SingleTables, single_tables
 from pipeline.physics.thrust_grid import thrust_limits
 from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
+
+if TYPE_CHECKING:
+    import jinja2
 
 
 @dataclass(frozen=True)
@@ -121,6 +125,24 @@ def render_source(identity: Identity, characteristic: FirmwareCharacteristic) ->
 
 def render(template: str, identity: Identity, **values: object) -> str:
     """Fill in one of the templates beside this module."""
+    return (
+        _environment()
+        .get_template(template)
+        .render(
+            id=identity.identifier,
+            macro=identity.macro,
+            stem=identity.stem,
+            vehicle=identity.vehicle,
+            digest=identity.tables_digest,
+            version=identity.tool_version,
+            **values,
+        )
+    )
+
+
+@cache
+def _environment() -> "jinja2.Environment":
+    """Return the environment of the templates, which keeps those that were read."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -134,15 +156,7 @@ def render(template: str, identity: Identity, **values: object) -> str:
     environment.filters["comment"] = c_text.c_comment
     environment.filters["literal"] = c_text.c_string
     environment.filters["string_size"] = c_text.c_string_size
-    return environment.get_template(template).render(
-        id=identity.identifier,
-        macro=identity.macro,
-        stem=identity.stem,
-        vehicle=identity.vehicle,
-        digest=identity.tables_digest,
-        version=identity.tool_version,
-        **values,
-    )
+    return environment
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,6 @@ Attitude is compared as roll, pitch and yaw, which a person can read; everything
 """
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
@@ -27,6 +26,9 @@ def angles(quaternion: FloatArray) -> FloatArray:
     found = np.full((len(quaternion), 3), np.nan)
     there = np.isfinite(quaternion).all(axis=1) & (np.abs(quaternion).sum(axis=1) > 0)
     if there.any():
+        # a second of processor, which whoever reads a record has no use for
+        from scipy.spatial.transform import Rotation
+
         turn = Rotation.from_quat(quaternion[there][:, [1, 2, 3, 0]])
         found[there] = turn.as_euler("ZYX")[:, ::-1]
     return found

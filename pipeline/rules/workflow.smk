@@ -1,7 +1,8 @@
-"""The workflow: raw/ -> processed/ -> reports/, by chapter in the files beside this one.
+"""The workflow: raw/ -> processed/ -> reports/, as jobs of one process each.
 
-Usually started by `rig2sea run`; `snakemake --cores 2` in a folder that holds raw/ does the same
-(the Snakefile of the source tree includes this file).
+Usually started by `rig2sea run`, which says what is due and which job waits for which
+(`workflow/engine_jobs.py`); `snakemake --cores 2` in a folder that holds raw/ does the same (the
+Snakefile of the source tree includes this file).
 """
 
 import os
@@ -9,13 +10,14 @@ import shlex
 import sys
 
 from pipeline import reader_language
-from pipeline.workflow.targets import Targets
+from pipeline.workflow.engine_jobs import FOLDER
+from pipeline.workflow.plain_engine import jobs_here
 
 # The pages' language, for this process and for the jobs, wherever they are executed.
 reader_language.use(config.get("language") or reader_language.wanted(os.environ))
 os.environ[reader_language.VARIABLE] = reader_language.current()
 
-PLAN = Targets.from_config(config)
+JOBS = config["jobs"] if "jobs" in config else jobs_here(workflow.is_main_process)
 PYTHON = shlex.quote(sys.executable)
 
 # One thread a process: the jobs share the cores, and sums do not depend on how many there are.
@@ -23,18 +25,21 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 
-wildcard_constraints:
-    vehicle="[A-Za-z][A-Za-z0-9_-]*",
-
-
 rule all:
     input:
-        PLAN.all_files(),
+        [f"{FOLDER}/{name}.done" for name in JOBS],
 
 
-include: "ingest.smk"
-include: "identify.smk"
-include: "validate.smk"
-include: "export.smk"
-include: "pool.smk"
-include: "report.smk"
+# The results are no outputs here: the engine removes the outputs of a job that fails, and one
+# stage's fault is not to take the others' results with it.
+rule stages:
+    input:
+        lambda wildcards: [f"{FOLDER}/{name}.done" for name in JOBS[wildcards.job]],
+    output:
+        FOLDER + "/{job}.done",
+    log:
+        FOLDER + "/{job}.log",
+    params:
+        work=lambda wildcards: f"{FOLDER}/{wildcards.job}.json",
+    shell:
+        "{PYTHON} -m pipeline stages {params.work:q} --done {output:q} >{log:q} 2>&1"

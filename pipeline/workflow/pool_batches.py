@@ -1,9 +1,7 @@
 """Several runs in one process: what a small run costs is mostly the start of a process.
 
 A batch takes runs of one day through the stages of a phase, each run with results, message and
-freshness of its own. To the engine a batch is one job and one mark that it is done; the results
-are no outputs of that job, so none is lost when another run of the batch fails. Whether a result
-is good is decided by its envelope (`pool_plan`), as for every other.
+freshness of its own.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,8 +18,6 @@ PHASES: Mapping[str, tuple[str, ...]] = {
 MOST_RUNS = 8
 #: A log of this size or more has a process of its own, whose memory is then its own too.
 ALONE_BYTES = 50_000_000
-#: The marks of finished batches, from the output folder; of use within one execution only.
-MARKS = "processed/.rig2sea/batches"
 
 
 @dataclass(frozen=True)
@@ -85,8 +81,3 @@ def _parts(runs: Sequence[str], sizes: Mapping[str, int], most: int) -> Iterator
         yield small[begin : begin + most]
     for run in runs[len(small) :]:
         yield [run]
-
-
-def mark_file(vehicle: str, batch: str) -> str:
-    """Path of the mark of a finished batch, from the output folder."""
-    return f"{MARKS}/{vehicle}/{batch}.done"

@@ -5,7 +5,7 @@ are finished files to it, so a run costs what is new and not what there is.
 """
 
 from bisect import bisect_left
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -15,6 +15,7 @@ from pipeline.errors import InputError
 from pipeline.ingest.mcap_start import day_of
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
+from pipeline.stage_table import STAGES, stages_of
 from pipeline.workflow.known_files import Head, KnownFiles
 from pipeline.workflow.pool_batches import Batch, batches
 from pipeline.workflow.pool_runs import (
@@ -29,20 +30,8 @@ from pipeline.workflow.pool_runs import (
 )
 
 #: Stage -> folder of its results under ``processed/<vehicle>/``.
-ROOMS = {
-    "pool_run": "pool",
-    "run_trial": "run_trials",
-    "run_page": "run_pages",
-    "run_diagnosis": "run_diagnoses",
-    "trial_day": "trial_days",
-    "day_diagnosis": "day_diagnoses",
-    "day_tables": "day_tables",
-    "trial_page": "trial_pages",
-}
-RUN_STAGES = ("pool_run", "run_trial", "run_page", "run_diagnosis")
-DAY_STAGES = ("trial_day", "day_diagnosis", "day_tables", "trial_page")
-#: What the bench gave of the thrusters.
-BENCH = ("static", "propeller", "drive")
+ROOMS = {name: stage.room for name, stage in STAGES.items() if stage.room}
+RUN_STAGES, DAY_STAGES = stages_of("run"), stages_of("day")
 #: The trend of a day's page goes back over this many trial days.
 TREND_DAYS = 30
 
@@ -69,72 +58,56 @@ class PoolPlan:
         """The days that are known, in order."""
         return tuple(sorted(day for day in self.days if day != UNDATED))
 
-    def to_config(self) -> dict[str, Any]:
-        """Return plain values for the engine's configuration."""
+    def state(self) -> dict[str, Any]:
+        """Return plain values of all that decides what the runs lead to."""
         return {
             "logs": {run: [log.path, log.notes] for run, log in self.logs.items()},
             "days": {day: list(runs) for day, runs in self.days.items()},
-            "pending": {stage: list(items) for stage, items in self.pending.items()},
             "contents": dict(self.contents),
             "sound": list(self.sound),
-            "batches": [[batch.phase, list(batch.runs)] for batch in self.batches],
         }
 
-    @classmethod
-    def from_config(cls, vehicle: str, body: Mapping[str, Any]) -> "PoolPlan":
-        """Turn the values of `to_config` back."""
-        return cls(
-            vehicle,
-            {run: PoolLog(run, path, notes) for run, (path, notes) in body["logs"].items()},
-            {day: tuple(runs) for day, runs in body["days"].items()},
-            {stage: tuple(items) for stage, items in body["pending"].items()},
-            body["contents"],
-            batches=tuple(Batch(phase, tuple(runs)) for phase, runs in body["batches"]),
-            sound=tuple(body["sound"]),
-        )
-
-    def inputs(  # noqa: PLR0911 - one a stage
-        self, stage: str, item: str, vehicle_file: str
-    ) -> list[str]:
+    def inputs(self, stage: str, item: str, vehicle_file: str) -> list[str]:
         """Return the files that a stage reads for a run or a day."""
         one = self.vehicle
+        bench = [processed_file(one, name) for name in STAGES[stage].needs]
+        return [vehicle_file, *bench, *self._own_inputs(stage, item)]
 
-        def of_runs(room: str, runs: tuple[str, ...]) -> list[str]:
-            return [run_file(one, ROOMS[room], run) for run in runs]
-
-        bench = [processed_file(one, name) for name in BENCH]
-        if stage == "pool_run":
-            return [vehicle_file, *self.logs[item].inputs]
-        if stage == "run_trial":
-            log = self.logs[item].path
-            return [vehicle_file, log, *of_runs("pool_run", (item,)), *bench]
-        if stage == "run_page":
-            return [vehicle_file, *of_runs("pool_run", (item,)), *of_runs("run_trial", (item,))]
-        runs = (item,) if stage == "run_diagnosis" else self.days[item]
-        read = of_runs("pool_run", tuple(dict.fromkeys((*runs, *self.sound))))
-        reference = [processed_file(one, "reference")] if self.sound else []
-        if stage == "run_diagnosis":
-            return [vehicle_file, *bench, *read, *reference]
-        if stage == "day_diagnosis":
-            own = of_runs("run_diagnosis", runs)
-            return [vehicle_file, *bench, *read, *reference, *own]
-        if stage == "trial_day":
-            return [vehicle_file, *bench, *of_runs("pool_run", runs)]
-        if stage == "day_tables":
-            return [vehicle_file, processed_file(one, "inverse")]
-        earlier = self._dated[: bisect_left(self._dated, item)]
-        before = [run_file(one, ROOMS["trial_day"], day) for day in earlier[-TREND_DAYS:]]
-        tables = [run_file(one, ROOMS["day_tables"], day) for day in (*earlier[-1:], item)]
-        fit = run_file(one, ROOMS["trial_day"], item)
-        told = [run_file(one, ROOMS["day_diagnosis"], day) for day in (*earlier[-1:], item)]
-        by_run = [*of_runs("run_page", runs), *of_runs("run_diagnosis", runs)]
-        return [vehicle_file, fit, *before, *tables, *told, *by_run]
-
-    def raw_files(self, stage: str, item: str) -> list[str]:
-        """Return the raw files among them: the log, and its notes where they are read."""
+    def _own_inputs(self, stage: str, item: str) -> list[str]:
+        """Return what a stage reads of the runs and days themselves."""
+        runs = (item,) if STAGES[stage].of == "run" else self.days[item]
+        read = self._of_runs("pool_run", runs)
         if stage == "pool_run":
             return list(self.logs[item].inputs)
-        return [self.logs[item].path] if stage == "run_trial" else []
+        if stage == "run_trial":
+            return [self.logs[item].path, *read]
+        if stage == "run_page":
+            return [*read, *self._of_runs("run_trial", runs)]
+        if stage == "trial_page":
+            return self._page_inputs(item)
+        if stage in {"run_diagnosis", "day_diagnosis"}:
+            sound = self._of_runs("pool_run", [one for one in self.sound if one not in runs])
+            reference = [processed_file(self.vehicle, "reference")] if self.sound else []
+            own = self._of_runs("run_diagnosis", runs) if stage == "day_diagnosis" else []
+            return [*read, *sound, *reference, *own]
+        return read if stage == "trial_day" else []
+
+    def _of_runs(self, stage: str, runs: Sequence[str]) -> list[str]:
+        return [run_file(self.vehicle, ROOMS[stage], run) for run in runs]
+
+    def _page_inputs(self, day: str) -> list[str]:
+        """Return what the page of a day reads: of that day, and of those before it."""
+        earlier = self._dated[: bisect_left(self._dated, day)]
+        days = {
+            "trial_day": (day, *earlier[-TREND_DAYS:]),
+            "day_tables": (*earlier[-1:], day),
+            "day_diagnosis": (*earlier[-1:], day),
+        }
+        read = [
+            run_file(self.vehicle, ROOMS[stage], one) for stage, own in days.items() for one in own
+        ]
+        runs = self.days[day]
+        return [*read, *self._of_runs("run_page", runs), *self._of_runs("run_diagnosis", runs)]
 
     def outputs(self, stage: str, item: str) -> list[str]:
         """Return the files that a stage declares for a run or a day."""

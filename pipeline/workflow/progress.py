@@ -20,8 +20,6 @@ class Progress:
     stream: TextIO = field(default_factory=lambda: sys.stdout)
     quiet: bool = False
     total: int | None = None
-    more: int = 0
-    """Stages beyond the engine's jobs, of which some do several."""
     done: int = 0
     failed: list[Event] = field(default_factory=list)
     running: dict[tuple[str, str, str], Event] = field(default_factory=dict)

@@ -1,26 +1,28 @@
-"""``rig2sea run``: check, sweep, start the engine, tell what happens, sum up."""
+"""``rig2sea run``: check, see what is due, start the engine, tell what happens, sum up."""
 
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.journal import Event
 from pipeline.plan import VehicleFolder, choose, processed_file
-from pipeline.provenance import unwritable, write_atomically
+from pipeline.provenance import code_digest, unwritable, write_atomically
 from pipeline.reader_language import current
-from pipeline.workflow.freshness import remove_stale
+from pipeline.stage_table import STAGES, needed_for, stages_of
+from pipeline.workflow.engine_jobs import Due, EngineJob, engine_jobs, hand_over
+from pipeline.workflow.freshness import due_stages, remove_results
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.lock import only_run
 from pipeline.workflow.outcome import Outcome, outcome_of
-from pipeline.workflow.pool_jobs import PoolJobs
 from pipeline.workflow.pool_outcome import new_pages, with_pool
 from pipeline.workflow.pool_plan import PoolPlan, plan_pool
 from pipeline.workflow.profile import find_profile
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.settled import is_settled, keep, state_digest
+from pipeline.workflow.settled import index_digest, is_settled, keep
 from pipeline.workflow.start import forget_engine_state, start, usable_cores
 from pipeline.workflow.thruster_types import with_types
 from pipeline.workflow.vehicle_places import forget_gone, taken_over
@@ -112,19 +114,11 @@ def run(request: Request, progress: Progress) -> Result:
         known = KnownFiles.load(state / "known_files.json")
         plans: dict[str, PoolPlan] = {}
         if sound:
-            stale = [
-                path
-                for one in sound
-                for path in remove_stale(one, request.out, pages=not request.only)
-            ]
-            if not request.only:
-                flown = [one for one in sound if not one.thruster_type]
-                plans = {one.name: _plan_pool(one, request, known) for one in flown}
-            stale += [path for plan in plans.values() for path in plan.stale]
-            write_atomically(state / "swept.txt", "".join(f"{path}\n" for path in stale))
-            job = _Execution(request, plans, state, known, profile)
+            due = due_of(sound, request, known)
+            plans = {one.vehicle.name: one.plan for one in due if one.plan is not None}
+            job = _Execution(request, due, state, known, profile)
             job.remember()  # what was read is kept if this run is stopped
-            complete = _bring_up_to_date(job, sound, progress, swept=bool(stale))
+            complete = _bring_up_to_date(job, progress)
         outcomes = tuple(_outcome(one, request.out, plans.get(one.name), known) for one in sound)
         if sound:
             job.remember()
@@ -176,18 +170,58 @@ def vehicles_to_run(request: Request) -> tuple[tuple[VehicleFolder, ...], tuple[
     return chosen, refused
 
 
+def due_of(
+    vehicles: Sequence[VehicleFolder], request: Request, known: KnownFiles
+) -> tuple[Due, ...]:
+    """Return what is to be made of each vehicle, and remove what does not fit any more.
+
+    Further types of thruster come before the vehicles that they are of, which read their results.
+    """
+    wanted = needed_for(request.only or stages_of("vehicle"))
+    read = {one for stage in wanted for one in STAGES[stage].of_types}
+    of_types = needed_for(tuple(read)) if request.only else wanted
+    found, code = [], cache(code_digest)
+    for vehicle in sorted(vehicles, key=lambda one: not one.thruster_type):
+        out, plan = request.out, None
+        own = of_types if vehicle.thruster_type else wanted
+        stages = due_stages(vehicle, out, own, code, force=request.force)
+        remove_results(vehicle, out, stages)
+        if not request.only and not vehicle.thruster_type:
+            plan = _plan_pool(vehicle, request, known)
+        if not request.only and "vehicle_page" not in stages and not has_page(vehicle.name, out):
+            stages += ("vehicle_page",)
+        beside = [one.name for one in vehicles if _is_type_of(one, vehicle)]
+        found.append(Due(vehicle, stages, plan, tuple(beside)))
+    return tuple(found)
+
+
+def _is_type_of(one: VehicleFolder, vehicle: VehicleFolder) -> bool:
+    """Whether one stands for a further type of thruster of a vehicle."""
+    of_it = one.folder == vehicle.folder and not vehicle.thruster_type
+    return of_it and bool(one.thruster_type)
+
+
+def has_page(vehicle: str, out: Path) -> bool:
+    """Whether a vehicle has a page that fits what there is."""
+    return (out / processed_file(vehicle, "vehicle_page")).is_file()
+
+
+def workers_of(request: Request) -> int:
+    """Return how many processes may be at work side by side."""
+    here_or_there = usable_cores() if request.profile is None else _WORKERS_ELSEWHERE
+    return request.cores or here_or_there
+
+
 def _plan_pool(vehicle: VehicleFolder, request: Request, known: KnownFiles) -> PoolPlan:
     """Plan a vehicle's pool runs and remove what does not fit any more."""
-    here_or_there = usable_cores() if request.profile is None else _WORKERS_ELSEWHERE
     plan = plan_pool(
         vehicle,
         request.out,
         known,
         waiting=request.waiting.get(vehicle.name, frozenset()),
         force=request.force,
-        workers=request.cores or here_or_there,
+        workers=workers_of(request),
     )
-    PoolJobs(plan).remove_marks(request.out)
     for path in plan.stale:
         (request.out / path).unlink(missing_ok=True)
     return plan
@@ -232,7 +266,7 @@ class _Execution:
     """What one execution is made with; `state` is the folder of its memory and its logs."""
 
     request: Request
-    plans: Mapping[str, PoolPlan]
+    due: tuple[Due, ...]
     state: Path
     known: KnownFiles
     profile: Path | None
@@ -242,64 +276,60 @@ class _Execution:
         if not self.request.only:
             self.known.save(self.state / "known_files.json")
 
-    def start(self, vehicles: Sequence[VehicleFolder], progress: Progress, *, force: bool) -> bool:
-        """Run the engine over these vehicles."""
-        config = self.state / "config.json"
-        write_atomically(config, json.dumps(self.config(vehicles), indent=1))
-        out, cores = self.request.out, self.request.cores
-        return start(config, out, cores, progress, force=force, profile=self.profile)
+    @property
+    def vehicles(self) -> list[str]:
+        """Names of the vehicles."""
+        return [one.vehicle.name for one in self.due]
 
-    def config(self, vehicles: Sequence[VehicleFolder]) -> dict[str, object]:
-        """Tell the Snakefile which vehicles are run, and which have results from before."""
-        names = {vehicle.name for vehicle in vehicles}
-        others = sorted(
-            receipt.parent.name
-            for receipt in (self.request.out / "processed").glob("*/vehicle_page.json")
-            if receipt.parent.name not in names
-        )
-        return {
-            "vehicles": {one.name: one.folder for one in vehicles},
-            "types": {one.name: one.thruster_type for one in vehicles if one.thruster_type},
-            "others": others,
-            "pool": {
-                one.name: self.plans[one.name].to_config()
-                for one in vehicles
-                if one.name in self.plans
-            },
-            "only": list(self.request.only),
-            # a part of the work makes no pages
-            **({} if self.request.only else {"language": current()}),
-        }
+    def others(self, vehicles: Sequence[str]) -> list[str]:
+        """Return the vehicles with results from before, to which the index also leads."""
+        receipts = (self.request.out / "processed").glob("*/vehicle_page.json")
+        return sorted({one.parent.name for one in receipts} - set(vehicles))
+
+    def run(self, jobs: Sequence[EngineJob], progress: Progress) -> bool:
+        """Run the engine over these jobs; once more where it gives up with no stage to blame."""
+        request, config = self.request, self.state / "config.json"
+        told = {"jobs": hand_over(jobs, request.out), "language": current()}
+        write_atomically(config, json.dumps(told, indent=1))
+        progress.total = sum(len(job.steps) for job in jobs)
+
+        def started() -> bool:
+            return start(config, request.out, request.cores, progress, profile=self.profile)
+
+        done_all = started()
+        if not done_all and progress.stopped and request.profile is None:
+            # what it remembers is damaged
+            forget_engine_state(request.out)
+            progress.stopped = ""
+            progress.say("The workflow is started once more, over what is there now.")
+            done_all = started()
+        return done_all
+
+    def index_digest(self) -> str:
+        """Digest of the index and of all that it was made from."""
+        return index_digest(self.vehicles, self.others(self.vehicles), self.request.out)
 
 
-def _bring_up_to_date(
-    job: _Execution, vehicles: Sequence[VehicleFolder], progress: Progress, *, swept: bool
-) -> bool:
+def _bring_up_to_date(job: _Execution, progress: Progress) -> bool:
     """Run the engine; after a failure once more, so that the index leads to all that is whole."""
     request, out = job.request, job.request.out
-    memory = job.state / ("settled" + "".join(f"-{stage}" for stage in request.only))
-    due = swept or request.force or any(plan.pending for plan in job.plans.values())
-    if not due and is_settled(memory, state_digest(job.config(vehicles), vehicles, out, job.known)):
+    memory = job.state / "settled"
+    pages = not request.only
+    changed = any(one.stages or (one.plan and one.plan.pending) for one in job.due)
+    if not changed and (not pages or is_settled(memory, job.index_digest())):
         (job.state / "journal.jsonl").unlink(missing_ok=True)
         return True
-    memory.unlink(missing_ok=True)
-    progress.more = sum(PoolJobs(plan).stages_beyond_jobs() for plan in job.plans.values())
-    done_all = job.start(vehicles, progress, force=request.force)
-    if not done_all and progress.stopped and request.profile is None:
-        # The engine itself gave up, with no stage to blame: a raw file was renamed or removed while
-        # it was at work, or what it remembers is damaged. The others are not to wait for that.
-        forget_engine_state(out)
-        progress.stopped = ""
-        progress.say("The workflow is started once more, over what is there now.")
-        done_all = job.start(vehicles, progress, force=False)
-    if done_all:
-        done = {name: replace(plan, pending={}, batches=()) for name, plan in job.plans.items()}
-        after = replace(job, plans=done)
-        keep(memory, state_digest(after.config(vehicles), vehicles, out, job.known))
+    others = job.others(job.vehicles) if pages else None
+    jobs = engine_jobs(job.due, out, workers_of(request), others)
+    if pages:
+        memory.unlink(missing_ok=True)
+    if job.run(jobs, progress):
+        if pages:
+            keep(memory, job.index_digest())
         return True
-    whole = [one for one in vehicles if (out / processed_file(one.name, "vehicle_page")).is_file()]
-    if whole and len(whole) < len(vehicles) and not request.only:
-        job.start(whole, progress, force=False)
+    whole = [name for name in job.vehicles if has_page(name, out)]
+    if whole and len(whole) < len(job.due) and pages:
+        job.run(engine_jobs((), out, 1, [*whole, *job.others(job.vehicles)]), progress)
     return False
 
 

@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -23,7 +22,6 @@ _POLL_S = 0.05
 _PATIENCE_S = 5.0
 _PATIENCE_ELSEWHERE_S = 30.0
 _LOGS_KEPT = 10
-_TOTAL = re.compile(r"^total\s+(\d+)\s*$", re.MULTILINE)
 
 
 class StoppedError(Rig2SeaError):
@@ -36,7 +34,6 @@ def start(
     cores: int | None,
     progress: Progress,
     *,
-    force: bool,
     profile: Path | None = None,
 ) -> bool:
     """Run the workflow to its end.
@@ -51,8 +48,6 @@ def start(
         Cores to use; None for all that this process may use.
     progress : Progress
         Is told every event.
-    force : bool
-        Redo everything.
     profile : Path, optional
         Folder of the profile that says where the jobs are executed; here, when there is none.
 
@@ -82,10 +77,8 @@ def start(
         arguments += ["--profile", str(profile)]
     if profile is None or cores is not None:
         arguments += ["--cores", str(cores or usable_cores())]
-    if force:
-        arguments.append("--forceall")
     with log.open("wb") as output:
-        code = _engine(arguments, output, journal, log, progress, elsewhere=profile is not None)
+        code = _engine(arguments, output, journal, progress, elsewhere=profile is not None)
     _prune(out / ".snakemake" / "log")
     for event in progress.running.values():
         progress.failed.append(
@@ -114,7 +107,6 @@ def _engine(
     arguments: list[str],
     output: IO[bytes],
     journal: Path,
-    log: Path,
     progress: Progress,
     *,
     elsewhere: bool,
@@ -137,7 +129,7 @@ def _engine(
         )
         os.close(reading)
         try:
-            return _follow(engine, Reader(journal), log, progress)
+            return _follow(engine, Reader(journal), progress)
         except KeyboardInterrupt:
             _end(engine, elsewhere=elsewhere)
             progress.close()
@@ -211,16 +203,10 @@ def _is_readable(path: Path, *, empty_is: bool) -> bool:
         return False
 
 
-def _follow(
-    engine: "subprocess.Popen[bytes]", reader: Reader, log: Path, progress: Progress
-) -> int:
+def _follow(engine: "subprocess.Popen[bytes]", reader: Reader, progress: Progress) -> int:
     while True:
         code = engine.poll()
         events = list(reader.new_events())
-        if events and progress.total is None:
-            match = _TOTAL.search(log.read_text(encoding="utf-8", errors="replace"))
-            # the target rule "all" is counted by the engine and runs nothing
-            progress.total = int(match[1]) - 1 + progress.more if match else None
         for event in events:
             progress.take(event)
         if code is not None:

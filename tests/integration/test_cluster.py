@@ -56,13 +56,13 @@ def jobs(environment: dict[str, str]) -> list[tuple[str, str, str, str]]:
     return [(row[0], row[1], row[2], row[3]) for row in rows]
 
 
-def stage_process(root: Path, stage: str) -> int | None:
-    """Return the number of the process that runs a stage in a folder."""
+def stage_process(root: Path) -> int | None:
+    """Return the number of a process that runs stages in a folder."""
     for entry in Path("/proc").iterdir():
         try:
             words = (entry / "cmdline").read_bytes().split(b"\0")
             if (
-                words[1:5] == [b"-m", b"pipeline", b"stage", stage.encode()]
+                words[1:4] == [b"-m", b"pipeline", b"stages"]
                 and (entry / "cwd").resolve() == root.resolve()
             ):
                 return int(entry.name)
@@ -85,17 +85,17 @@ def start(root: Path, environment: dict[str, str]) -> "subprocess.Popen[str]":
 def test_results_are_those_of_a_local_run_and_killed_jobs_are_submitted_again(
     finished: Bench, fresh: Bench, cluster: dict[str, str]
 ) -> None:
+    shutil.copytree(fresh.root / "raw/boat", fresh.root / "raw/launch")  # a job for each node
     begun = time.monotonic()
     run = start(fresh.root, cluster)
     cancelled = killed = None
     while run.poll() is None and time.monotonic() - begun < PATIENCE_S:
-        if cancelled is None:  # by the administrator
-            for number, state, _, rule in jobs(cluster):
-                if state == "RUNNING" and rule.startswith("rule_mooring"):
-                    subprocess.run(["scancel", number], env=cluster, check=True, timeout=60)
-                    cancelled = number
-        if killed is None:  # by the kernel, short of memory
-            killed = stage_process(fresh.root, "propeller")
+        running = [row for row in jobs(cluster) if row[1] == "RUNNING"]
+        if cancelled is None and running:  # by the administrator
+            cancelled = running[0][0]
+            subprocess.run(["scancel", cancelled], env=cluster, check=True, timeout=60)
+        elif killed is None and any(row[0] != cancelled for row in running):
+            killed = stage_process(fresh.root)  # by the kernel, short of memory
             if killed is not None:
                 os.kill(killed, signal.SIGKILL)
         time.sleep(0.02)
@@ -105,12 +105,14 @@ def test_results_are_those_of_a_local_run_and_killed_jobs_are_submitted_again(
     assert killed is not None
     seen = jobs(cluster)
     assert (cancelled, "CANCELLED") in {(number, state) for number, state, _, _ in seen}
-    for rule in ("mooring", "propeller"):
-        states = [state for _, state, _, name in seen if name.startswith(f"rule_{rule}_")]
-        assert "COMPLETED" in states, states
-        assert len(states) == 2, states
+    states = [state for _, state, _, name in seen if name.startswith("rule_stages_")]
+    assert states.count("COMPLETED") == 3, states  # two vehicles and the index
+    assert len(states) == 5, states
     assert {node for _, _, node, _ in seen} >= {"node1", "node2"}
-    assert fresh.contents() == finished.contents()
+    found = fresh.contents()
+    assert {name: found[name] for name in finished.contents() if "boat" in name} == {
+        name: own for name, own in finished.contents().items() if "boat" in name
+    }
     print(f"\n{len(seen)} jobs in {time.monotonic() - begun:.0f} s, two of them killed")
 
 

@@ -124,4 +124,5 @@ def test_engine_alone_starts_the_same_workflow(fresh: Bench) -> None:
         timeout=120,
     )
     assert done.returncode == 0, done.stderr
-    assert "rule index_page:" in done.stdout + done.stderr
+    assert "wildcards: job=boat/stages" in done.stdout + done.stderr
+    assert "wildcards: job=index/page" in done.stdout + done.stderr

@@ -50,7 +50,7 @@ def test_every_command_has_help_with_an_example(command: str) -> None:
     assert command in call("--help").output
 
 
-@pytest.mark.parametrize("command", ["", *sorted(set(cli.commands) - {"stage", "stages"})])
+@pytest.mark.parametrize("command", ["", *sorted(set(cli.commands) - {"stages"})])
 def test_examples_stand_on_lines_of_their_own(command: str) -> None:
     text = call(*command.split(), "--help").output
     assert "\\b" not in text
@@ -247,7 +247,10 @@ def test_stage_that_does_not_exist_is_no_traceback_for_the_journal(
     here: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("RIG2SEA_JOURNAL", str(here / "journal.jsonl"))
-    assert call("stage", "nothing", "--to", "x.json").exit_code == 1
+    step = {"vehicle": "", "stage": "nothing", "item": "", "code": "", "inputs": []}
+    (here / "work.json").write_text(json.dumps([{**step, "outputs": ["x.json"]}]))
+    assert call("stages", "work.json", "--done", "done").exit_code == 1
+    assert not (here / "done").exists()
     events = [json.loads(line) for line in (here / "journal.jsonl").read_text().splitlines()]
     assert [event["what"] for event in events] == ["started", "failed"]
     assert "ModuleNotFoundError" in events[1]["text"]

@@ -10,7 +10,7 @@ import pytest
 
 from pipeline import stage_process
 from pipeline.errors import InputError, Place
-from pipeline.stage_process import run_stages
+from pipeline.stage_process import run_steps
 from pipeline.stages.job import Job
 
 
@@ -44,10 +44,13 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def work(*items: str) -> list[dict[str, Any]]:
     """Two stages of each item, the second of which reads the first's result."""
     return [
-        {"stage": name, "item": item, "code": "c", "inputs": [source], "outputs": [f"{item}.{to}"]}
+        {
+            "vehicle": "boat", "stage": name, "item": item, "code": "c", "inputs": [source],
+            "outputs": [f"{item}.{to}"],
+        }
         for item in items
         for name, source, to in (("first", item, "1"), ("second", f"{item}.1", "2"))
-    ]
+    ]  # fmt: skip
 
 
 def events(place: Path) -> Sequence[tuple[str, str, str]]:
@@ -59,7 +62,7 @@ def events(place: Path) -> Sequence[tuple[str, str, str]]:
 def test_failed_stage_takes_only_its_own_item_with_it(place: Path, what: str) -> None:
     for name, text in (("a", "good"), ("b", what), ("c", "good")):
         (place / name).write_text(text)
-    assert run_stages("boat", work("a", "b", "c")) == 1
+    assert run_steps(work("a", "b", "c")) == 1
     assert sorted(path.name for path in place.glob("?.?")) == ["a.1", "a.2", "c.1", "c.2"]
     assert [(item, what) for item, _, what in events(place)] == [
         ("a", "done"),
@@ -73,7 +76,7 @@ def test_failed_stage_takes_only_its_own_item_with_it(place: Path, what: str) ->
 def test_each_stage_has_a_log_of_its_own(place: Path) -> None:
     for name in "ab":
         (place / name).write_text("good")
-    assert run_stages("boat", work("a", "b")) == 0
+    assert run_steps(work("a", "b")) == 0
     logs = place / "processed/boat/logs"
     assert (logs / "first/a.log").read_text() == "at work as first\ndone\n"
     assert sorted(path.name for path in logs.rglob("*.log")) == ["a.log"] * 2 + ["b.log"] * 2

@@ -178,14 +178,3 @@ def test_young_file_is_not_trusted_to_stay(tmp_path: Path) -> None:
     time.sleep(0.15)
     known.digest(path)
     assert len(known.digests) == 1
-
-
-def test_plan_survives_the_way_through_the_configuration(season: Path) -> None:
-    write_log(season / "raw/boat/pool/new.mcap", FIRST_NS)
-    found = plan(season)
-    again = PoolPlan.from_config("boat", found.to_config())
-    assert pending_files(again) == pending_files(found)
-    for stage, items in found.pending.items():
-        for item in items:
-            args = (stage, item, BOAT.vehicle_file)
-            assert again.inputs(*args) == found.inputs(*args)

@@ -21,7 +21,7 @@ def test_engine_that_ended_by_itself_is_kept_for_who_does_not_print(
     for quiet, printed in ((False, True), (True, False)):
         stream = io.StringIO()
         progress = Progress(stream, quiet=quiet)
-        assert not start(tmp_path / "config.json", tmp_path, 1, progress, force=False)
+        assert not start(tmp_path / "config.json", tmp_path, 1, progress)
         said = "error: the workflow engine stopped: OSError: no space left\n"
         assert progress.stopped == f"{said}Its log: {tmp_path / 'workflow.log'}"
         assert (said in stream.getvalue()) is printed

@@ -1,0 +1,93 @@
+"""The stages of the workflow: what each is called, is made for, and reads.
+
+One table: the plan, the titles in messages and the jobs of the engine follow from it. Light on
+purpose, as `pipeline.plan`, which most of the program takes it from.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A module of `pipeline.stages` with ``run(job)``.
+
+    `title` is what its result is called in messages. `of` says what it is made for: a vehicle, each
+    run, each day, or all vehicles together. `needs` are the stages of the vehicle whose results it
+    reads; what a stage of a run or a day reads beside these is in `workflow.pool_plan`. `of_types`
+    are those of further types of thruster that it reads, too. `room` is the folder of its results,
+    of stages that have one a run or a day.
+    """
+
+    title: str
+    of: Literal["vehicle", "run", "day", "all"]
+    needs: tuple[str, ...] = ()
+    room: str = ""
+    of_types: tuple[str, ...] = ()
+
+
+#: What the bench gave of the thrusters.
+BENCH = ("static", "propeller", "drive")
+
+#: In the order in which data flow.
+STAGES: dict[str, Stage] = {
+    "load_test": Stage("load test", "vehicle"),
+    "mooring": Stage("mooring test", "vehicle"),
+    "open_water": Stage("open-water test", "vehicle"),
+    "propeller": Stage("propeller characteristic (Table 1)", "vehicle", ("open_water",)),
+    "drive": Stage("drive characteristic", "vehicle", ("load_test",)),
+    "static": Stage("static characteristic (Table 2)", "vehicle", ("propeller", "drive")),
+    "inverse": Stage("inverse characteristic (Tables 3 and 4)", "vehicle", ("static", "mooring")),
+    "allocation": Stage(
+        "allocator error map", "vehicle", ("static", "inverse"), of_types=("static", "inverse")
+    ),
+    "validation": Stage(
+        "allocator flown in simulation",
+        "vehicle",
+        ("load_test", "propeller", "drive", "static", "inverse"),
+        of_types=("load_test", "propeller", "drive", "static", "inverse"),
+    ),
+    "tables": Stage("tables.json", "vehicle", ("propeller", "static", "inverse")),
+    "firmware": Stage(
+        "firmware tables", "vehicle", ("inverse", "tables"), of_types=("inverse", "tables")
+    ),
+    "pool_run": Stage("pool run", "run", room="pool"),
+    "run_trial": Stage("pool run against simulation", "run", BENCH, "run_trials"),
+    "run_page": Stage("page of the run", "run", room="run_pages"),
+    "run_diagnosis": Stage("diagnosis of the run", "run", BENCH, "run_diagnoses"),
+    "trial_day": Stage("identification of the day", "day", BENCH, "trial_days"),
+    "day_diagnosis": Stage("diagnosis of the day", "day", BENCH, "day_diagnoses"),
+    "day_tables": Stage("tables of the day", "day", ("inverse",), "day_tables"),
+    "trial_page": Stage("page of the trial day", "day", room="trial_pages"),
+    "vehicle_page": Stage(
+        "report",
+        "vehicle",
+        (
+            *("load_test", "mooring", "open_water", "propeller", "drive", "static", "inverse"),
+            *("allocation", "validation", "tables", "firmware"),
+        ),
+    ),
+    "index_page": Stage("index of reports", "all"),
+}
+
+
+def stages_of(what: Literal["vehicle", "run", "day", "all"]) -> tuple[str, ...]:
+    """Return the stages that are made for a vehicle, a run, a day or all, in order.
+
+    >>> stages_of("run")
+    ('pool_run', 'run_trial', 'run_page', 'run_diagnosis')
+    """
+    return tuple(name for name, stage in STAGES.items() if stage.of == what)
+
+
+def needed_for(wanted: tuple[str, ...]) -> frozenset[str]:
+    """Return stages of a vehicle and all that they are made from.
+
+    >>> sorted(needed_for(("drive",)))
+    ['drive', 'load_test']
+    """
+    found = set(wanted)
+    for name in reversed(STAGES):
+        if name in found:
+            found.update(STAGES[name].needs)
+    return frozenset(found)
