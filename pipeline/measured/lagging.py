@@ -1,7 +1,6 @@
 """From commands to the codes that act, which lag them, and back."""
 
 import numpy as np
-from scipy.signal import lfilter
 
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.simulate.kernel_codes import codes_that_act
@@ -25,6 +24,9 @@ def lagged(
 
     A run begins with the drives where its first command has led them.
     """
+    # a second of imports, which most diagnoses have no need of
+    from scipy.signal import lfilter
+
     left = _left(packed, vector, period_s)
     aims = settled(vector, commands)
     found = np.empty_like(aims)

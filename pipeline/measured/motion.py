@@ -3,7 +3,6 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.signal import savgol_filter
 from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
@@ -122,6 +121,9 @@ def _window(run: RunTable, quantity: str) -> int:
 
 def _smoothed(values: FloatArray, window: int, period_s: float) -> tuple[FloatArray, FloatArray]:
     """Value and slope of the parabola through each row's neighbourhood."""
+    # as in `lagging`
+    from scipy.signal import savgol_filter
+
     window = min(window, 2 * ((len(values) - 1) // 2) + 1)
     value = savgol_filter(values, window, 2, axis=0)
     slope = savgol_filter(values, window, 2, deriv=1, delta=period_s, axis=0)

@@ -11,6 +11,7 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
+from itertools import chain
 from pathlib import Path
 
 from pipeline.plan import RAW_KINDS, VehicleFolder, processed_file, report_file
@@ -117,7 +118,8 @@ def _with_runs(one: Due, plan: PoolPlan, out: Path) -> Iterator[EngineJob]:
         return tuple(step(stage, item) for item in items for stage in stages if item in due[stage])
 
     for batch in plan.batches:
-        yield EngineJob(f"{name}/{batch.name}", steps(PHASES[batch.phase], batch.runs))
+        groups = [steps(group, batch.runs) for group in PHASES[batch.phase]]
+        yield EngineJob(f"{name}/{batch.name}", tuple(chain.from_iterable(groups)))
     for day in plan.days:
         for of_day in _OF_DAY:
             yield EngineJob(f"{name}/{of_day[-1]}-{day}", steps(of_day, (day,)))

@@ -7,12 +7,11 @@ freshness of its own.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-#: Phase -> its stages. Reading does not wait for the bench; flying does. A page
-#: waits for no diagnosis.
-PHASES: Mapping[str, tuple[str, ...]] = {
-    "read": ("pool_run",),
-    "fly": ("run_trial", "run_page"),
-    "diagnose": ("run_diagnosis",),
+#: Phase -> its stages, in groups that all runs of a batch go through before the next: a page waits
+#: for no diagnosis. Reading does not wait for the bench; flying does.
+PHASES: Mapping[str, tuple[tuple[str, ...], ...]] = {
+    "read": (("pool_run",),),
+    "fly": (("run_trial", "run_page"), ("run_diagnosis",)),
 }
 #: A process takes at most so many runs: what is lost when it is killed.
 MOST_RUNS = 8
@@ -65,8 +64,8 @@ def batches(
     ('a', 'c')
     """
     found = []
-    for phase, stages in PHASES.items():
-        due = {run for stage in stages for run in pending.get(stage, ())}
+    for phase, groups in PHASES.items():
+        due = {run for group in groups for stage in group for run in pending.get(stage, ())}
         most = min(MOST_RUNS, max(1, -(-len(due) // max(workers, 1))))
         for runs in days.values():
             # the largest last: a process that runs out of memory has done the others by then

@@ -1,6 +1,5 @@
 """A vehicle with two types of thruster: bench files, tables and firmware of each."""
 
-import importlib
 import json
 from pathlib import Path
 
@@ -8,10 +7,11 @@ import pytest
 from synthetic_bench import make_moored, write_mooring
 
 from pipeline.check.files import check_paths
-from pipeline.plan import RAW_KINDS
-from pipeline.stages.job import Job
+from pipeline.stage_process import run_steps
+from pipeline.workflow.engine_jobs import FOLDER, engine_jobs, hand_over
+from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.outcome import outcome_of
-from pipeline.workflow.targets import Targets
+from pipeline.workflow.run import Request, due_of, vehicles_to_run
 
 BOW = (
     "  - {name: bow, propeller: small, drive: servo, position_m: [0.8, 0, 0], "
@@ -27,9 +27,6 @@ CHANGES = {
     "tables: {propeller: screw, drive: drive}": "tables: {propeller: screw, drive: drive, "
     "types: {tunnel: {propeller: small, drive: servo, speed_mps: [0.0]}}}",
 }
-
-
-STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "tables")
 
 
 @pytest.fixture
@@ -52,32 +49,21 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def run(targets: Targets, vehicle: str, stage: str, *more: str) -> str:
-    """Run a stage in this process, over all that was made before."""
-    raw = targets.raw_files(vehicle, stage) if stage in RAW_KINDS else []
-    made = [str(path) for path in Path(f"processed/{vehicle}").glob("*.json")]
-    inputs = [targets.vehicle_file(vehicle), *map(str, raw), *made, *more]
-    output = Path(f"processed/{vehicle}/{stage}.json")
-    job = Job(stage, vehicle, "code", tuple(map(Path, inputs)), output)
-    return str(importlib.import_module(f"pipeline.stages.{stage}").run(job))
-
-
 def largest(vehicle: str) -> float:
     body = json.loads(Path(f"processed/{vehicle}/inverse.json").read_text())
     return float(body["record"]["firmware"]["positive"]["thrust_max_n"][0])
 
 
 def test_each_type_has_tables_and_firmware(root: Path) -> None:
-    targets = Targets.from_config({})
-    assert list(targets.vehicles) == ["boat", "boat-tunnel"]
-    assert "processed/boat-tunnel/tables.json" in targets.all_files()
-    for vehicle in targets.vehicles:
-        for stage in STAGES:
-            run(targets, vehicle, stage)
+    request = Request(only=("firmware",))
+    vehicles, _ = vehicles_to_run(request)
+    assert [one.name for one in vehicles] == ["boat", "boat-tunnel"]
+    (job,) = engine_jobs(due_of(vehicles, request, KnownFiles()), Path(), 1, None)
+    hand_over((job,), root)
+    assert run_steps(json.loads(Path(FOLDER, f"{job.name}.json").read_text())) == 0
+    assert [one.stages for one in due_of(vehicles, request, KnownFiles())] == [(), ()]
     assert largest("boat-tunnel") == pytest.approx(0.4 * largest("boat"), rel=1e-3)
     assert json.loads(Path("processed/boat/tables.json").read_text())["types"] == ["tunnel"]
-    of_types = targets.results_of_types("boat", "inverse", "tables")
-    assert run(targets, "boat", "firmware", *of_types) == ""
     firmware = root / "processed/boat/firmware"
     assert (firmware / "boat-tunnel_thruster.c").is_file()
     allocator = (firmware / "boat_allocator.c").read_text()
@@ -85,7 +71,7 @@ def test_each_type_has_tables_and_firmware(root: Path) -> None:
     assert "boat_tunnel_code_from_thrust_q" in allocator
     made = json.loads(Path("processed/boat-tunnel/mooring.json").read_text())
     assert "raw/boat/mooring/tunnel/bow.csv" in made["inputs"]
-    for vehicle in targets.vehicles.values():
+    for vehicle in vehicles:
         assert not [one for one in outcome_of(vehicle, root).problems if one.severity == "error"]
 
 

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
-from scipy.stats import rankdata
 
 from pipeline.diagnose.gap.forecast import Forecast
 from pipeline.diagnose.linear.linear_model import Setting
@@ -191,7 +190,14 @@ def rank_correlation(first: FloatArray, second: FloatArray) -> float:
     """Spearman's correlation of two series (k,), ties at their mean; 0 where one does not vary."""
     if np.ptp(first) == 0.0 or np.ptp(second) == 0.0:
         return 0.0
-    return float(np.corrcoef(rankdata(first), rankdata(second))[0, 1])
+    return float(np.corrcoef(_ranks(first), _ranks(second))[0, 1])
+
+
+def _ranks(values: FloatArray) -> FloatArray:
+    """Ranks from 1, ties at their mean; a second of imports less than those of `scipy.stats`."""
+    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
+    mean: FloatArray = np.cumsum(counts) - (counts - 1) / 2
+    return mean[place]
 
 
 def time_shares(

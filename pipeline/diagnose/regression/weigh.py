@@ -13,7 +13,6 @@ from itertools import combinations
 
 import numpy as np
 from scipy.special import log_ndtr, logsumexp
-from scipy.stats import norm, truncnorm
 
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.ordinary import Ordinary
@@ -249,6 +248,9 @@ def sizes(
     change: Change, directions: Sequence[Coordinate]
 ) -> dict[int, tuple[float, float, float]]:
     """Median and 95 % interval of each size, in the parameter's unit, where it may lie."""
+    # more than a second of imports, of which other diagnoses have no need
+    from scipy.stats import norm, truncnorm
+
     found = {}
     for k, mean, std in zip(change.which, change.mean, change.std, strict=True):
         one = directions[k]
