@@ -147,7 +147,7 @@ def _values(text: str, effect: Effect, said: EffectSpec | str) -> dict[str, floa
             raise _unknown_key(name, effect, said)
         if name in values:
             raise InputError.at(
-                _place(text), f"{name} is given twice.", remedy="Leave one of them out."
+                _place(said), f"{name} is given twice.", remedy="Leave one of them out."
             )
         try:
             values[name] = float(number)
