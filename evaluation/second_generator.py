@@ -24,7 +24,7 @@ from pipeline.diagnose.engine import diagnose
 from pipeline.effects.discovery import module_names
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.provenance import code_digest, write_atomically
-from pipeline.report.figures.blind import confusion_picture, rates_picture
+from pipeline.report.blind import confusion_picture, rates_picture
 from pipeline.stages.campaign_folder import claim_folder
 from pipeline.stages.measured_page import goal_table, picture_rows
 from pipeline.stages.page_block import write_block

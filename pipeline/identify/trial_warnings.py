@@ -11,11 +11,11 @@ LONG_WITHOUT_S = 5.0
 def trial_warnings(trial: RunTrial) -> tuple[str, ...]:
     """Return sentences, the most serious first."""
     found = []
-    losing = [one for one in trial.channels if one.loses]
+    losing = dict.fromkeys(one.quantity.replace("_", " ") for one in trial.channels if one.loses)
     if losing:
         found.append(
-            f"Over {trial.horizon_s:g} s the model predicts {', '.join(o.channel for o in losing)} "
-            "worse than holding the last reading does: its thrust, damping or axes are wrong "
+            f"Over {trial.horizon_s:g} s the model predicts {', '.join(losing)} "
+            "worse than keeping the last reading does: its thrust, damping or axes are wrong "
             "there, or the channel is mapped with a wrong sign or unit."
         )
     if trial.windows_left_out:

@@ -7,7 +7,7 @@ not in the others fits none of the answers to all of them, and comes out as an u
 from collections.abc import Mapping, Sequence
 
 from pipeline.records.day_diagnosis import DayFinding
-from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
 
 _Key = tuple[frozenset[str], str | None]
 _SOUND: _Key = (frozenset({"none"}), None)
@@ -85,8 +85,26 @@ def _finding(runs: Sequence[str], record: DiagnosisRecord, by: str) -> DayFindin
             "ambiguous_with": verdict.ambiguous_with,
             "ranked": ranked,
             "worst_axis": record.leftover.worst_axis if unknown else "",
+            **_shown(record),
         }
     )
+
+
+def _shown(record: DiagnosisRecord) -> dict[str, object]:
+    """Return the readings in which it is to be seen best: the channel that is off most."""
+    there = {one.channel for one in record.series}
+
+    def size(figures: ShrinkFigures) -> float:
+        return figures.before / max(figures.noise_floor, 1e-12)
+
+    able = {name: size(one) for name, one in record.shrink.channels.items() if name in there}
+    if not able:
+        return {}
+    worst = max(able, key=lambda name: able[name])
+    return {
+        "shown": tuple(one for one in record.series if one.channel == worst),
+        "shown_floor": record.shrink.channels[worst].noise_floor,
+    }
 
 
 def _rank(one: DayFinding) -> tuple[int, float]:

@@ -47,7 +47,8 @@ class Table:
 
     Columns in `verbatim_columns` hold identifiers: no language changes them.
 
-    `links` leads a cell (row, column) to an anchor of the page, e.g. to the points behind it.
+    `links` leads a cell (row, column) to an anchor of the page, e.g. to the points behind it;
+    `cell_classes` shades one.
     """
 
     caption: str
@@ -58,6 +59,7 @@ class Table:
     row_classes: tuple[str, ...] = ()
     note: str = ""
     links: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    cell_classes: Mapping[tuple[int, int], str] = field(default_factory=dict)
     kind: ClassVar[str] = "table"
 
     def __post_init__(self) -> None:

@@ -6,8 +6,9 @@ from pipeline.language import as_it_is
 from pipeline.records.comparison import Comparison, Curve, Difference
 from pipeline.report import plotting
 from pipeline.report.assets import placed
+from pipeline.report.bars import gains_figure
 from pipeline.report.blocks import Block, Bullets, Details, Figure, Paragraph, Section, Table
-from pipeline.report.figures.gains import Bar, gains_figure
+from pipeline.report.diagnosis_words import probability_text
 from pipeline.report.html import render, write_page
 from pipeline.report.panels import Panel, Style, Trace
 from pipeline.report.zoomable import zoomable_figure
@@ -55,7 +56,7 @@ def _figures(record: Comparison) -> list[Block]:
     widest = max((len(one.where) for one in record.asked), default=0)
     told = [*record.differences, *(one for one in record.asked if len(one.where) == widest)]
     bars = [
-        Bar(_named(one), one.ratio, one.ci95)
+        (_named(one), one.ratio, one.ci95)
         for one in dict.fromkeys(told)
         if one.kind == "thruster" and one.ratio is not None and one.ci95 is not None
     ]
@@ -117,17 +118,24 @@ def _asked(record: Comparison) -> list[Block]:
                 _number(one.a),
                 _number(one.b),
                 _interval(one),
-                "–" if one.p_value is None else f"{min(one.p_value, 1.0):.2g}",
+                "–" if one.p_value is None else probability_text(min(one.p_value, 1.0)),
             )
             for one in record.asked
         )
         table = Table(
             "Every question and its answer",
-            ("What", "Where", "A", "B", "Ratio, or difference (95 %)", "Chance if nothing differs"),
+            (
+                "What",
+                "Where",
+                "A",
+                "B",
+                "Ratio, or difference (95 %)",
+                "Chance by accident",
+            ),
             rows,
             text_columns=frozenset({1}),
             verbatim_columns=frozenset({0, 1}),
-            note="The chance counts all questions; below 0.05 a difference stands.",
+            note="The chance counts all questions; below 5 % a difference stands.",
         )
         return [Details("Every question and its answer", (table,))]
     texts = tuple(one.text for one in record.differences)

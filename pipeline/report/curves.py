@@ -15,6 +15,8 @@ from pipeline.records.fits import (
     StaticCharacteristic,
 )
 from pipeline.records.intervals import interval_factor
+from pipeline.report import plotting
+from pipeline.report.panels import Mark, Trace
 from pipeline.types import ArrayLike, FloatArray
 
 
@@ -25,6 +27,48 @@ def polynomial_band(fit: PolynomialFit, x: FloatArray) -> tuple[FloatArray, Floa
     variance = np.einsum("ni,ij,nj->n", powers, covariance, powers)
     half_width = interval_factor(fit) * np.sqrt(np.maximum(variance, 0.0))
     return polynomial(x, np.asarray(fit.coefficients)), half_width
+
+
+def fit_panels(
+    fit: PolynomialFit,
+    name: str,
+    colour: str,
+    printed: Sequence[float] | None,
+    *,
+    scale: float = 1.0,
+) -> tuple[list[Trace], Trace]:
+    """Return a fit as curves (points, outliers, line with band, published line) and what it leaves.
+
+    Parameters
+    ----------
+    fit : PolynomialFit
+        With the points that it was made from.
+    name, colour : str
+        Of its line.
+    printed : sequence of float or None
+        Published coefficients.
+    scale : float
+        By which all is multiplied for drawing.
+    """
+    x = np.linspace(*fit.quality.valid_range, 200)
+    value, half = polynomial_band(fit, x)
+    band = scale * np.array([value - half, value + half])
+    found = [Trace(name, x, scale * value, colour, band=band)]
+    kept = [p for p in fit.points if not p.outlier]
+    outliers = [p for p in fit.points if p.outlier]
+    kinds: tuple[tuple[Any, str, Mark], ...] = (
+        (kept, "measured", "o"),
+        (outliers, "outlier", "x"),
+    )
+    for points, what, mark in kinds:
+        if points:
+            at, measured = np.array([(p.x, p.measured) for p in points]).T
+            found.append(Trace(what, at, scale * measured, colour, "points", mark=mark))
+    if printed is not None:
+        own = scale * polynomial(x, np.asarray(printed))
+        found.append(Trace("published", x, own, plotting.INK, dash="dash"))
+    left = np.array([(p.x, scale * (p.measured - p.fitted)) for p in kept]).reshape(-1, 2).T
+    return found, Trace("", left[0], left[1], colour, "points", mark="o")
 
 
 def torque_surface(fit: DriveFit) -> TorqueSurface:

@@ -8,7 +8,7 @@ from pipeline.records.day_findings import day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.glance import Glance
 from pipeline.report.assets import placed
-from pipeline.report.blocks import Bullets, Figure, Paragraph, Section, absent, arranged, fold
+from pipeline.report.blocks import Figure, absent, arranged, fold
 from pipeline.report.diagnosis_words import (
     identifiers,
     in_words,
@@ -22,13 +22,16 @@ from pipeline.report.glance import diagnosis_glance
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import plural
 from pipeline.report.sections.diagnosis_answer import (
-    confusable_section,
     next_section,
     notes_section,
     ranking_section,
     verdict_facts,
 )
-from pipeline.report.sections.diagnosis_evidence import evidence_section, files_section
+from pipeline.report.sections.diagnosis_evidence import (
+    confusable_section,
+    evidence_section,
+    files_section,
+)
 from pipeline.report.sections.diagnosis_gap import gap_section, shrink_section
 
 Labels = tuple[tuple[str, str], ...]
@@ -60,7 +63,6 @@ def diagnosis_page(
         fold(confusable_section(record)),
         next_section(record) if glance is None else fold(next_section(record)),
         fold(notes_section(record)),
-        fold(_as_computed(record)),
         fold(evidence_section(record)),
         files_section(record, files),
     )
@@ -79,12 +81,6 @@ def diagnosis_page(
         absent=absent(sections),
         assets=assets,
     )
-
-
-def _as_computed(record: DiagnosisRecord) -> Section:
-    """Give the answer in the words of the diagnosis, with the names that JSON uses."""
-    said = Paragraph(verdict_sentence(record.verdict))
-    return Section("answer", "The answer as computed", (said, Bullets(verdict_facts(record))))
 
 
 def glance_of(record: DiagnosisRecord) -> Glance:

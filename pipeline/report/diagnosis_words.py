@@ -9,30 +9,9 @@ from pipeline.effects.library import effects
 from pipeline.language import as_it_is
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.diagnosis import DiagnosisRecord, Verdict
-from pipeline.report.figures.run_channels import shown_unit
+from pipeline.report.channels import shown_unit
 from pipeline.report.numbers import fixed, general, percent
 
-#: Channel -> what it is.
-CHANNELS = {
-    "u": "surge velocity u",
-    "v": "sway velocity v",
-    "w": "heave velocity w",
-    "p": "roll rate p",
-    "q": "pitch rate q",
-    "r": "yaw rate r",
-    "phi": "roll φ",
-    "theta": "pitch θ",
-    "psi": "yaw ψ",
-    "z": "depth z",
-    "x": "north x",
-    "y": "east y",
-    "thrust": "thrust",
-    "shaft_speed": "shaft speed",
-    "current": "current",
-    "voltage": "supply voltage",
-}
-#: Short, for the head of a column.
-SYMBOLS = {"phi": "φ", "theta": "θ", "psi": "ψ", "shaft_speed": "rpm"}
 REGRESSORS = {
     "speed_mps": "speed",
     "surge_mps": "surge velocity",
@@ -61,20 +40,6 @@ _NO_EFFECT = {
 def of_bench(record: DiagnosisRecord) -> bool:
     """Tell whether a mooring table was diagnosed: its curves are over the control code."""
     return isinstance(record, BenchDiagnosisRecord)
-
-
-def channel_name(channel: str) -> str:
-    """Return what a channel is called.
-
-    >>> channel_name("w"), channel_name("other_thing")
-    ('heave velocity w', 'other thing')
-    """
-    return CHANNELS.get(channel, channel.replace("_", " "))
-
-
-def symbol(channel: str) -> str:
-    """Return the short name of a channel."""
-    return SYMBOLS.get(channel, channel)
 
 
 def what_it_is(answer: str) -> str:
@@ -109,6 +74,15 @@ def identifiers(names: Iterable[str]) -> str:
     return listed([as_it_is(name) for name in names])
 
 
+def effect_names(names: Iterable[str]) -> str:
+    """List effects in words.
+
+    >>> effect_names(["current", "tether"])
+    'water current and tether'
+    """
+    return listed([in_words(name) for name in names])
+
+
 def verdict_sentence(verdict: Verdict) -> str:
     """Return the sentence of a verdict, with the identifiers in it the same in every language."""
 
@@ -134,16 +108,6 @@ def regime_name(regressor: str, unit: str, ends: tuple[float, float]) -> str:
     decimals = int(np.clip(1 - np.floor(np.log10(width)), 0, 6)) if width > 0 else 3
     text = f"{name} {fixed(low, decimals)} to {fixed(high, decimals)}"
     return text + ("" if unit in {"1", "code"} else f" {shown}")
-
-
-def in_order(names: Iterable[str]) -> list[str]:
-    """Sort channels as the equations of motion list them, others after them.
-
-    >>> in_order(["psi", "zeta", "w", "u"])
-    ['u', 'w', 'psi', 'zeta']
-    """
-    places = {name: place for place, name in enumerate(CHANNELS)}
-    return sorted(names, key=lambda name: (places.get(name, len(places)), name))
 
 
 def probability_text(probability: float) -> str:

@@ -5,15 +5,18 @@ import re
 from markupsafe import Markup
 
 from pipeline.records.glance import Glance, Light
+from pipeline.report.blocks import Figure
 from pipeline.report.html import render
 
 _BEGIN, _END = "<!--glance-->", "<!--/glance-->"
 _BLOCK = re.compile(f"{re.escape(_BEGIN)}.*?{re.escape(_END)}", re.DOTALL)
+_SPARE = "<!--spare-->"
+_PICTURE = re.compile("<!--picture-->.*?<!--/picture-->", re.DOTALL)
 #: Light -> its sign and word, so that no colour has to be seen.
 SIGNS: dict[Light, tuple[str, str]] = {
     "red": ("\N{HEAVY MULTIPLICATION X}", "Fault"),
     "amber": ("\N{BLACK UP-POINTING TRIANGLE}", "Look"),
-    "green": ("\N{HEAVY CHECK MARK}", "Sound"),
+    "green": ("\N{HEAVY CHECK MARK}", "No fault"),
 }
 
 
@@ -26,6 +29,15 @@ def first_screen(glance: Glance | None) -> Markup:
     return Markup(f"{_BEGIN}\n{text}{_END}")  # noqa: S704 - the template has escaped it
 
 
-def with_glance(page: str, glance: Glance) -> str:
-    """Put another glance in the place of a page's own."""
-    return _BLOCK.sub(lambda _: str(first_screen(glance)), page, count=1)
+def with_glance(page: str, glance: Glance, picture: Figure | None = None) -> str:
+    """Put another glance in the place of a page's own, and another picture where there is one."""
+    told = _BLOCK.sub(lambda _: str(first_screen(glance)), page, count=1)
+    if picture is None:
+        return told
+    drawn = render("picture.html.j2", picture=picture)
+    former = _PICTURE.search(told)
+    if former is None:
+        return told
+    told = _PICTURE.sub(lambda _: drawn, told, count=1)
+    # what stood there goes where the page keeps a place for it
+    return told.replace(_SPARE, former[0], 1)

@@ -1,4 +1,9 @@
-"""What a reader is told first: pure functions from results to one record (`Glance`)."""
+"""What a reader is told first: pure functions from results to one record (`Glance`).
+
+Green: no fault was found; nothing wrong is the likeliest answer, and what cannot be ruled out is
+said. Amber: something is odd, its cause is not known or it may be nothing; or nothing was judged.
+Red: a fault with its cause, which is not to be taken for nothing; or a log that cannot be read.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,6 +30,10 @@ STANDARD = ("surge_steps", "heave_steps", "zig_zag", "pitch_steps")
 #: Stands where a diagnosis is still to come.
 FOLLOWS = "The diagnosis of the day follows."
 _MOST = 3
+#: Below this the likeliest answer is not called sure.
+_HALF = 0.5
+#: A run that tells answers apart by fewer standard deviations is not worth advising.
+_CLEAR = 2.0
 
 
 @dataclass(frozen=True)
@@ -84,7 +93,7 @@ def day_glance(
     faults = [one for one in told.findings if not one.is_sound]
     runs = plural(len(told.findings[0].runs), "run")
     if not faults:
-        matter = f"{finding_sentence(told.findings[0])[:-1]} ({runs})."
+        matter = f"{runs[:1].upper()}{runs[1:]}. {finding_sentence(told.findings[0])}"
         light: Light = "red" if flown.unreadable else "green"
     else:
         first, *rest = faults
@@ -205,7 +214,7 @@ def vehicle_glance(results: VehicleResults) -> Glance:
         parts.append("Nothing was measured yet.")
         light = "amber"
     first = own.do if own is not None and own.light != "green" else ()
-    do = (*first, *doubts)[:_MOST] or (own.do if own is not None else (Advice(text="Nothing."),))
+    do = (*first, *doubts)[:_MOST]
     short = own.short if own is not None else bench or "nothing was measured yet"
     return Glance(
         light=light,
@@ -250,7 +259,7 @@ def _short(told: DayDiagnosis, flown: Flown) -> str:
     first = told.findings[0]
     text = short_finding(first)
     if len(told.findings) > 1:
-        text = f"{text}, in {listed([as_it_is(run) for run in first.runs])}"
+        text = f"{text}, in {listed(flown.words(first.runs))}"
     if flown.unreadable:
         text = f"{text}; {plural(len(flown.unreadable), 'log')} not read"
     return text
@@ -263,9 +272,7 @@ def _to_do(vehicle: str, of: str, one: DayFinding, flown: Flown) -> tuple[Advice
         found.append(Advice(text=f"Not read: {names}.", command=f"rig2sea check {vehicle}"))
     look = what_to_look_at(one)
     if look is None:
-        if not found:
-            found.append(Advice(text="Nothing."))
-        return tuple(found[:_MOST])
+        return tuple(found)
     found.append(look)
     if one.effects == ("unknown",):
         runs = " ".join(one.runs)
@@ -287,7 +294,13 @@ def _to_do(vehicle: str, of: str, one: DayFinding, flown: Flown) -> tuple[Advice
 
 
 def _fly_next(told: DayDiagnosis | None, flown: Flown) -> str:
-    if told is None or all(one.is_sound for one in told.findings):
+    if told is None:
+        return _sound_next(flown)
+    if all(one.is_sound for one in told.findings):
+        # a doubt that is left is worth a run that would end it
+        one, doubted = told.next_run, told.findings[0].probability < _HALF
+        if doubted and one is not None and one.expected_separation_sigma >= _CLEAR:
+            return _separating(one)
         return _sound_next(flown)
     if told.next_run is not None:
         return _separating(told.next_run)
@@ -308,6 +321,9 @@ def _separating(one: NextRun) -> str:
     first, second = (effect_words(name) for name in one.separates)
     what = manoeuvre_words(one.manoeuvre)
     what = f"{what[:1].upper()}{what[1:]}"
+    if "none" in one.separates:
+        cause = first if one.separates[1] == "none" else second
+        return f"{what}: it shows whether {cause}."
     return f"{what}: it tells apart whether {first}, or {second}."
 
 

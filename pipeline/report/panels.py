@@ -14,14 +14,18 @@ ZOOM_BUCKETS = 1000
 #: Points of all curves of a page, in either drawing: what keeps it below 3 MB.
 STILL_POINTS, ZOOM_POINTS = 32_000, 90_000
 
-Style = Literal["line", "steps", "points"]
+Style = Literal["line", "steps", "points", "both"]
+Dash = Literal["", "dash", "dot"]
+Mark = Literal[".", "o", "x", "^", "v", "s", "D"]
 
 
 @dataclass(frozen=True)
 class Trace:
-    """One curve: `x` and `values` (k,), x rising; values not a number break the line.
+    """One curve: `x` and `values` (k,); values not a number break the line.
 
-    `bars` (2, k) are the ends of an interval around each value.
+    `bars` (2, k) are the ends of an interval around each value, `band` (2, k) the edges of what
+    is shaded about the curve, and `end` is written at its right end. Style "both" is a line with
+    its points marked, `hollow` where they are not filled. Without a name it is not in the legend.
     """
 
     name: str
@@ -31,6 +35,11 @@ class Trace:
     style: Style = "line"
     width: float = 1.2
     bars: FloatArray | None = None
+    band: FloatArray | None = None
+    dash: Dash = ""
+    mark: Mark = "."
+    hollow: bool = False
+    end: str = ""
 
 
 @dataclass(frozen=True)
@@ -47,7 +56,9 @@ class Panel:
     """Curves with one vertical axis.
 
     A grey band of +-`band` around `middle` is drawn where it is given; `limits` are dotted lines
-    across, `spans` shaded from bottom to top.
+    across, `spans` shaded from bottom to top. The axis is logarithmic where `log`, and begins at
+    zero where `from_zero`. The axis is logarithmic where `log`, and begins at
+    zero where `from_zero`.
     """
 
     label: str
@@ -58,6 +69,8 @@ class Panel:
     y_range: tuple[float, float] | None = None
     limits: tuple[float, ...] = ()
     spans: tuple[Span, ...] = ()
+    log: bool = False
+    from_zero: bool = False
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,10 @@ def finding_sentence(one: DayFinding, flown: Sequence[str] = (), only: bool = Fa
         Whether other runs of the day do not show it.
     """
     what = what_is_the_matter(one)
+    if one.is_sound and one.probability < _HALF:
+        others = " or ".join(effect_words(name) for name in one.ambiguous_with[:2])
+        doubt = f"; these runs do not rule out that {others}" if others else ""
+        return f"{what}{doubt} (sound at {fixed(one.probability, 2)}, the likeliest answer)."
     if one.is_sound:
         return f"{what}; {_sureness(one)}."
     place = listed(tuple(flown))
@@ -73,6 +77,8 @@ def what_is_the_matter(one: DayFinding) -> str:
     >>> what_is_the_matter(sound)
     'Sound: the vehicle moves as its file says'
     """
+    if one.is_sound and one.probability < _HALF:
+        return "No fault was found: the vehicle moves as its file says"
     if one.is_sound:
         return "Sound: the vehicle moves as its file says"
     if one.effects == ("unknown",):
@@ -97,11 +103,12 @@ def short_finding(one: DayFinding) -> str:
     'sound'
     """
     if one.is_sound:
-        return "sound"
+        return "sound" if one.probability >= _HALF else "no fault found"
     if one.effects == ("unknown",):
         return "moves otherwise than its file says, cause unknown"
     text = what_is_the_matter(one)
-    return text[:1].lower() + text[1:]
+    text = text[:1].lower() + text[1:]
+    return f"perhaps {text}" if "none" in one.ambiguous_with else text
 
 
 def what_to_look_at(one: DayFinding) -> Advice | None:

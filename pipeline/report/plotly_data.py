@@ -11,12 +11,21 @@ from markupsafe import escape
 from pipeline.language import ENGLISH, current, translate
 from pipeline.report import plotting
 from pipeline.report.decimate import thinned
-from pipeline.report.panels import ZOOM_BUCKETS, Panel, Trace, label_lines
+from pipeline.report.panels import ZOOM_BUCKETS, Mark, Panel, Trace, label_lines
 from pipeline.types import FloatArray
 
 _PANEL_PX = 170
 #: Room for each line of a panel's label beyond the second.
 _LINE_PX = 20
+_SYMBOLS: dict[Mark, str] = {
+    ".": "circle",
+    "o": "circle",
+    "x": "x-thin-open",
+    "^": "triangle-up",
+    "v": "triangle-down",
+    "s": "square",
+    "D": "diamond",
+}
 _INK, _GRID = plotting.INK, "#dfe3e8"
 
 
@@ -69,10 +78,15 @@ def plotly_figure(
             "nticks": 6,
             "automargin": False,
             **({"range": list(panel.y_range)} if panel.y_range is not None else {}),
+            **({"rangemode": "tozero"} if panel.from_zero else {}),
+            **({"type": "log"} if panel.log else {}),
         }
         shapes += _shapes(panel, suffix)
         for trace in panel.traces:
-            data.append(_trace(trace, suffix, buckets, legend=trace.name not in shown))
+            if trace.band is not None:
+                data += _band(trace, suffix)
+            legend = bool(trace.name) and trace.name not in shown
+            data.append(_trace(trace, suffix, buckets, legend=legend))
             shown.add(trace.name)
         top -= share
     return {"data": data, "layout": {**layout, "shapes": shapes}}
@@ -161,9 +175,26 @@ def _shapes(panel: Panel, suffix: str) -> list[dict[str, Any]]:
     return found
 
 
+def _band(trace: Trace, suffix: str) -> list[dict[str, Any]]:
+    """Shade what lies between two lines that are not drawn."""
+    assert trace.band is not None  # noqa: S101 - the caller has seen to it
+    own = {
+        "type": "scatter",
+        "x": _packed(trace.x),
+        "yaxis": f"y{suffix}",
+        "mode": "lines",
+        "line": {"width": 0},
+        "hoverinfo": "skip",
+        "showlegend": False,
+        "legendgroup": str(escape(translate(trace.name))),
+    }
+    fill = {"fill": "tonexty", "fillcolor": f"{trace.colour}38"}
+    return [{**own, "y": _packed(trace.band[0])}, {**own, **fill, "y": _packed(trace.band[1])}]
+
+
 def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> dict[str, Any]:
-    # a value with an interval is never left out
-    whole = trace.bars is not None
+    # a value with an interval, or one that is marked, is never left out
+    whole = trace.bars is not None or trace.style in {"points", "both"}
     x, values = (trace.x, trace.values) if whole else thinned(trace.x, trace.values, buckets)
     name = str(escape(translate(trace.name)))
     bars = {}
@@ -186,13 +217,18 @@ def _trace(trace: Trace, suffix: str, buckets: int, *, legend: bool) -> dict[str
         "x": _packed(x),
         "y": _packed(values),
         "yaxis": f"y{suffix}",
-        "mode": "markers" if trace.style == "points" else "lines",
+        "mode": {"points": "markers", "both": "lines+markers"}.get(trace.style, "lines"),
         "line": {
             "color": trace.colour,
             "width": trace.width,
             "shape": "hv" if trace.style == "steps" else "linear",
+            **({"dash": trace.dash} if trace.dash else {}),
         },
-        "marker": {"color": trace.colour, "size": 7 if whole else 4},
+        "marker": {
+            "color": trace.colour,
+            "size": 7 if trace.bars is not None else 4 if trace.mark == "." else 6,
+            "symbol": _SYMBOLS[trace.mark] + ("-open" if trace.hollow else ""),
+        },
         "hovertemplate": "%{y:.4g}",
         **bars,
     }

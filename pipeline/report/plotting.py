@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup, escape
 
 from pipeline.language import ENGLISH, current, translate
+from pipeline.types import FloatArray
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -110,13 +111,6 @@ def ordered_colours(count: int) -> list[str]:
     return [to_hex(shade) for shade in shades]
 
 
-def legend_above(figure: Figure, axes: Axes, columns: int = 3) -> None:
-    """Place the legend above the axes, where no data can lie under it."""
-    handles, labels = axes.get_legend_handles_labels()
-    if handles:
-        figure.legend(handles, labels, loc="outside upper left", ncols=columns)
-
-
 def plain_log_axis(axes: Axes) -> None:
     """Make the y axis logarithmic with ticks written as plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
@@ -130,11 +124,10 @@ def plain_log_axis(axes: Axes) -> None:
     axes.yaxis.set_minor_formatter(NullFormatter())
 
 
-def line_end_label(axes: Axes, x: Sequence[float], y: Sequence[float], text: str) -> None:
+def line_end_label(axes: Axes, x: FloatArray, y: FloatArray, text: str) -> None:
     """Write a line's name at its right end."""
-    axes.annotate(
-        text, (x[-1], y[-1]), xytext=(3, 0), textcoords="offset points", va="center", fontsize=8
-    )
+    at = (float(x[-1]), float(y[-1]))
+    axes.annotate(text, at, xytext=(3, 0), textcoords="offset points", va="center", fontsize=8)
 
 
 def _translate(figure: Figure) -> None:

@@ -6,16 +6,20 @@ from pathlib import Path
 from pipeline.language import as_it_is
 from pipeline.records.glance import Glance
 from pipeline.report.assets import placed
-from pipeline.report.blocks import Figure, Paragraph, Section, absent, arranged, fold
+from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, absent, arranged, fold
 from pipeline.report.day_results import DayResults
-from pipeline.report.figures.track import track_figure
 from pipeline.report.first_screen import first_screen
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import fixed, plural
+from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_results import RunResults
 from pipeline.report.sections.gains import run_gains_section
-from pipeline.report.sections.run_comparison import commands_figure, comparison_section
+from pipeline.report.sections.run_comparison import (
+    commands_figure,
+    comparison_section,
+    with_worst_apart,
+)
 from pipeline.report.sections.run_health import (
     manoeuvres_section,
     run_facts_section,
@@ -23,6 +27,7 @@ from pipeline.report.sections.run_health import (
     run_warnings_section,
 )
 from pipeline.report.sections.tables import provenance_table
+from pipeline.report.track import track_figure
 
 
 def run_page(
@@ -44,25 +49,18 @@ def run_page(
     glance : Glance, optional
         What is told first.
     """
-    manoeuvres = manoeuvres_section(results)
-    figure = commands_figure(results)
-    if figure is not None:
-        manoeuvres = Section(
-            manoeuvres.anchor, manoeuvres.title, (*manoeuvres.blocks, figure), manoeuvres.available
-        )
-    track, gains = track_figure(results), run_gains_section(results.trial)
-    picture = track
-    if glance is not None and glance.light != "green" and results.trial is not None:
-        picture = first_figure(gains) or track
-    if track is not None and picture is not track:
-        manoeuvres = replace(manoeuvres, blocks=(*manoeuvres.blocks, track))
-    if picture is not None:
-        gains = replace(gains, blocks=tuple(one for one in gains.blocks if one is not picture))
+    manoeuvres, comparison = manoeuvres_section(results), comparison_section(results)
+    shown, picture = commands_figure(results), track_figure(results)
+    comparison, worst = with_worst_apart(comparison, results)
+    beside = tuple(one for one in (shown, worst) if one is not None)
+    if beside:
+        blocks = (*manoeuvres.blocks, Gallery(beside, level=False))
+        manoeuvres = replace(manoeuvres, blocks=blocks)
     sections = (
         *_if_serious(results),
-        gains,
         manoeuvres,
-        comparison_section(results),
+        fold(comparison),
+        fold(run_gains_section(results.trial)),
         fold(run_facts_section(results)),
         fold(run_health_section(results)),
         *(() if _if_serious(results) else (fold(run_warnings_section(results)),)),
@@ -130,7 +128,7 @@ def run_line(results: RunResults) -> str:
     if stored.notes is not None and stored.notes.what:
         parts.insert(0, as_it_is(stored.notes.what[:120]))
     if trial is not None and trial.manoeuvres:
-        names = dict.fromkeys(stretch.name.replace("_", " ") for stretch in trial.manoeuvres)
+        names = dict.fromkeys(manoeuvre_words(stretch.name) for stretch in trial.manoeuvres)
         parts.append(", ".join(names))
     if trial is not None and not trial.channels:
         parts.append("not simulated")

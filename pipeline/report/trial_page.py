@@ -20,16 +20,18 @@ from pipeline.report.blocks import (
     fold,
 )
 from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
-from pipeline.report.figures.trend import TREND_TITLE, apart, trend_blocks, unsettled_days
+from pipeline.report.diagnosis_words import unit_text
 from pipeline.report.first_screen import SIGNS, first_screen
 from pipeline.report.glance import rank
 from pipeline.report.html import render, write_page
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
 from pipeline.report.run_page import data_section, first_figure
-from pipeline.report.sections.gains import by_run_figure, day_gains_section, gain_warnings
+from pipeline.report.sections.diagnosis_curves import finding_figure
+from pipeline.report.sections.gains import day_gains_section, gain_warnings
+from pipeline.report.sections.trend import TREND_TITLE, apart, trend_blocks, unsettled_days
 
 #: Said instead of any comparison of such a fit.
-_UNSETTLED = "The fit did not settle: do not use its values."
+_UNSETTLED = "The fit did not come to an end: do not use its values."
 
 
 def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: str = "") -> str:
@@ -44,21 +46,20 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
     assets : str
         Address of the folder with the scripts, relative to the page; none without.
     """
-    gains = day_gains_section(results)
     faults = results.diagnosis.findings[:1] if results.diagnosis is not None else ()
-    bad = next((one.thruster for one in faults if one.thruster is not None), None)
-    told_by_run = by_run_figure(results.trial.gains, bad) if bad is not None else None
-    picture = told_by_run or first_figure(gains)
-    gains = replace(gains, blocks=tuple(one for one in gains.blocks if one is not picture))
+    picture = finding_figure(faults[0]) if faults else None
+    gains = day_gains_section(results)
+    if picture is None:
+        picture = first_figure(gains)
+        gains = replace(gains, blocks=tuple(one for one in gains.blocks if one is not picture))
     serious = bool(sum(day_counts(results)))
     warnings = _warnings(results)
-    fits = _identified(results)
     sections = (
         _runs(results),
-        gains,
         warnings if serious else fold(warnings),
-        fits if results.trial.settled else fold(fits),
         _trend(results),
+        fold(gains),
+        fold(_identified(results)),
         fold(_quality(results)),
         fold(_tables(results)),
         fold(data_section(results)),
@@ -110,7 +111,7 @@ def day_warnings(results: DayResults) -> tuple[str, ...]:
         if before is not None:
             day, parameters = before
             moved = [
-                one.name
+                _words(one)
                 for one in fit.parameters
                 if one.identified and one.name in parameters and apart(parameters[one.name], one)
             ]
@@ -119,12 +120,14 @@ def day_warnings(results: DayResults) -> tuple[str, ...]:
                     f"{', '.join(moved)}: outside the intervals of {day}. Was something changed "
                     "on the vehicle (ballast, payload, propeller)?"
                 )
-        off = [one.name for one in fit.parameters if one.identified and _against_file(one)]
+        off = [_words(one) for one in fit.parameters if one.identified and _against_file(one)]
         if off:
-            found.append(
-                f"{', '.join(off)}: the day's interval does not hold the vehicle file's value."
-            )
+            found.append(f"By this day's fit the vehicle file is off in: {', '.join(off)}.")
     return tuple(found)
+
+
+def _words(one: IdentifiedParameter) -> str:
+    return one.name.replace("_", " ")
 
 
 def _against_file(one: IdentifiedParameter) -> bool:
@@ -180,7 +183,7 @@ def _run_label(run: PageReceipt) -> str:
 
 
 def _identified(results: DayResults) -> Section:
-    title = "Identified parameters"
+    title = "Mass, damping and buoyancy from these runs"
     trial, fit = results.trial, results.trial.identification
     used: list[Block] = []
     if trial.used:
@@ -205,36 +208,24 @@ def _identified(results: DayResults) -> Section:
         blocks: tuple[Block, ...] = (Paragraph(f"Not computed: {reason}", tone="warning"), *used)
         return Section("identified", title, blocks, available=False)
     before = _latest(results)
-    old = {} if before is None else before[1]
-    header: tuple[str, ...] = (
-        "Parameter",
-        "Unit",
-        "Value",
-        "95 % interval",
-        "If the thrust were known",
-        "Vehicle file",
-        "What it is",
-    )
-    if before is not None:
-        header = (*header[:6], before[0], header[6])
+    day, old = before if before is not None else ("", {})
     rows, classes = [], []
     for one in fit.parameters:
         if not one.identified:
             continue
         value, interval = with_interval(one.value, one.ci95)
-        _, known = with_interval(one.value, one.ci95_thrust_known)
-        row = [one.name, one.unit, value, interval, known, general(one.prior_value, 3)]
+        row = [one.meaning, unit_text(one.unit), value, interval, general(one.prior_value, 3)]
         if before is not None:
             row.append(general(old[one.name].value, 3) if one.name in old else "–")
-        rows.append((*row, one.meaning))
+        rows.append(tuple(row))
         moved = one.name in old and apart(old[one.name], one)
-        marked = fit.converged and (moved or _against_file(one))
-        classes.append("warning" if marked else "")
+        classes.append("warning" if fit.converged and (moved or _against_file(one)) else "")
+    header = ("What it is", "Unit", "Value", "95 % interval", "Vehicle file")
     table = Table(
-        "Parameters that the day's runs tell",
-        header,
+        "What the day's runs say of the vehicle",
+        (*header, day) if before is not None else header,
         tuple(rows),
-        text_columns=frozenset({1, len(header) - 1}),
+        text_columns=frozenset({1}),
         row_classes=tuple(classes),
         note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
         "common with that of the trial day before."
@@ -247,7 +238,7 @@ def _identified(results: DayResults) -> Section:
     if fit.cannot_identify:
         more.append(
             Details(
-                f"{plural(len(fit.cannot_identify), 'parameter')} not told by these runs",
+                f"{plural(len(fit.cannot_identify), 'value')} of which these runs say nothing",
                 (Bullets(fit.cannot_identify),),
             )
         )
@@ -264,9 +255,9 @@ def _trend(results: DayResults) -> Section:
     blocks = trend_blocks(days, unsettled)
     if not blocks:
         text = (
-            "A trend needs two trial days with identified parameters; there is one so far."
+            "A trend needs two trial days with a fit; there is one so far."
             if any(own for day, own in days.items() if day not in unsettled)
-            else "A trend needs two trial days with identified parameters; there is none so far."
+            else "A trend needs two trial days with a fit; there is none so far."
         )
         left_out = unsettled_days(unsettled)
         return Section("trend", TREND_TITLE, (Paragraph(text), *left_out), available=False)
@@ -274,13 +265,13 @@ def _trend(results: DayResults) -> Section:
 
 
 def _quality(results: DayResults) -> Section:
-    title = "Prediction of windows that took no part"
+    title = "How well this predicts what took no part"
     fit = results.trial.identification
     if fit is None or not fit.quality:
         text = (
             "Not computed: there is no fit to judge."
             if fit is None
-            else "Not computed: no window was left to judge the fit by."
+            else "Not computed: nothing was left to judge the fit by."
         )
         return Section("quality", title, (Paragraph(text, tone="warning"),), available=False)
 
@@ -298,11 +289,11 @@ def _quality(results: DayResults) -> Section:
                     "Unit",
                     "Readings",
                     "Sensor noise",
-                    "Identified",
+                    "Fit",
                     "Corrected file",
                     "Vehicle file",
-                    "Last value held",
-                    "Linear black box",
+                    "Last value kept",
+                    "Plain linear model",
                 ),
                 tuple(
                     (

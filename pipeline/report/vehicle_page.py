@@ -24,7 +24,6 @@ from pipeline.report.sections.inverse import inverse_section
 from pipeline.report.sections.propeller import propeller_section
 from pipeline.report.sections.static import static_section
 from pipeline.report.sections.trials import trials_section
-from pipeline.report.sections.uncertainty import uncertainty_section
 from pipeline.report.sections.validation import validation_section
 from pipeline.report.sections.warnings import warnings_section
 from pipeline.report.sections.working_points import working_points_section
@@ -35,10 +34,11 @@ __all__ = ["VehicleResults", "vehicle_page", "write_vehicle_page"]
 INDEX_HREF = "../index.html"
 
 #: What a reader comes for, in the open.
-RESULTS = (trials_section, vehicle_gains_section, firmware_section)
+RESULTS = (trials_section, firmware_section)
 #: How it was found and what came in, behind summaries.
 BEHIND = (
     warnings_section,
+    vehicle_gains_section,
     inverse_section,
     static_section,
     propeller_section,
@@ -47,7 +47,6 @@ BEHIND = (
     gap_section,
     allocation_section,
     validation_section,
-    uncertainty_section,
     outliers_section,
     inputs_section,
     changes_section,

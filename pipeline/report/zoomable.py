@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,6 +37,8 @@ __all__ = [
 ]
 
 _LEFT_IN, _RIGHT_IN, _TOP_IN, _BOTTOM_IN, _ROW_IN = 0.68, 0.08, 0.32, 0.46, 1.35
+#: Of the legend: names in a line, letters that fit into one, height of a further line.
+_COLUMNS, _LETTERS, _LEGEND_IN = 4, 44, 0.17
 #: Room for each line of a panel's label beyond the second.
 _LINE_IN = 0.3
 
@@ -75,18 +78,32 @@ def zoomable_figure(
     """
     chosen = resolution if resolution is not None else Resolution()
     axis = x_axis if x_axis is not None else Axis()
+    names = dict.fromkeys(trace.name for panel in panels for trace in panel.traces if trace.name)
+    columns = max(min(_COLUMNS, _LETTERS // (max(map(len, names), default=1) + 4)), 1)
+    top_in = _TOP_IN + _LEGEND_IN * max(-(-len(names) // columns) - 1, 0)
     rows_in = _ROW_IN * sum(panel.height for panel in panels)
-    height_in = _TOP_IN + _BOTTOM_IN + (0.3 if axis.names else 0.0) + rows_in
-    svg = plotting.draw(
-        name, alt, _painter(panels, x_label, axis, chosen.still, height_in), height_in=height_in
-    )
+    height_in = top_in + _BOTTOM_IN + (0.3 if axis.names else 0.0) + rows_in
+    frame = _Frame(x_label, axis, chosen.still, height_in, top_in, columns)
+    svg = plotting.draw(name, alt, _painter(panels, frame), height_in=height_in)
     data = plotly_figure(panels, x_label, chosen.zoom, x_axis=axis)
     return Figure(name, lead, svg, caption, zoom=_data_block(data))
 
 
-def _painter(
-    panels: Sequence[Panel], x_label: str, axis: Axis, buckets: int, height_in: float
-) -> Callable[[matplotlib.figure.Figure], None]:
+@dataclass(frozen=True)
+class _Frame:
+    """What stands around the panels."""
+
+    x_label: str
+    axis: Axis
+    buckets: int
+    height_in: float
+    top_in: float
+    columns: int
+
+
+def _painter(panels: Sequence[Panel], frame: _Frame) -> Callable[[matplotlib.figure.Figure], None]:
+    axis, height_in = frame.axis, frame.height_in
+
     def paint(figure: matplotlib.figure.Figure) -> None:
         # margins by hand: finding the room for every label takes seconds a page
         figure.set_layout_engine(None)
@@ -94,7 +111,7 @@ def _painter(
         figure.subplots_adjust(
             left=left_in / plotting.WIDTH_IN,
             right=1.0 - _RIGHT_IN / plotting.WIDTH_IN,
-            top=1.0 - _TOP_IN / height_in,
+            top=1.0 - frame.top_in / height_in,
             bottom=(_BOTTOM_IN + (0.3 if axis.names else 0.0)) / height_in,
             hspace=0.14,
         )
@@ -107,15 +124,19 @@ def _painter(
         )[:, 0]
         named: dict[str, Any] = {}
         for axes, panel in zip(rows, panels, strict=True):
-            _paint_panel(axes, panel, buckets, named)
-        rows[-1].set_xlabel(x_label)
+            _paint_panel(axes, panel, frame.buckets, named)
+        rows[-1].set_xlabel(frame.x_label)
         rows[-1].margins(x=0.01)
         if axis.ends is not None:
             rows[-1].set_xlim(axis.ends)
         if axis.names:
             rows[-1].set_xticks(range(len(axis.names)), axis.names, rotation=30, ha="right")
         figure.legend(
-            named.values(), named.keys(), loc="upper left", ncols=4, bbox_to_anchor=(0.0, 1.0)
+            named.values(),
+            named.keys(),
+            loc="upper left",
+            ncols=frame.columns,
+            bbox_to_anchor=(0.0, 1.0),
         )
 
     return paint
@@ -133,30 +154,50 @@ def _paint_panel(axes: Axes, panel: Panel, buckets: int, named: dict[str, Any]) 
     for limit in panel.limits:
         axes.axhline(limit, color=plotting.VERMILLION, lw=0.6, ls=":")
     for trace in panel.traces:
-        (line,) = axes.plot(
-            *thinned(trace.x, trace.values, buckets),
-            "." if trace.style == "points" else "-",
-            color=trace.colour,
-            lw=0.8 * trace.width,
-            ms=3,
-            drawstyle="steps-post" if trace.style == "steps" else "default",
-        )
-        if trace.bars is not None:
-            axes.errorbar(
-                trace.x,
-                trace.values,
-                yerr=np.abs(trace.bars - trace.values),
-                fmt="none",
-                ecolor=trace.colour,
-                elinewidth=1.2,
-                capsize=2,
-            )
-        named.setdefault(trace.name, line)
+        _paint_trace(axes, trace, buckets, named)
     if panel.y_range is not None:
         axes.set_ylim(panel.y_range)
+    elif panel.from_zero:
+        axes.set_ylim(bottom=0.0)
     axes.set_ylabel(panel.label)
     axes.yaxis.set_label_coords(-0.14, 0.5)
-    axes.yaxis.set_major_locator(MaxNLocator(nbins=4, steps=[1, 2, 5, 10], min_n_ticks=2))
+    if panel.log:
+        plotting.plain_log_axis(axes)
+    else:
+        axes.yaxis.set_major_locator(MaxNLocator(nbins=4, steps=[1, 2, 5, 10], min_n_ticks=2))
+
+
+def _paint_trace(axes: Axes, trace: Trace, buckets: int, named: dict[str, Any]) -> None:
+    rising = trace.style in {"line", "steps"}
+    x, values = thinned(trace.x, trace.values, buckets) if rising else (trace.x, trace.values)
+    if trace.band is not None:
+        axes.fill_between(trace.x, *trace.band, color=trace.colour, alpha=0.22, lw=0)
+    (line,) = axes.plot(
+        x,
+        values,
+        color=trace.colour,
+        lw=0.8 * trace.width,
+        ls="" if trace.style == "points" else {"": "-", "dash": "--", "dot": ":"}[trace.dash],
+        marker="" if rising else trace.mark,
+        mfc="white" if trace.hollow else trace.colour,
+        ms=3 if trace.mark == "." else 4,
+        drawstyle="steps-post" if trace.style == "steps" else "default",
+        rasterized=len(x) > plotting.VECTOR_POINTS_MAX and not rising,
+    )
+    if trace.bars is not None:
+        axes.errorbar(
+            trace.x,
+            trace.values,
+            yerr=np.abs(trace.bars - trace.values),
+            fmt="none",
+            ecolor=trace.colour,
+            elinewidth=1.2,
+            capsize=2,
+        )
+    if trace.end and len(x):
+        plotting.line_end_label(axes, x, values, trace.end)
+    if trace.name:
+        named.setdefault(trace.name, line)
 
 
 def _data_block(figure: dict[str, Any]) -> Markup:

@@ -7,7 +7,7 @@ from pipeline.blind.goals import Miss
 from pipeline.blind.rates import Figure, Rate
 from pipeline.blind.score import BANDS, PAIR_BANDS, CampaignScore
 from pipeline.provenance import write_atomically
-from pipeline.report.figures.blind import confusion_picture, rates_picture
+from pipeline.report.blind import confusion_picture, rates_picture
 from pipeline.stages.blind_campaign import BlindRequest, BlindResult
 from pipeline.stages.page_block import write_csv
 

@@ -6,18 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.control.inverse import firmware_grid
-from pipeline.errors import CannotComputeError, InputError
+from pipeline.errors import CannotComputeError
 from pipeline.identify.bench_changes import bench_changes
 from pipeline.identify.run_changes import RunChange, changes_between
-from pipeline.plan import processed_file
-from pipeline.provenance import canonical_json, read_envelope, write_atomically
-from pipeline.records.comparison import CodeChange, Comparison, Curve, Difference
-from pipeline.records.fits import InverseCharacteristic
+from pipeline.provenance import canonical_json, write_atomically
+from pipeline.records.comparison import Comparison, Curve, Difference
 from pipeline.records.run_notes import RunNotes
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.stages.comparison_sides import Found, find_side
+from pipeline.stages.comparison_vehicles import vehicle_differences
 from pipeline.vehicle.sensor_schema import Sensors
 
 RESULT, PAGE = "comparison.json", "comparison.html"
@@ -54,7 +52,7 @@ def compare(  # noqa: PLR0917 - what the command is given
             return _runs(found, first, second, tell)
         if first.side.kind == "bench":
             return _bench(found, first, second)
-        return _vehicles(found, first, second, out)
+        return _finished(found, **vehicle_differences(first, second, out))
     except CannotComputeError as error:
         return _finished(found, why_not=(str(error),))
 
@@ -146,15 +144,17 @@ def _told(change: RunChange, names: Sequence[str], count: int) -> Difference:
     of = "all of B" if shift.runs == tuple(range(count, len(names))) else ", ".join(where)
     if ratio is not None:
         ci = (ratio - half / base, ratio + half / base)
-        what = f"{shift.name} give" if shift.kind == "all_thrusters" else f"{shift.name} gives"
+        every = shift.kind == "all_thrusters"
+        what = "All thrusters together give" if every else f"The {shift.name} thruster gives"
         text = (
-            f"{what} {ratio:.2f} ({ci[0]:.2f} to {ci[1]:.2f}) of the thrust that the other runs "
-            f"show, in {of}."
+            f"{what} {100 * ratio:.0f} % ({100 * ci[0]:.0f} to {100 * ci[1]:.0f} %) of the thrust "
+            f"that the other runs show, in {of}."
         )
     else:
         ci = (change.value - half, change.value + half)
+        name, unit = shift.name.replace("_", " "), shift.unit
         text = (
-            f"{shift.name} is {value:.3g} {shift.unit} in {of}, {base:.3g} {shift.unit} in the "
+            f"{name[:1].upper()}{name[1:]} is {value:.3g} {unit} in {of}, {base:.3g} {unit} in the "
             f"other runs (difference {ci[0]:.2g} to {ci[1]:.2g})."
         )
     before, after = (base, value) if side == "B" else (value, base)
@@ -301,8 +301,8 @@ def _run_curves(
 _AXES = {
     "u": "surge u  [m/s]",
     "w": "heave w  [m/s]",
-    "q": "pitch rate q  [rad/s]",
-    "r": "yaw rate r  [rad/s]",
+    "q": "pitch rate q  [deg/s]",
+    "r": "yaw rate r  [deg/s]",
     "depth": "depth  [m]",
 }
 
@@ -310,7 +310,10 @@ _AXES = {
 def _thin(run: RunTable, quantity: str, column: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
     valid = run.valid[quantity] & np.isfinite(run.values[quantity][:, column])
     rows = np.flatnonzero(valid)[:: max(int(valid.sum()) // 800, 1)]
-    time, value = run.time_s[rows].round(3), run.values[quantity][rows, column].round(5)
+    time, value = run.time_s[rows].round(3), run.values[quantity][rows, column]
+    if quantity == "angular_velocity":
+        value = np.degrees(value)
+    value = value.round(5)
     return tuple(time.tolist()), tuple(value.tolist())
 
 
@@ -335,94 +338,3 @@ def _bench(record: Comparison, first: Found, second: Found) -> Comparison:
     return _finished(
         record, cautions=tuple(cautions), differences=standing, asked=asked, curves=curves
     )
-
-
-def _vehicles(record: Comparison, first: Found, second: Found, out: Path) -> Comparison:
-    """Compare what vehicle files state, and the codes of their firmware tables."""
-    assert first.vehicle is not None  # noqa: S101 - a vehicle file was read
-    assert second.vehicle is not None  # noqa: S101 - a vehicle file was read
-    stated = [
-        dict(_leaves(found.vehicle.model_dump())) for found in (first, second) if found.vehicle
-    ]
-    differences = []
-    for key in dict.fromkeys([*stated[0], *stated[1]]):
-        a, b = stated[0].get(key), stated[1].get(key)
-        if a == b:
-            continue
-        ratio = b / a if a is not None and b is not None and a * b > 0.0 else None
-        share = f", {ratio:.3g} times" if ratio is not None else ""
-        shown = ["not stated" if one is None else f"{one:g}" for one in (a, b)]
-        differences.append(
-            Difference(
-                kind="stated",
-                what=key,
-                unit="",
-                a=a,
-                b=b,
-                ratio=ratio,
-                text=f"{key}: {shown[0]} in A, {shown[1]} in B{share}.",
-            )
-        )
-    codes, count, curve, why = _codes(first, second, out)
-    return _finished(
-        record,
-        cautions=why,
-        differences=tuple(differences),
-        codes=codes,
-        codes_compared=count,
-        curves=curve,
-    )
-
-
-def _leaves(value: object, at: str = "") -> Iterator[tuple[str, float]]:
-    """Yield every number that a file states, by its key."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            if key not in {"name", "published"}:
-                yield from _leaves(inner, f"{at}.{key}" if at else str(key))
-    elif isinstance(value, list | tuple):
-        for number, inner in enumerate(value):
-            label = inner.get("name") if isinstance(inner, dict) else None
-            yield from _leaves(inner, f"{at}[{label or number}]")
-    elif isinstance(value, int | float) and not isinstance(value, bool):
-        yield at, float(value)
-
-
-def _codes(
-    first: Found, second: Found, out: Path
-) -> tuple[tuple[CodeChange, ...], int, tuple[Curve, ...], tuple[str, ...]]:
-    """Compare the codes at rest of both sides' tables, at 201 thrusts that both reach."""
-    grids = []
-    for found in (first, second):
-        path = out / processed_file(found.side.vehicle, "inverse")
-        try:
-            envelope = read_envelope(path, "inverse", InverseCharacteristic)
-            if envelope.record is not None:
-                grids.append(firmware_grid(envelope.record))
-        except (InputError, CannotComputeError, OSError):
-            pass
-        if not grids or len(grids) < 1 + (found is second):
-            why = f"{found.side.vehicle} has no tables, so no codes are compared."
-            return (), 0, (), (why,)
-    limits = [grid.limits(0.0) for grid in grids]
-    thrust = np.linspace(
-        -min(one.reverse_n for one in limits), min(one.forward_n for one in limits), 201
-    )
-    a, b = (np.asarray(grid.code(thrust, 0.0), float) for grid in grids)
-    changed = tuple(
-        CodeChange(thrust_n=float(t), a=int(x), b=int(y))
-        for t, x, y in zip(thrust, np.rint(a), np.rint(b), strict=True)
-        if x != y
-    )
-    values = [tuple(one.tolist()) for one in (thrust, a, b)]
-    curve = Curve(
-        title="Code against thrust at rest",
-        x_label="thrust  [N]",
-        y_label="control code",
-        points=False,
-        a_x=values[0],
-        a_y=values[1],
-        b_x=values[0],
-        b_y=values[2],
-    )
-    return changed, thrust.size, (curve,), ()

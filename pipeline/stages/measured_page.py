@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pipeline.blind.rates import Rate
 from pipeline.provenance import write_atomically
-from pipeline.report.figures.blind import confusion_picture, rates_picture
+from pipeline.report.blind import confusion_picture, rates_picture
 from pipeline.stages.measured_campaign import MeasuredRequest, MeasuredResult
 from pipeline.stages.measured_score import MeasuredLine
 from pipeline.stages.page_block import write_block, write_csv

@@ -17,6 +17,7 @@ from pipeline.report.html import write_page
 from pipeline.report.links import address_from
 from pipeline.report.numbers import plural
 from pipeline.report.run_page import status_text
+from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.trial_page import day_counts, write_day_page
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.page_provenance import page_provenance
@@ -115,7 +116,9 @@ def _completed(job: Job, run: PageReceipt, told: DayDiagnosis | None, day: Glanc
         why = told.without.get(run.name, told.why_not)
         matter = run.glance.matter.replace(FOLLOWS, f"No diagnosis: {why}" if why else "").strip()
         glance = run.glance.model_copy(update={"matter": matter, "last_advice": day.last_advice})
-    write_page(with_glance(text, glance), Path(run.address))
+    mine = next((one for one in told.findings if run.name in one.runs), None)
+    picture = None if mine is None else finding_figure(mine)
+    write_page(with_glance(text, glance, picture), Path(run.address))
     return run.model_copy(update={"glance": glance})
 
 
@@ -131,5 +134,5 @@ def _compared(trials: Mapping[str, TrialDay], day: str) -> tuple[PooledGain, ...
 def _line(results: DayResults, errors: int, warnings: int) -> str:
     parts = [plural(len(results.runs), "run")]
     if not results.trial.settled:
-        parts.append("the fit did not settle")
+        parts.append("the fit did not come to an end")
     return "; ".join([*parts, status_text(errors, warnings)])

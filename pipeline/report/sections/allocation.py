@@ -1,19 +1,15 @@
 """The allocator's wrench error with and without speed compensation: the thesis of the paper."""
 
-from pipeline.records.allocation import AllocationMap, SpeedError
-from pipeline.report.blocks import (
-    Block,
-    Details,
-    Gallery,
-    Paragraph,
-    Section,
-    Table,
-    not_computed,
-)
-from pipeline.report.figures.allocation import error_by_speed_figure, error_map_figure
+import numpy as np
+
+from pipeline.records.allocation import AllocationMap
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.numbers import fixed, percent, speed
+from pipeline.report.panels import Mark, Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import explained
+from pipeline.report.zoomable import zoomable_figure
 
 ANCHOR, TITLE = "allocation", "Allocator: what the vehicle gets of what it asks for"
 
@@ -27,7 +23,7 @@ _FORMS = {
 
 
 def allocation_section(results: VehicleResults) -> Section:
-    """Show the error map, one number for each speed and variant, and the frames."""
+    """Show one number for each speed and variant."""
     allocation = results.allocation
     if allocation is None:
         reason = missing_reasons(results).get("allocation") or results.missing.get(
@@ -36,8 +32,14 @@ def allocation_section(results: VehicleResults) -> Section:
         return not_computed(ANCHOR, TITLE, reason)
     surge, heading, pitch = (*allocation.portions, 0.0, 0.0, 0.0)[:3]
     last_m, last_c = allocation.mooring[-1], allocation.compensated[-1]
+    inverses = (
+        f" Inverse without compensation: {allocation.mooring_inverse}; "
+        f"with it: {allocation.compensated_inverse}."
+        if allocation.mooring_inverse and allocation.compensated_inverse
+        else ""
+    )
     blocks: list[Block] = [
-        Gallery((error_map_figure(allocation), error_by_speed_figure(allocation))),
+        _figure(allocation),
         Paragraph(
             f"At {speed(last_m.speed_mps)} m/s the worst wrench error is "
             f"{percent(last_m.worst)} of the available range without compensation and "
@@ -48,40 +50,48 @@ def allocation_section(results: VehicleResults) -> Section:
         Paragraph(
             f"Form: {_FORMS.get(allocation.form, allocation.form)}. Portions: surge (Π_x) "
             f"{fixed(surge, 2)}, heading (Π_φ) {fixed(heading, 2)}, pitch (Π_ψ) {fixed(pitch, 2)}. "
-            "Errors are measured against the wrench that this form asks for."
-            + _inverses(allocation)
+            "Errors are measured against the wrench that this form asks for." + inverses
         ),
-        Details("Worst demands, opposed thrust and dead band", (_worst_table(allocation),)),
+        *explained(allocation.explanations),
     ]
-    if allocation.explanations:
-        blocks += explained(allocation.explanations)
-    blocks.append(Details("Frames: the paper's and SNAME", (_frame_table(),)))
     return Section(ANCHOR, TITLE, tuple(blocks))
 
 
-def _inverses(allocation: AllocationMap) -> str:
-    if not allocation.mooring_inverse or not allocation.compensated_inverse:
-        return ""
-    return (
-        f" Inverse without compensation: {allocation.mooring_inverse}; "
-        f"with it: {allocation.compensated_inverse}."
+def _figure(allocation: AllocationMap) -> Figure:
+    """Draw the worst error at each speed for both variants, logarithmic."""
+    first, last = allocation.mooring[0], allocation.mooring[-1]
+    variants: tuple[tuple[str, str, Mark], ...] = (
+        ("mooring", plotting.VERMILLION, "s"),
+        ("compensated", plotting.BLUE, "o"),
+    )
+    traces = []
+    for variant, colour, mark in variants:
+        errors = getattr(allocation, variant)
+        at = np.array([error.speed_mps for error in errors])
+        name = "mooring inverse" if variant == "mooring" else variant
+        worst, rms = (
+            100 * np.maximum([getattr(error, field) for error in errors], 1e-6)
+            for field in ("worst", "rms")
+        )
+        traces += [
+            Trace(f"{name}, worst", at, worst, colour, "both", mark=mark),
+            Trace(f"{name}, rms", at, rms, colour, "both", mark=mark, dash="dash", hollow=True),
+        ]
+    return zoomable_figure(
+        "fig-error-speed",
+        f"Without compensation the worst wrench error grows from {percent(first.worst)} of the "
+        f"available range at {speed(first.speed_mps)} m/s to {percent(last.worst)} at "
+        f"{speed(last.speed_mps)} m/s; with it, it stays at or below "
+        f"{percent(max(error.worst for error in allocation.compensated))}.",
+        "Worst and rms wrench error against speed with and without speed compensation.",
+        "One number for each speed, over surge, pitch and yaw demands within reach that need no "
+        "thrust against the motion.",
+        (Panel("wrench error\n[% of range]", tuple(traces), height=1.9, log=True),),
+        x_label="speed V  [m/s]",
     )
 
 
 def _error_table(allocation: AllocationMap) -> Table:
-    rows = []
-    for moored, compensated in zip(allocation.mooring, allocation.compensated, strict=True):
-        rows.append(
-            (
-                speed(moored.speed_mps),
-                percent(moored.worst),
-                percent(compensated.worst),
-                percent(moored.rms),
-                percent(compensated.rms),
-                percent(compensated.reachable_share),
-                percent(compensated.opposed_share),
-            )
-        )
     return Table(
         "Wrench error in percent of the available range",
         (
@@ -93,73 +103,20 @@ def _error_table(allocation: AllocationMap) -> Table:
             "Demands within reach",
             "Within reach, opposed to motion",
         ),
-        tuple(rows),
+        tuple(
+            (
+                speed(moored.speed_mps),
+                percent(moored.worst),
+                percent(compensated.worst),
+                percent(moored.rms),
+                percent(compensated.rms),
+                percent(compensated.reachable_share),
+                percent(compensated.opposed_share),
+            )
+            for moored, compensated in zip(allocation.mooring, allocation.compensated, strict=True)
+        ),
         note="One-sided range: the largest surge force, pitch and yaw moment that the thrusters "
         "can make at that speed. Opposed demands need thrust against the motion and are scored "
-        "apart. Both shares are of all demands.",
-    )
-
-
-def _worst_table(allocation: AllocationMap) -> Table:
-    rows = [
-        _worst_row(name, error)
-        for name, errors in (
-            ("mooring inverse", allocation.mooring),
-            ("compensated", allocation.compensated),
-        )
-        for error in errors
-    ]
-    return Table(
-        "Where the worst errors are (SNAME: X surge, M pitch, N yaw)",
-        (
-            "Variant",
-            "Speed, m/s",
-            "Component",
-            "Demand X, M, N",
-            "Asked X, M, N",
-            "Achieved X, M, N",
-            "Worst with dead band",
-            "Worst opposed",
-        ),
-        tuple(rows),
-        text_columns=frozenset({2}),
-        note="X in N, M and N in N m. Dead band: demands that leave a thruster at or below the "
-        "thrust for which code 0 is sent.",
-    )
-
-
-def _worst_row(name: str, error: SpeedError) -> tuple[str, ...]:
-    def triple(values: tuple[float, ...]) -> str:
-        return ", ".join(fixed(value, 1) for value in values) or "–"
-
-    return (
-        name,
-        speed(error.speed_mps),
-        error.worst_component or "–",
-        triple(error.worst_demand),
-        triple(error.worst_asked),
-        triple(error.worst_achieved),
-        percent(error.worst_with_dead_band),
-        percent(error.worst_opposed),
-    )
-
-
-def _frame_table() -> Table:
-    return Table(
-        "Frames",
-        (
-            "Paper (x forward, y up, z starboard)",
-            "SNAME (x forward, y starboard, z down)",
-            "Meaning",
-        ),
-        (
-            ("F_x, F_y, F_z", "X, −Z, Y", "surge, heave, sway force"),
-            ("M_y", "−N", "yaw moment (heading)"),
-            ("M_z", "M", "pitch moment"),
-            ("M_x", "K", "roll moment"),
-            ("φ, ψ, θ", "ψ, θ, φ", "heading, pitch, roll; signs as the moments"),
-            ("Π_x, Π_φ, Π_ψ", "portions surge, heading, pitch", "share of T_max of a channel"),
-        ),
-        text_columns=frozenset({1, 2}),
-        note="This report uses SNAME except in the tables that reproduce the paper's.",
+        "apart. Both shares are of all demands. The worst demands themselves are in "
+        "allocation.json.",
     )

@@ -1,9 +1,17 @@
-"""Sections of the balance calculation (Kostenko 2017)."""
+"""Pages of the balance calculation (Kostenko 2017)."""
+
+import numpy as np
 
 from pipeline.records.design import BalanceDesign, SteadyState
-from pipeline.report.blocks import Block, Bullets, Gallery, Paragraph, Section, Table
-from pipeline.report.figures.design_balance import angle_figure, loads_figure, use_figure
+from pipeline.report import plotting
+from pipeline.report.bars import Bar, bars_figure
+from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, speed, use_of_limit
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.zoomable import zoomable_figure
+
+#: A use beyond this is drawn at the edge.
+_MOST_USE = 2.0
 
 
 def balance_sections(found: BalanceDesign) -> tuple[Section, ...]:
@@ -12,7 +20,7 @@ def balance_sections(found: BalanceDesign) -> tuple[Section, ...]:
 
 
 def _state(found: BalanceDesign) -> Section:
-    rows = [
+    rows = tuple(
         (
             state.method,
             fixed(state.angle_of_attack_deg, 2),
@@ -22,7 +30,8 @@ def _state(found: BalanceDesign) -> Section:
         )
         for state in (found.exact, found.small_angle)
         if state is not None
-    ]
+    )
+    loads = tuple(f"{load.thruster}, N" for load in found.exact.loads)
     blocks: list[Block] = [
         Paragraph(
             f"{speed(found.speed_mps)} m/s, residual buoyancy "
@@ -34,14 +43,8 @@ def _state(found: BalanceDesign) -> Section:
         ),
         Table(
             "Steady state",
-            (
-                "Form",
-                "angle of attack, deg",
-                "surge, N",
-                "vertical, N",
-                *(f"{load.thruster}, N" for load in found.exact.loads),
-            ),
-            tuple(rows),
+            ("Form", "angle of attack, deg", "surge, N", "vertical, N", *loads),
+            rows,
             note="Angle of attack nose up, vertical force upwards, in body axes.",
         ),
         _loads(found.exact),
@@ -53,18 +56,40 @@ def _state(found: BalanceDesign) -> Section:
             else f" at {fixed(found.preliminary_shaft_speed_rpm, 0)} rpm by eq. (11), an advance "
             "ratio of 1"
         )
-        power = fixed(found.preliminary_power_w, 0)
+        form = "exact form" if found.small_angle is None else "small-angle form"
         blocks.append(
             Paragraph(
-                "Drive of the most loaded thruster in the exact form: "
-                f"{power} W by eq. (10){shaft}."
-                if found.small_angle is None
-                else "Drive of the most loaded thruster in the small-angle form: "
-                f"{power} W by eq. (10){shaft}."
+                f"Drive of the most loaded thruster in the {form}: "
+                f"{fixed(found.preliminary_power_w, 0)} W by eq. (10){shaft}."
             )
         )
-    blocks.append(Gallery((loads_figure(found),)))
+    blocks.append(loads_figure(found))
     return Section("state", "Angle of attack and thruster loads", tuple(blocks))
+
+
+def loads_figure(found: BalanceDesign) -> Figure:
+    """Draw the load of each thruster, its limit written beside it."""
+    loads = found.exact.loads
+    most = max(loads, key=lambda load: abs(load.thrust_n))
+    reach = 1.4 * max(abs(most.thrust_n), 1e-9)
+    limits = [
+        "" if one.limit_n is None else f"{use_of_limit(one.use)} of {fixed(one.limit_n, 0)} N"
+        for one in loads
+    ]
+    return bars_figure(
+        "loads",
+        f"The {most.thruster} thruster carries most, {fixed(most.thrust_n, 1)} N.",
+        "Bars: thrust of each stern thruster, exact.",
+        f"Exact form. Limit: {found.limit_kind}."
+        if found.limit_kind
+        else "Exact form; no limit is stated.",
+        [
+            Bar(one.thruster, one.thrust_n, text=limit)
+            for one, limit in zip(loads, limits, strict=True)
+        ],
+        x_label="thrust  [N]",
+        x_range=(min(0.0, 1.2 * min(one.thrust_n for one in loads)), reach),
+    )
 
 
 def _loads(state: SteadyState) -> Table:
@@ -104,30 +129,23 @@ def _loads(state: SteadyState) -> Table:
 
 
 def _readings(found: BalanceDesign) -> Section:
-    return Section(
-        "readings",
-        "The surge force, read in several ways",
-        (
-            Paragraph(
-                "(8) has T_y alpha with another sign than the first line of (6); both are "
-                "small terms. The exact form needs no such choice and is the one that counts."
-                if found.small_angle is not None
-                else "The small-angle form has no state here, so (8) and (6) give no surge force."
-            ),
-            Table(
-                "Surge force and loads by each reading",
-                ("Reading", "T_x, N", "left, N", "right, N", "upper, N", "lower, N"),
-                tuple(
-                    (
-                        row.reading,
-                        fixed(row.surge_force_n, 1),
-                        *(fixed(load, 1) for load in row.loads_n),
-                    )
-                    for row in found.readings
-                ),
-            ),
-        ),
+    rows = tuple(
+        (row.reading, fixed(row.surge_force_n, 1), *(fixed(load, 1) for load in row.loads_n))
+        for row in found.readings
     )
+    text = (
+        "(8) has T_y alpha with another sign than the first line of (6); both are "
+        "small terms. The exact form needs no such choice and is the one that counts."
+        if found.small_angle is not None
+        else "The small-angle form has no state here, so (8) and (6) give no surge force."
+    )
+    table = Table(
+        "Surge force and loads by each reading",
+        ("Reading", "T_x, N", "left, N", "right, N", "upper, N", "lower, N"),
+        rows,
+    )
+    title = "The surge force, read in several ways"
+    return Section("readings", title, (Paragraph(text), table))
 
 
 def _envelope(found: BalanceDesign) -> Section:
@@ -144,3 +162,81 @@ def _envelope(found: BalanceDesign) -> Section:
         )
     blocks.append(Gallery((use_figure(found), angle_figure(found))))
     return Section("envelope", "Envelope, and which thruster saturates first", tuple(blocks))
+
+
+def use_figure(found: BalanceDesign) -> Figure:
+    """Draw the largest use (or load) over speed, a line for each of several buoyancies."""
+    envelope = found.envelope
+    k = int(np.argmin(np.abs(np.array(envelope.angle_deg) - found.angle_deg)))
+    judged = bool(found.limit_kind)
+    load = np.array(envelope.largest_load_n)[:, :, k]
+    values = np.array(envelope.use)[:, :, k] if judged else load
+    shown = np.where(load > 0, values, np.nan)
+    there = shown[np.isfinite(shown)]
+    least, top = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
+    buoyancies = envelope.residual_buoyancy_n
+    chosen = np.unique(np.linspace(0, len(buoyancies) - 1, 5).round().astype(int)).tolist()
+    speeds = np.array(envelope.speed_mps)
+    traces = tuple(
+        Trace(
+            f"{general(buoyancies[j])} N",
+            speeds,
+            np.minimum(shown[:, j], _MOST_USE) if judged else shown[:, j],
+            colour,
+        )
+        for j, colour in zip(chosen, plotting.ordered_colours(len(chosen)), strict=True)
+    )
+    label = "use of the most\nloaded thruster  [–]" if judged else "largest load  [N]"
+    panel = Panel(label, traces, height=1.9, limits=(1.0,) if judged else (), from_zero=True)
+    limit = f" Dotted: the limit, {found.limit_kind}." if judged else ""
+    return zoomable_figure(
+        "use-map",
+        _of_the_map(least, top, judged=judged, empty=not there.size),
+        "Use of the most loaded thruster over speed, a line for each residual buoyancy.",
+        f"Thrusters at {general(envelope.angle_deg[k])} deg, the nearest of the envelope to the "
+        f"design's {general(found.angle_deg)} deg; one line for each residual buoyancy.{limit}",
+        (panel,),
+        x_label="speed  [m/s]",
+    )
+
+
+def _of_the_map(least: float, top: float, *, judged: bool, empty: bool) -> str:
+    """Say what is to be seen; the limit is passed only where the use passes 1."""
+    if empty:
+        return "Nowhere in the envelope does an angle of attack balance force and moment."
+    if not judged:
+        return "The load of the most loaded thruster over speed and buoyancy."
+    if top <= 1.0:
+        return "No thruster comes to its limit anywhere in the envelope."
+    if least >= 1.0:
+        return "The most loaded thruster is beyond its limit everywhere in the envelope."
+    return "Beyond the dotted line the most loaded thruster has nothing left."
+
+
+def angle_figure(found: BalanceDesign) -> Figure:
+    """Draw the largest load over the thrusters' angle for several buoyancies."""
+    envelope = found.envelope
+    i = int(np.argmin(np.abs(np.array(envelope.speed_mps) - found.speed_mps)))
+    load = np.array(envelope.largest_load_n)[i]
+    last = len(envelope.residual_buoyancy_n) - 1
+    chosen = sorted({last // 2, last * 3 // 4, last})
+    traces = tuple(
+        Trace(
+            f"{general(envelope.residual_buoyancy_n[j])} N",
+            np.array(envelope.angle_deg),
+            np.where(load[j] > 0, load[j], np.nan),
+            colour,
+            "both",
+            mark="o",
+        )
+        for j, colour in zip(chosen, plotting.ordered_colours(len(chosen)), strict=True)
+    )
+    return zoomable_figure(
+        "angle",
+        "A larger angle gives more vertical force for the same thrust and costs thrust ahead.",
+        "Largest load over the thrusters' angle, by buoyancy.",
+        f"At {general(envelope.speed_mps[i])} m/s; one line for each residual buoyancy. The "
+        f"design's angle is {general(found.angle_deg)} deg.",
+        (Panel("largest load  [N]", traces, height=1.9),),
+        x_label="angle of the thrusters to the axis  [deg]",
+    )

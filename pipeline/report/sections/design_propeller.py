@@ -1,9 +1,13 @@
-"""Sections of the propeller calculation (Kostenko 2017, fig. 6)."""
+"""Pages of the propeller calculation (Kostenko 2017, fig. 6)."""
+
+import numpy as np
 
 from pipeline.records.design import PropellerDesign, PropellerPoint
-from pipeline.report.blocks import Block, Bullets, Gallery, Paragraph, Section, Table
-from pipeline.report.figures.design_propeller import drive_figure, open_water_figure
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general
+from pipeline.report.panels import Mark, Panel, Trace
+from pipeline.report.zoomable import zoomable_figure
 
 
 def propeller_sections(found: PropellerDesign) -> tuple[Section, ...]:
@@ -119,4 +123,85 @@ def _cavitation(points: tuple[PropellerPoint, ...]) -> Section:
                 row_classes=tuple("warning" if p.cavitates else "" for p in points),
             ),
         ),
+    )
+
+
+def _point(
+    name: str, x: float | None, y: float | None, colour: str, mark: Mark = "o"
+) -> tuple[Trace, ...]:
+    if x is None or y is None:
+        return ()
+    return (Trace(name, np.array([x]), np.array([y]), colour, "points", mark=mark),)
+
+
+def open_water_figure(found: PropellerDesign) -> Figure:
+    """Draw K_T, 10 K_Q and efficiency of the best, with its operating point."""
+    best, curves = found.ranked[0], found.curves
+    j = np.array(curves.advance_ratio)
+    lines = (
+        ("K_T", curves.thrust_coefficient, best.thrust_coefficient, 1.0, plotting.BLUE),
+        ("10 K_Q", curves.torque_coefficient, best.torque_coefficient, 10.0, plotting.ORANGE),
+        ("efficiency", curves.efficiency, best.efficiency, 1.0, plotting.GREEN),
+    )
+    traces = [
+        trace
+        for name, values, at, scale, colour in lines
+        for trace in (
+            Trace(name, j, scale * np.array(values), colour),
+            *_point("", best.advance_ratio, scale * at, colour),
+        )
+    ]
+    return zoomable_figure(
+        "open-water",
+        f"The best propeller works at J = {fixed(best.advance_ratio, 2)} with an efficiency of "
+        f"{fixed(best.efficiency, 3)}.",
+        "Open-water curves of the best propeller.",
+        f"B{best.blades}, P/D = {fixed(best.pitch_ratio, 3)}, A_E/A_0 = "
+        f"{fixed(best.area_ratio, 3)}; dots: the operating point.",
+        (Panel("coefficients  [–]", tuple(traces), height=2.2, from_zero=True),),
+        x_label="advance ratio J  [–]",
+    )
+
+
+def drive_figure(found: PropellerDesign) -> Figure:
+    """Draw the torque of the best over shaft speed, with what the drive has."""
+    best, curves = found.ranked[0], found.curves
+    rpm, need, have, pushes = (
+        np.array(values, dtype=float)
+        for values in (
+            curves.shaft_speed_rpm,
+            curves.propeller_torque_nm,
+            curves.drive_torque_nm,
+            curves.propeller_thrust_n,
+        )
+    )
+    drive: tuple[Trace, ...] = (Trace("drive has", rpm, have, plotting.VERMILLION),)
+    if not np.isfinite(have).any():
+        at, torque = best.shaft_speed_rpm, found.drive_torque_at_point_nm
+        drive = _point("drive's working point", at, torque, plotting.VERMILLION, "s")
+    full = best.full_power_shaft_speed_rpm
+    above = (
+        Trace("propeller needs", rpm, need, plotting.BLUE),
+        *drive,
+        *_point("", best.shaft_speed_rpm, best.torque_nm, plotting.BLUE),
+        *_point("full power", full, best.full_power_torque_nm, plotting.INK, "D"),
+    )
+    below = (
+        Trace("", rpm, pushes, plotting.BLUE),
+        *_point("", best.shaft_speed_rpm, best.thrust_n, plotting.BLUE),
+        *_point("", full, best.full_power_thrust_n, plotting.INK, "D"),
+    )
+    return zoomable_figure(
+        "drive",
+        f"At {fixed(best.shaft_speed_rpm, 0)} rpm the best propeller needs "
+        f"{fixed(best.torque_nm, 3)} N m of the drive's "
+        f"{fixed(found.drive_torque_at_point_nm, 3)} N m.",
+        "Torque and thrust over shaft speed.",
+        f"At an advance speed of {fixed(found.advance_speed_mps, 2)} m/s; dotted: the required "
+        f"{fixed(found.thrust_n, 1)} N. Drive: {found.drive}.",
+        (
+            Panel("torque  [N m]", above),
+            Panel("thrust  [N]", below, limits=(found.thrust_n,)),
+        ),
+        x_label="shaft speed  [rpm]",
     )

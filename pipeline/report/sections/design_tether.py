@@ -3,9 +3,11 @@
 import numpy as np
 
 from pipeline.records.design import FootprintVariant, HeldFootprint, TetherDesign
-from pipeline.report.blocks import Block, Details, Gallery, Paragraph, Section, Table
-from pipeline.report.figures.design_tether import held_figure, pull_figure, shapes_figure
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Details, Figure, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, use_of_limit
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.zoomable import zoomable_figure
 
 _FLOWS = (
     "How the vehicle's own speed falls off along the cable is an assumption. paper: eq. (1) as it "
@@ -37,7 +39,7 @@ def _pull(found: TetherDesign) -> Section:
             f"{general(found.density_kgpm3, 4)} kg/m^3. Axes of the paper: X ahead, Y up, Z to "
             "starboard."
         ),
-        Gallery((pull_figure(found),)),
+        _pull_figure(found),
     ]
     if len(found.variants) > 1:
         blocks.append(Paragraph(_FLOWS))
@@ -50,7 +52,7 @@ def _pull(found: TetherDesign) -> Section:
         )
     if found.equivalent is not None:
         blocks.append(Paragraph(f"In simulation: {found.equivalent.text}"))
-    blocks.append(Gallery((shapes_figure(found),)))
+    blocks.append(_shapes_figure(found))
     return Section("pull", "Pull of the cable along the footprint's edge", tuple(blocks))
 
 
@@ -67,20 +69,7 @@ def _edge(variant: FootprintVariant) -> Table:
             *(fixed(v, 0) for v in row.required_n),
         )
         rows.append((*cells, use_of_limit(row.use)) if judged else cells)
-    header = (
-        "angle, deg",
-        "T_nx",
-        "T_ny",
-        "T_nz",
-        "|T_n|",
-        "T_ax",
-        "T_ay",
-        "T_az",
-        "|T_a|",
-        "F_x",
-        "F_y",
-        "F_z",
-    )
+    header = ("angle, deg", *_parts("T_n"), *_parts("T_a"), "F_x", "F_y", "F_z")
     return Table(
         f"Flow '{variant.variant}': forces of the cable on garage (n) and vehicle (a), thrust "
         "needed there (F), N",
@@ -90,61 +79,38 @@ def _edge(variant: FootprintVariant) -> Table:
     )
 
 
+def _parts(name: str) -> tuple[str, ...]:
+    return (*(f"{name}{axis}" for axis in "xyz"), f"|{name}|")
+
+
 def _drive(found: TetherDesign) -> Section:
-    rows = tuple(
-        (
-            need.basis if need.basis == "printed pulls" else f"flow {need.basis}",
-            *(fixed(v, 1) for v in need.pull_n),
-            *(fixed(v, 1) for v in need.drag_n),
-            *(fixed(v, 1) for v in need.force_n),
-        )
-        for need in found.needs
+    def name(basis: str) -> str:
+        return basis if basis == "printed pulls" else f"flow {basis}"
+
+    forces = tuple(
+        (name(n.basis), *(fixed(v, 1) for v in (*n.pull_n, *n.drag_n, *n.force_n)))
+        for n in found.needs
     )
     power = tuple(
         (
-            need.basis if need.basis == "printed pulls" else f"flow {need.basis}",
-            *(fixed(v, 0) for v in need.towing_power_w),
-            fixed(sum(need.towing_power_w), 0),
-            *(fixed(v, 0) for v in need.consumed_power_w),
-            fixed(sum(need.consumed_power_w), 0),
+            name(n.basis),
+            *(fixed(v, 0) for v in (*n.towing_power_w, sum(n.towing_power_w))),
+            *(fixed(v, 0) for v in (*n.consumed_power_w, sum(n.consumed_power_w))),
         )
-        for need in found.needs
+        for n in found.needs
     )
+    axes = tuple(f"{force}_{axis}" for force in "TRF" for axis in "xyz")
+    head = ("From", "towing X", "Y", "Z", "sum", "consumed X", "Y", "Z", "sum")
     return Section(
         "drive",
         "Control forces and power",
         (
             Table(
                 "Largest pull, drag of the hull, needed force, eqs. (3) and (4), N",
-                (
-                    "From",
-                    "T_x",
-                    "T_y",
-                    "T_z",
-                    "R_x",
-                    "R_y",
-                    "R_z",
-                    "F_x",
-                    "F_y",
-                    "F_z",
-                ),
-                rows,
+                ("From", *axes),
+                forces,
             ),
-            Table(
-                "Towing and consumed power, eqs. (5) and (6), W",
-                (
-                    "From",
-                    "towing X",
-                    "Y",
-                    "Z",
-                    "sum",
-                    "consumed X",
-                    "Y",
-                    "Z",
-                    "sum",
-                ),
-                power,
-            ),
+            Table("Towing and consumed power, eqs. (5) and (6), W", head, power),
         ),
     )
 
@@ -161,7 +127,7 @@ def _held(held: HeldFootprint) -> Section:
                 f"{fixed(down, 0)} N down, {fixed(starboard, 0)} N to starboard and "
                 f"{fixed(port, 0)} N to port. Roll and pitch are left to weight and buoyancy."
             ),
-            Gallery((held_figure(held),)),
+            _held_figure(held),
             Table(
                 "Radius that is held",
                 ("Angle, deg", "radius, m", "ends with"),
@@ -174,4 +140,84 @@ def _held(held: HeldFootprint) -> Section:
                 text_columns=frozenset({2}),
             ),
         ),
+    )
+
+
+def _pull_figure(found: TetherDesign) -> Figure:
+    """Draw |T_a| around the footprint's edge for each flow, printed values as points."""
+    colours = dict(zip(("paper", "uniform", "vector"), _COLOURS, strict=True))
+    traces, worst = [], (0.0, 0.0)
+    for variant in found.variants:
+        angles = np.array([row.angle_deg for row in variant.rows])
+        pull = np.array([float(np.linalg.norm(row.on_vehicle_n)) for row in variant.rows])
+        chosen = variant.variant == found.variant
+        if chosen:
+            worst = (float(angles[pull.argmax()]), float(pull.max()))
+        x, y = np.append(angles, 360.0), np.append(pull, pull[0])
+        colour, width = colours[variant.variant], 2.0 if chosen else 1.1
+        traces.append(Trace(f"flow {variant.variant}", x, y, colour, width=width))
+    printed = [row for row in found.printed if row.quantity.startswith("|T_a| at")]
+    if printed:
+        at = np.array([float(row.quantity.split()[2]) for row in printed])
+        values = np.array([row.printed for row in printed])
+        traces.append(Trace("printed", at, values, plotting.INK, "points"))
+    more = (
+        " One line for each reading of how the vehicle's own speed falls off along the cable."
+        if len(found.variants) > 1
+        else ""
+    )
+    return zoomable_figure(
+        "pull",
+        f"The cable pulls hardest at {fixed(worst[0], 0)} deg: {fixed(worst[1], 1)} N with the "
+        f"flow '{found.variant}'.",
+        "Pull of the cable on the vehicle around the footprint.",
+        f"Angle from Z (starboard) towards X (ahead).{more}",
+        (Panel("pull on the\nvehicle  [N]", tuple(traces), height=1.9, from_zero=True),),
+        x_label="place on the edge, angle  [deg]",
+    )
+
+
+_COLOURS = (plotting.BLUE, plotting.VERMILLION, plotting.GREEN)
+
+
+def _shapes_figure(found: TetherDesign) -> Figure:
+    """Draw the cable from above and from the side."""
+    plan, side = [], []
+    colours = plotting.ordered_colours(len(found.shapes))
+    for shape, colour in zip(found.shapes, colours, strict=True):
+        x, y, z = (np.array(values) for values in (shape.x_m, shape.y_m, shape.z_m))
+        plan.append(Trace(f"{fixed(shape.angle_deg, 0)} deg", x, z, colour))
+        plan.append(Trace("", x[:1], z[:1], colour, "points", mark="o"))
+        side.append(Trace("", x, y, colour))
+    turn = np.linspace(0, 2 * np.pi, 100)
+    edge = (found.radius_m * np.sin(turn), found.radius_m * np.cos(turn))
+    plan.append(Trace("edge", *edge, plotting.SOFT, dash="dash"))
+    return zoomable_figure(
+        "shapes",
+        "The flow carries the slack of the cable away; the ends pull along the last metres of it.",
+        "Cable from above and from the side.",
+        "The garage is at zero; dots: the vehicle. Dashed: the footprint's edge. Above: from "
+        f"above; below: from the side. Flow '{found.variant}'.",
+        (
+            Panel("Z, starboard  [m]", tuple(plan), height=1.9),
+            Panel("Y, up  [m]", tuple(side), height=1.3),
+        ),
+        x_label="X, ahead  [m]",
+    )
+
+
+def _held_figure(held: HeldFootprint) -> Figure:
+    """Draw the edge that is held."""
+    angle = np.array([*held.angle_deg, held.angle_deg[0] + 360.0])
+    radius = np.array([*held.held_radius_m, held.held_radius_m[0]])
+    trace = Trace("", angle, radius, plotting.VERMILLION, "both", mark="o")
+    return zoomable_figure(
+        "held",
+        f"{held.vehicle} holds {fixed(float(radius.min()), 1)} m in the worst direction and "
+        f"{fixed(float(radius.max()), 1)} m in the best.",
+        "Radius that the thrusters hold around the footprint.",
+        "Within this radius the thrusters hold cable, current and buoyancy. Angle from Z "
+        "(starboard) towards X (ahead).",
+        (Panel("radius  [m]", (trace,), height=1.7, from_zero=True),),
+        x_label="angle  [deg]",
     )

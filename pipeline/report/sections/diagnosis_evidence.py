@@ -1,16 +1,31 @@
 """A diagnosis' page: how it was decided, for whoever doubts it."""
 
+from collections.abc import Sequence
+
+import numpy as np
+
 from pipeline.records.diagnosis import ChannelNoiseCheck, DiagnosisRecord
-from pipeline.report.blocks import Block, Bullets, Links, Paragraph, Section, Table
-from pipeline.report.diagnosis_words import REGRESSORS, identifiers, listed, of_bench
+from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
+from pipeline.report.diagnosis_words import (
+    REGRESSORS,
+    effect_names,
+    identifiers,
+    in_words,
+    listed,
+    of_bench,
+    verdict_sentence,
+)
 from pipeline.report.numbers import fixed, general, plural
+from pipeline.report.sections.diagnosis_answer import correlated, verdict_facts
 
 #: Whitened residuals of a right noise model lie in here.
 VARIANCE, LAG1 = (0.8, 1.2), 0.1
 #: What the table shows as widened, with two places.
 _WIDENED = 1.005
-#: Outside force over that of a healthy vehicle up to which nothing is said of it.
+#: Outside force over that of a sound vehicle up to which nothing is said of it.
 _ORDINARY = 1.0
+#: Below this angle two effects are one answer. [deg]
+ONE_ANSWER_DEG = 10.0
 _STAGES = {
     "kinematics": "Do the sensors agree with each other?",
     "actuators": "Do the thrusters do what they are told?",
@@ -19,26 +34,19 @@ _STAGES = {
 
 
 def evidence_section(record: DiagnosisRecord) -> Section:
-    """Show the stages, the check of the noise, the thresholds, and what is left."""
-    evidence = record.evidence
-    blocks: list[Block] = []
-    if evidence.stages:
-        blocks.append(
-            Table(
-                "What each stage said",
-                ("Stage", "Question", "What it said"),
-                tuple(
-                    (name, _STAGES.get(name, ""), evidence.stages[name])
-                    for name in sorted(evidence.stages, key=_order)
-                ),
-                text_columns=frozenset({1, 2}),
-                note="Cheap and sharp before deep; a stage without its channels is skipped.",
-            )
-        )
-    blocks += _noise(evidence.noise, bench=of_bench(record))
-    blocks.append(Bullets(tuple(_facts(record))))
-    blocks += _leftover(record)
-    blocks.append(
+    """Show the answer as computed, the stages, the check of the noise, and what is left."""
+    stages = record.evidence.stages
+    order = {name: place for place, name in enumerate(_STAGES)}
+    said = [
+        f"{_STAGES.get(name, name)} {stages[name]}"
+        for name in sorted(stages, key=lambda one: (order.get(one, len(order)), one))
+    ]
+    blocks: list[Block] = [
+        Paragraph(verdict_sentence(record.verdict)),
+        Bullets((*verdict_facts(record), *said)),
+        *_noise(record.evidence.noise, bench=of_bench(record)),
+        Bullets(tuple(_facts(record))),
+        *_leftover(record),
         Paragraph(
             "The method, its assumptions, when to distrust it and how often it is right: "
             "docs/diagnosis_bench.md."
@@ -46,8 +54,8 @@ def evidence_section(record: DiagnosisRecord) -> Section:
             else "The method, its assumptions and when to distrust it: docs/diagnosis.md. How "
             "often it is right, measured on cases with sealed labels: docs/blind_check.md.",
             tone="note",
-        )
-    )
+        ),
+    ]
     return Section("evidence", "How it was decided", tuple(blocks))
 
 
@@ -64,25 +72,20 @@ def _facts(record: DiagnosisRecord) -> list[str]:
             f"{evidence.linearisations}."
         )
         facts.append(
-            f"What a healthy vehicle leaves was learned from {identifiers(evidence.healthy_runs)}, "
+            f"What a sound vehicle leaves was learned from {identifiers(evidence.healthy_runs)}, "
             "and then frozen."
             if evidence.healthy_runs
-            else "What a healthy vehicle leaves is drawn from the uncertainties and sensor figures "
-            "of the vehicle file; no healthy run was given."
+            else "What a sound vehicle leaves is drawn from the uncertainties and sensor figures "
+            "of the vehicle file; no sound run was given."
         )
         facts.append(
             "Outside force that the readings want beside the answer: "
-            f"{general(evidence.force_scale, 2)} times that of a healthy vehicle."
+            f"{general(evidence.force_scale, 2)} times that of a sound vehicle."
         )
-    facts.append(f"Held out: {record.shrink.held_out.rstrip('.')}.")
+    facts.append(f"Took no part: {record.shrink.held_out.rstrip('.')}.")
     facts.append(f"Thresholds and their origin: {evidence.calibrated.rstrip('.')}.")
     facts.append(f"It took {general(record.elapsed_s, 2)} s.")
     return facts
-
-
-def _order(stage: str) -> tuple[int, str]:
-    known = list(_STAGES)
-    return (known.index(stage) if stage in known else len(known)), stage
 
 
 def white(check: ChannelNoiseCheck) -> bool:
@@ -93,25 +96,23 @@ def white(check: ChannelNoiseCheck) -> bool:
 def _noise(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> list[Block]:
     if not noise:
         return [Paragraph("The noise of the readings was not checked.", tone="warning")]
-    return [
-        Paragraph(_noise_said(noise, bench=bench)),
-        Table(
-            "Check of the noise: whitened residuals of the best model",
-            ("Channel", "Variance", "Correlation of neighbours", "Noise widened by"),
-            tuple(
-                (
-                    name.replace("_", " "),
-                    fixed(check.variance, 2),
-                    fixed(check.lag1, 2),
-                    fixed(check.widened_by, 2),
-                )
-                for name, check in noise.items()
-            ),
-            row_classes=tuple("" if white(check) else "warning" for check in noise.values()),
-            note=f"Right: variance {VARIANCE[0]:g} to {VARIANCE[1]:g}, correlation within "
-            f"±{LAG1:g}; what is not is marked.",
+    table = Table(
+        "Check of the noise: what the best model leaves, in units of the noise",
+        ("Channel", "Variance", "Correlation of neighbours", "Noise widened by"),
+        tuple(
+            (
+                name.replace("_", " "),
+                fixed(check.variance, 2),
+                fixed(check.lag1, 2),
+                fixed(check.widened_by, 2),
+            )
+            for name, check in noise.items()
         ),
-    ]
+        row_classes=tuple("" if white(check) else "warning" for check in noise.values()),
+        note=f"Right: variance {VARIANCE[0]:g} to {VARIANCE[1]:g}, correlation within "
+        f"±{LAG1:g}; what is not is marked.",
+    )
+    return [Paragraph(_noise_said(noise, bench=bench)), table]
 
 
 def _noise_said(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> str:
@@ -143,43 +144,115 @@ def _leftover(record: DiagnosisRecord) -> list[Block]:
     if not left.axes:
         return []
     # which axis is the largest of ordinary ones, and what it goes with, is chance
-    ordinary = not of_bench(record) and max(left.axes.values()) <= _ORDINARY
-    depends = (
-        f" It goes with {REGRESSORS.get(left.depends_on, left.depends_on)}"
-        + (
-            f" (rank correlation {fixed(left.correlation, 2)})."
-            if left.correlation is not None
-            else "."
+    if not of_bench(record) and max(left.axes.values()) <= _ORDINARY:
+        text = "What the answer leaves is ordinary: on no axis more than on a sound vehicle."
+        return [Paragraph(text)]
+    depends = ""
+    if left.depends_on is not None:
+        depends = (
+            f" It goes with {REGRESSORS.get(left.depends_on, left.depends_on)}{correlated(left)}."
         )
-        if left.depends_on is not None
-        else ""
+    course = left.time_course.rstrip(".")
+    return [Paragraph(f"What the answer leaves: mostly {left.worst_axis}, {course}.{depends}")]
+
+
+def confusable_section(record: DiagnosisRecord) -> Section:
+    """Name the effects that these runs cannot separate, known before the verdict."""
+    title = "What cannot be told apart"
+    pairs = sorted(record.confusable, key=lambda pair: -pair[2])
+    if not pairs:
+        text = "Every two candidates leave traces of their own in these runs."
+        return Section("confusable", title, (Paragraph(text),))
+    groups = confusable_groups(record.confusable)
+    blocks: list[Block] = []
+    if groups:
+        blocks += [
+            Paragraph(
+                "Known from the runs alone, before the verdict: the traces of these effects in the "
+                f"measured channels differ by less than {ONE_ANSWER_DEG:g} degrees, so each group "
+                "is one answer."
+            ),
+            Bullets(tuple(effect_names(group) for group in groups)),
+        ]
+        apart = _apart_all_the_same(record, groups)
+        if apart:
+            blocks.append(Paragraph(apart))
+    else:
+        blocks.append(
+            Paragraph(
+                f"No two effects come closer than {ONE_ANSWER_DEG:g} degrees; the closest pairs:"
+            )
+        )
+    table = Table(
+        "Closest pairs of effects",
+        ("Effect", "and", "Angle [deg]"),
+        tuple((in_words(a), in_words(b), fixed(angle_deg(cosine), 1)) for a, b, cosine in pairs),
+        text_columns=frozenset({1}),
+        row_classes=tuple(
+            "warning" if angle_deg(cosine) <= ONE_ANSWER_DEG else "" for *_, cosine in pairs
+        ),
+        note="Angle between what the two effects do to the readings, after everything that is "
+        "ordinary has been taken away: 0 means the same trace, 90 nothing in common.",
     )
-    return [
-        Paragraph(
-            "What the answer leaves is ordinary: on no axis more than on a healthy vehicle."
-            if ordinary
-            else f"What the answer leaves: mostly {left.worst_axis}, "
-            f"{left.time_course.rstrip('.')}." + depends
-        ),
-        Table(
-            "What the answer leaves"
-            if of_bench(record)
-            else "Outside force that the answer leaves",
-            ("Axis", "Over that of a healthy vehicle"),
-            tuple((axis, fixed(value, 2)) for axis, value in left.axes.items()),
-            note="Root mean square; about 1 and below is ordinary.",
-        ),
-    ]
+    blocks.append(table if len(pairs) <= 12 else Details(f"{len(pairs)} pairs", (table,)))
+    return Section("confusable", title, tuple(blocks))
+
+
+def _apart_all_the_same(record: DiagnosisRecord, groups: Sequence[Sequence[str]]) -> str:
+    """Say of a verdict that stands in a group why it is told from the others all the same.
+
+    What is alike to what the verdict explains is in its answer set; the angles here are the
+    smallest of any parameter of an effect.
+    """
+    verdict = record.verdict
+    if of_bench(record) or set(verdict.effects) & {"none", "unknown"}:
+        return ""
+    # errors of the DVL may have been settled by comparing instruments, which knows no angles
+    mine = {name for name in verdict.effects if not name.startswith("dvl_")}
+    near = {name for group in groups if mine & set(group) for name in group}
+    others = sorted(near - {*verdict.effects, *verdict.ambiguous_with})
+    if not others:
+        return ""
+    return (
+        f"The verdict is told from {effect_names(others)} all the same: what it explains in these "
+        f"runs lies more than {ONE_ANSWER_DEG:g} degrees away, and the small angle is of another "
+        "thruster, axis or parameter."
+    )
+
+
+def angle_deg(cosine: float) -> float:
+    """Angle of a cosine. [deg].
+
+    >>> angle_deg(1.0), round(angle_deg(0.5), 6)
+    (0.0, 60.0)
+    """
+    return float(np.degrees(np.arccos(np.clip(abs(cosine), 0.0, 1.0))))
+
+
+def confusable_groups(pairs: tuple[tuple[str, str, float], ...]) -> tuple[tuple[str, ...], ...]:
+    """Join pairs that are one answer into groups.
+
+    >>> confusable_groups((("a", "b", 0.999), ("b", "c", 0.99), ("d", "e", 0.5)))
+    (('a', 'b', 'c'),)
+    """
+    groups: list[set[str]] = []
+    for first, second, cosine in pairs:
+        if angle_deg(cosine) > ONE_ANSWER_DEG:
+            continue
+        touched = [group for group in groups if first in group or second in group]
+        groups = [group for group in groups if group not in touched]
+        groups.append({first, second}.union(*touched))
+    return tuple(sorted(tuple(sorted(group)) for group in groups))
 
 
 def files_section(record: DiagnosisRecord, files: tuple[tuple[str, str], ...]) -> Section:
     """Name the runs and link the files of the diagnosis."""
     rows = [
         ("Runs", identifiers(record.runs) or "–"),
-        ("Held out", identifiers(record.holdout) or "–"),
+        ("Took no part", identifiers(record.holdout) or "–"),
     ]
     if record.evidence.healthy_runs:
-        rows.append(("Healthy runs", identifiers(record.evidence.healthy_runs)))
+        rows.append(("Sound runs", identifiers(record.evidence.healthy_runs)))
     blocks: list[Block] = [
         Table("What was diagnosed", ("What", "Names"), tuple(rows), text_columns=frozenset({1}))
     ]

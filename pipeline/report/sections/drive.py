@@ -1,64 +1,138 @@
 """The drive's mechanical characteristic M(n, N) (Kostenko 2023, fig. 4)."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pipeline.records.fits import DriveFit
 from pipeline.records.intervals import SWEEPS_PER_TERM, drive_factor
-from pipeline.report.blocks import (
-    Block,
-    Details,
-    Gallery,
-    Paragraph,
-    Section,
-    Table,
-    not_computed,
-)
-from pipeline.report.figures.drive import (
-    family_figure,
-    fitted_points,
-    raw_figure,
-    residual_figure,
-)
-from pipeline.report.numbers import (
-    code,
-    fixed,
-    percent,
-    signed,
-    with_interval,
-)
+from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table, not_computed
+from pipeline.report.curves import drive_torque
+from pipeline.report.numbers import code, fixed, general, percent, plural, signed
+from pipeline.report.panels import Mark, Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons
-from pipeline.report.sections.tables import order_table, quality_line
+from pipeline.report.sections.tables import quality_line
+from pipeline.report.zoomable import zoomable_figure
 
 ANCHOR, TITLE = "drive", "Drive: torque against shaft speed and code"
+_BRANCHES: tuple[tuple[str, str, Mark], ...] = (
+    ("loading", "load rising", "o"),
+    ("unloading", "load falling", "^"),
+)
 
 
 def drive_section(results: VehicleResults) -> Section:
-    """Show the surface over the bench's points, its residuals and its spread by code."""
-    fit = results.drive
+    """Show the surface over the bench's points, and its scatter by code."""
+    fit, record = results.drive, results.load_test
     if fit is None:
         missing = not_computed(ANCHOR, TITLE, missing_reasons(results)["drive"])
-        raw = raw_figure(results.load_test)
-        return missing if raw is None else replace(missing, blocks=(*missing.blocks, raw))
-    points, outliers = fitted_points(results.load_test, fit)
+        points = [p for p in record.points if not p.marks] if record is not None else []
+        return replace(missing, blocks=(*missing.blocks, _raw(points))) if points else missing
     blocks: list[Block] = [
-        Gallery((family_figure(fit, points, outliers), residual_figure(fit, points))),
+        _family(fit, *fitted_points(record, fit)),
         Paragraph(quality_line("M(n, N)", fit.quality, "codes")),
         _intervals(fit),
+        *_scales(fit),
+        _spread_table(fit),
     ]
-    blocks += _scales(fit)
-    blocks.append(_spread_table(fit))
-    if fit.quality.orders:
-        blocks.append(Paragraph(fit.quality.order_reason or "The order was given."))
-        blocks.append(
-            Details(
-                f"The {len(fit.quality.orders)} orders that were compared",
-                (order_table("Choice of order for M(n, N)", fit.quality),),
-            )
-        )
-    blocks.append(Details("Coefficients of the surface", (_coefficients(fit),)))
+    if fit.quality.order_reason:
+        blocks.append(Paragraph(fit.quality.order_reason))
     return Section(ANCHOR, TITLE, tuple(blocks))
+
+
+def fitted_points(
+    record: LoadTestRecord | None, fit: DriveFit
+) -> tuple[list[LoadTestPoint], list[LoadTestPoint]]:
+    """Points of the bench that were fitted, and the outliers that the fit named."""
+    if record is None:
+        return [], []
+    named = {o.source for o in fit.quality.outliers if o.source is not None}
+    usable = record.points_to_fit()
+    fitted = [p for p in usable if p.source not in named]
+    return fitted, [p for p in usable if p.source in named]
+
+
+def _points(name: str, points: Sequence[LoadTestPoint], colour: str, mark: Mark = "o") -> Trace:
+    """Magnitudes of torque over shaft speed."""
+    rpm, torque = (
+        np.array([abs(getattr(p, field)) for p in points])
+        for field in ("shaft_speed_rpm", "torque_nm")
+    )
+    return Trace(name, rpm, torque, colour, "points", mark=mark)
+
+
+def _raw(points: Sequence[LoadTestPoint]) -> Figure:
+    """Draw what was measured, of a bench whose family cannot be fitted."""
+    fastest = max(abs(p.shaft_speed_rpm) for p in points)
+    strongest = max(abs(p.torque_nm) for p in points)
+    trace = _points("", points, plotting.BLUE)
+    return zoomable_figure(
+        "fig-drive-raw",
+        f"The bench covers {general(strongest)} N m and {fixed(fastest, 0)} rpm with "
+        f"{plural(len(points), 'point')}; they stand here as measured, nothing is fitted to them.",
+        "Torque against shaft speed of all usable points of the bench.",
+        "Magnitudes of torque and shaft speed of every usable point.",
+        (Panel("torque M  [N m]", (trace,), height=1.8, from_zero=True),),
+        x_label="shaft speed n  [rpm]",
+    )
+
+
+def _family(
+    fit: DriveFit, points: Sequence[LoadTestPoint], outliers: Sequence[LoadTestPoint]
+) -> Figure:
+    """Draw the bench's points by branch and the surface at each code; below, what it leaves."""
+    top = max(fit.codes, key=lambda spread: spread.code)
+    ends = drive_torque(fit, np.array(top.shaft_speed_rpm), top.code)[0]
+    factor = drive_factor(fit)
+    colours = dict(
+        zip(
+            (spread.code for spread in fit.codes),
+            plotting.ordered_colours(len(fit.codes)),
+            strict=True,
+        )
+    )
+    above: list[Trace] = []
+    below: list[Trace] = []
+    for spread in fit.codes:
+        colour = colours[spread.code]
+        for branch, name, mark in _BRANCHES:
+            own = [
+                p
+                for p in points
+                if p.branch == branch and p.code is not None and abs(p.code) == spread.code
+            ]
+            if own:
+                shown = _points(name, own, colour, mark)
+                left = shown.values - drive_torque(fit, shown.x, spread.code)[0]
+                above.append(shown)
+                below.append(replace(shown, name="", values=1000.0 * left))
+        rpm = np.linspace(*spread.shaft_speed_rpm, 60)
+        torque, std = drive_torque(fit, rpm, spread.code)
+        band = np.array([torque - factor * std, torque + factor * std])
+        line = Trace("surface", rpm, torque, colour, band=band, end=code(spread.code))
+        above.append(line)
+    if outliers:
+        above.append(_points("outlier", outliers, plotting.VERMILLION, "x"))
+    return zoomable_figure(
+        "fig-drive-family",
+        f"At code {code(top.code)} the torque falls from {fixed(float(ends[0]), 3)} to "
+        f"{fixed(float(ends[1]), 3)} N m between {fixed(top.shaft_speed_rpm[0], 0)} and "
+        f"{fixed(top.shaft_speed_rpm[1], 0)} rpm; one smooth surface follows the "
+        f"{plural(len(fit.codes), 'measured code')} with a residual of "
+        f"{fixed(1000 * fit.quality.residual_std, 1)} mN m.",
+        "Torque against shaft speed for each control code: bench points and the fitted surface; "
+        "below, measured less fitted torque.",
+        "Mechanical characteristics (fig. 4, b of Kostenko 2023); the number at a line is its "
+        "code. Bands: 95 % of the surface. Reverse sweeps are shown by their magnitudes.",
+        (
+            Panel("torque M  [N m]", tuple(above), height=2.0, from_zero=True),
+            Panel("left over\n[mN m]", tuple(below), height=0.8, band=0.0),
+        ),
+        x_label="shaft speed n  [rpm]",
+    )
 
 
 def _intervals(fit: DriveFit) -> Paragraph:
@@ -104,6 +178,9 @@ def _scales(fit: DriveFit) -> list[Block]:
 
 
 def _spread_table(fit: DriveFit) -> Table:
+    def ends(pair: tuple[float, float], decimals: int) -> str:
+        return f"{fixed(pair[0], decimals)} to {fixed(pair[1], decimals)}"
+
     return Table(
         "Scatter about the surface, by code",
         (
@@ -118,8 +195,8 @@ def _spread_table(fit: DriveFit) -> Table:
             (
                 code(spread.code),
                 str(spread.points),
-                f"{fixed(spread.shaft_speed_rpm[0], 0)} to {fixed(spread.shaft_speed_rpm[1], 0)}",
-                f"{fixed(spread.torque_nm[0], 3)} to {fixed(spread.torque_nm[1], 3)}",
+                ends(spread.shaft_speed_rpm, 0),
+                ends(spread.torque_nm, 3),
                 fixed(1000 * spread.residual_std_nm, 2),
                 "–"
                 if spread.loading_minus_unloading_nm is None
@@ -127,23 +204,4 @@ def _spread_table(fit: DriveFit) -> Table:
             )
             for spread in fit.codes
         ),
-    )
-
-
-def _coefficients(fit: DriveFit) -> Table:
-    rows = []
-    factor = drive_factor(fit)
-    for (i, j), value, variance in zip(
-        fit.exponents, fit.coefficients, np.diag(np.asarray(fit.covariance)), strict=True
-    ):
-        half = factor * float(np.sqrt(max(variance, 0.0)))
-        text, interval = with_interval(value, (value - half, value + half))
-        rows.append((f"x^{i} y^{j}", text, interval))
-    return Table(
-        "M = Σ c x^i y^j, N m",
-        ("Term", "c, N m", "95 % interval"),
-        tuple(rows),
-        note="x: shaft speed less the middle of the speeds measured at the code, scaled; y: |N| / "
-        f"{code(fit.code_scale)}. Beyond the speeds of the bench M goes on along its tangent. "
-        "Single coefficients lean on each other; read the band of the curve, not these.",
     )

@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 from pipeline.language import as_it_is
 from pipeline.records.gains import PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.trial import RunTrial
-from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table
+from pipeline.report.bars import gains_figure
+from pipeline.report.blocks import Block, Paragraph, Section, Table
 from pipeline.report.day_results import DayResults
-from pipeline.report.figures.gains import Bar, gains_figure
 from pipeline.report.numbers import fixed
 from pipeline.report.results import VehicleResults
 
-TITLE, ANCHOR = "Gains of the thrusters", "gains"
+TITLE, ANCHOR = "What each thruster gives on each axis", "gains"
 _ALL = "all"
 _NOTE = (
     "1: the thruster moves the axis as the vehicle file says, 0: not at all, below 0: the other "
@@ -72,37 +72,10 @@ def vehicle_gains_section(results: VehicleResults) -> Section:
     latest = [cells[name, days[-1].name] for name in names if (name, days[-1].name) in cells]
     figure = gains_figure(
         "fig-gains",
-        [Bar(one.thruster, one.value, one.ci95) for one in latest],
-        f"What each thruster gave on {days[-1].name}, the latest trial day",
+        [(one.thruster, one.value, one.ci95) for one in latest],
+        f"What each thruster gave on {days[-1].name}, the latest trial day, by a simple fit",
     )
     return Section(ANCHOR, TITLE, (figure, table))
-
-
-def by_run_figure(gains: ThrusterGains | None, thruster: str) -> Figure | None:
-    """Draw what one thruster gave in each run; None where no run tells.
-
-    Parameters
-    ----------
-    gains : ThrusterGains or None
-        Of a day.
-    thruster : str
-        The one that a finding is of.
-    """
-    own = [
-        one
-        for one in (gains.gains if gains is not None else ())
-        if one.thruster == thruster and one.axis == _ALL and one.judged
-    ]
-    bars = [
-        Bar(as_it_is(one.run), one.value, one.ci95)
-        for one in own
-        if one.value is not None and one.ci95 is not None
-    ]
-    if not bars:
-        return None
-    return gains_figure(
-        "fig-gain-by-run", bars, f"What the {as_it_is(thruster)} thruster gave, run by run"
-    )
 
 
 def gain_warnings(gains: ThrusterGains | None) -> list[str]:
@@ -136,14 +109,9 @@ def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> list[B
     axes = [_ALL, *(a for a in _axes(gains) if any((name, a) in rows for name in names))]
     told = [rows[name, _ALL] for name in names if (name, _ALL) in rows]
     if told:
-        bars = [
-            Bar(one.thruster, one.value, one.ci95)
-            for one in told
-            if one.value is not None and one.ci95
-        ]
-        blocks.append(
-            gains_figure("fig-gains", bars, "What each thruster gives, on all axes together")
-        )
+        given = [(one.thruster, one.value, one.ci95) for one in told]
+        lead = "What each thruster gives on all axes together, by a simple fit"
+        blocks.append(gains_figure("fig-gains", given, lead))
     against = any(one.reference is not None and one.reference.ratio is not None for one in told)
     known = next((one.reference.name for one in told if one.reference is not None), "")
     header = ("Thruster", *axes, *([f"Of what it gave in {as_it_is(known)}"] if against else []))

@@ -1,10 +1,7 @@
 """The gap between the mooring test and the calculation at rest, shown and not hidden."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,14 +9,12 @@ from pipeline.records.fits import DriveFit, StaticCharacteristic
 from pipeline.records.intervals import NORMAL_95, static_factor
 from pipeline.records.measurements import MooringPoint
 from pipeline.report import plotting
-from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, Table, not_computed
+from pipeline.report.blocks import Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.curves import speed_index, static_std, static_thrust
 from pipeline.report.numbers import code, fixed, signed
+from pipeline.report.panels import Mark, Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
-from pipeline.types import FloatArray
-
-if TYPE_CHECKING:
-    import matplotlib.figure
+from pipeline.report.zoomable import zoomable_figure
 
 ANCHOR, TITLE = "gap", "Mooring test against the calculation at rest"
 
@@ -59,12 +54,7 @@ def gap_section(results: VehicleResults) -> Section:
         ANCHOR,
         TITLE,
         (
-            Gallery(
-                (
-                    _curves(points, static, gaps, static_factor(static, results.drive)),
-                    _difference(gaps, worst),
-                )
-            ),
+            _figure(points, static, gaps, static_factor(static, results.drive)),
             Paragraph(
                 f"The two routes to the thrust at rest differ by up to {_by_sign(gaps)}. "
                 f"At {outside} of {len(gaps)} codes the difference is larger than the 95 % "
@@ -151,98 +141,52 @@ def _table(gaps: tuple[CodeGap, ...]) -> Table:
     )
 
 
-def _curves(
+def _figure(
     points: Sequence[MooringPoint],
     static: StaticCharacteristic,
     gaps: tuple[CodeGap, ...],
     factor: float,
 ) -> Figure:
-    top = max(gaps, key=lambda gap: gap.code)
-    bottom = min(gaps, key=lambda gap: gap.code)
-    lead = (
-        f"At rest the mooring test measured {fixed(top.measured_n, 1)} N at code {code(top.code)}"
-        + (
-            f" and −{fixed(bottom.measured_n, 1)} N at code {code(bottom.code)}"
-            if bottom.code < 0
-            else ""
-        )
-        + f"; load test and open-water curves together give {fixed(top.calculated_n, 1)} N."
+    """Draw thrust at rest by both routes, and below what lies between them."""
+    top, bottom = (pick(gaps, key=lambda gap: gap.code) for pick in (max, min))
+    worst = max(gaps, key=lambda gap: abs(gap.gap_n))
+    astern = (
+        f" and −{fixed(bottom.measured_n, 1)} N at code {code(bottom.code)}"
+        if bottom.code < 0
+        else ""
     )
-
-    def paint(figure: matplotlib.figure.Figure) -> None:
-        axes = figure.subplots()
-        row = speed_index(static.speed_mps, 0.0) or 0
-        grid = np.linspace(-static.code[-1], static.code[-1], 401)
-        thrust = static_thrust(static, row, grid)
-        half = factor * static_std(static, row, grid)
-        axes.fill_between(grid, thrust - half, thrust + half, color=plotting.BLUE, alpha=0.25, lw=0)
-        axes.plot(grid, thrust, color=plotting.BLUE, label="calculated at rest")
-        for sweep, marker in (("up", "^"), ("down", "v")):
-            own = [p for p in points if p.sweep == sweep]
-            if own:
-                axes.plot(
-                    [p.code for p in own],
-                    [p.thrust_n for p in own],
-                    marker,
-                    color=plotting.VERMILLION,
-                    ms=3.2,
-                    alpha=0.7,
-                    label=f"mooring test, |N| {'rising' if sweep == 'up' else 'falling'}",
-                    rasterized=len(own) > plotting.VECTOR_POINTS_MAX,
-                )
-        axes.set(xlabel="code N  [–]", ylabel="thrust T at rest  [N]")
-        plotting.legend_above(figure, axes, columns=2)
-
-    alt = "Thrust at rest against code: mooring points of both sweeps over the calculated curve."
-    return Figure(
+    row = speed_index(static.speed_mps, 0.0) or 0
+    grid = np.linspace(-static.code[-1], static.code[-1], 401)
+    thrust = static_thrust(static, row, grid)
+    half = factor * static_std(static, row, grid)
+    band = np.array([thrust - half, thrust + half])
+    above = [Trace("calculated at rest", grid, thrust, plotting.BLUE, band=band)]
+    marks: tuple[tuple[str, str, Mark], ...] = (("up", "rising", "^"), ("down", "falling", "v"))
+    for sweep, way, mark in marks:
+        own = np.array([(p.code, p.thrust_n) for p in points if p.sweep == sweep])
+        if own.size:
+            name = f"mooring test, |N| {way}"
+            above.append(
+                Trace(name, own[:, 0], own[:, 1], plotting.VERMILLION, "points", mark=mark)
+            )
+    at, gap, width = np.array([(one.code, one.gap_n, one.half_width_n) for one in gaps]).T
+    around = np.array([-width, width])
+    below = (
+        Trace("", at, np.zeros_like(at), plotting.BLUE, band=around),
+        Trace("", at, gap, plotting.VERMILLION, "both", mark="o"),
+    )
+    return zoomable_figure(
         "fig-mooring",
-        lead,
-        plotting.draw("fig-mooring", alt, paint),
-        "Thrust at rest (fig. 7, a of Kostenko 2023).",
+        f"At rest the mooring test measured {fixed(top.measured_n, 1)} N at code {code(top.code)}"
+        f"{astern}; load test and open-water curves together give {fixed(top.calculated_n, 1)} N. "
+        f"The largest gap, {fixed(abs(worst.gap_n), 2)} N, is at code {code(worst.code)}.",
+        "Thrust at rest against code: mooring points of both sweeps over the calculated curve; "
+        "below, measured less calculated with the 95 % interval of both.",
+        "Thrust at rest (fig. 7, a of Kostenko 2023). Below, as magnitudes: mean of the mooring "
+        "points at each code less the calculation; band: 95 % of both.",
+        (
+            Panel("thrust T at\nrest  [N]", tuple(above), height=1.8),
+            Panel("gap  [N]", below, height=0.9),
+        ),
+        x_label="code N  [–]",
     )
-
-
-def _difference(gaps: tuple[CodeGap, ...], worst: CodeGap) -> Figure:
-    lead = (
-        f"The mooring test gives {fixed(abs(worst.gap_n), 2)} N "
-        f"{'more' if worst.gap_n > 0 else 'less'} than the calculation at code {code(worst.code)}, "
-        f"where both together are known to ±{fixed(worst.half_width_n, 2)} N (95 %)."
-    )
-
-    def paint(figure: matplotlib.figure.Figure) -> None:
-        axes = figure.subplots()
-        for sign, colour, marker in ((1, plotting.VERMILLION, "o"), (-1, plotting.PURPLE, "s")):
-            own = [gap for gap in gaps if sign * gap.code > 0]
-            if own:
-                axes.plot(
-                    *_columns([(abs(gap.code), gap.gap_n) for gap in own]),
-                    marker=marker,
-                    lw=0.8,
-                    color=colour,
-                    label=f"{'positive' if sign > 0 else 'negative'} codes",
-                )
-        half = {abs(gap.code): gap.half_width_n for gap in gaps}
-        at = np.array(sorted(half))
-        width = np.array([half[value] for value in at.tolist()])
-        axes.fill_between(
-            at, -width, width, color=plotting.BLUE, alpha=0.25, lw=0, label="95 % of both"
-        )
-        axes.axhline(0, color=plotting.SOFT, lw=0.8)
-        axes.set(xlabel="|code|  [–]", ylabel="measured less calculated  [N]")
-        plotting.legend_above(figure, axes, columns=3)
-
-    alt = (
-        "Mooring thrust less calculated thrust against the magnitude of the code, for both signs, "
-        "with the 95 % interval of both as a band around zero."
-    )
-    return Figure(
-        "fig-gap",
-        lead,
-        plotting.draw("fig-gap", alt, paint),
-        "The gap between the routes: mean of the mooring points at each code less the calculation.",
-    )
-
-
-def _columns(pairs: list[tuple[float, float]]) -> tuple[FloatArray, FloatArray]:
-    pairs = sorted(pairs)
-    return np.array([p[0] for p in pairs]), np.array([p[1] for p in pairs])

@@ -1,16 +1,22 @@
 """The inverse characteristics N(T) and N(T, V): Tables 3 and 4 (Kostenko 2023, figs. 9 and 10)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.records.fits import InverseCharacteristic, PolynomialFit, SpeedInverse
+from pipeline.physics.propeller import polynomial
+from pipeline.records.fits import (
+    InverseCharacteristic,
+    PolynomialFit,
+    SpeedInverse,
+    StaticCharacteristic,
+)
+from pipeline.report import plotting
 from pipeline.report.blocks import (
     Block,
     Bullets,
     Details,
+    Figure,
     Heading,
     Paragraph,
     Section,
@@ -25,21 +31,21 @@ from pipeline.report.comparison import (
     table4_difference,
     table4_row,
 )
-from pipeline.report.curves import speed_index
-from pipeline.report.figures.inverse import family_figure, mooring_figure, round_trip_figure
-from pipeline.report.numbers import as_printed, code, fixed, plural, signed, speed, with_interval
+from pipeline.report.curves import fit_panels, speed_index, static_thrust, table4_code
+from pipeline.report.numbers import as_printed, code, fixed, plural, speed, with_interval
+from pipeline.report.panels import Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import (
     coefficient_table,
     explained,
-    order_table,
     quality_line,
     share_inside,
 )
+from pipeline.report.zoomable import zoomable_figure
 from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import Published, PublishedTable3, PublishedTable4
 
-ANCHOR, TITLE = "inverse", "Inverse characteristic: code from thrust, Tables 3 and 4"
+ANCHOR, TITLE = "inverse", "Code from thrust, Tables 3 and 4"
 
 
 def inverse_section(results: VehicleResults) -> Section:
@@ -53,11 +59,9 @@ def inverse_section(results: VehicleResults) -> Section:
     blocks.append(Heading("Under way: N(T, V), Table 4", "table4"))
     blocks += _table4(results, inverse, published)
     if inverse.round_trip:
-        blocks.append(Heading("Round trip", "round-trip"))
-        blocks += [round_trip_figure(inverse), _round_trip_table(results, inverse)]
+        blocks += [Heading("Round trip", "round-trip"), _round_trip_table(results, inverse)]
     if inverse.firmware is not None:
         firmware = inverse.firmware
-        blocks.append(Heading("The firmware form", "firmware-form"))
         blocks.append(
             Paragraph(
                 f"For each sign of thrust the firmware holds the largest thrust at "
@@ -68,38 +72,38 @@ def inverse_section(results: VehicleResults) -> Section:
             )
         )
         texts = {"Positive": firmware.positive, "Negative": firmware.negative}
+        against = {f"{sign} thrust: {b.against_motion}" for sign, b in texts.items()}
         if firmware.positive.against_motion == firmware.negative.against_motion:
-            blocks.append(Paragraph(firmware.positive.against_motion))
-        else:
-            blocks.append(
-                Bullets(tuple(f"{sign} thrust: {b.against_motion}" for sign, b in texts.items()))
-            )
-    if inverse.explanations:
-        blocks += explained(inverse.explanations)
+            against = {firmware.positive.against_motion}
+        blocks.append(Bullets(tuple(sorted(against, reverse=True))))
+    blocks += explained(inverse.explanations)
     return Section(ANCHOR, TITLE, tuple(blocks))
+
+
+Side = tuple[str, int, PolynomialFit, Sequence[float] | None]
+
+
+def _sides(inverse: InverseCharacteristic, published: PublishedTable3 | None) -> list[Side]:
+    both = (
+        ("positive", 1, inverse.table3_positive, published.positive if published else None),
+        ("negative", -1, inverse.table3_negative, published.negative if published else None),
+    )
+    return [(name, sign, fit, printed) for name, sign, fit, printed in both if fit is not None]
 
 
 def _table3(
     results: VehicleResults, inverse: InverseCharacteristic, published: PublishedTable3 | None
 ) -> list[Block]:
-    positive, negative = inverse.table3_positive, inverse.table3_negative
-    if positive is None and negative is None:
+    sides = _sides(inverse, published)
+    if not sides:
         reason = missing_reasons(results).get("mooring", "the mooring data do not support it.")
         return [Paragraph(f"Table 3 was not computed: {reason}", tone="warning")]
-    sides = [
-        (sign, fit, printed)
-        for sign, fit, printed in (
-            (1, positive, published.positive if published else None),
-            (-1, negative, published.negative if published else None),
-        )
-        if fit is not None
-    ]
     rows: list[Coefficient] = []
-    for sign, fit, printed in sides:
+    for _, sign, fit, printed in sides:
         names = [f"K_N{0 if sign > 0 else 1}{i}" for i in range(len(fit.coefficients))]
         rows += coefficients(names, fit.coefficients, fit.ci95, printed)
     blocks: list[Block] = [
-        mooring_figure(results, inverse),
+        _at_rest(sides),
         coefficient_table(
             "Table 3. N = K_0 + K_1 T + K_2 T² + K_3 T³ at rest, each sign apart",
             rows,
@@ -108,64 +112,53 @@ def _table3(
         ),
     ]
     if published is not None:
-        blocks += [
-            _table3_differences([(s, f, p) for s, f, p in sides if p is not None]),
-            Paragraph(_table3_sentence(sides) + " " + share_inside(rows)),
-        ]
-    for _, fit, _ in sides:
-        side = "positive" if fit is positive else "negative"
-        blocks.append(Paragraph(quality_line(f"N(T), {side} thrust", fit.quality, "T, N,")))
-    orders = tuple(
-        order_table(f"Order for {'positive' if sign > 0 else 'negative'} thrust", fit.quality)
-        for sign, fit, _ in sides
-        if fit.quality.orders
-    )
-    if orders:
-        blocks.append(Details("Why this order", orders))
-    for side, side_fit in (("positive", positive), ("negative", negative)):
-        if side_fit is None:
-            blocks.append(
-                Paragraph(f"No fit for {side} thrust: the test has no such points.", tone="warning")
-            )
+        blocks.append(Paragraph(f"{_table3_sentence(sides)} {share_inside(rows)}"))
+    for name, _, fit, _ in sides:
+        blocks.append(Paragraph(quality_line(f"N(T), {name} thrust", fit.quality, "T, N,")))
+    there = {name for name, *_ in sides}
+    blocks += [
+        Paragraph(f"No fit for {name} thrust: the test has no such points.", tone="warning")
+        for name in ("positive", "negative")
+        if name not in there
+    ]
     return blocks
 
 
-Side = tuple[int, PolynomialFit, Sequence[float] | None]
-
-
-def _thrust_of_comparison(fit: PolynomialFit) -> FloatArray:
-    largest = max(abs(end) for end in fit.quality.valid_range)
-    nice = np.array([1, 2, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 80, 100, 150, 200.0])
-    return np.asarray(nice[nice <= largest])
-
-
-def _table3_differences(sides: Sequence[Side]) -> Table:
-    thrust = np.array(
-        sorted({value for _, fit, _ in sides for value in _thrust_of_comparison(fit).tolist()})
+def _at_rest(sides: Sequence[Side]) -> Figure:
+    """Draw N(T) at rest for both signs of thrust, with residuals below."""
+    above: list[Trace] = []
+    below: list[Trace] = []
+    for name, sign, fit, printed in sides:
+        colour = plotting.VERMILLION if sign > 0 else plotting.PURPLE
+        curves, left = fit_panels(fit, f"{name} thrust", colour, printed)
+        above += curves
+        below.append(left)
+    spread = max(fit.quality.residual_std for _, _, fit, _ in sides)
+    points = sum(fit.quality.points for _, _, fit, _ in sides)
+    dead = (
+        f"{code(round(abs(float(polynomial(s * THRUST_FROM_N, np.asarray(fit.coefficients))))))} "
+        f"for {name}"
+        for name, s, fit, _ in sides
     )
-    columns = []
-    for sign, fit, printed in sides:
-        difference = table3_difference(fit, printed or (), sign * thrust)
-        inside = thrust <= max(abs(end) for end in fit.quality.valid_range)
-        columns.append(
-            [
-                signed(sign * value, 2) if ok else "–"
-                for value, ok in zip(difference.tolist(), inside.tolist(), strict=True)
-            ]
-        )
-    return Table(
-        "Table 3: our code less the published one, in codes (magnitudes)",
-        ("|T|, N", *(f"{'positive' if s > 0 else 'negative'} thrust" for s, _, _ in sides)),
-        tuple(
-            (code(value), *(column[index] for column in columns))
-            for index, value in enumerate(thrust.tolist())
+    return zoomable_figure(
+        "fig-inverse-rest",
+        f"The cubics follow {plural(points, 'mooring point')} with a residual of "
+        f"{fixed(spread, 2)} codes; the dead zone ends at about code {' and '.join(dead)} thrust.",
+        "Code against thrust at rest for both signs: mooring points, cubic fits with 95 % bands, "
+        "published cubics dashed, residuals below.",
+        "Inverse mooring characteristic (fig. 9 of Kostenko 2023). Below: measured less fitted "
+        "code.",
+        (
+            Panel("code N  [–]", tuple(above), height=2.0),
+            Panel("residual  [–]", tuple(below), height=0.7, band=0.0),
         ),
+        x_label="thrust T at rest  [N]",
     )
 
 
 def _table3_sentence(sides: Sequence[Side]) -> str:
     parts = []
-    for sign, fit, printed in sides:
+    for name, sign, fit, printed in sides:
         if printed is None:
             continue
         largest = max(abs(end) for end in fit.quality.valid_range)
@@ -173,9 +166,8 @@ def _table3_sentence(sides: Sequence[Side]) -> str:
         difference = np.abs(table3_difference(fit, printed, sign * thrust))
         worst = int(np.argmax(difference))
         parts.append(
-            f"{fixed(float(difference[worst]), 2)} codes for "
-            f"{'positive' if sign > 0 else 'negative'} thrust (at {fixed(float(thrust[worst]), 1)} "
-            "N)"
+            f"{fixed(float(difference[worst]), 2)} codes for {name} thrust "
+            f"(at {fixed(float(thrust[worst]), 1)} N)"
         )
     return (
         f"Over {THRUST_FROM_N} N to the largest measured thrust our Table 3 differs from the "
@@ -192,7 +184,7 @@ def _table4(
     table4 = published.table4 if published else None
     blocks: list[Block] = []
     if results.static is not None:
-        blocks.append(family_figure(results, inverse, results.static))
+        blocks.append(_under_way(inverse.table4, results.static, table4))
     blocks.append(_table4_layout(inverse.table4, table4))
     rows: list[Coefficient] = []
     for row in inverse.table4:
@@ -200,30 +192,75 @@ def _table4(
         printed = table4_row(table4, row.speed_mps) if table4 else None
         rows += coefficients(names, row.coefficients, row.ci95, printed)
     if table4 is not None:
-        blocks += _table4_compared(inverse, table4, rows)
-    blocks.append(
-        Details(
-            "Coefficients of Table 4 with intervals",
-            (
-                coefficient_table(
-                    "Coefficients of Table 4",
-                    rows,
-                    points="fig-inverse-family" if results.static is not None else "",
-                ),
-            ),
+        common = [r for r in inverse.table4 if table4_row(table4, r.speed_mps) is not None]
+        said = (
+            f"{_table4_sentence(common, table4)} {share_inside(rows, _why_outside(inverse))}"
+            if common
+            else "The published Table 4 has no speed in common with ours."
         )
+        blocks.append(Paragraph(said))
+    points = "fig-inverse-family" if results.static is not None else ""
+    table = coefficient_table("Coefficients of Table 4", rows, points=points)
+    return [*blocks, Details("Coefficients of Table 4 with intervals", (table,))]
+
+
+def _under_way(
+    rows: Sequence[SpeedInverse], static: StaticCharacteristic, published: PublishedTable4 | None
+) -> Figure:
+    """Draw N(T, V): the family, the cubic of Table 4, the published cubic."""
+    shared = min(row.thrust_max_n for row in rows)
+    probe = float(np.floor(shared)) if shared > 2 else shared
+    first, last = (
+        float(table4_code(np.asarray(row.coefficients), probe)) for row in (rows[0], rows[-1])
     )
-    return blocks
+    fastest = rows[-1].speed_mps
+    index = speed_index(static.speed_mps, fastest)
+    kept = ""
+    if index is not None:
+        thrust = float(static_thrust(static, index, first))
+        kept = f"; the code found at rest gives {fixed(thrust, 1)} N at {speed(fastest)} m/s"
+    above: list[Trace] = []
+    below: list[Trace] = []
+    for row, colour in zip(rows, plotting.ordered_colours(len(rows)), strict=True):
+        own = np.linspace(min(THRUST_FROM_N, row.thrust_max_n), row.thrust_max_n, 150)
+        cubic = table4_code(np.asarray(row.coefficients), own)
+        above.append(Trace(f"{speed(row.speed_mps)} m/s", own, cubic, colour))
+        family = _family_code(static, row.speed_mps, own)
+        if family is not None:
+            above.append(Trace("family", own[::10], family[::10], colour, "points", mark="o"))
+            below.append(Trace("", own, cubic - family, colour))
+        printed = table4_row(published, row.speed_mps) if published else None
+        if printed is not None:
+            other = table4_code(np.asarray(printed), own)
+            above.append(Trace("published", own, other, plotting.INK, dash="dash"))
+    return zoomable_figure(
+        "fig-inverse-family",
+        f"For {fixed(probe, 0)} N the code must rise from {fixed(first, 0)} to {fixed(last, 0)} "
+        f"between {speed(rows[0].speed_mps)} and {speed(fastest)} m/s{kept}.",
+        "Code against thrust, one curve for each speed; published curves dashed.",
+        "Inverse family (fig. 10 of Kostenko 2023). Solid: cubic of Table 4; dots: the family "
+        "itself; dashed: published Table 4. Below, in codes: how far the cubic is off the family.",
+        (
+            Panel("code N  [–]", tuple(above), height=2.0, from_zero=True),
+            Panel("off the\nfamily  [–]", tuple(below), height=0.7, band=0.0),
+        ),
+        x_label="thrust T  [N]",
+    )
 
 
-def _table4_compared(
-    inverse: InverseCharacteristic, published: PublishedTable4, rows: Sequence[Coefficient]
-) -> list[Block]:
-    common = [r for r in inverse.table4 if table4_row(published, r.speed_mps) is not None]
-    if not common:
-        return [Paragraph("The published Table 4 has no speed in common with ours.")]
-    said = f"{_table4_sentence(common, published)} {share_inside(rows, _why_outside(inverse))}"
-    return [_table4_differences(common, published), Paragraph(said)]
+def _family_code(
+    static: StaticCharacteristic, speed_mps: float, thrust_n: FloatArray
+) -> FloatArray | None:
+    """Code of the family at a thrust, by inverting its own grid."""
+    index = speed_index(static.speed_mps, speed_mps)
+    if index is None:
+        return None
+    thrust = np.asarray(static.thrust_n[index])
+    live = np.isin(np.asarray(static.status[index]), ["live", "extrapolated"])
+    if live.sum() < 2:
+        return None
+    codes = np.asarray(static.code)[live]
+    return np.asarray(np.interp(thrust_n, thrust[live], codes, left=np.nan, right=np.nan))
 
 
 def _why_outside(inverse: InverseCharacteristic) -> str:
@@ -245,64 +282,34 @@ def _why_outside(inverse: InverseCharacteristic) -> str:
 
 
 def _table4_layout(rows: Sequence[SpeedInverse], published: PublishedTable4 | None) -> Table:
-    body: list[tuple[str, ...]] = [("T_max, N", *(fixed(row.thrust_max_n, 2) for row in rows))]
-    classes = [""]
+    body: list[tuple[str, ...]] = []
+    classes: list[str] = []
 
-    def add_published(values: Sequence[float]) -> None:
-        assert published is not None  # noqa: S101 - narrows the type, callers checked
-        cells = []
-        for row in rows:
-            index = speed_index(published.speed_mps, row.speed_mps)
-            cells.append("–" if index is None else as_printed(values[index]))
-        body.append(("published", *cells))
-        classes.append("published")
-
-    if published is not None:
-        add_published(published.T_max_n)
-    for index in range(4):
-        body.append(
-            (
-                f"K_N{index}",
-                *(with_interval(row.coefficients[index], row.ci95[index])[0] for row in rows),
-            )
-        )
+    def add(name: str, ours: list[str], printed: Sequence[float] | None) -> None:
+        body.append((name, *ours))
         classes.append("")
-        if published is not None:
-            add_published((published.KN0, published.KN1, published.KN2, published.KN3)[index])
+        if published is not None and printed is not None:
+            at = [speed_index(published.speed_mps, row.speed_mps) for row in rows]
+            cells = ["–" if index is None else as_printed(printed[index]) for index in at]
+            body.append(("published", *cells))
+            classes.append("published")
+
+    largest = [fixed(row.thrust_max_n, 2) for row in rows]
+    add("T_max, N", largest, published.T_max_n if published else None)
+    for index, name in enumerate(("KN0", "KN1", "KN2", "KN3")):
+        ours = [with_interval(row.coefficients[index], row.ci95[index])[0] for row in rows]
+        add(f"K_N{index}", ours, getattr(published, name) if published else None)
+    note = "K_Ni in codes per N to the power i."
+    if published is not None:
+        note += (
+            " The paper prints the K_N2 row under the name of K_N3; it is read here by its unit."
+        )
     return Table(
         "Table 4. N = K_N0 sign T + K_N1 T + K_N2 T|T| + K_N3 T³",
         ("Coefficient", *(f"{speed(row.speed_mps)} m/s" for row in rows)),
         tuple(body),
         row_classes=tuple(classes),
-        note="K_Ni in codes per N to the power i. The paper prints the K_N2 row under the name of "
-        "K_N3; it is read here by its unit."
-        if published is not None
-        else "K_Ni in codes per N to the power i.",
-    )
-
-
-def _table4_differences(rows: Sequence[SpeedInverse], published: PublishedTable4) -> Table:
-    largest = max(row.thrust_max_n for row in rows)
-    thrust = np.array([1, 2, 5, 10, 15, 20, 25, 30, 35, 40, 50, 60, 80, 100, 150, 200.0])
-    thrust = thrust[thrust <= largest]
-    columns = {}
-    for row in rows:
-        difference = table4_difference(row, published, thrust.tolist())
-        if difference is not None:
-            columns[row.speed_mps] = difference
-    return Table(
-        "Table 4: our code less the published one, in codes",
-        ("T, N", *(f"{speed(v)} m/s" for v in columns)),
-        tuple(
-            (
-                code(value),
-                *(
-                    "–" if np.isnan(column[index]) else signed(float(column[index]), 2)
-                    for column in columns.values()
-                ),
-            )
-            for index, value in enumerate(thrust.tolist())
-        ),
+        note=note,
     )
 
 
@@ -329,14 +336,7 @@ def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -
     rows = [r for r in inverse.round_trip if speed_index(tabulated, r.speed_mps) is not None]
     others = [r for r in inverse.round_trip if r not in rows]
     printed = any(r.published_n is not None for r in rows)
-    header: tuple[str, ...] = (
-        "Speed, m/s",
-        "Cubic, N",
-        "Firmware form, N",
-        "Firmware form after rounding, codes",
-    )
-    if printed:
-        header += ("Published tables, N",)
+    header = ("Speed, m/s", "Cubic, N", "Firmware form, N", "Firmware form after rounding, codes")
     body = []
     for row in rows:
         cells = [
@@ -357,7 +357,7 @@ def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -
         )
     return Table(
         f"Largest error of T(N(T, V), V) over {THRUST_FROM_N} N < T ≤ T_max",
-        header,
+        (*header, "Published tables, N") if printed else header,
         tuple(body),
         note=note,
     )

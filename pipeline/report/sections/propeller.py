@@ -1,32 +1,20 @@
 """Table 1: the propeller's open-water curves (Kostenko 2023, fig. 2 and table 1)."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from pipeline.physics.propeller import efficiency, polynomial
-from pipeline.records.fits import PolynomialFit, PropellerFit
+from pipeline.records.fits import PropellerFit
 from pipeline.records.measurements import OpenWaterRecord
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Details, Figure, Paragraph, Section, not_computed
+from pipeline.report.blocks import Block, Figure, Paragraph, Section, not_computed
 from pipeline.report.comparison import coefficients, largest_relative_difference
-from pipeline.report.curves import efficiency_curve, polynomial_band
+from pipeline.report.curves import efficiency_curve, fit_panels
 from pipeline.report.numbers import fixed, percent
+from pipeline.report.panels import Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons
-from pipeline.report.sections.tables import (
-    coefficient_table,
-    order_table,
-    quality_line,
-    share_inside,
-)
-from pipeline.types import FloatArray
+from pipeline.report.sections.tables import coefficient_table, quality_line, share_inside
+from pipeline.report.zoomable import zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable1
-
-if TYPE_CHECKING:
-    import matplotlib.figure
-    from matplotlib.axes import Axes
 
 ANCHOR, TITLE = "propeller", "Propeller: K_T(J) and K_M(J), Table 1"
 #: The published comparison is scored up to this advance ratio.
@@ -39,29 +27,21 @@ def propeller_section(results: VehicleResults) -> Section:
     if fit is None:
         return not_computed(ANCHOR, TITLE, missing_reasons(results)["propeller"])
     published = results.vehicle.published.table1 if results.vehicle.published else None
-    blocks: list[Block] = [_figure(fit, results.open_water, published), *_table1(fit, published)]
+    blocks = [_figure(fit, results.open_water, published), *_table1(fit, published)]
     blocks.append(Paragraph(quality_line("K_T", fit.thrust.quality, "J")))
     blocks.append(Paragraph(quality_line("K_M", fit.torque.quality, "J")))
-    orders = tuple(
-        order_table(f"Order of {name}", curve.quality)
-        for name, curve in (("K_T", fit.thrust), ("K_M", fit.torque))
-        if curve.quality.orders
-    )
-    if orders:
-        blocks.append(Details("Why this order", orders))
     return Section(ANCHOR, TITLE, tuple(blocks))
 
 
 def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> list[Block]:
-    names_t, names_m = ("K_T0", "K_T1", "K_T2", "K_T3"), ("K_M0", "K_M1", "K_M2", "K_M3")
     thrust, torque = fit.thrust, fit.torque
-    both = (
-        *coefficients(
-            names_t, thrust.coefficients, thrust.ci95, published.KT if published else None
-        ),
-        *coefficients(
-            names_m, torque.coefficients, torque.ci95, published.KM if published else None
-        ),
+    printed = (published.KT, published.KM) if published else (None, None)
+    both = tuple(
+        one
+        for name, curve, other in zip(("K_T", "K_M"), (thrust, torque), printed, strict=True)
+        for one in coefficients(
+            [f"{name}{i}" for i in range(4)], curve.coefficients, curve.ci95, other
+        )
     )
     blocks: list[Block] = [
         coefficient_table(
@@ -103,97 +83,39 @@ def _figure(
         if best is not None
         else ""
     )
-    lead = (
-        f"K_T falls from {fixed(float(k_t[0]), 3)} to {fixed(float(k_t[-1]), 3)} between "
-        f"J = {fixed(float(j[0]), 2)} and {fixed(float(j[-1]), 2)}{best_text}."
+    thrust, left_t = fit_panels(
+        fit.thrust, "K_T", plotting.BLUE, published.KT if published else None
     )
-
-    def paint(figure: matplotlib.figure.Figure) -> None:
-        top, low_t, low_m = figure.subplots(
-            3, 1, sharex=True, height_ratios=(4.2, 1, 1), squeeze=True
-        )
-        _curves(top, fit, j, eta, published)
-        _efficiency_points(top, record)
-        _residuals(low_t, fit.thrust, 1.0, "$K_T$", plotting.BLUE)
-        _residuals(low_m, fit.torque, 10.0, r"$10\,K_M$", plotting.VERMILLION)
-        low_m.set_xlabel("advance ratio J  [–]")
-        plotting.legend_above(figure, top, columns=4)
-
-    alt = (
-        "Thrust and torque coefficients and efficiency against the advance ratio: measured points, "
-        "fits with 95 % bands, published curves dashed, residuals below."
+    torque, left_m = fit_panels(
+        fit.torque, "10 K_M", plotting.VERMILLION, published.KM if published else None, scale=10.0
     )
-    return Figure(
+    curves = (*thrust, *torque, Trace("efficiency", j, eta, plotting.GREEN), *_measured(record))
+    return zoomable_figure(
         "fig-propeller",
-        lead,
-        plotting.draw("fig-propeller", alt, paint, height_in=4.9),
+        f"K_T falls from {fixed(float(k_t[0]), 3)} to {fixed(float(k_t[-1]), 3)} between "
+        f"J = {fixed(float(j[0]), 2)} and {fixed(float(j[-1]), 2)}{best_text}.",
+        "Thrust and torque coefficients and efficiency against the advance ratio: measured points, "
+        "fits with 95 % bands, published curves dashed, residuals below.",
         "Open-water curves (fig. 2 of Kostenko 2023). Points: data; lines: fits; bands: 95 % of "
         "the fit; dashed: published; crosses: outliers. Below: residuals on the same axis.",
+        (
+            Panel("K_T, 10 K_M,\nefficiency  [–]", curves, height=2.0, from_zero=True),
+            Panel("K_T\nresidual", (left_t,), height=0.6, band=0.0),
+            Panel("10 K_M\nresidual", (left_m,), height=0.6, band=0.0),
+        ),
+        x_label="advance ratio J  [–]",
     )
 
 
-def _curves(
-    axes: Axes, fit: PropellerFit, j: FloatArray, eta: FloatArray, published: PublishedTable1 | None
-) -> None:
-    for curve, scale, label, colour, printed in (
-        (fit.thrust, 1.0, "$K_T$", plotting.BLUE, published.KT if published else None),
-        (fit.torque, 10.0, r"$10\,K_M$", plotting.VERMILLION, published.KM if published else None),
-    ):
-        value, half = polynomial_band(curve, j)
-        axes.fill_between(
-            j, scale * (value - half), scale * (value + half), color=colour, alpha=0.2, lw=0
-        )
-        axes.plot(j, scale * value, color=colour, label=label)
-        for outlier, marker in ((False, "o"), (True, "x")):
-            points = [p for p in curve.points if p.outlier is outlier]
-            axes.plot(
-                [p.x for p in points],
-                [scale * p.measured for p in points],
-                marker,
-                color=colour,
-                ms=4.5 if outlier else 3.2,
-                alpha=0.75,
-                rasterized=len(points) > plotting.VECTOR_POINTS_MAX,
-            )
-        if printed is not None:
-            axes.plot(
-                j,
-                scale * polynomial(j, np.asarray(printed)),
-                "--",
-                color=plotting.INK,
-                lw=1.0,
-                label="published" if scale == 1.0 else None,
-            )
-    axes.plot(j, eta, color=plotting.GREEN, label="efficiency")
-    axes.axhline(0, color=plotting.SOFT, lw=0.8)
-    axes.set_ylabel(r"$K_T$, $10\,K_M$, efficiency  [–]")
-    axes.set_ylim(bottom=min(-0.05, float(np.nanmin(axes.get_ylim()[0]))))
-
-
-def _efficiency_points(axes: Axes, record: OpenWaterRecord | None) -> None:
-    if record is None:
-        return
+def _measured(record: OpenWaterRecord | None) -> tuple[Trace, ...]:
+    """Efficiency of the single points."""
     points = [
         (p.advance_ratio, p.thrust_coefficient, p.torque_coefficient)
-        for p in record.points
+        for p in (record.points if record is not None else ())
         if not p.marks and p.thrust_coefficient is not None and p.torque_coefficient is not None
     ]
     useful = [(j, k_t, k_m) for j, k_t, k_m in points if k_t > 0 and k_m > 0]
-    if useful:
-        j, k_t, k_m = (np.array(column) for column in zip(*useful, strict=True))
-        axes.plot(j, efficiency(j, k_t, k_m), "o", color=plotting.GREEN, ms=2.6, alpha=0.6)
-
-
-def _residuals(axes: Axes, curve: PolynomialFit, scale: float, label: str, colour: str) -> None:
-    kept = [p for p in curve.points if not p.outlier]
-    axes.axhline(0, color=plotting.SOFT, lw=0.8)
-    axes.plot(
-        [p.x for p in kept],
-        [scale * (p.measured - p.fitted) for p in kept],
-        "o",
-        color=colour,
-        ms=2.8,
-        alpha=0.75,
-    )
-    axes.set_ylabel(f"{label}\nresidual", fontsize=8.5)
-    axes.margins(y=0.2)
+    if not useful:
+        return ()
+    j, k_t, k_m = (np.array(column) for column in zip(*useful, strict=True))
+    return (Trace("", j, efficiency(j, k_t, k_m), plotting.GREEN, "points"),)

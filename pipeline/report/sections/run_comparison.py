@@ -1,5 +1,7 @@
 """A pool run's page: every channel measured against simulated."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from pipeline.records.run_components import COMPONENTS, components, difference
@@ -15,16 +17,16 @@ from pipeline.report.blocks import (
     Section,
     Table,
 )
-from pipeline.report.figures.run_channels import (
+from pipeline.report.channels import channel_name, shown_unit
+from pipeline.report.numbers import fixed, general, plural, signed
+from pipeline.report.run_results import RunResults
+from pipeline.report.sections.run_channels import (
     CURVES,
     Series,
     channel_figure,
     command_figure,
     figure_name,
-    shown_unit,
 )
-from pipeline.report.numbers import fixed, general, plural, signed
-from pipeline.report.run_results import RunResults
 from pipeline.report.zoomable import Resolution
 from pipeline.types import FloatArray
 
@@ -58,9 +60,9 @@ def comparison_section(results: RunResults) -> Section:
         title,
         (
             Paragraph(
-                f"The commands of the log were simulated with the vehicle file as it is. Windows: "
-                f"{trial.windows} predictions of {ahead:g} s end to end, each from a "
-                f"start that the {behind:g} s of readings before it give; they show how "
+                "The commands of the log were simulated with the vehicle file as it is. Predicted: "
+                f"{trial.windows} times {ahead:g} s end to end, each from a "
+                f"start that the {behind:g} s of readings before it give; this shows how "
                 "good the model is. Free run: one simulation from the start, never corrected; it "
                 "shows what adds up, and drifts with the best of models."
             ),
@@ -73,6 +75,34 @@ def comparison_section(results: RunResults) -> Section:
             *_rest([figure for quantity, figure in figures if quantity not in FIRST]),
         ),
     )
+
+
+def with_worst_apart(section: Section, results: RunResults) -> tuple[Section, Figure | None]:
+    """Take out of the section the figure in which the simulation is off most, over the noise.
+
+    Parameters
+    ----------
+    section : Section
+        As `comparison_section` gives it.
+    results : RunResults
+        What is known of the run.
+    """
+    channels = results.trial.channels if results.trial is not None else ()
+    judged = [one for one in channels if one.quantity in FIRST and one.over_noise is not None]
+    if not judged:
+        return section, None
+    worst = max(judged, key=lambda one: one.over_noise or 0.0)
+    name = figure_name(worst.quantity)
+    found: Figure | None = None
+    blocks: list[Block] = []
+    for block in section.blocks:
+        if not isinstance(block, Gallery):
+            blocks.append(block)
+            continue
+        found = next((one for one in block.figures if one.name == name), found)
+        rest = tuple(one for one in block.figures if one.name != name)
+        blocks.append(replace(block, figures=rest))
+    return replace(section, blocks=tuple(blocks)), found
 
 
 def _rest(figures: list[Figure]) -> list[Block]:
@@ -88,7 +118,7 @@ def _error_table(channels: tuple[ChannelError, ...]) -> Table:
         ratio = one.over_noise
         rows.append(
             (
-                one.channel,
+                channel_name(one.channel),
                 unit,
                 str(one.readings),
                 general(factor * one.rmse_windows, 3),
@@ -108,13 +138,13 @@ def _error_table(channels: tuple[ChannelError, ...]) -> Table:
             "Channel",
             "Unit",
             "Readings",
-            "Windows, rms",
+            "Error, rms",
             "Noise with offset",
-            "Ratio",
-            "Last value held, rms",
+            "Error over noise",
+            "Last value kept, rms",
             "Free run, rms",
-            "Windows, mean",
-            "Windows, worst",
+            "Error, mean",
+            "Error, largest",
         ),
         tuple(rows),
         text_columns=frozenset({1}),
@@ -122,9 +152,9 @@ def _error_table(channels: tuple[ChannelError, ...]) -> Table:
         links={(row, 3): f"#{figure_name(one.quantity)}" for row, one in enumerate(channels)},
         note="Noise with offset: what the vehicle file states for one reading, noise and offset of "
         "the sensor together, because nothing is taken off the readings here; trial days, where "
-        "offsets are estimated, show the noise without them. Ratio: windows over that; 1 is as "
-        "good as the sensor can show. Last value held: the error of predicting that nothing "
-        f"changes. Marked: more than {FAR:g} times the noise, or clearly worse than holding the "
+        "offsets are estimated, show the noise without them. An error over noise of 1 is as "
+        "good as the sensor can show. Last value kept: the error of predicting that nothing "
+        f"changes. Marked: more than {FAR:g} times the noise, or clearly worse than keeping the "
         "last value.",
     )
 

@@ -9,6 +9,7 @@ from pipeline.records.run_arrays import MARKS
 from pipeline.records.run_notes import RunNotes
 from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, percent, plural
+from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.run_results import RunResults
 from pipeline.report.sections.warnings import all_places, problem_table
 from pipeline.vehicle.run_notes import run_of
@@ -203,7 +204,7 @@ def manoeuvres_section(results: RunResults) -> Section:
                 ("Manoeuvre", "From [s]", "To [s]", "Confidence", "What was seen"),
                 tuple(
                     (
-                        stretch.name.replace("_", " "),
+                        manoeuvre_words(stretch.name),
                         fixed(stretch.from_s, 1),
                         fixed(stretch.to_s, 1),
                         percent(stretch.confidence),

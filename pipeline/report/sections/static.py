@@ -1,71 +1,139 @@
 """The static family T(N, V) and Table 2 (Kostenko 2023, fig. 7, eq. 4)."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
-from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic, StaticRow
-from pipeline.records.intervals import largest_thrust_interval
-from pipeline.report.blocks import (
-    Block,
-    Details,
-    Paragraph,
-    Section,
-    Table,
-    not_computed,
-)
+from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
+from pipeline.records.intervals import largest_thrust_interval, static_factor
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Details, Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.comparison import (
+    THRUST_FROM_N,
     Coefficient,
     coefficients,
     compare_table2,
     table2_row,
 )
-from pipeline.report.curves import speed_index, table2_thrust
-from pipeline.report.figures.static import family_figure
+from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
-from pipeline.report.results import VehicleResults, missing_reasons
+from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
 from pipeline.report.sections.tables import coefficient_table, explained, share_inside
-from pipeline.vehicle.bench_schema import Published, PublishedTable2, PublishedTable4
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
+from pipeline.types import FloatArray
+from pipeline.vehicle.bench_schema import Published, PublishedTable2
 
-ANCHOR, TITLE = "static", "Static characteristic: thrust against code and speed, Table 2"
+ANCHOR, TITLE = "static", "Thrust against code and speed, Table 2"
 
 
 def static_section(results: VehicleResults) -> Section:
-    """Show the family, Table 2 in the paper's layout, and the differences in newtons."""
+    """Show the family, Table 2 in the paper's layout, and the thrust at the largest code."""
     static = results.static
     if static is None:
         return not_computed(ANCHOR, TITLE, missing_reasons(results)["static"])
     published = results.vehicle.published
     table2 = published.table2 if published else None
-    blocks: list[Block] = [
-        family_figure(results, static, table2),
-        _layout(static, table2),
-    ]
     rows = _coefficient_rows(static, table2)
+    blocks: list[Block] = [_family(results, static, table2), _layout(static, table2)]
+    if table2 is not None:
+        blocks.append(Paragraph(_against_published(static, table2)))
     if any(one.published is not None for one in rows):
         blocks.append(Paragraph(share_inside(rows, _why_outside(static))))
-    blocks.append(
-        Details(
-            "Coefficients of Table 2 with intervals",
-            (
-                coefficient_table(
-                    "Coefficients of Table 2",
-                    rows,
-                    note="K_F0 in N, K_F1 in N per code, K_F2 in N per code². The intervals carry "
-                    "the bench's noise through both fits; the misfit of the quadratic form itself "
-                    "is in the residual column of the quality table.",
-                    points="fig-static-family",
-                ),
-                _quality(static.table2),
-            ),
-        )
+    table = coefficient_table(
+        "Coefficients of Table 2",
+        rows,
+        note="K_F0 in N, K_F1 in N per code, K_F2 in N per code². The intervals carry the bench's "
+        "noise through both fits, not the misfit of the quadratic form itself.",
+        points="fig-static-family",
     )
-    if published is not None and table2 is not None:
-        blocks += _difference(static, table2)
-    blocks.append(_full_code(static, published, results.inverse))
-    if static.explanations:
-        blocks += explained(static.explanations)
+    low, high = static.monte_carlo_ratio
+    blocks += [
+        Details("Coefficients of Table 2 with intervals", (table,)),
+        _largest_code(static, published, results.inverse),
+        Paragraph(
+            "The intervals carry the scatter of the bench alone, through both fits by the slopes "
+            f"of the torque balance; {static.monte_carlo_draws} Monte Carlo draws give "
+            f"{fixed(low, 3)} to {fixed(high, 3)} of the same. A true difference between bench and "
+            "water is not in them: see the mooring test against the calculation."
+        ),
+        *explained(static.explanations),
+    ]
     return Section(ANCHOR, TITLE, tuple(blocks))
+
+
+def _family(
+    results: VehicleResults, static: StaticCharacteristic, published: PublishedTable2 | None
+) -> Figure:
+    """Draw T(N) for each speed with its band, the published one dashed."""
+    speeds = shown_speeds(static, results.vehicle.tables.speed_mps)
+    grid, largest = np.asarray(static.code), static.code[-1]
+    first, last = speeds[0], speeds[-1]
+    factor = static_factor(static, results.drive)
+    above: list[Trace] = []
+    below: list[Trace] = []
+    colours = plotting.ordered_colours(len(speeds))
+    for (speed_mps, row), colour in zip(speeds, colours, strict=True):
+        thrust, status = np.asarray(static.thrust_n[row]), np.asarray(static.status[row])
+        half = factor * np.asarray(static.thrust_std_n[row])
+        live = np.where(np.isin(status, ["live", "dead"]), thrust, np.nan)
+        beyond = np.where(status == "extrapolated", thrust, np.nan)
+        working = np.isin(status, ["live", "extrapolated"])
+        band = np.where(working, [thrust - half, thrust + half], np.nan)
+        above.append(Trace(f"{speed(speed_mps)} m/s", grid, live, colour, width=2.0, band=band))
+        if np.isfinite(beyond).any():
+            above.append(Trace("", grid, beyond, colour, dash="dot"))
+        other = _other(static, speed_mps, published)
+        if other is None:
+            continue
+        if published is not None:
+            shown = np.where(other > 0, other, np.nan)
+            above.append(Trace("published", grid, shown, plotting.INK, dash="dash"))
+        scored = (other if published is not None else thrust) > THRUST_FROM_N
+        off = thrust - other if published is not None else other - thrust
+        below.append(Trace("", grid, np.where(scored, off, np.nan), colour))
+    return zoomable_figure(
+        "fig-static-family",
+        f"Thrust at code {code(largest)} falls from {fixed(static.thrust_n[first[1]][-1], 1)} to "
+        f"{fixed(static.thrust_n[last[1]][-1], 1)} N between {speed(first[0])} and "
+        f"{speed(last[0])} m/s; {_mooring_promise(results, largest)}",
+        "Thrust against code, one curve for each speed with its 95 % band; the published curves "
+        "dashed; flat at zero inside the dead zone.",
+        "Static family (fig. 7, b of Kostenko 2023). Solid: working points within the bench's "
+        "range; dotted: extrapolated; at zero: dead zone; bands: 95 %. Thrust and motion have the "
+        "same sign. "
+        + (
+            "Below: the family less the published Table 2."
+            if published is not None
+            else "Below: our quadratic Table 2 less the family."
+        ),
+        (
+            Panel("thrust T  [N]", tuple(above), height=2.0, from_zero=True),
+            Panel("difference\n[N]", tuple(below), height=0.7, band=0.0),
+        ),
+        x_label="code N  [–]",
+    )
+
+
+def _other(
+    static: StaticCharacteristic, speed_mps: float, published: PublishedTable2 | None
+) -> FloatArray | None:
+    """Thrust of the published Table 2, or of our own where none is published."""
+    if published is not None:
+        index = speed_index(published.speed_mps, speed_mps)
+        return None if index is None else _thrust(table2_row(published, index), static.code)
+    own = next((r for r in static.table2 if abs(r.speed_mps - speed_mps) < 1e-6), None)
+    return None if own is None else _thrust(own.fit.coefficients, static.code)
+
+
+def _thrust(row: tuple[float, ...], codes: tuple[float, ...] | float) -> FloatArray:
+    return table2_thrust(np.asarray(row), codes)
+
+
+def _mooring_promise(results: VehicleResults, largest: float) -> str:
+    at_top = [
+        abs(p.thrust_n) for p in mooring_points_of_tables(results) if p.code >= 0.99 * largest
+    ]
+    if not at_top:
+        return "a table taken at rest would promise the first value throughout."
+    return f"the mooring test alone would promise {fixed(float(np.mean(at_top)), 1)} N throughout."
 
 
 def _why_outside(static: StaticCharacteristic) -> str:
@@ -74,41 +142,37 @@ def _why_outside(static: StaticCharacteristic) -> str:
         "The intervals carry the bench's noise alone. A quadratic follows the family only to "
         f"{fixed(misfit, 2)} N (standard deviation at the worst speed), so the coefficients depend "
         "on which codes a fit takes in, and those of one speed lean on each other: a constant that "
-        "is lower is made up for by a slope that is higher. The thrusts, compared in newtons "
-        "below, are what to read."
+        "is lower is made up for by a slope that is higher. The thrusts in newtons are what to "
+        "read."
     )
-
-
-def comparison_codes(static: StaticCharacteristic) -> list[float]:
-    """Tens up to the largest code, and the largest code."""
-    largest = static.code[-1]
-    step = max(10.0 * round(largest / 120), 1.0) if largest >= 60 else max(largest / 10, 1.0)
-    return [*(float(c) for c in np.arange(2 * step, largest - step / 4, step)), largest]
 
 
 def _layout(static: StaticCharacteristic, published: PublishedTable2 | None) -> Table:
     rows: list[tuple[str, ...]] = []
-    classes = []
+    classes: list[str] = []
+
+    def add(name: str, ours: list[str], printed: list[str]) -> None:
+        rows.append((name, *ours))
+        classes.append("")
+        if published is not None:
+            rows.append(("published", *printed))
+            classes.append("published")
+
+    columns = [
+        None if published is None else speed_index(published.speed_mps, row.speed_mps)
+        for row in static.table2
+    ]
+    printed_rows = [
+        None if published is None or at is None else table2_row(published, at) for at in columns
+    ]
     for index, name in enumerate(("K_F0, N", "K_F1, N per code", "K_F2, N per code²")):
-        texts = [
+        ours = [
             with_interval(row.fit.coefficients[index], row.fit.ci95[index])[0]
             for row in static.table2
         ]
-        rows.append((name, *texts))
-        classes.append("")
-        if published is not None:
-            cells = []
-            for row in static.table2:
-                column = speed_index(published.speed_mps, row.speed_mps)
-                printed = None if column is None else table2_row(published, column)[index]
-                cells.append("–" if printed is None else as_printed(printed))
-            rows.append(("published", *cells))
-            classes.append("published")
-    rows.append(("dead zone to code", *(fixed(row.dead_zone_code, 1) for row in static.table2)))
-    classes.append("")
-    if published is not None:
-        rows.append(("published", *(_printed_edge(published, r.speed_mps) for r in static.table2)))
-        classes.append("published")
+        add(name, ours, ["–" if row is None else as_printed(row[index]) for row in printed_rows])
+    dead = [fixed(row.dead_zone_code, 1) for row in static.table2]
+    add("dead zone to code", dead, ["–" if row is None else _edge(row) for row in printed_rows])
     return Table(
         "Table 2. T = K_F0 sign N + K_F1 N + K_F2 N|N|",
         ("Coefficient", *(f"{speed(row.speed_mps)} m/s" for row in static.table2)),
@@ -120,11 +184,7 @@ def _layout(static: StaticCharacteristic, published: PublishedTable2 | None) -> 
     )
 
 
-def _printed_edge(published: PublishedTable2, speed_mps: float) -> str:
-    index = speed_index(published.speed_mps, speed_mps)
-    if index is None:
-        return "–"
-    printed = table2_row(published, index)
+def _edge(printed: tuple[float, ...]) -> str:
     at = np.linspace(0, 400, 40001)
     positive = np.flatnonzero(table2_thrust(np.asarray(printed), at) > 0)
     return fixed(float(at[positive[0]]), 1) if positive.size else "–"
@@ -142,46 +202,10 @@ def _coefficient_rows(
     return tuple(rows)
 
 
-def _quality(rows: Sequence[StaticRow]) -> Table:
-    return Table(
-        "How well the quadratic follows the family",
-        ("Speed, m/s", "Codes fitted", "Points", "Residual std, N", "R²"),
-        tuple(
-            (
-                speed(row.speed_mps),
-                f"{code(row.fit.quality.valid_range[0])} to {code(row.fit.quality.valid_range[1])}",
-                str(row.fit.quality.points),
-                fixed(row.fit.quality.residual_std, 3),
-                f"{row.fit.quality.r_squared:.6f}",
-            )
-            for row in rows
-        ),
-    )
-
-
-def _difference(static: StaticCharacteristic, published: PublishedTable2) -> list[Block]:
-    compared = compare_table2(static, published, comparison_codes(static))
+def _against_published(static: StaticCharacteristic, published: PublishedTable2) -> str:
     everywhere = compare_table2(static, published, static.code)
-    if not compared:
-        return [Paragraph("The published Table 2 has no speed in common with ours.")]
-    rows = []
-    for index, value in enumerate(compared[0].code.tolist()):
-        cells = []
-        for one in compared:
-            printed, ours = float(one.published_n[index]), float(one.family_n[index])
-            if np.isnan(ours):
-                cells.append("none")
-            elif printed <= 0 and ours <= 0:
-                cells.append("dead")
-            else:
-                cells.append(f"{fixed(ours, 2)} ({signed(ours - printed, 2)})")
-        rows.append((code(value), *cells))
-    table = Table(
-        "Thrust of our family in N, and (in brackets) its difference to the published Table 2",
-        ("Code", *(f"{speed(one.speed_mps)} m/s" for one in compared)),
-        tuple(rows),
-        note="dead: both give no thrust; none: our drive and propeller curves do not meet.",
-    )
+    if not everywhere:
+        return "The published Table 2 has no speed in common with ours."
     family = [(d, one.speed_mps) for one in everywhere if (d := one.largest_family_difference())]
     own = [(d, one.speed_mps) for one in everywhere if (d := one.largest_polynomial_difference())]
     sentences = []
@@ -192,16 +216,13 @@ def _difference(static: StaticCharacteristic, published: PublishedTable2) -> lis
                 f"{name} differs by at most {fixed(abs(difference), 2)} N "
                 f"(at code {code(at_code)}, {speed(at_speed)} m/s)"
             )
-    return [
-        table,
-        Paragraph(
-            "Over all codes where the published thrust is over 0.5 N, "
-            f"{' and '.join(sentences)} from the published Table 2."
-        ),
-    ]
+    return (
+        "Over all codes where the published thrust is over 0.5 N, "
+        f"{' and '.join(sentences)} from the published Table 2."
+    )
 
 
-def _full_code(
+def _largest_code(
     static: StaticCharacteristic,
     published: Published | None,
     inverse: InverseCharacteristic | None,
@@ -209,51 +230,35 @@ def _full_code(
     largest = static.code[-1]
     table2 = published.table2 if published else None
     table4 = published.table4 if published else None
-    header: tuple[str, ...] = ("Speed, m/s", "T_max, N", "95 % interval")
-    if table2 is not None:
-        header += ("Published Table 2, N", "Difference, N")
-    if table4 is not None:
-        header += ("Published Table 4, N", "Difference, N")
-    rows = []
+    header = ["Speed, m/s", "T_max, N", "95 % interval"]
+    header += ["Published Table 2, N", "Difference, N"] if table2 is not None else []
+    header += ["Published Table 4, N", "Difference, N"] if table4 is not None else []
+    rows, gaps = [], []
     for row in static.table2:
         value, interval = with_interval(row.thrust_max_n, largest_thrust_interval(row, inverse))
-        cells = [speed(row.speed_mps), value, interval]
-        if table2 is not None:
-            index = speed_index(table2.speed_mps, row.speed_mps)
+        cells, both = [speed(row.speed_mps), value, interval], []
+        for table in (table2, table4):
+            if table is None:
+                continue
+            index = speed_index(table.speed_mps, row.speed_mps)
             if index is None:
                 cells += ["–", "–"]
+                continue
+            if isinstance(table, PublishedTable2):
+                thrust = float(_thrust(table2_row(table, index), largest))
+                cells.append(fixed(thrust, 2))
             else:
-                printed = table2_row(table2, index)
-                thrust = float(table2_thrust(np.asarray(printed), largest))
-                cells += [fixed(thrust, 2), signed(row.thrust_max_n - thrust, 2)]
-        if table4 is not None:
-            at = speed_index(table4.speed_mps, row.speed_mps)
-            if at is None:
-                cells += ["–", "–"]
-            else:
-                thrust = table4.T_max_n[at]
-                cells += [as_printed(thrust), signed(row.thrust_max_n - thrust, 2)]
+                thrust = table.T_max_n[index]
+                cells.append(as_printed(thrust))
+            cells.append(signed(row.thrust_max_n - thrust, 2))
+            both.append(thrust)
         rows.append(tuple(cells))
-    return Table(
-        f"Thrust at the largest code, {code(largest)}",
-        header,
-        tuple(rows),
-        note=_how_far_apart(table2, table4, largest),
+        if len(both) == 2:
+            gaps.append(abs(both[0] - both[1]))
+    note = (
+        f"The two published tables differ from each other by up to {fixed(max(gaps), 2)} N here."
+        if gaps
+        else ""
     )
-
-
-def _how_far_apart(
-    table2: PublishedTable2 | None, table4: PublishedTable4 | None, largest: float
-) -> str:
-    if table2 is None or table4 is None:
-        return ""
-    gaps = []
-    for index, speed_mps in enumerate(table2.speed_mps):
-        other = speed_index(table4.speed_mps, speed_mps)
-        if other is not None:
-            printed = table2_row(table2, index)
-            thrust = float(table2_thrust(np.asarray(printed), largest))
-            gaps.append(abs(thrust - table4.T_max_n[other]))
-    if not gaps:
-        return ""
-    return f"The two published tables differ from each other by up to {fixed(max(gaps), 2)} N here."
+    caption = f"Thrust at the largest code, {code(largest)}"
+    return Table(caption, tuple(header), tuple(rows), note=note)

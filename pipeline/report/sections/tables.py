@@ -49,29 +49,6 @@ def _published_cells(coefficient: Coefficient) -> list[str]:
     ]
 
 
-def order_table(caption: str, quality: FitQuality) -> Table:
-    """Candidate orders with the evidence for the choice."""
-    best = min(score.aicc for score in quality.orders)
-    return Table(
-        caption,
-        ("Order", "Parameters", "AICc above the best", "Leave-one-out error", "Chosen"),
-        tuple(
-            (
-                score.order,
-                str(score.parameters),
-                general(score.aicc - best, 3),
-                general(score.leave_one_out_rmse, 3)
-                + ("" if quality.unit == "1" else f" {quality.unit}"),
-                "chosen" if score.chosen else "",
-            )
-            for score in quality.orders
-        ),
-        text_columns=frozenset({4}),
-        row_classes=tuple("chosen" if score.chosen else "" for score in quality.orders),
-        note=quality.order_reason,
-    )
-
-
 def quality_line(name: str, quality: FitQuality, variable: str) -> str:
     """One sentence: points, spread, R2, validity range."""
     unit = "" if quality.unit == "1" else f" {quality.unit}"

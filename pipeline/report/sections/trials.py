@@ -1,9 +1,10 @@
 """The vehicle's page: where the pages of its trial days and pool runs are."""
 
 from pipeline.report.blocks import Block, Details, Heading, Links, Paragraph, Section
-from pipeline.report.figures.trend import TREND_TITLE, trend_blocks, unsettled_days
+from pipeline.report.first_screen import SIGNS
 from pipeline.report.numbers import plural
 from pipeline.report.results import TrialDayLink, VehicleResults
+from pipeline.report.sections.trend import TREND_TITLE, trend_blocks, unsettled_days
 
 #: Trial days shown in the open; older ones are folded away.
 DAYS_SHOWN = 5
@@ -44,7 +45,23 @@ def trials_section(results: VehicleResults) -> Section:
 def _day(day: TrialDayLink) -> list[Block]:
     return [
         Heading(day.title, f"day-{day.name}"),
-        Links(((f"{day.title}: {day.line}", day.href), *day.runs)),
+        Links(((_said(day), day.href), *_runs(day))),
+    ]
+
+
+def _said(day: TrialDayLink) -> str:
+    if day.glance is None:
+        return f"{day.title}: {day.line}"
+    return f"{SIGNS[day.glance.light][0]} {day.title}: {day.glance.short}; {day.line}"
+
+
+def _runs(day: TrialDayLink) -> list[tuple[str, str]]:
+    """Set the sign of each run before it, where it is known."""
+    lights = [*day.lights, *([""] * len(day.runs))]
+    signs: dict[str, str] = {light: f"{sign} " for light, (sign, _) in SIGNS.items()}
+    return [
+        (f"{signs.get(light, '')}{label}", address)
+        for (label, address), light in zip(day.runs, lights, strict=False)
     ]
 
 

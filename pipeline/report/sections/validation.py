@@ -1,28 +1,36 @@
 """The allocator flown in simulation: does the vehicle keep course, depth and speed."""
 
-from pipeline.records.validation import AllocatorValidation, KeepingFlight, StepFlight
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from pipeline.records.validation import AllocatorValidation, KeepingFlight
+from pipeline.report import plotting
 from pipeline.report.blocks import (
     Block,
     Details,
+    Figure,
     Gallery,
     Paragraph,
     Section,
     Table,
     not_computed,
 )
-from pipeline.report.figures.validation import (
-    cross_talk_figure,
-    flight_errors_figure,
-    flight_gain_figure,
-    flight_traces_figure,
-)
 from pipeline.report.numbers import code, fixed, general, percent, speed
+from pipeline.report.panels import Mark, Panel, Trace
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.tables import explained
+from pipeline.report.zoomable import zoomable_figure
 
 ANCHOR, TITLE = "validation", "Allocator in flight: course, depth and speed with these tables"
-
-_NAMES = {"ideal": "ideal thrusters", "mooring": "mooring inverse", "compensated": "compensated"}
+#: Variant, what it is called, colour, mark.
+_VARIANTS: tuple[tuple[str, str, str, Mark], ...] = (
+    ("ideal", "ideal thrusters", plotting.SOFT, "^"),
+    ("mooring", "mooring inverse", plotting.VERMILLION, "s"),
+    ("compensated", "compensated", plotting.BLUE, "o"),
+)
+_NAMES = {variant: name for variant, name, *_ in _VARIANTS}
+_LABELS = ("speed  [m/s]", "course  [deg]", "depth  [cm]")
 
 
 def validation_section(results: VehicleResults) -> Section:
@@ -40,16 +48,10 @@ def validation_section(results: VehicleResults) -> Section:
             "by the bundled autopilot. Everything here holds for that model: it shows what the "
             "tables do, not how well the model is."
         ),
-        Gallery((flight_errors_figure(validation), flight_gain_figure(validation))),
-        Gallery((flight_traces_figure(validation), cross_talk_figure(validation))),
+        Gallery((_errors_figure(validation), _traces_figure(validation))),
         _keeping_table(validation),
         _cost_table(validation),
-        Details("Every step at every speed", (_steps_table(validation),)),
     ]
-    if validation.settings:
-        blocks.append(_settings_table(validation))
-    if validation.portions_flown:
-        blocks.append(_portions_table(validation))
     if validation.fixed_point is not None:
         fixed_point = validation.fixed_point
         blocks.append(
@@ -59,28 +61,24 @@ def validation_section(results: VehicleResults) -> Section:
                 f"at most {fixed_point.largest_difference}."
             )
         )
-    blocks.append(Paragraph(validation.power_text))
-    if validation.explanations:
-        blocks += explained(validation.explanations)
-    blocks.append(Details("What was flown", (_flown(validation),)))
+    blocks += [
+        Paragraph(validation.power_text),
+        *explained(validation.explanations),
+        Details("What was flown", (_flown(validation),)),
+        Paragraph(
+            "Steps of course and depth, portions varied and other settings: rig2sea validate "
+            "prints them, validation.json has them."
+        ),
+    ]
     return Section(ANCHOR, TITLE, tuple(blocks))
 
 
-def _shares(values: tuple[float, ...]) -> str:
-    """Write shares of the ranges; what is not a thousandth of a percent is none."""
-    return ", ".join(percent(share if share > 1e-5 else 0.0) for share in values) or "–"
-
-
 def _flown(validation: AllocatorValidation) -> Paragraph:
-    surge, heave, pitch, yaw = validation.disturbance
-    periods = validation.disturbance_period_s
+    axes = ("N on surge", "N on heave", "N m on pitch", "N m on yaw")
     pushed = [
-        f"{fixed(size, 1)} {unit} on {name} every {fixed(period, 1)} s"
-        for size, unit, name, period in (
-            (surge, "N", "surge", periods[0]),
-            (heave, "N", "heave", periods[1]),
-            (pitch, "N m", "pitch", periods[2]),
-            (yaw, "N m", "yaw", periods[3]),
+        f"{fixed(size, 1)} {axis} every {fixed(period, 1)} s"
+        for size, axis, period in zip(
+            validation.disturbance, axes, validation.disturbance_period_s, strict=True
         )
         if size > 0.0
     ]
@@ -90,6 +88,78 @@ def _flown(validation: AllocatorValidation) -> Paragraph:
         f"{', '.join(pushed) or 'none'}. Commands every {validation.control_period_s:g} s. "
         f"Without compensation: {validation.mooring_inverse}; with it: "
         f"{validation.compensated_inverse}."
+    )
+
+
+def _three_panels(rows: Iterable[tuple[str, Sequence[Trace]]], *, from_zero: bool) -> list[Panel]:
+    return [Panel(label, tuple(traces), from_zero=from_zero) for label, traces in rows]
+
+
+def _errors_figure(validation: AllocatorValidation) -> Figure:
+    """Draw root mean square errors of speed, course and depth over the speed."""
+    at = validation.settings_at_mps
+    moored, compensated = (
+        next(o for o in validation.keeping if o.variant == name and o.speed_mps == at)
+        for name in ("mooring", "compensated")
+    )
+    readings: tuple[Callable[[KeepingFlight], float], ...] = (
+        lambda one: one.speed_error_mps,
+        lambda one: one.heading_error_deg,
+        lambda one: 100 * one.depth_error_m,
+    )
+
+    def traces(of: Callable[[KeepingFlight], float]) -> list[Trace]:
+        return [
+            Trace(
+                name,
+                np.array([one.speed_mps for one in validation.keeping if one.variant == variant]),
+                np.array([of(one) for one in validation.keeping if one.variant == variant]),
+                colour,
+                "both",
+                mark=mark,
+            )
+            for variant, name, colour, mark in _VARIANTS
+        ]
+
+    rows = zip(_LABELS, map(traces, readings), strict=True)
+    return zoomable_figure(
+        "fig-flight-errors",
+        f"Told to keep {speed(at)} m/s, the vehicle misses by "
+        f"{general(moored.speed_error_mps, 2)} m/s (rms) with the mooring inverse and by "
+        f"{general(compensated.speed_error_mps, 2)} m/s with compensation; the course by "
+        f"{fixed(moored.heading_error_deg, 2)} and {fixed(compensated.heading_error_deg, 2)} deg, "
+        f"the depth by {fixed(100 * moored.depth_error_m, 1)} and "
+        f"{fixed(100 * compensated.depth_error_m, 1)} cm.",
+        "Rms errors of speed, course and depth over the speed, three lines each.",
+        f"Root mean square over {validation.flight_s:g} s. The disturbance is the same at every "
+        "speed and for everyone; ideal thrusters exert exactly the wrench that the autopilot "
+        "wants, so their line is what the autopilot itself leaves.",
+        _three_panels(rows, from_zero=True),
+        x_label="speed to be kept V  [m/s]",
+    )
+
+
+def _traces_figure(validation: AllocatorValidation) -> Figure:
+    """Draw speed, course and depth over time at one speed."""
+    at = validation.traces_at_mps
+    rows: list[list[Trace]] = [[], [], []]
+    lowest = 0.0
+    for variant, name, colour, _ in _VARIANTS:
+        trace = next(one for one in validation.traces if one.variant == variant)
+        depth = np.asarray(trace.depth_m)
+        if variant == "mooring":
+            lowest = min(trace.speed_mps)
+        values = (np.asarray(trace.speed_mps), np.asarray(trace.heading_deg))
+        for row, own in zip(rows, (*values, 100 * (depth - depth[0])), strict=True):
+            row.append(Trace(name, np.asarray(trace.time_s), own, colour))
+    return zoomable_figure(
+        "fig-flight-traces",
+        f"At {speed(at)} m/s the mooring inverse lets the speed fall to {fixed(lowest, 2)} m/s "
+        "before the integral of the autopilot makes up for it.",
+        "Speed, course and depth over time with ideal thrusters and both inverses.",
+        f"The flights at {speed(at)} m/s. Depth downwards from the one to be kept.",
+        _three_panels(zip(_LABELS, rows, strict=True), from_zero=False),
+        x_label="time  [s]",
     )
 
 
@@ -115,7 +185,8 @@ def _keeping_table(validation: AllocatorValidation) -> Table:
                 fixed(one.heading_error_deg, 2),
                 fixed(one.depth_error_m, 3),
                 fixed(one.pitch_error_deg, 2),
-                _shares(one.wrench_error),
+                # what is not a thousandth of a percent is none
+                ", ".join(percent(share if share > 1e-5 else 0.0) for share in one.wrench_error),
             )
             for one in validation.keeping
         ),
@@ -171,101 +242,4 @@ def _cost_table(validation: AllocatorValidation) -> Table:
         "0.1 m/s, where the row at rest is a model. "
         "Compare power only where both reach the same speed: the slower one needs less. J "
         "per metre: supply, or shafts where the supply is not known, over the speed reached.",
-    )
-
-
-def _steps_table(validation: AllocatorValidation) -> Table:
-    def row(one: StepFlight) -> tuple[str, ...]:
-        def shown(own: bool, text: str) -> str:
-            return f"({text})" if own else text
-
-        return (
-            speed(one.speed_at_mps),
-            one.step,
-            _NAMES[one.variant],
-            fixed(one.speed_mps, 4),
-            shown(one.step == "depth", fixed(one.depth_m, 4)),
-            shown(one.step == "heading", fixed(one.heading_deg, 2)),
-            fixed(one.pitch_deg, 2),
-            _shares(one.wrench),
-        )
-
-    return Table(
-        "What a step in one channel does to the others: largest deviation",
-        (
-            "Speed, m/s",
-            "Step",
-            "Flown with",
-            "Speed changes by, m/s",
-            "Depth changes by, m",
-            "Course changes by, deg",
-            "Pitch changes by, deg",
-            "Wrench error: surge, heave, pitch, yaw",
-        ),
-        tuple(row(one) for one in validation.steps),
-        text_columns=frozenset({1, 2}),
-        note="Difference from the same flight without the step. In brackets the stepped channel: "
-        "its largest distance from the same step with ideal thrusters.",
-    )
-
-
-def _settings_table(validation: AllocatorValidation) -> Table:
-    own = next(
-        one
-        for one in validation.keeping
-        if one.variant == "compensated" and one.speed_mps == validation.settings_at_mps
-    )
-    rows = [("as above", own), *((one.setting, one.flight) for one in validation.settings)]
-    return Table(
-        f"Compensated, one thing changed, at {speed(validation.settings_at_mps)} m/s: rms errors",
-        (
-            "Changed",
-            "Speed error, m/s",
-            "Course error, deg",
-            "Depth error, m",
-            "Surge force error",
-            "Yaw error",
-        ),
-        tuple(
-            (
-                text,
-                fixed(one.speed_error_mps, 4),
-                fixed(one.heading_error_deg, 2),
-                fixed(one.depth_error_m, 3),
-                percent(one.wrench_error[0]),
-                percent(one.wrench_error[3]),
-            )
-            for text, one in rows
-        ),
-    )
-
-
-def _portions_table(validation: AllocatorValidation) -> Table:
-    return Table(
-        f"Portions varied, compensated, at {speed(validation.settings_at_mps)} m/s",
-        (
-            "Π_x surge",
-            "Π_φ, Π_ψ heading, pitch",
-            "Reached, m/s",
-            "Speed error, m/s",
-            "Course error, deg",
-            "Demands cut",
-            "Cut in a large turn",
-            "Turned, deg",
-        ),
-        tuple(
-            (
-                fixed(one.surge, 2),
-                fixed(one.heading, 2),
-                fixed(one.flight.reached_mps, 2),
-                fixed(one.flight.speed_error_mps, 4),
-                fixed(one.flight.heading_error_deg, 2),
-                percent(one.flight.cut_share),
-                percent(one.heading_step_cut_share),
-                general(one.heading_step_reached_deg, 3),
-            )
-            for one in validation.portions_flown
-        ),
-        note=f"The turn is a step of {fixed(validation.large_step_deg, 0)} deg; turned: largest "
-        "heading within that flight.",
     )

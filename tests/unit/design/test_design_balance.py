@@ -25,7 +25,7 @@ from pipeline.design.balance_hull import BodyHull, PolarHull
 from pipeline.design.balance_input import BalanceInput, HullInput, LimitInput
 from pipeline.design.balance_limits import StatedLimits
 from pipeline.errors import CannotComputeError
-from pipeline.report.figures.design_balance import use_figure
+from pipeline.report.sections.design_balance import use_figure
 from pipeline.vehicle.load import load_checked
 
 LAW = HullInput(at_speed_mps=3.0, drag_n=148.0, lift_n_per_rad=1375.0, righting_nm_per_rad=731.0)
@@ -139,16 +139,16 @@ def test_a_speed_whose_square_is_no_number_is_refused() -> None:
 @pytest.mark.parametrize(
     ("limit_n", "speeds", "expected"),
     [
-        (60.0, (1.0, 3.5), "Beyond the red line"),
+        (60.0, (1.0, 3.5), "Beyond the dotted line"),
         (500.0, (1.0, 3.5), "No thruster comes to its limit anywhere"),
         (5.0, (3.0, 3.5), "beyond its limit everywhere"),
-        (60.0, (0.01, 0.02), "Nowhere on the map"),
+        (60.0, (0.01, 0.02), "Nowhere in the envelope"),
     ],
 )
 def test_the_map_of_use_says_what_is_on_it(
     limit_n: float, speeds: tuple[float, float], expected: str
 ) -> None:
-    """Its title names a red line only where one is drawn."""
+    """Its title names the limit only where it is passed."""
     envelope = {
         "speed_mps": {"first": speeds[0], "last": speeds[1], "points": 2},
         "residual_buoyancy_n": {"first": 60.0, "last": 75.0, "points": 2},

@@ -3,11 +3,11 @@
 import diagnosis_records
 import pytest
 
-from pipeline.report.figures.diagnosis_runs import (
-    before_after_figure,
+from pipeline.report.sections.diagnosis_curves import (
     curves,
     healthy_floor,
     resolution,
+    run_figure,
 )
 
 
@@ -18,10 +18,8 @@ def test_held_out_readings_are_compared_with_their_own_healthy_floor() -> None:
         update={"channels": {**record.shrink.channels, "z": held_out}}
     )
     (drawn,) = curves(record)
-    figure = before_after_figure(
-        record.model_copy(update={"shrink": shrink}), drawn, 0, resolution(1)
-    )
-    assert figure.lead.endswith("; a healthy vehicle leaves 0.012 m.")
+    figure = run_figure(record.model_copy(update={"shrink": shrink}), drawn, 0, resolution(1))
+    assert figure.lead.endswith("; a sound vehicle leaves 0.012 m.")
     # a channel without held-out readings has the floor of the whole runs
     bare = record.model_copy(update={"shrink": shrink.model_copy(update={"channels": {}})})
     assert healthy_floor(bare, "z") == pytest.approx(record.gap.channels["z"].healthy_floor)

@@ -29,22 +29,13 @@ def sentences(section: Section) -> list[str]:
     return [one.text for one in section.blocks if isinstance(one, Paragraph)]
 
 
-def captions(section: Section) -> list[str]:
-    return [one.caption for one in section.blocks if isinstance(one, Table)]
-
-
-DIFFERENCE = "Table 4: our code less the published one, in codes"
-
-
 @pytest.mark.usefixtures("undrawn")
 def test_table_4_is_compared_at_speeds_in_common_alone(results: VehicleResults) -> None:
     both = inverse_section(results)
     assert any(text.startswith("Our Table 4 differs") for text in sentences(both))
-    assert DIFFERENCE in captions(both)
     apart = inverse_section(shifted(results))
     assert "The published Table 4 has no speed in common with ours." in sentences(apart)
     assert not any(text.startswith("Our Table 4") for text in sentences(apart))
-    assert DIFFERENCE not in captions(apart)
 
 
 @pytest.mark.usefixtures("undrawn")
@@ -61,4 +52,4 @@ def test_both_shares_of_the_allocator_are_of_all_demands(results: VehicleResults
         if isinstance(one, Table) and one.caption.startswith("Wrench error")
     ]
     assert table.header[-2:] == ("Demands within reach", "Within reach, opposed to motion")
-    assert table.note.endswith("Both shares are of all demands.")
+    assert "Both shares are of all demands." in table.note

@@ -17,8 +17,8 @@ from pipeline.records.trial import DayTables, PageReceipt, TrialDay
 from pipeline.report.blocks import Details, Figure, Paragraph
 from pipeline.report.day_results import DayResults, table_changes
 from pipeline.report.decimate import decimated
-from pipeline.report.figures.trend import trend_figure
 from pipeline.report.results import TrialDayLink, VehicleResults
+from pipeline.report.sections.trend import trend_figure
 from pipeline.report.sections.trials import has_trend, trials_section
 from pipeline.report.trial_page import day_page, day_warnings
 

@@ -11,7 +11,7 @@ import pytest
 from pipeline.errors import InputError
 from pipeline.report import assets
 from pipeline.report.decimate import thinned
-from pipeline.report.figures.diagnosis_runs import resolution
+from pipeline.report.sections.diagnosis_curves import resolution
 from pipeline.report.sections.diagnosis_gap import MOST_DRAWN
 from pipeline.report.zoomable import (
     Panel,

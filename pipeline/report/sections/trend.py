@@ -47,7 +47,7 @@ def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
     if not days:
         return ()
     names = ", ".join(days)
-    text = f"The fit of these trial days did not settle, so they take no part in a trend: {names}."
+    text = f"Of these trial days the fit did not come to an end, so no trend is told: {names}."
     return (Paragraph(text, tone="warning"),)
 
 

@@ -7,12 +7,19 @@ import numpy as np
 
 from pipeline.language import as_it_is
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
+from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.diagnosis import DiagnosisRecord, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.diagnosis_words import channel_name, identifiers, of_bench
-from pipeline.report.figures.run_channels import FEW_READINGS, shown_unit
+from pipeline.report.channels import channel_name, short_name, shown_unit
+from pipeline.report.diagnosis_words import (
+    identifiers,
+    of_bench,
+)
 from pipeline.report.numbers import general
+from pipeline.report.sections.run_channels import (
+    FEW_READINGS,
+)
 from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
 from pipeline.types import BoolArray, FloatArray
 
@@ -106,6 +113,18 @@ def _joined(own: list[Series]) -> HeldOut:
     )
 
 
+def curves_in_order(record: DiagnosisRecord) -> list[HeldOut]:
+    """Return the curves, channels that carry the gap first, and of those the largest error."""
+
+    def place(one: HeldOut) -> tuple[bool, float, str, str]:
+        before, floor = one.errors[0], healthy_floor(record, one.channel)
+        known = 1.0 if floor is None else floor
+        largest = before / known if np.isfinite(before) and known > 0.0 else 0.0
+        return one.channel not in record.gap.where.channels, -largest, one.channel, one.run
+
+    return sorted(curves(record), key=place)
+
+
 def resolution(count: int) -> Resolution:
     """Share the page's points among its figures.
 
@@ -115,32 +134,60 @@ def resolution(count: int) -> Resolution:
     return Resolution.shared(_CURVES * count)
 
 
-def before_after_figure(
-    record: DiagnosisRecord, one: HeldOut, number: int, detail: Resolution
-) -> Figure:
+def run_figure(record: DiagnosisRecord, one: HeldOut, number: int, detail: Resolution) -> Figure:
     """Draw a channel of a held-out run: above the curves, below what the models leave."""
-    bench = of_bench(record)
+    floor, bench = healthy_floor(record, one.channel), of_bench(record)
+    name, lead = f"fig-held-out-{number}", _lead(record, one)
+    return _figure(name, lead, one, floor, detail, bench=bench)
+
+
+def finding_figure(finding: DayFinding) -> Figure | None:
+    """Draw the readings in which a finding is to be seen best; None where there are none."""
+    drawn = held_out(finding.shown)
+    if not drawn:
+        return None
+    one = drawn[0]
+    _, factor = shown_unit(finding.shown[0].unit)
+    floor = None if finding.shown_floor is None else factor * finding.shown_floor
+    before, after = (f"{general(error, 2)} {one.unit}" for error in one.errors)
+    said = f"{channel_name(one.channel)} in {as_it_is(one.run)}: the simulation is off by {before}"
+    if not finding.is_sound and not np.array_equal(one.before, one.after, equal_nan=True):
+        said += f" as the file says, and by {after} with this cause"
+    elif floor is not None:
+        said += f"; a sound vehicle leaves {general(floor, 2)} {one.unit}"
+    return _figure("fig-shown", f"{_capital(said)}.", one, floor, Resolution())
+
+
+def _figure(
+    name: str,
+    lead: str,
+    one: HeldOut,
+    floor: float | None,
+    detail: Resolution,
+    *,
+    bench: bool = False,
+) -> Figure:
     style: Style = "points" if one.time_s.size < FEW_READINGS // 4 or bench else "line"
-    band = _band(record, one)
+    band = None if floor is None else 2.0 * floor
     # a verdict that adds nothing to the model leaves it as it was: one curve, not two on another
     same = np.array_equal(one.before, one.after, equal_nan=True)
-    models = [("before", one.before, plotting.VERMILLION)]
+    models = [("vehicle file", one.before, plotting.VERMILLION)]
     if not same:
-        models.append(("after", one.after, plotting.BLUE))
+        models.append(("with the answer", one.after, plotting.BLUE))
     panels = (
         Panel(
-            f"{_label(one.channel)}  [{one.unit}]",
+            f"{short_name(one.channel)}  [{one.unit}]",
             (
                 Trace("measured", one.time_s, one.measured, plotting.INK, style, 1.4),
-                *(Trace(name, one.time_s, model, colour) for name, model, colour in models),
+                *(Trace(model, one.time_s, own, colour) for model, own, colour in models),
             ),
             height=1.3,
         ),
         Panel(
             "error",
             tuple(
-                Trace(name, one.time_s, one.measured - model, colour)
-                for name, model, colour in models
+                Trace(model, one.time_s, one.measured - own, colour)
+                for model, own, colour in models
             ),
             height=0.8,
             band=band,
@@ -150,34 +197,24 @@ def before_after_figure(
     relative = one.channel in _ANGLES and not np.any(one.measured[np.isfinite(one.measured)])
     turned = " Shown is the rotation away from the measured attitude." if relative else ""
     over = "over the control code" if bench else "over time"
-    alt = (
-        f"{channel_name(one.channel)} in {as_it_is(one.run)} {over}: measured, predicted before "
-        "and after the answer is added; below, what either leaves."
-    )
+    channel, run = channel_name(one.channel), as_it_is(one.run)
     added = "" if same else " Blue: with the answer added."
-    grey = "; grey: twice the healthy floor" if band is not None else ""
+    grey = "; grey: twice what a sound vehicle leaves" if band is not None else ""
     return zoomable_figure(
-        f"fig-held-out-{number}",
-        _lead(record, one),
-        alt,
-        f"{_capital(channel_name(one.channel))} in {as_it_is(one.run)}. Black (white on a dark "
-        f"page): measured. Orange: the vehicle file's model.{added} Below: measured less "
-        f"model{grey}.{turned}",
+        name,
+        lead,
+        f"{channel} in {run} {over}: measured, predicted before and after the answer is added; "
+        "below, what either leaves.",
+        f"{_capital(channel)} in {run}. Black (white on a dark page): measured. Orange: the "
+        f"vehicle file's model.{added} Below: measured less model{grey}.{turned}",
         panels,
         x_label="control code  [–]" if bench else "time in the run  [s]",
         resolution=detail,
     )
 
 
-def _label(channel: str) -> str:
-    # a long name would not stand beside a panel of a telephone's height
-    return {"phi": "roll φ", "theta": "pitch θ", "psi": "yaw ψ", "z": "depth z"}.get(
-        channel, channel.replace("_", " ")
-    )
-
-
 def healthy_floor(record: DiagnosisRecord, channel: str) -> float | None:
-    """Return what a healthy vehicle leaves of a channel, in units that a person reads.
+    """Return what a sound vehicle leaves of a channel, in units that a person reads.
 
     That of the held-out readings, which are what is drawn: over the whole runs it is another,
     as they are predicted over other times ahead.
@@ -188,11 +225,6 @@ def healthy_floor(record: DiagnosisRecord, channel: str) -> float | None:
     _, factor = shown_unit(gap.unit)
     of_held_out = record.shrink.channels.get(channel)
     return factor * (gap.healthy_floor if of_held_out is None else of_held_out.noise_floor)
-
-
-def _band(record: DiagnosisRecord, one: HeldOut) -> float | None:
-    floor = healthy_floor(record, one.channel)
-    return None if floor is None else 2.0 * floor
 
 
 def _error_range(one: HeldOut, band: float | None) -> tuple[float, float] | None:
@@ -220,7 +252,7 @@ def _lead(record: DiagnosisRecord, one: HeldOut) -> str:
     floor = healthy_floor(record, one.channel)
     if floor is not None:
         shown = general(floor, 2)
-        text += f"; a healthy vehicle leaves {shown} {one.unit}"
+        text += f"; a sound vehicle leaves {shown} {one.unit}"
     return f"{_capital(text)}."
 
 

@@ -8,6 +8,7 @@ from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.trial import ChannelError
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
+from pipeline.report.channels import channel_name, short_name, shown_unit
 from pipeline.report.numbers import code, general
 from pipeline.report.zoomable import (
     Axis,
@@ -20,7 +21,7 @@ from pipeline.report.zoomable import (
 )
 from pipeline.types import FloatArray
 
-#: Quantity -> what it is called, and the symbols of its components.
+#: Quantity -> what it is called.
 TITLES: dict[str, str] = {
     "velocity": "Velocity over ground, body axes",
     "angular_velocity": "Angular velocity, body axes",
@@ -31,9 +32,6 @@ TITLES: dict[str, str] = {
     "shaft_speed": "Shaft speed",
     "voltage": "Supply voltage",
 }
-SYMBOLS = {"phi": "roll φ", "theta": "pitch θ", "psi": "yaw ψ"}
-#: Units that a person reads, and the factor to them.
-SHOWN_UNITS = {"rad": ("deg", 180 / np.pi), "rad/s": ("deg/s", 180 / np.pi), "m/s^2": ("m/s²", 1.0)}
 #: Fewer readings than this are drawn as points.
 FEW_READINGS = 400
 #: A longer name does not stand beside a thruster's panel.
@@ -56,15 +54,6 @@ class Series:
     free: FloatArray
 
 
-def shown_unit(unit: str) -> tuple[str, float]:
-    """Return the unit that figures and tables use, and the factor to it.
-
-    >>> shown_unit("m/s")
-    ('m/s', 1.0)
-    """
-    return SHOWN_UNITS.get(unit, (unit, 1.0))
-
-
 def channel_figure(
     quantity: str, series: tuple[Series, ...], duration_s: float, detail: Resolution
 ) -> Figure:
@@ -76,7 +65,7 @@ def channel_figure(
         _lead(quantity, series),
         alt,
         f"{TITLES[quantity]}. Black (white on a dark page): readings. Blue: predicted from the "
-        "commands over windows, each from a start that was estimated just before it. Orange: one "
+        "commands, time and again from a start that was estimated just before. Orange: one "
         "free run from the start of the log, as far as the axis reaches. Lower panels: reading "
         "less prediction; the grey band is twice the sensor's noise where the vehicle file states "
         "it.",
@@ -100,16 +89,16 @@ def _panels(one: Series) -> tuple[Panel, Panel]:
     margin = 0.12 * (high - low) + 0.02 * max(abs(low), abs(high)) + 1e-9
     noise = one.error.sensor_noise
     upper = Panel(
-        f"{SYMBOLS.get(one.error.channel, one.error.channel)}  [{unit}]",
+        f"{short_name(one.error.channel)}  [{unit}]",
         (
             Trace("measured", one.time_s, factor * one.measured, plotting.INK, style, 1.4),
             Trace("free run", one.free_time_s, factor * one.free, plotting.ORANGE),
-            Trace("windows", one.time_s, factor * one.windows, plotting.BLUE),
+            Trace("predicted", one.time_s, factor * one.windows, plotting.BLUE),
         ),
         height=1.2,
         y_range=(low - margin, high + margin),
     )
-    error = Trace("error over windows", one.time_s, factor * one.residual, plotting.BLUE, style)
+    error = Trace("error", one.time_s, factor * one.residual, plotting.BLUE, style)
     # without a stated noise there is a line at zero alone
     band = 2 * factor * noise if noise is not None else 0.0
     return upper, Panel("error", (error,), height=0.6, band=band)
@@ -120,12 +109,13 @@ def _lead(quantity: str, series: tuple[Series, ...]) -> str:
     parts = []
     for one in series:
         unit, factor = shown_unit(one.error.unit)
-        text = f"{one.error.channel} to {general(factor * one.error.rmse_windows, 2)} {unit}"
+        error = general(factor * one.error.rmse_windows, 2)
+        text = f"{channel_name(one.error.channel)} to {error} {unit}"
         noise = one.error.sensor_noise
         if noise:
             text += f" ({general(one.error.rmse_windows / noise, 2)} times the noise)"
         parts.append(text)
-    return f"{TITLES[quantity]}, root mean square error over the windows: {', '.join(parts)}."
+    return f"{TITLES[quantity]}: simulated {', '.join(parts)} (rms)."
 
 
 def command_figure(
