@@ -1,7 +1,5 @@
 """Outliers by name, firmware files, and where everything came from."""
 
-from pathlib import PurePath
-
 from pipeline.control.inverse import firmware_grid
 from pipeline.records.fits import FitQuality, PolynomialFit
 from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
@@ -82,7 +80,12 @@ def firmware_section(results: VehicleResults) -> Section:
     firmware = results.inverse.firmware if results.inverse is not None else None
     if results.firmware_files:
         blocks.append(
-            Links(tuple((PurePath(name).name, safe_link(name)) for name in results.firmware_files))
+            Links(
+                tuple(
+                    (name.rpartition("firmware/")[2], safe_link(name))
+                    for name in results.firmware_files
+                )
+            )
         )
     else:
         reason = results.missing.get(

@@ -150,11 +150,10 @@ def _figure(
     """Draw thrust at rest by both routes, and below what lies between them."""
     top, bottom = (pick(gaps, key=lambda gap: gap.code) for pick in (max, min))
     worst = max(gaps, key=lambda gap: abs(gap.gap_n))
-    astern = (
-        f" and −{fixed(bottom.measured_n, 1)} N at code {code(bottom.code)}"
-        if bottom.code < 0
-        else ""
-    )
+    measured = f"{fixed(top.measured_n, 1)} N at code {code(top.code)}"
+    if bottom.code < 0:
+        astern = f"−{fixed(bottom.measured_n, 1)} N at code {code(bottom.code)}"
+        measured = f"{measured} and {astern}"
     row = speed_index(static.speed_mps, 0.0) or 0
     grid = np.linspace(-static.code[-1], static.code[-1], 401)
     thrust = static_thrust(static, row, grid)
@@ -177,8 +176,8 @@ def _figure(
     )
     return zoomable_figure(
         "fig-mooring",
-        f"At rest the mooring test measured {fixed(top.measured_n, 1)} N at code {code(top.code)}"
-        f"{astern}; load test and open-water curves together give {fixed(top.calculated_n, 1)} N. "
+        f"At rest the mooring test measured {measured}; "
+        f"load test and open-water curves together give {fixed(top.calculated_n, 1)} N. "
         f"The largest gap, {fixed(abs(worst.gap_n), 2)} N, is at code {code(worst.code)}.",
         "Thrust at rest against code: mooring points of both sweeps over the calculated curve; "
         "below, measured less calculated with the 95 % interval of both.",

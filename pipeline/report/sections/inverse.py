@@ -112,7 +112,7 @@ def _table3(
         ),
     ]
     if published is not None:
-        blocks.append(Paragraph(f"{_table3_sentence(sides)} {share_inside(rows)}"))
+        blocks += [Paragraph(_table3_sentence(sides)), Paragraph(share_inside(rows))]
     for name, _, fit, _ in sides:
         blocks.append(Paragraph(quality_line(f"N(T), {name} thrust", fit.quality, "T, N,")))
     there = {name for name, *_ in sides}

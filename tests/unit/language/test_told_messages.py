@@ -104,8 +104,8 @@ def test_the_verdict_on_a_mooring_table(russian: Catalogue, text: str, said: str
         ("0 of 2646 steps of the grid fall", "падает шагов сетки: 0 из 2646"),
         ("Why", "Причина"),
         (
-            "Depth z is off most, 2.2 times the healthy floor.",
-            "Глубина z отклоняется больше всех, отношение к уровню исправного аппарата 2,2.",
+            "Depth z is off most, 2.2 times what a sound vehicle leaves.",
+            "Глубина z отклоняется больше всех, 2,2 к тому, что оставляет исправный аппарат.",
         ),
         (
             "what is ordinary was learned from 1 healthy run",

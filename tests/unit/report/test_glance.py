@@ -7,10 +7,13 @@ from diagnosis_records import estimate
 
 from pipeline.reader_language import use
 from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
-from pipeline.records.diagnosis import NextRun, RankedEffect
+from pipeline.records.diagnosis import NextRun, RankedEffect, Series
 from pipeline.records.glance import Glance
 from pipeline.report.first_screen import first_screen, with_glance
 from pipeline.report.glance import Flown, day_glance, run_glance
+from pipeline.report.glance_text import glance_text
+from pipeline.report.plain_words import short_finding
+from pipeline.report.sections.diagnosis_curves import finding_figure
 
 FLOWN = Flown({"straight": ("straight",), "turns": ("zig_zag",)})
 FAULT = DayFinding(
@@ -84,7 +87,7 @@ def test_a_sound_day_is_green_and_says_so_in_the_same_place() -> None:
     sound = DAY.model_copy(update={"findings": (SOUND,)})
     glance = day_glance("boat", "2026-05-04", sound, FLOWN, BEFORE)
     assert glance.light == "green"
-    assert glance.matter.startswith("Sound: the vehicle moves as its file says; sure to 0.98")
+    assert glance.matter == "1 run. Sound: the vehicle moves as its file says; sure to 0.98."
     assert glance.last_advice.endswith("Followed; the fault is gone.")
 
 
@@ -123,7 +126,56 @@ def test_a_page_takes_another_first_screen() -> None:
 def test_the_likeliest_of_several_answers_is_not_called_sure() -> None:
     hardly = SOUND.model_copy(update={"probability": 0.29, "ambiguous_with": ("dead_zone",)})
     glance = day_glance("b", "d", DAY.model_copy(update={"findings": (hardly,)}), FLOWN)
-    assert "the likeliest answer, at 0.29, or it is this: small codes give no thrust" in (
-        glance.matter
-    )
+    assert glance.light == "green", "nothing wrong is the likeliest answer"
+    assert "do not rule out that small codes give no thrust (sound at 0.29" in glance.matter
+    assert glance.short == "no fault found"
     assert "sure" not in glance.matter
+    # a doubt is worth a run that ends it, where one would
+    doubted = DAY.model_copy(
+        update={
+            "findings": (hardly,),
+            "next_run": NextRun(
+                manoeuvre="pitch_steps",
+                separates=("dead_zone", "none"),
+                expected_separation_sigma=2.5,
+            ),
+        }
+    )
+    advice = day_glance("b", "d", doubted, FLOWN).fly_next
+    assert advice == "Pitch steps: it shows whether small codes give no thrust."
+
+
+def test_what_may_be_nothing_is_called_perhaps_in_every_list() -> None:
+    faint = FAULT.model_copy(update={"ambiguous_with": ("none",)})
+    assert short_finding(faint).startswith("perhaps the upper thruster gives 69 %")
+    assert short_finding(FAULT).startswith("the upper thruster gives 69 %")
+
+
+def test_the_terminal_says_it_in_russian() -> None:
+    sound = day_glance("b", "d", DAY.model_copy(update={"findings": (SOUND,)}), FLOWN)
+    use("ru")
+    try:
+        lines = glance_text("boat", sound).splitlines()
+    finally:
+        use("en")
+    assert lines[0].startswith("boat: ✔ Неисправности нет. 1 прогон. Исправен")
+    assert "  Что сделать: ничего." in lines
+    assert not any(re.search(r"[A-Za-z]{5,}", line) for line in lines[1:])
+
+
+def test_the_picture_of_a_finding_takes_the_place_of_the_pages_own() -> None:
+    seen = Series(
+        run="turns", channel="w", unit="m/s", time_s=(0.0, 1.0, 2.0),
+        measured=(0.0, 0.1, 0.0), before=(0.1, 0.2, 0.1), after=(0.0, 0.11, 0.01),
+    )  # fmt: skip
+    picture = finding_figure(FAULT.model_copy(update={"shown": (seen,), "shown_floor": 0.02}))
+    assert picture is not None
+    assert picture.lead == (
+        "Heave velocity w in turns: the simulation is off by 0.10 m/s as the file says, and by "
+        "0.0082 m/s with this cause."
+    )
+    page = "<!--picture-->track<!--/picture--><h2>Manoeuvres</h2><!--spare-->"
+    glance = day_glance("b", "d", DAY, FLOWN)
+    done = with_glance(page, glance, picture)
+    assert done.index('id="fig-shown"') < done.index("<h2>") < done.index("track")
+    assert finding_figure(FAULT) is None

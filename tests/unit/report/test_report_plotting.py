@@ -11,7 +11,7 @@ def draw(name: str) -> str:
         axes.plot([0, 1, 2], [0, 1, 4], "o", label="points")
         axes.scatter(range(5), range(5), rasterized=True)
         axes.set(xlabel="x  [m]", ylabel="y  [N]", xlim=(0, 1))
-        plotting.legend_above(figure, axes)
+        figure.legend(*axes.get_legend_handles_labels())
 
     return str(plotting.draw(name, 'with "quotes" & <tags>', paint))
 

@@ -73,7 +73,7 @@ def test_a_name_marked_for_another_language_is_shown_plainly_in_english() -> Non
 
 def test_a_force_below_that_of_a_healthy_vehicle_is_not_so_many_times_larger() -> None:
     said = translate(
-        "Outside force that the readings want beside the answer: 0.70 times that of a healthy "
+        "Outside force that the readings want beside the answer: 0.70 times that of a sound "
         "vehicle."
     )
     assert "составляет 0,70 от" in said

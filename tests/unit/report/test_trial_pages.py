@@ -117,8 +117,8 @@ def test_day_that_agrees_has_no_warning(results: VehicleResults) -> None:
 
 def test_parameter_that_moved_is_named_first(results: VehicleResults) -> None:
     moved, off = day_warnings(day(results, 15.0, 10.2))
-    assert moved.startswith("added_mass_surge: outside the intervals of 2026-05-03.")
-    assert "does not hold the vehicle file's value" in off
+    assert moved.startswith("added mass surge: outside the intervals of 2026-05-03.")
+    assert off == "By this day's fit the vehicle file is off in: added mass surge."
 
 
 def test_day_page_shows_trend_tables_and_runs_escaped(results: VehicleResults) -> None:
@@ -148,7 +148,7 @@ def without_fit(name: str) -> TrialDay:
 
 
 def test_page_without_a_trend_says_how_many_days_have_parameters(results: VehicleResults) -> None:
-    needed = "A trend needs two trial days with identified parameters; there is "
+    needed = "A trend needs two trial days with a fit; there is "
     assert f"{needed}one so far." in day_page(day(results, 10.0), CRUMBS)
     one_before = replace(day(results, 10.0, 10.2), trial=without_fit("2026-05-04"))
     assert f"{needed}one so far." in day_page(one_before, CRUMBS)
@@ -173,7 +173,7 @@ def test_what_the_corrected_file_predicts_has_a_column_of_its_own(results: Vehic
 
 def test_fit_that_no_window_judges_is_no_missing_fit(results: VehicleResults) -> None:
     there = day_page(day(results, 10.0), CRUMBS)
-    assert "took no part: no window was left to judge the fit by." in there
+    assert "took no part: nothing was left to judge the fit by." in there
     missing = replace(day(results, 10.0), trial=without_fit("2026-05-04"))
     assert "took no part: there is no fit to judge." in day_page(missing, CRUMBS)
 
@@ -195,15 +195,15 @@ def unsettled(name: str, value: float) -> TrialDay:
 
 def test_a_fit_that_did_not_settle_is_compared_with_nothing(results: VehicleResults) -> None:
     found = replace(day(results, 15.0, 10.2), trial=unsettled("2026-05-04", 15.0))
-    assert day_warnings(found) == ("The fit did not settle: do not use its values.",)
+    assert day_warnings(found) == ("The fit did not come to an end: do not use its values.",)
     text = day_page(found, CRUMBS)
     (section,) = re.findall(r'<summary id="identified">.*?</details>', text, re.DOTALL)
-    assert "The fit did not settle: do not use its values." in section
+    assert "The fit did not come to an end: do not use its values." in section
     assert '<tr class="warning">' not in section
     assert "2026-05-03" not in section
     assert "moved out" not in text
     assert 'id="fig-trend"' not in text
-    assert "so they take no part in a trend: 2026-05-04." in text
+    assert "so no trend is told: 2026-05-04." in text
     assert "there is one so far." in text
 
 
@@ -217,7 +217,7 @@ def test_a_day_is_compared_with_the_last_one_that_settled(results: VehicleResult
     assert not [text for text in day_warnings(found) if "outside the intervals" in text]
     text = day_page(found, CRUMBS)
     assert "interval lies wholly outside that of the trial day before." in text
-    assert "so they take no part in a trend: 2026-05-03." in text
+    assert "so no trend is told: 2026-05-03." in text
 
 
 def linked(name: str, value: float, *, settled: bool = True) -> TrialDayLink:
@@ -234,7 +234,7 @@ def test_the_vehicles_page_leaves_an_unsettled_day_out_of_its_trend(
     assert not has_trend(two)
     texts = [one.text for one in trials_section(two).blocks if isinstance(one, Paragraph)]
     assert texts == [
-        "The fit of these trial days did not settle, so they take no part in a trend: 2026-05-03."
+        "Of these trial days the fit did not come to an end, so no trend is told: 2026-05-03."
     ]
     three = replace(results, trials=(*days, linked("2026-05-04", 10.2)))
     assert has_trend(three)

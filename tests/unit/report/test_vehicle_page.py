@@ -102,7 +102,7 @@ def test_page_is_small_and_self_contained(page: str) -> None:
     tags = outline(page).tags
     assert not [tag for tag, _ in tags if tag in {"iframe", "object", "embed"}]
     scripts = [attrs for tag, attrs in tags if tag == "script"]
-    assert scripts == [{"type": "application/json", "class": "zoom-data"}] * 8
+    assert scripts == [{"type": "application/json", "class": "zoom-data"}] * 9
     fetched = [
         value
         for tag, attrs in tags
@@ -148,7 +148,7 @@ def test_a_link_cannot_carry_a_scheme(results: VehicleResults) -> None:
 
 def test_every_figure_has_a_sentence_axes_and_a_description(page: str) -> None:
     figures = re.findall(r"<figure.*?</figure>", page, re.DOTALL)
-    assert len(figures) == 8
+    assert len(figures) == 9
     for figure in figures:
         lead = re.search(r'<p class="see">(.*?)</p>', figure, re.DOTALL)
         assert lead
