@@ -26,7 +26,7 @@ REGRESSORS = {
     "|code|": "size of the code",
 }
 #: An effect in words where its identifier alone may be read as something else.
-_WORDS = {"current": "water current"}
+_WORDS = {"current": "water current", "none": "nothing wrong", "unknown": "a cause not known"}
 #: Where a verdict's sentence has identifiers: not every word that is spelt like one is one.
 _ANSWERS = re.compile(r"\b[a-z_]+(?= \(| alone has )")
 _LISTED = re.compile(r"(?<= cannot tell it from ).*|(?<= readings speak for ).*?(?=, but )")
