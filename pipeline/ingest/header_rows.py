@@ -9,7 +9,6 @@ from pipeline.ingest.cells import is_number, is_text
 from pipeline.ingest.sheet import Cell, Row, Sheet
 from pipeline.ingest.unit_text import is_percent, normalise_unit
 from pipeline.ingest.vocabulary import (
-    OTHER_MEANINGS,
     HeaderText,
     Vocabulary,
     is_other,
@@ -31,6 +30,8 @@ _ELECTRICAL = re.compile(
     rf"|{_TURNING}[\s,_(\[-]+{_FIELD}(?!\s*(?:motor|drive|двигат\w*|мотор\w*|привод\w*))",
     re.IGNORECASE,
 )
+#: Other things that a bench records in the units of a thrust, a torque, a speed or a pulse.
+_OTHER_MEANINGS = words_of("groups", "other_meanings")
 #: What a column with a unit and an unknown name scores: less than any name.
 _BY_UNIT = 8
 #: What a column scores that vehicle.yaml states.
@@ -233,7 +234,7 @@ def _scores_by_unit(text: str, vocabulary: Vocabulary) -> tuple[tuple[int, str, 
     header = split_header(text)[0]
     if header.unit is None or normalise_unit(header.unit) in _MANY_MEANINGS:
         return ()
-    if is_other(header, OTHER_MEANINGS):
+    if is_other(header, _OTHER_MEANINGS):
         return ()
     return tuple(
         (_BY_UNIT, quantity, header)

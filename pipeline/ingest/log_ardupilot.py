@@ -11,9 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import InputError, Place
-from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
+from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, usual_channels
 from pipeline.ingest.mcap_records import LATEST_NS
-from pipeline.records.pool_schema import PoolChannel
 from pipeline.types import IntArray
 
 #: GPS time began on 6 January 1980 and has been ahead of UTC by this much since 2017. [s]
@@ -21,7 +20,6 @@ _GPS_EPOCH_S, _LEAP_S = 315_964_800, 18
 _WEEK_S = 604_800
 #: Functions of outputs that drive motors 1 to 12 -> number of the motor.
 _MOTORS = {**{33 + k: 1 + k for k in range(8)}, **{82 + k: 9 + k for k in range(4)}}
-_ACROSS = ("roll", "pitch", "yaw")
 
 
 def read_bin(path: Path, shown_as: str) -> TableLog:
@@ -48,7 +46,7 @@ def read_bin(path: Path, shown_as: str) -> TableLog:
     finally:
         reader.close()
     facts = LogFacts(place, size, size, writer="ArduPilot", recorder="the usual map of ArduSub")
-    facts.usual = _USUAL_BIN
+    facts.usual = usual_channels("ardupilot_bin")
     return TableLog(tables, facts)
 
 
@@ -169,7 +167,7 @@ def read_tlog(path: Path, shown_as: str) -> TableLog:
         raise _unreadable(place, error) from None
     tables = {name: _table_of_tlog(name, *part, parts) for name, part in parts.items()}
     facts = LogFacts(place, size, size, writer="MAVLink", recorder="the usual map of ArduSub")
-    facts.usual = _USUAL_TLOG
+    facts.usual = usual_channels("ardupilot_tlog")
     return TableLog(tables, facts)
 
 
@@ -248,66 +246,3 @@ def _unreadable(place: Place, why: object) -> InputError:
         expected="a data-flash log (*.BIN) or a telemetry log (*.tlog).",
         remedy="Copy it from the vehicle again.",
     )
-
-
-def _channel(quantity: str, topic: str, *fields: str, **more: Any) -> PoolChannel:  # noqa: ANN401
-    stated = {"quantity": quantity, "topic": topic, "field": fields, "clock": "log", **more}
-    if "clock_field" in more:
-        del stated["clock"]
-    return PoolChannel.model_validate(stated)
-
-
-_BOARD = {"clock_field": "time_boot_ms", "clock_unit": "ms"}
-_USUAL_BIN = (
-    _channel("thruster_command", "RCOU", "motors", unit="us"),
-    *(
-        channel
-        for imu in ("IMU[0]", "IMU", "IMU[1]", "IMU[2]")
-        for channel in (
-            _channel("angular_velocity", imu, "GyrX", "GyrY", "GyrZ", unit="rad/s"),
-            _channel("specific_force", imu, "AccX", "AccY", "AccZ", unit="m/s2"),
-        )
-    ),
-    _channel("attitude_euler", "ATT", "Roll", "Pitch", "Yaw", unit="deg"),
-    *(
-        _channel("pressure", baro, "Press", unit="Pa")
-        for baro in ("BARO[1]", "BARO[2]", "BAR2", "BARO[0]", "BARO")
-    ),
-    *(
-        channel
-        for ekf in ("XKF1[0]", "NKF1[0]", "XKF1", "NKF1")
-        for channel in (
-            _channel("velocity_earth", ekf, "VN", "VE", "VD", unit="m/s"),
-            _channel("position", ekf, "PN", "PE", "PD", unit="m"),
-        )
-    ),
-    *(
-        channel
-        for battery in ("BAT[0]", "BAT", "CURR")
-        for channel in (
-            _channel("voltage", battery, "Volt", unit="V"),
-            _channel("current", battery, "Curr", unit="A"),
-        )
-    ),
-)
-_USUAL_TLOG = (
-    _channel("thruster_command", "SERVO_OUTPUT_RAW", "motors", unit="us"),
-    _channel("attitude_euler", "ATTITUDE", *_ACROSS, unit="rad", **_BOARD),
-    _channel("angular_velocity", "ATTITUDE", *(f"{one}speed" for one in _ACROSS), **_BOARD),
-    *(
-        channel
-        for imu in ("RAW_IMU", "SCALED_IMU", "SCALED_IMU2")
-        for channel in (
-            _channel("angular_velocity", imu, "xgyro", "ygyro", "zgyro", unit="mrad/s"),
-            _channel("specific_force", imu, "xacc", "yacc", "zacc", unit="mg"),
-        )
-    ),
-    *(
-        _channel("pressure", name, "press_abs", unit="hPa", **_BOARD)
-        for name in ("SCALED_PRESSURE2", "SCALED_PRESSURE3", "SCALED_PRESSURE")
-    ),
-    _channel("velocity_earth", "LOCAL_POSITION_NED", "vx", "vy", "vz", **_BOARD),
-    _channel("position", "LOCAL_POSITION_NED", "x", "y", "z", **_BOARD),
-    _channel("voltage", "SYS_STATUS", "voltage_battery", unit="mV"),
-    _channel("current", "SYS_STATUS", "current_battery", unit="cA"),
-)

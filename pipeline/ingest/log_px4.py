@@ -11,8 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
-from pipeline.records.pool_schema import PoolChannel
+from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, usual_channels
 
 _ELEMENT = re.compile(r"(.*?)\[(\d+)\](.*)")
 _MOST_ELEMENTS = 64
@@ -59,7 +58,7 @@ def read_ulg(path: Path, shown_as: str) -> TableLog:
         facts.complete = False
         what = "the log is damaged: what could be read was read, and the rest left out."
         facts.problems.append(Problem("warning", place, what))
-    facts.usual = _USUAL
+    facts.usual = usual_channels("px4")
     return TableLog(tables, facts)
 
 
@@ -89,27 +88,3 @@ def _columns(data: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]
         if sorted(columns) == list(range(len(columns))):
             found[name] = np.stack([columns[index] for index in range(len(columns))], axis=1)
     return found
-
-
-def _channel(quantity: str, topic: str, *fields: str, **more: Any) -> PoolChannel:  # noqa: ANN401
-    stated = {"quantity": quantity, "topic": topic, "field": fields, "clock": "log", **more}
-    return PoolChannel.model_validate(stated)
-
-
-_USUAL = (
-    _channel("thruster_command", "actuator_motors", "control", unit="ratio"),
-    _channel("thruster_command", "actuator_outputs", "output", unit="us"),
-    _channel("angular_velocity", "sensor_combined", "gyro_rad", unit="rad/s"),
-    _channel("angular_velocity", "vehicle_angular_velocity", "xyz", unit="rad/s"),
-    _channel("specific_force", "sensor_combined", "accelerometer_m_s2", unit="m/s2"),
-    _channel("specific_force", "vehicle_acceleration", "xyz", unit="m/s2"),
-    _channel("attitude_quaternion", "vehicle_attitude", "q", order="wxyz"),
-    _channel("velocity_earth", "vehicle_local_position", "vx", "vy", "vz", unit="m/s"),
-    _channel("position", "vehicle_local_position", "x", "y", "z", unit="m"),
-    _channel("pressure", "sensor_baro", "pressure", unit="Pa"),
-    _channel("pressure", "vehicle_air_data", "baro_pressure_pa", unit="Pa"),
-    _channel("depth", "vehicle_local_position", "z", unit="m"),
-    _channel("shaft_speed", "esc_status", "esc.esc_rpm", unit="rpm"),
-    _channel("voltage", "battery_status", "voltage_v", unit="V"),
-    _channel("current", "battery_status", "current_a", unit="A"),
-)

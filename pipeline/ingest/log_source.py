@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.mcap_types import Path as FieldPath
 from pipeline.ingest.pool_run_extract import MessageFile, Request, TopicData, extract
 from pipeline.ingest.pool_run_plan import TopicFound
@@ -37,6 +38,11 @@ class LogFacts:
     problems: list[Problem] = field(default_factory=list)
     recorder: str = ""
     usual: tuple[PoolChannel, ...] = ()
+
+
+def usual_channels(recorder: str) -> tuple[PoolChannel, ...]:
+    """Return the channels that are usual for a recorder, the likeliest first."""
+    return tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[recorder])
 
 
 class LogSource(Protocol):

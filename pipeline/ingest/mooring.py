@@ -18,7 +18,6 @@ from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.columns_stated import told_of_columns
 from pipeline.ingest.copied_tables import TablesSeen
-from pipeline.ingest.direction_words import FORWARD, REVERSE
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_codes import command_in_codes, pwm_note, pwm_problem
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
@@ -33,11 +32,14 @@ from pipeline.ingest.thrust_shape import shape_problem
 from pipeline.ingest.thrusters_apart import compare_thrusters
 from pipeline.ingest.usable import with_cause
 from pipeline.ingest.vocabulary import plain
+from pipeline.ingest.word_lists import words_of
 from pipeline.records.measurements import MooringPoint, MooringRecord, SheetRead
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply
 
 __all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
+
+_FORWARD, _REVERSE = words_of("directions", "forward"), words_of("directions", "reverse")
 
 #: Slower than this is rest. [m/s]
 _AT_REST_MPS = 0.05
@@ -81,7 +83,7 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
         mapping=mapped_columns(columns),
         only=columns.only,
         shared=frozenset({"code", "pwm"}),
-        split_words=(*UP, *DOWN, *REVERSE, *FORWARD),
+        split_words=(*UP, *DOWN, *_REVERSE, *_FORWARD),
     )
     points: list[MooringPoint] = []
     sheets: list[SheetRead] = []
@@ -220,7 +222,7 @@ def _with_directions(
         return () if min(codes.values()) >= 0.0 else readings
     signed, wrong = against_codes(block, codes, found)
     problems += wrong
-    if not found.signs and min(codes.values()) >= 0.0 and _told(texts, REVERSE, FORWARD):
+    if not found.signs and min(codes.values()) >= 0.0 and _told(texts, _REVERSE, _FORWARD):
         signed = {row: -code + 0.0 for row, code in codes.items()}
         what = "the heading says reverse and no code is negative: codes were given a minus sign."
         problems.append(Problem("note", block.place(), what))

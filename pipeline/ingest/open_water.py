@@ -30,15 +30,16 @@ from pipeline.ingest.open_water_coefficients import (
     doubt,
     efficiency,
 )
-from pipeline.ingest.open_water_words import VOCABULARY
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.usable import with_cause
+from pipeline.ingest.word_lists import vocabulary_of
 from pipeline.records.base import Source
 from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord, SheetRead
 from pipeline.vehicle.schema import Vehicle
 
 __all__ = ["VOCABULARY", "read_open_water"]
 
+VOCABULARY = vocabulary_of("open_water")
 _LOOKED_FOR = "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed"
 _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\s*$")
 #: Outside of it an advance ratio is a mistake of units or of columns.

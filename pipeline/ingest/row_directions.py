@@ -6,15 +6,9 @@ from dataclasses import dataclass
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
-from pipeline.ingest.direction_words import (
-    CLOCKWISE,
-    COUNTERCLOCKWISE,
-    FORWARD,
-    NAMES,
-    REVERSE,
-)
 from pipeline.ingest.rows import listed
 from pipeline.ingest.vocabulary import plain, split_header
+from pipeline.ingest.word_lists import words_of
 from pipeline.vehicle.bench_schema import Direction
 
 #: One letter means something beside its opposite alone.
@@ -249,9 +243,9 @@ def _key(text: str) -> str:
 
 
 _BRANCHES = frozenset(map(plain, ("прямой", "прямое", "обратный", "обратное", "back")))
-_PLAIN_NAMES = frozenset(map(plain, NAMES))
-_PLAIN_FORWARD = frozenset(map(plain, FORWARD))
-_PLAIN_REVERSE = frozenset(map(plain, REVERSE))
+_PLAIN_NAMES, _PLAIN_FORWARD, _PLAIN_REVERSE = (
+    frozenset(map(plain, words_of("directions", name))) for name in ("names", "forward", "reverse")
+)
 _WORDS = {
     **dict.fromkeys(_PLAIN_FORWARD, 1),
     **dict.fromkeys(_PLAIN_REVERSE, -1),
@@ -259,6 +253,7 @@ _WORDS = {
     "1": 1,
 }
 _TURNING = {
-    **{plain(word): 1 for word in CLOCKWISE},
-    **{plain(word): -1 for word in COUNTERCLOCKWISE},
+    plain(word): sign
+    for name, sign in (("clockwise", 1), ("counterclockwise", -1))
+    for word in words_of("directions", name)
 }

@@ -7,19 +7,10 @@ from pipeline.ingest.blocks import Block
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.sheet import Row
 from pipeline.ingest.vocabulary import plain
+from pipeline.ingest.word_lists import words_of
 
 STATISTICS = "statistics row"
-_WORDS = frozenset(
-    plain(word)
-    for word in (
-        *("mean", "average", "avg", "mean-value", "average-value", "median", "mode"),
-        *("std", "stdev", "std-dev", "standard-deviation", "sd", "sigma", "σ", "variance"),
-        *("rms", "min", "max", "minimum", "maximum", "range", "sum", "total", "count"),
-        *("среднее", "среднее значение", "сред", "среднее арифметическое", "ср", "медиана"),
-        *("ско", "стандартное отклонение", "дисперсия", "погрешность", "размах"),
-        *("мин", "макс", "минимум", "максимум", "итого", "сумма", "всего"),
-    )
-)
+_WORDS = frozenset(map(plain, words_of("groups", "statistics")))
 
 
 def is_statistics(block: Block, cells: Row) -> bool:

@@ -44,14 +44,6 @@ class Words:
 
 
 Vocabulary = Mapping[str, Words]
-#: Other things that a bench records in the units of a thrust, a torque, a speed or a pulse.
-OTHER_MEANINGS = (
-    *("acc*", "vibration*", "efficien*", "specific", "coefficient*", "settling", "time", "mass"),
-    *("weight*", "drag", "lift", "pressure", "temp*", "ускорен*", "вибрац*", "эффективн*", "масса"),
-    *("вес", "время", "коэффициент*", "удельн*", "setpoint", "set-point", "target", "limit*"),
-    *("std", "sd", "error", "uncertainty", "min", "max", "задан*", "погрешн*", "мин", "макс"),
-    *("side", "lateral", "transverse", "боков*", "поперечн*"),
-)
 
 
 @dataclass(frozen=True)
