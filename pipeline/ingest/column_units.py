@@ -14,7 +14,6 @@ from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.sheet import Row, Sheet
 from pipeline.ingest.thousands import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.unit_text import (
-    EXAMPLES,
     UnitTextError,
     factor,
     known_units,
@@ -325,7 +324,7 @@ def _can_be_stated(quantity: str, wanted: Wanted) -> bool:
 
 
 def _example(words: Words) -> str:
-    return "" if words.unit_kind is None else f", e.g. [{EXAMPLES[words.unit_kind]}]"
+    return "" if words.unit_kind is None else f", e.g. [{known_units(words.unit_kind)[0]}]"
 
 
 def misfits(sheet: Sheet, wanted: Wanted) -> list[Problem]:

@@ -18,6 +18,7 @@ from pipeline.ingest.vocabulary import (
     split_header,
     unit_fits,
 )
+from pipeline.ingest.word_lists import words_of
 from pipeline.vehicle.bench_schema import Column
 
 #: The speed of a motor's field: the shaft's times the pole pairs. Never read as it stands.

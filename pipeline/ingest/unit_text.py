@@ -11,26 +11,9 @@ import functools
 import re
 import unicodedata
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 from pipeline.ingest.data_files import data_of
-
-#: quantity -> a unit as a header may state it, for messages.
-EXAMPLES: Mapping[str, str] = MappingProxyType({
-    "shaft_speed": "rpm",
-    "torque": "N m",
-    "force": "N",
-    "current": "A",
-    "voltage": "V",
-    "power": "W",
-    "time": "s",
-    "pulse_width": "us",
-    "speed": "m/s",
-    "ratio": "%",
-    "temperature": "deg C",
-    "efficiency": "g/W",
-})  # fmt: skip
 
 #: Latin letters that look like Cyrillic ones, after case folding: "H·м" is typed with a Latin H.
 _SAME_SHAPE = str.maketrans("aeopcxyhkmtb", "аеорсхункмтв")
