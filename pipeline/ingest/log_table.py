@@ -13,6 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import InputError, Place
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable
 from pipeline.records.pool_schema import CLOCK_UNITS_NS, UNITS, PoolChannel
 from pipeline.types import IntArray
@@ -25,28 +26,6 @@ _TIME = re.compile(
 #: Numbers without a unit that are times since 1970 are at least this many of it.
 _SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11))
 _BYTES_OF_HEAD = 65_536
-#: Quantity -> the names that its columns may have, in the order of its components.
-_NAMES: Mapping[str, tuple[tuple[str, ...], ...]] = {
-    "angular_velocity": (
-        ("p", "q", "r"), ("p_radps", "q_radps", "r_radps"), ("gyro_x", "gyro_y", "gyro_z"),
-        ("gyrx", "gyry", "gyrz"), ("wx", "wy", "wz"),
-        ("angular_velocity_x", "angular_velocity_y", "angular_velocity_z"),
-    ),
-    "specific_force": (
-        ("fx", "fy", "fz"), ("fx_mps2", "fy_mps2", "fz_mps2"), ("acc_x", "acc_y", "acc_z"),
-        ("accx", "accy", "accz"), ("ax", "ay", "az"),
-    ),
-    "attitude_quaternion": (("qw", "qx", "qy", "qz"),),
-    "attitude_euler": (("roll", "pitch", "yaw"), ("phi", "theta", "psi")),
-    "velocity": (("u", "v", "w"), ("vx", "vy", "vz"), ("vx_mps", "vy_mps", "vz_mps")),
-    "velocity_earth": (("vn", "ve", "vd"), ("vn_mps", "ve_mps", "vd_mps")),
-    "position": (("north", "east", "down"), ("north_m", "east_m", "down_m")),
-    "depth": (("depth",), ("depth_m",)),
-    "pressure": (("pressure",), ("water_pressure",)),
-    "voltage": (("voltage",), ("supply",), ("supply_v",)),
-    "current": (("current",), ("supply_a",)),
-    "cable_tension": (("cable_tension",), ("cable_tension_n",), ("tether_tension",)),
-}  # fmt: skip
 #: Quantities of thrusters -> what stands before the name of one, and after it.
 _OF_THRUSTERS: Mapping[str, tuple[str, ...]] = {
     "thruster_command": ("command", "cmd", "pwm", "code"),
@@ -202,7 +181,7 @@ def _times(
 def _usual(units: Mapping[str, str]) -> list[PoolChannel]:
     """Return the channels that the names of columns tell."""
     found = []
-    for quantity, choices in _NAMES.items():
+    for quantity, choices in data_of("topics")["columns"].items():
         for names in choices:
             fields = [_with_unit(name, units) for name in names]
             if all(field is not None for field in fields):

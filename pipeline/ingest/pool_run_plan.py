@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.mcap_types import Path, parse_path, path_text
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_elements import (
@@ -23,49 +24,6 @@ from pipeline.records.pool_schema import (
     EarthAxes,
     PoolChannel,
     Quantity,
-)
-
-#: Fields in which a quantity usually stands, in the order in which they are tried.
-USUAL_FIELDS: Mapping[str, tuple[str, ...]] = {
-    "thruster_command": ("position", "channels", "data", "command", "commands", "codes", "values"),
-    "shaft_speed": ("velocity", "rpm", "rpms", "data", "values"),
-    "voltage": ("voltage", "data"),
-    "current": ("current", "data"),
-    "angular_velocity": (
-        *("angular_velocity", "twist.twist.angular", "twist.angular", "angular", "vector", "data"),
-    ),
-    "specific_force": ("linear_acceleration", "specific_force", "accel.linear", "vector", "data"),
-    "attitude_quaternion": (
-        *("orientation", "pose.pose.orientation", "pose.orientation", "quaternion", "rotation"),
-        "transform.rotation",
-    ),
-    "attitude_euler": ("vector", "euler", "rpy", "data"),
-    "velocity": (*("twist.twist.linear", "twist.linear", "linear", "velocity", "vector", "data"),),
-    "velocity_earth": (
-        *("twist.twist.linear", "twist.linear", "linear", "velocity", "vector", "data"),
-    ),
-    "position": (
-        *("pose.pose.position", "pose.position", "point", "position", "transform.translation"),
-        *("translation", "vector", "data"),
-    ),
-    "depth": ("depth", "data"),
-    "pressure": ("fluid_pressure", "pressure", "data"),
-    "thrust": ("thrust", "force", "data", "values"),
-    "cable_tension": ("tension", "force", "data"),
-}
-#: Where messages have their time: seconds, nanoseconds. The second number may be missing.
-_STAMPS = (
-    ("header.stamp.sec", "header.stamp.nanosec"),
-    ("header.stamp.sec", "header.stamp.nsec"),
-    ("header.stamp.secs", "header.stamp.nsecs"),
-    ("header.stamp.seconds", "header.stamp.nanos"),
-    ("stamp.sec", "stamp.nanosec"),
-    ("stamp.seconds", "stamp.nanos"),
-    ("timestamp.sec", "timestamp.nsec"),
-    ("timestamp.sec", "timestamp.nanosec"),
-    ("timestamp.seconds", "timestamp.nanos"),
-    ("time.sec", "time.nsec"),
-    ("time.seconds", "time.nanos"),
 )
 
 
@@ -217,7 +175,7 @@ def _numbers(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[tuple[str, 
             numbers += found
         return tuple(stated.field), numbers
     count = COMPONENTS[stated.quantity]
-    for text in USUAL_FIELDS[stated.quantity]:
+    for text in data_of("topics")["fields"][stated.quantity]:
         numbers = numbers_below(probe, parse_path(text)[0])
         if numbers and (count is None or len(numbers) == count or stated.index is not None):
             return (text,), numbers
@@ -285,7 +243,7 @@ def _stamp(
                 f"{outline(probe)}"
             )
         return Stamp(path, CLOCK_UNITS_NS[stated.clock_unit]), "field"
-    for first, second in _STAMPS:
+    for first, second in data_of("topics")["times"]["stamps"]:
         path, nanoseconds = parse_path(first)[0], parse_path(second)[0]
         if value_at(probe, path) is not None and value_at(probe, nanoseconds) is not None:
             return Stamp(path, nanoseconds=nanoseconds), stated.clock

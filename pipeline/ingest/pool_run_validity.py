@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.mcap_types import Path
 from pipeline.ingest.pool_run_codec import value_at
 from pipeline.types import BoolArray, FloatArray
@@ -26,18 +27,6 @@ LARGEST: Mapping[str, float] = {
 _MOST_IMPOSSIBLE = 0.2
 #: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
 _EMPTY_BELOW = 0.5
-#: Quantities whose messages may call them invalid -> names of flags that are 1 where all is well.
-_FLAGS: Mapping[str, tuple[str, ...]] = {
-    "velocity": (
-        *("velocity_valid", "velocity_is_valid", "beam_velocities_valid", "v_xy_valid"),
-        *("v_z_valid", "bottom_lock"),
-    ),
-    "position": ("xy_valid", "z_valid", "position_valid"),
-    "depth": ("depth_valid",),
-    "voltage": ("present", "connected"),
-    "current": ("present", "connected"),
-    "shaft_speed": ("rpm_valid",),
-}
 _ANY_FLAGS = ("is_valid", "valid")
 
 
@@ -121,7 +110,7 @@ def validity_of(
     above = _shared(numbers)
     for length in range(len(above), -1, -1):
         here = above[:length]
-        for name in (*_FLAGS.get(kind, ()), *_ANY_FLAGS):
+        for name in (*data_of("topics")["flags"].get(kind, ()), *_ANY_FLAGS):
             flag = value_at(probe, (*here, name))
             if isinstance(flag, int) and flag in (0, 1):  # a bool of a binary message is a number
                 found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
