@@ -253,6 +253,7 @@ def _against_raw(
 ) -> None:
     """Compare coefficients that the table states with those of its thrust, torque and speed."""
     for name, raw, stated_by in (
+        ("advance_ratio", "speed", frozenset({"advance_ratio"})),
         ("thrust_coefficient", "thrust", frozenset({"thrust_coefficient"})),
         ("torque_coefficient", "torque", frozenset(TORQUE_FACTORS)),
     ):

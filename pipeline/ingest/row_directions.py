@@ -112,7 +112,7 @@ def _of_column(
         truths or (is_named and set(distinct) <= {*_SIGNS, "1"})
     ):
         return None
-    meaning, by_turn = (truths, False) if truths else _meaning(distinct)
+    meaning, by_turn = (truths, False) if truths else _meaning(distinct, is_named=is_named)
     letter = column_letter(index)
     if meaning is None:
         if not is_named or len(distinct) < 2:
@@ -155,7 +155,7 @@ def block_rows(block: Block) -> list[int]:
     ]
 
 
-def _meaning(distinct: Sequence[str]) -> tuple[dict[str, int] | None, bool]:
+def _meaning(distinct: Sequence[str], *, is_named: bool) -> tuple[dict[str, int] | None, bool]:
     """Return the sign of each text, None where one is not understood; whether a turn tells it."""
     for signs, by_turn in ((_WORDS, False), (_TURNING, True)):
         if all(text in signs for text in distinct):
@@ -165,6 +165,9 @@ def _meaning(distinct: Sequence[str]) -> tuple[dict[str, int] | None, bool]:
             for letters in tables:
                 if set(distinct) == set(letters):
                     return dict(letters), by_turn
+    for letters in _TURNS if is_named else ():
+        if set(distinct) < set(letters):
+            return {text: letters[text] for text in distinct}, True
     return None, False
 
 

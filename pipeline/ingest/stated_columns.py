@@ -12,9 +12,15 @@ from pipeline.ingest.column_units import unit_problem, why_unknown
 from pipeline.ingest.header_rows import Wanted, is_mapped
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.unit_text import factor
-from pipeline.ingest.vocabulary import plain
+from pipeline.ingest.vocabulary import HeaderText, is_other, plain
+from pipeline.ingest.word_lists import words_of
 from pipeline.vehicle.bench_schema import Column
 
+#: Words of sheets that hold no readings.
+_CALCULATED = (
+    *words_of("groups", "calculated"),
+    *("fit", "fitted", "polynomial", "regression", "cfd", "simulation", "simulated", "полином*"),
+)
 _BY_LETTER = re.compile(r"column ([A-Z]{1,3})", re.IGNORECASE)
 
 
@@ -137,7 +143,7 @@ def choose_sheets(
     sheets : sequence of Sheet
         Of one file.
     names : tuple of str or None
-        ``columns: <kind>: sheets`` of vehicle.yaml; None keeps all.
+        ``columns: <kind>: sheets`` of vehicle.yaml; None keeps all that are measured by name.
     kind : str
         Section of vehicle.yaml, for messages.
 
@@ -146,8 +152,10 @@ def choose_sheets(
     tuple of (tuple of Sheet, tuple of Problem)
         Kept sheets; a warning where a workbook has none of them.
     """
-    if names is None or any(sheet.name is None for sheet in sheets):
+    if any(sheet.name is None for sheet in sheets):
         return tuple(sheets), ()
+    if names is None:
+        return _measured(sheets, kind)
     wanted = {plain(name) for name in names}
     kept = tuple(sheet for sheet in sheets if plain(sheet.name or "") in wanted)
     if kept or not sheets:
@@ -160,3 +168,22 @@ def choose_sheets(
         f"Correct columns: {kind}: sheets in vehicle.yaml, or move the file.",
     )
     return (), (problem,)
+
+
+def _measured(sheets: Sequence[Sheet], kind: str) -> tuple[tuple[Sheet, ...], tuple[Problem, ...]]:
+    """Leave out sheets that are a fit or a calculation by their names, where others are not."""
+    kept = [sheet for sheet in sheets if not is_other(HeaderText(sheet.name or ""), _CALCULATED)]
+    if not kept or len(kept) == len(sheets):
+        return tuple(sheets), ()
+    left_out = [sheet for sheet in sheets if sheet not in kept and any(sheet.rows)]
+    problems = [
+        Problem(
+            "warning",
+            sheet.place(),
+            "by its name the sheet is calculated, not measured; it was left out.",
+            "measured readings.",
+            f"If it is measured, name the sheets in vehicle.yaml under columns: {kind}: sheets.",
+        )
+        for sheet in left_out
+    ]
+    return tuple(kept), tuple(problems)

@@ -55,6 +55,7 @@ READ = {
     "a blank after the minus": table(
         "Code;Thrust (daN)", CODE, [f"{one / 10:.4f}".replace("-", "- ") for one in THRUST]
     ),
+    "net beside raw": table("Code;Raw thrust (N);Net thrust (N)", CODE, THRUST + 4, THRUST),
     "readings and their mean": table(
         "Code;Run 1 (N);Run 2 (N);Mean (N)", CODE, 1.01 * THRUST, 0.99 * THRUST, THRUST
     ),
@@ -111,6 +112,22 @@ def test_a_power_called_n(tmp_path: Path) -> None:
     (tmp_path / "b.csv").write_text(text + "\n", encoding="utf-8")
     record = read_load_tests([tmp_path / "b.csv"], vehicle(), tmp_path)
     assert {one.code for one in record.points} == {60.0, 120.0}
+
+
+@pytest.mark.parametrize("head", ["Flow (kn)", "Течение (см/с)"])
+def test_readings_in_a_flow_are_not_at_rest(head: str, tmp_path: Path) -> None:
+    record = mooring(tmp_path, table(f"Code;{head};Thrust (N)", CODE, 60.0 + 0.0 * CODE, THRUST))
+    assert {one.marks for one in record.points} == {("not at rest",)}
+
+
+def test_a_sheet_that_is_called_a_fit(tmp_path: Path) -> None:
+    rows = {
+        name: [["Code", "Thrust (N)"], *np.stack([CODE, part * THRUST], axis=1).tolist()]
+        for name, part in (("Data", 1.0), ("Fit", 1.2))
+    }
+    record = read_mooring_tables([write_workbook(tmp_path / "a.xlsx", rows)], vehicle(), tmp_path)
+    assert {one.source.sheet for one in record.points} == {"Data"}
+    assert "calculated, not measured" in "\n".join(one.what for one in record.problems)
 
 
 def test_sheets_of_several_thrusters(tmp_path: Path) -> None:
