@@ -17,6 +17,7 @@ from pipeline.records.measurements import (
     MooringRecord,
     OpenWaterPoint,
     OpenWaterRecord,
+    SheetRead,
 )
 from pipeline.vehicle.schema import Vehicle
 
@@ -62,18 +63,27 @@ def read_together(files: Sequence[RawFile]) -> tuple[list[FileFinding], list[Pro
     points: dict[str, list[Point]] = {path.name: [] for path in paths}
     for point in record.points:
         points[point.source.file.rpartition("/")[2]].append(point)
+    sheets: dict[str, list[SheetRead]] = {path.name: [] for path in paths}
+    for sheet in record.sheets:
+        sheets[sheet.file.rpartition("/")[2]].append(sheet)
     # what the only file lacks its folder lacks
     of_all = paths[0] if len(paths) == 1 else folder if folder.name else folder.absolute()
     return (
-        [_finding(file, record, points[file.path.name], by_name[file.path.name]) for file in files],
+        [
+            _finding(file, sheets[name], points[name], by_name[name])
+            for file in files
+            for name in (file.path.name,)
+        ],
         [_shown_at(of_all, problem) for problem in of_folder],
     )
 
 
 def _finding(
-    file: RawFile, record: RawRecord, points: Sequence[Point], problems: Sequence[Problem]
+    file: RawFile,
+    sheets: Sequence[SheetRead],
+    points: Sequence[Point],
+    problems: Sequence[Problem],
 ) -> FileFinding:
-    name = file.path.name
     used = [point for point in points if not point.marks]
     marks = Counter(mark for point in points for mark in point.marks)
     codes = Counter(code for point in used if (code := getattr(point, "code", None)) is not None)
@@ -81,7 +91,7 @@ def _finding(
         str(file.path),
         file.kind,
         file.kind_from,
-        tuple(sheet for sheet in record.sheets if Path(sheet.file).name == name),
+        tuple(sheets),
         len(points),
         dict(sorted(marks.items())),
         {f"{code:g}": count for code, count in sorted(codes.items())},

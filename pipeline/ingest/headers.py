@@ -1,5 +1,6 @@
 """Find the tables on a sheet from their column names, in header rows of any depth."""
 
+import functools
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -261,6 +262,7 @@ def _passed_over(
     return notes
 
 
+@functools.lru_cache(maxsize=4096)
 def _without(name: str, split_words: tuple[str, ...]) -> str:
     text = plain(name)
     for word in split_words:

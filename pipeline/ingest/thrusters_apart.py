@@ -84,6 +84,8 @@ def _compare_sheets(
     problems: list[Problem],
 ) -> None:
     """Warn of tables of one voltage that differ: they may be of several thrusters."""
+    if sum(map(bool, points)) < 2:
+        return
     by_voltage: dict[float | None, list[int]] = defaultdict(list)
     for at, own in enumerate(points):
         volts = [point.voltage_v for point in own if point.voltage_v is not None]
