@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.diagnose.case import Case
-from pipeline.diagnose.regression.held_out import FileModel
-from pipeline.diagnose.regression.known import LEAST_SOUND
-from pipeline.diagnose.regression.made import made
+from pipeline.diagnose.regression.held_out import FileModel, Method
+from pipeline.diagnose.regression.known import LEAST_SOUND, learned
 from pipeline.errors import CannotComputeError, Rig2SeaError
 from pipeline.plan import POOL, processed_file
 from pipeline.provenance import Envelope, code_digest, file_digest, write_envelope
@@ -60,18 +59,21 @@ def make_reference(
     identified, notes = _identified(folder / "identification", runs, one, request.out)
     case = Case(one.name, one.vehicle, one.packed, (), healthy=tuple(table for _, _, table in read))
     tell("predicting each run by the others")
-    found = made(case, identified)
+    files: dict[Method, FileModel] = {"vehicle file": FileModel(case.packed)}
+    if identified is not None:
+        files["identified file"] = identified
+    found = learned(case, files)
     record = ReferenceRecord(
         vehicle=one.name,
         vehicle_file_sha256=one.file_digest,
         runs=runs,
         used=found.used,
         why=found.why,
-        period_s=found.period_s,
-        noise_trusted=found.noise_trusted,
+        period_s=found.response.period_s,
+        noise_trusted=found.ordinary.trusted,
         force=found.force,
         widths=found.widths,
-        predictions=found.predictions,
+        predictions=found.table,
         notes=(
             *refused,
             *notes,

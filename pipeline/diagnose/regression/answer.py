@@ -7,7 +7,7 @@ import numpy as np
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, shrink_of
-from pipeline.diagnose.regression.grid import GridRun, on_grid
+from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grid
 from pipeline.diagnose.regression.known import Reference
 from pipeline.diagnose.regression.response import Told
 from pipeline.diagnose.regression.weigh import (
@@ -42,6 +42,9 @@ from pipeline.records.run_table import RunTable
 _SHOWN = 20
 #: The finding of the gains that counts: a weak thruster is weighed among all else that it may be.
 _DEAD = "dead"
+#: Rounds in which the likeliest single changes are taken at their sizes, those that are not small
+#: (in units) nor already near the size (as a share of it) at which they were taken.
+_ROUNDS, _LIKELIEST, _LEAST_SIZE, _NEAR = 2, 5, 0.3, 0.25
 #: Signatures closer than this are alike. [1]
 _ALIKE = 0.9
 _AS_FILE = "the vehicle file predicts these runs as well as a healthy vehicle"
@@ -75,8 +78,7 @@ def against_sound(
     """
     runs = [_asked(case, known, run) for run in case.runs]
     held = [_asked(case, known, run) for run in case.holdout]
-    told = [known.response.told(run) for run in runs]
-    ranking = weighed(told, known.directions, known.ordinary, gained)
+    runs, told, ranking = _at_their_sizes(case, known, runs, gained)
     said = decide(ranking)
     named = said.names not in {(NONE,), (UNKNOWN,)}
     rows = tuple(_ranked(one, known.directions) for one in ranking[:_SHOWN])
@@ -120,6 +122,38 @@ def against_sound(
         elapsed_s=0.0,
     )
     return record, _specs(said.first, known.directions) if named else ()
+
+
+def _at_their_sizes(
+    case: Case, known: Reference, runs: Sequence[GridRun], gained: Sequence[Gained]
+) -> tuple[list[GridRun], list[Told], tuple[Change, ...]]:
+    """Weigh all changes, the likeliest at the sizes at which they are found.
+
+    What a dead zone, a lag or a tilt adds is not in proportion to its size.
+    """
+    directions, sensors = known.directions, case.vehicle.sensors
+    own, taken, rounds = list(runs), dict[int, float](), 0
+    while True:
+        told = [known.response.told(run) for run in own]
+        ranking = weighed(told, directions, known.ordinary, gained)
+        sizes = {
+            one.which[0]: float(np.clip(one.mean[0], *directions[one.which[0]].bounds))
+            for one in [one for one in ranking if len(one.which) == 1][:_LIKELIEST]
+        }
+        moved = {
+            k: size
+            for k, size in sizes.items()
+            if abs(size) > _LEAST_SIZE
+            and abs(size - taken.get(k, np.sign(directions[k].step))) > _NEAR * abs(size)
+        }
+        rounds += 1
+        if not moved or rounds > _ROUNDS:
+            return own, told, ranking
+        taken |= moved
+        own = [
+            at_sizes(grid, case.packed, run, sensors, directions, moved)
+            for grid, run in zip(own, case.runs, strict=True)
+        ]
 
 
 def _asked(case: Case, known: Reference, run: RunTable) -> GridRun:
@@ -224,7 +258,7 @@ def _evidence(
         noise[name] = ChannelNoiseCheck(
             variance=float(np.mean(left**2)),
             lag1=float(np.mean(left[1:] * left[:-1]) / max(float(np.mean(left**2)), 1e-12)),
-            widened_by=float(known.ordinary.share**-0.5),
+            widened_by=float(known.ordinary.trusted**-0.5),
         )
     seconds = sum(float(run.time_s[-1]) for run in runs)
     return Evidence(

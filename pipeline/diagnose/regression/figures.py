@@ -201,12 +201,11 @@ def _closed(before: float, after: float) -> float | None:
 
 def _size_from(known: Reference, said: Said, runs: Sequence[GridRun]) -> FloatArray:
     """Size of each direction that is named, from some runs alone."""
-    told = [known.response.told(run) for run in runs]
+    told = [known.response.told(run).tempered(known.ordinary.share) for run in runs]
     own = list(said.first.which)
     found = np.zeros(len(known.directions))
-    share = known.ordinary.share
-    information = share * np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]
-    score = share * np.sum([one.score for one in told], axis=0)[own]
+    information = np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]
+    score = np.sum([one.score for one in told], axis=0)[own]
     found[own] = np.linalg.solve(information + np.eye(len(own)), score)
     return found
 

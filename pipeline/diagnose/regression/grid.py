@@ -9,8 +9,8 @@ with D what a motion demands of the thrusters (`kernel_demand`). The part that g
 acceleration is kept apart: an acceleration that was measured holds what it is to explain.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -31,8 +31,8 @@ from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 
 CHANNELS = ("u", "v", "w", "p", "q", "r")
-#: Rows of the grid are so far apart as the readings, but no nearer and no farther. [s]
-SHORTEST_S, LONGEST_S = 0.1, 0.25
+#: Rows of the grid may be so far apart. [s]
+PERIODS_S = (1 / 10, 1 / 5, 1 / 4, 1 / 3, 1 / 2)
 #: Departure, in units of half the plausible range, at which a wrench is taken.
 _STEP = 1.0
 
@@ -41,7 +41,7 @@ _STEP = 1.0
 class GridRun:
     """A run at times `period_s` apart.
 
-    `channels` are the velocities that were measured, in the order of `velocity` (m, v); `down`
+    `channels` are the velocities that were measured (heave by the depth, where no log of it is), in the order of `velocity` (m, v); `down`
     (m, 3) is the direction of gravity in body axes, `wrench` (m, 6) the mean wrench of the
     thrusters over the period that ends at a row. For each direction `more` (m, d, 6) is the mean
     wrench of a unit of it but for what goes with the acceleration, and `heavier` (d, 6, 6) the mass
@@ -60,15 +60,15 @@ class GridRun:
     heavier: FloatArray
 
 
-def grid_period(runs: Sequence[RunTable]) -> float:
-    """Return the spacing of the slowest velocity readings of some runs, within limits [s]."""
-    found = [SHORTEST_S]
+def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
+    """Return the spacings that a grid may have: shares of a second, no nearer than readings [s]."""
+    slowest = PERIODS_S[0]
     for run in runs:
         for quantity in ("velocity", "angular_velocity"):
             marks = run.reading.get(quantity)
             if marks is not None and marks.sum() > 2:
-                found.append(float(np.median(np.diff(run.time_s[marks]))))
-    return float(np.clip(max(found), SHORTEST_S, LONGEST_S))
+                slowest = max(slowest, float(np.median(np.diff(run.time_s[marks]))))
+    return tuple(one for one in PERIODS_S if one > 0.9 * slowest) or PERIODS_S[-1:]
 
 
 def on_grid(
@@ -85,25 +85,38 @@ def on_grid(
     CannotComputeError
         Without rates of turn or attitude, or for a run shorter than a second.
     """
-    motion = measured_motion(run, sensors)
-    row_s = float(np.median(np.diff(run.time_s)))
-    edges = np.arange(run.time_s[0], run.time_s[-1] + 1e-9, period_s)
-    if edges.size < 1.0 / period_s:
-        raise CannotComputeError(f"{run.name} is shorter than a second; nothing can be told of it.")
-    rows = np.minimum(np.round((edges - edges[0]) / row_s).astype(int), run.time_s.size - 1)
+    return on_grids(packed, run, sensors, directions, (period_s,))[0]
 
-    def mean(values: FloatArray) -> FloatArray:
-        """Mean over the period that ends at each row; the first row has the second's."""
-        total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
-        steps = np.maximum(np.diff(rows), 1).reshape(-1, *[1] * (values.ndim - 1))
-        found = (total[rows[1:]] - total[rows[:-1]]) / steps
-        return np.concatenate([found[:1], found])
 
+def on_grids(
+    packed: PackedVehicle,
+    run: RunTable,
+    sensors: Sensors | None,
+    directions: Sequence[Coordinate],
+    periods_s: Sequence[float],
+) -> list[GridRun]:
+    """Put a run on several grids; see `on_grid`."""
+    claimed = _Claimed(packed, run, sensors)
+    departures = [claimed.departure(one, np.sign(one.step) * _STEP) for one in directions]
+    return [_gridded(claimed, run, departures, period_s) for period_s in periods_s]
+
+
+def _gridded(
+    claimed: "_Claimed",
+    run: RunTable,
+    departures: Sequence[tuple[FloatArray, FloatArray]],
+    period_s: float,
+) -> GridRun:
+    motion, row_s = claimed.motion, claimed.row_s
+    edges, rows = _rows_of(run, period_s, row_s)
     names: list[str] = []
     columns = []
     for quantity, own in (("velocity", CHANNELS[:3]), ("angular_velocity", CHANNELS[3:])):
         values = channel_of(run, quantity)
         if values is None:
+            if quantity == "velocity" and motion.measured[2]:  # heave, by the depth
+                names.append("w")
+                columns.append(motion.nu[rows, 2:3])
             continue
         names += own
         columns.append(_about(values, rows, row_s, period_s, run, quantity))
@@ -111,33 +124,10 @@ def on_grid(
     down = np.stack(
         [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1
     )
-    nominal = _settled(packed.vector)
-    codes = np.nan_to_num(np.array(run.values["command"], float))
-    wrench, thrust = _pushed(packed, nominal, codes, motion.nu, row_s)
-    still = np.zeros_like(motion.nu_dot)
-    hull = -_demand(packed, nominal, motion.state, still)
-    lever = layout(packed, nominal)
-    more, heavier = [], []
-    for one in directions:
-        if one.effect.id == "thruster_degraded" and one.target is not None:
-            column = packed.thruster_names.index(one.target)
-            more.append(mean(one.unit_size * thrust[:, column, None] * lever[:, column]))
-            heavier.append(np.zeros((6, 6)))
-            continue
-        step = np.sign(one.step) * _STEP
-        value = one.parameter.neutral + step * one.unit_size
-        least, most = one.parameter.possible
-        value = float(np.clip(value, least, most))
-        share = (value - one.parameter.neutral) / one.unit_size
-        spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
-        changed = _settled(apply_effects(packed.vector, [spec], packed.context))
-        added = np.zeros_like(wrench)
-        if one.effect.of_thrusters or one.target is not None:
-            added += _pushed(packed, changed, codes, motion.nu, row_s)[0] - wrench
-        else:
-            added -= _demand(packed, changed, motion.state, still) + hull
-        more.append(mean(added / share))
-        heavier.append((_mass(changed) - _mass(nominal)) / share)
+    count = len(departures)
+    more, heavier = np.zeros((edges.size, count, 6)), np.zeros((count, 6, 6))
+    for k, (added, mass) in enumerate(departures):
+        more[:, k], heavier[k] = _mean(added, rows), mass
     return GridRun(
         name=run.name,
         period_s=period_s,
@@ -146,10 +136,81 @@ def on_grid(
         velocity=np.concatenate(columns, axis=1),
         attitude=motion.state[rows, 3:7],
         down=down,
-        wrench=mean(wrench),
-        more=np.stack(more, axis=1) if more else np.zeros((edges.size, 0, 6)),
-        heavier=np.stack(heavier) if heavier else np.zeros((0, 6, 6)),
+        wrench=_mean(claimed.wrench, rows),
+        more=more,
+        heavier=heavier,
     )
+
+
+def at_sizes(  # noqa: PLR0917 - as `on_grid`
+    grid: GridRun,
+    packed: PackedVehicle,
+    run: RunTable,
+    sensors: Sensors | None,
+    directions: Sequence[Coordinate],
+    sizes: Mapping[int, float],
+) -> GridRun:
+    """Take the wrench of some directions at the sizes (in their units) that they are found at."""
+    claimed = _Claimed(packed, run, sensors)
+    _, rows = _rows_of(run, grid.period_s, claimed.row_s)
+    more, heavier = grid.more.copy(), grid.heavier.copy()
+    for k, size in sizes.items():
+        added, heavier[k] = claimed.departure(directions[k], size)
+        more[:, k] = _mean(added, rows)
+    return replace(grid, more=more, heavier=heavier)
+
+
+class _Claimed:
+    """What the commands of a run claim along its motion, and what an effect would add."""
+
+    def __init__(self, packed: PackedVehicle, run: RunTable, sensors: Sensors | None) -> None:
+        self.packed = packed
+        self.motion = measured_motion(run, sensors)
+        self.row_s = float(np.median(np.diff(run.time_s)))
+        self._nominal = _settled(packed.vector)
+        self._codes = np.nan_to_num(np.array(run.values["command"], float))
+        self.wrench, self._thrust = _pushed(
+            packed, self._nominal, self._codes, self.motion.nu, self.row_s
+        )
+        self._still = np.zeros_like(self.motion.nu_dot)
+        self._hull = -_demand(packed, self._nominal, self.motion.state, self._still)
+        self._lever = layout(packed, self._nominal)
+
+    def departure(self, one: Coordinate, size: float) -> tuple[FloatArray, FloatArray]:
+        """Wrench (rows, 6) and mass (6, 6) of a unit of a direction, taken at a size."""
+        packed = self.packed
+        if one.effect.id == "thruster_degraded" and one.target is not None:
+            column = packed.thruster_names.index(one.target)
+            thrust = one.unit_size * self._thrust[:, column, None]
+            return thrust * self._lever[:, column], np.zeros((6, 6))
+        least, most = one.parameter.possible
+        value = float(np.clip(one.parameter.neutral + size * one.unit_size, least, most))
+        share = (value - one.parameter.neutral) / one.unit_size
+        spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
+        changed = _settled(apply_effects(packed.vector, [spec], packed.context))
+        if one.effect.of_thrusters or one.target is not None:
+            pushed = _pushed(packed, changed, self._codes, self.motion.nu, self.row_s)[0]
+            added = pushed - self.wrench
+        else:
+            added = -_demand(packed, changed, self.motion.state, self._still) - self._hull
+        return added / share, (_mass(changed) - _mass(self._nominal)) / share
+
+
+def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, IntArray]:
+    """Return the times of a grid, and the rows of the run there."""
+    edges = np.arange(run.time_s[0], run.time_s[-1] + 1e-9, period_s)
+    if edges.size < 1.0 / period_s:
+        raise CannotComputeError(f"{run.name} is shorter than a second; nothing can be told of it.")
+    steps = np.round((edges - edges[0]) / row_s).astype(int)
+    return edges, np.minimum(steps, run.time_s.size - 1)
+
+
+def _mean(values: FloatArray, rows: IntArray) -> FloatArray:
+    """Mean over the period that ends at each row; the first row has the second's."""
+    total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(values, axis=0)])
+    steps = np.maximum(np.diff(rows), 1).reshape(-1, *[1] * (values.ndim - 1))
+    found = (total[rows[1:]] - total[rows[:-1]]) / steps
+    return np.concatenate([found[:1], found])
 
 
 def mass_of_file(packed: PackedVehicle) -> FloatArray:

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun, mass_of_file
-from pipeline.diagnose.regression.response import BENT, FORCES, Response
+from pipeline.diagnose.regression.response import FORCES, Response
 from pipeline.records.reference import Prediction
 from pipeline.simulate.kernel_demand import demand_along
 from pipeline.simulate.pack import PackedVehicle
@@ -61,9 +61,8 @@ def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[
         for method, model in files.items():
             if model.apart is None or left in model.apart:
                 ways[method] = _by_file(model.packed)
-        starts = np.arange(FORCES, len(run.velocity) - 1, max(round(_EVERY_S / run.period_s), 1))
         for method, step in ways.items():
-            for ahead_s, found in _followed(step, run, starts).items():
+            for ahead_s, found in _followed(step, run, _starts(run), AHEAD_S).items():
                 for c, name in enumerate(run.channels):
                     errors.setdefault((method, name, ahead_s), []).append(found[:, c])
     return tuple(_table(errors))
@@ -95,17 +94,16 @@ def _table(errors: Mapping[tuple[Method, str, float], list[FloatArray]]) -> list
     return rows
 
 
-def best_of(
-    runs: Sequence[GridRun], files: Mapping[Method, FileModel]
-) -> tuple[float, tuple[Prediction, ...]]:
-    """Choose the ridge of squares and products by what it predicts of runs left out; its table."""
-    tables = [(bent, predictions(Response(runs, bent), files)) for bent in BENT]
-    return min(tables, key=lambda row: _own_error(row[1]))
-
-
-def _own_error(table: Sequence[Prediction]) -> float:
-    own = [row.rmse for row in table if _first(row, "reference")]
-    return float(np.sum(np.log(np.maximum(own, 1e-12))))
+def error_ahead(response: Response) -> float:
+    """Return by how much a response is off of runs left out: log of its errors, all quantities."""
+    squares: dict[str, list[FloatArray]] = {}
+    for left, run in enumerate(response.runs):
+        found = _followed(_by_response(response, left), run, _starts(run), AHEAD_S[:1])[AHEAD_S[0]]
+        for c, name in enumerate(run.channels):
+            quantity = "velocity" if name in CHANNELS[:3] else "angular_velocity"
+            squares.setdefault(quantity, []).append(found[:, c] ** 2)
+    means = [float(np.mean(np.concatenate(one))) for one in squares.values()]
+    return float(np.sum(np.log(np.maximum(means, 1e-24)))) / 2.0
 
 
 def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
@@ -132,9 +130,15 @@ def _first(row: Prediction, method: Method) -> bool:
     return row.method == method and row.ahead_s == AHEAD_S[0]
 
 
-def _followed(step: Step, run: GridRun, starts: IntArray) -> dict[float, FloatArray]:
+def _starts(run: GridRun) -> IntArray:
+    return np.arange(FORCES, len(run.velocity) - 1, max(round(_EVERY_S / run.period_s), 1))
+
+
+def _followed(
+    step: Step, run: GridRun, starts: IntArray, far_s: Sequence[float]
+) -> dict[float, FloatArray]:
     """Errors (k, c) so many seconds ahead of each start that the run is long enough for."""
-    counts = {ahead: max(round(ahead / run.period_s), 1) for ahead in AHEAD_S}
+    counts = {ahead: max(round(ahead / run.period_s), 1) for ahead in far_s}
     now, before = run.velocity[starts], run.velocity[starts - 1]
     found, last = {}, len(run.velocity) - 1
     for done in range(1, max(counts.values()) + 1):

@@ -1,47 +1,116 @@
 """The vehicle as its sound runs show it, where that predicts better than its file."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import directions_of, stated_widths
-from pipeline.diagnose.regression.grid import grid_period, on_grid
-from pipeline.diagnose.regression.held_out import FileModel, best_of, decides
-from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of
-from pipeline.diagnose.regression.response import Response
+from pipeline.diagnose.regression.grid import grid_periods, on_grids
+from pipeline.diagnose.regression.held_out import (
+    FileModel,
+    Method,
+    decides,
+    error_ahead,
+    predictions,
+)
+from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, power_of
+from pipeline.diagnose.regression.response import BENT, Response
+from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
+from pipeline.records.reference import Prediction, Width
+from pipeline.types import FloatArray
 
 #: Sound runs without which nothing is known of how much runs differ.
 LEAST_SOUND = 3
+#: Share of the information that must be left for a spacing of the grid. [1]
+_LEAST_TRUSTED = 0.7
 
 
 @dataclass(frozen=True)
 class Reference:
-    """A vehicle as its sound runs show it; `why` tells why it decides."""
+    """A vehicle as its sound runs show it; `why` tells why it decides.
+
+    `stated` and `ordinary` are what its directions differ by between runs, before and after these
+    runs were seen; `table` says how well runs that were left out are predicted.
+    """
 
     directions: tuple[Coordinate, ...]
     response: Response
+    stated: FloatArray
     ordinary: Ordinary
+    table: tuple[Prediction, ...]
+    used: bool
     why: str
+
+    @property
+    def force(self) -> dict[str, dict[str, float]]:
+        """Acceleration of each velocity by a newton, or newton metre, along each axis."""
+        response = self.response
+        every = response.force.reshape(-1, 6, len(response.channels)).sum(axis=0)
+        return {
+            name: {axis: float(every[a, c] / response.period_s) for a, axis in enumerate(AXES)}
+            for c, name in enumerate(response.channels)
+        }
+
+    @property
+    def widths(self) -> tuple[Width, ...]:
+        """What each direction differs by between sound runs, in the unit of its parameter."""
+        return tuple(
+            Width(
+                name=one.name,
+                unit=one.parameter.unit,
+                stated=float(self.stated[k] * one.unit_size),
+                learned=float(self.ordinary.width[k] * one.unit_size),
+            )
+            for k, one in enumerate(self.directions)
+        )
+
+
+def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
+    """Learn from the healthy runs of a case and predict each by the others.
+
+    The ridge of squares and products is the one that predicts runs left out best. The spacing of
+    the grid is the one at which runs tell most, of those at which the noise of sound runs is what
+    it claims to be.
+
+    Raises
+    ------
+    CannotComputeError
+        For runs without rates of turn or attitude, or of different channels.
+    """
+    directions = directions_of(case.vehicle, case.packed, case.candidates)
+    periods = grid_periods((*case.healthy, *case.runs))
+    every = [
+        on_grids(case.packed, run, case.vehicle.sensors, directions, periods)
+        for run in case.healthy
+    ]
+    if len({run[0].channels for run in every}) > 1:
+        raise CannotComputeError(
+            "the sound runs have not the same channels: "
+            + "; ".join(f"{run[0].name} {', '.join(run[0].channels)}" for run in every)
+            + ". Name runs that measured the same velocities and rates."
+        )
+    stated = stated_widths(case.vehicle, directions)
+    found = []
+    for runs in zip(*every, strict=True):
+        response = min((Response(runs, bent) for bent in BENT), key=error_ahead)
+        told = response.told_of_sound()
+        ordinary = ordinary_of(told, directions, stated)
+        found.append((power_of(told, ordinary), ordinary, response))
+    sound = [one for one in found if one[1].trusted >= _LEAST_TRUSTED]
+    _, ordinary, response = (
+        max(sound, key=lambda one: one[0]) if sound else max(found, key=lambda one: one[1].trusted)
+    )
+    table = predictions(response, files)
+    used, why = decides(table)
+    return Reference(directions, response, stated, ordinary, table, used, why)
 
 
 def reference_of(case: Case) -> tuple[Reference | None, str]:
     """Learn from the healthy runs of a case, and say why it decides; None where it does not."""
-    sensors = case.vehicle.sensors
-    directions = directions_of(case.vehicle, case.packed, case.candidates)
-    period = grid_period((*case.healthy, *case.runs))
     try:
-        plain = [on_grid(case.packed, run, sensors, (), period) for run in case.healthy]
-        if len({run.channels for run in plain}) > 1:
-            return None, "the sound runs have not the same channels."
-        bent, table = best_of(plain, {"vehicle file": FileModel(case.packed)})
-        chosen, why = decides(table)
-        if not chosen:
-            return None, why
-        runs = [on_grid(case.packed, run, sensors, directions, period) for run in case.healthy]
+        found = learned(case, {"vehicle file": FileModel(case.packed)})
     except CannotComputeError as error:
         return None, str(error)
-    response = Response(runs, bent)
-    stated = stated_widths(case.vehicle, directions)
-    ordinary = ordinary_of(response.told_of_sound(), directions, stated)
-    return Reference(directions, response, ordinary, why), why
+    return found if found.used else None, found.why

@@ -4,7 +4,8 @@ Before any run is seen each direction differs by what the vehicle file states (`
 Sound runs move that (empirical Bayes): directions of one parameter share a scale, around which each
 has its own, both drawn towards what was stated by as many runs as a few. No width grows beyond a
 little more than was stated: what differs by more is noise, for which the information of all runs is
-tempered until their scatter, direction by independent direction, is as large as it claims to be.
+tempered, channel by channel, until their scatter along independent directions is as large as it
+claims to be.
 """
 
 from collections.abc import Sequence
@@ -28,10 +29,15 @@ _LEAST_TOLD, _MOST_SQUARE, _LEAST_SHARE = 0.05, 9.0, 0.01
 
 @dataclass(frozen=True)
 class Ordinary:
-    """Standard deviation (d,) of each direction between runs, and the share of information."""
+    """Standard deviation (d,) of each direction between runs, and the share of information (c,)."""
 
     width: FloatArray
-    share: float
+    share: FloatArray
+
+    @property
+    def trusted(self) -> float:
+        """Share of the information that is left over all channels."""
+        return float(np.exp(np.mean(np.log(self.share))))
 
 
 def ordinary_of(
@@ -48,7 +54,8 @@ def ordinary_of(
     stated : ndarray, shape (d,)
         Their widths before any run was seen.
     """
-    share = _share(told, stated)
+    channels = range(len(told[0].by_channel))
+    share = np.array([_share([one.of_channel(c) for one in told], stated) for c in channels])
     place: dict[tuple[str, str], int] = {}
     group = np.array(
         [place.setdefault((one.effect.id, one.parameter.name), len(place)) for one in directions]
@@ -73,6 +80,23 @@ def posterior(told: Told, width: FloatArray) -> tuple[FloatArray, FloatArray]:
     inverse = np.linalg.inv(inner)
     mean = width * (inverse @ (width * told.score))
     return mean, width**2 * np.diag(inverse)
+
+
+def beyond_ordinary(told: Told, width: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Information (d, d) and score (d,) of changes once what is ordinary is integrated out."""
+    inner = np.eye(width.size) + width[:, None] * told.information * width
+    every = np.column_stack([told.information, told.score])
+    solved = np.linalg.solve(inner, width[:, None] * every)
+    across = told.information * width
+    return told.information - across @ solved[:, :-1], told.score - across @ solved[:, -1]
+
+
+def power_of(told: Sequence[Told], ordinary: Ordinary) -> float:
+    """Say how much runs like the sound ones tell of the directions: mean nats of a unit of each."""
+    found = [
+        np.diag(beyond_ordinary(one.tempered(ordinary.share), ordinary.width)[0]) for one in told
+    ]
+    return float(np.mean(np.log1p(np.maximum(found, 0.0))))
 
 
 def _share(told: Sequence[Told], stated: FloatArray) -> float:

@@ -33,14 +33,37 @@ _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r":
 
 @dataclass(frozen=True)
 class Told:
-    """What a run says of the directions: information (d, d) and score (d,), noise as it is."""
+    """What the channels of a run say of the directions: information (c, d, d) and score (c, d).
 
-    information: FloatArray
-    score: FloatArray
+    `thrust` (d,) is the share by which a unit of each direction changes the thrust of the run.
+    """
 
-    def tempered(self, share: float) -> "Told":
-        """Count all noise as larger: a share of the information is left."""
-        return Told(share * self.information, share * self.score)
+    by_channel: FloatArray
+    score_by_channel: FloatArray
+    thrust: FloatArray
+
+    @property
+    def information(self) -> FloatArray:
+        """Information (d, d) of all channels."""
+        return np.asarray(self.by_channel.sum(axis=0))
+
+    @property
+    def score(self) -> FloatArray:
+        """Score (d,) of all channels."""
+        return np.asarray(self.score_by_channel.sum(axis=0))
+
+    def tempered(self, share: FloatArray) -> "Told":
+        """Count the noise of each channel as larger: a share (c,) of its information is left."""
+        return Told(
+            share[:, None, None] * self.by_channel,
+            share[:, None] * self.score_by_channel,
+            self.thrust,
+        )
+
+    def of_channel(self, channel: int) -> "Told":
+        """Keep what one channel says."""
+        own = slice(channel, channel + 1)
+        return Told(self.by_channel[own], self.score_by_channel[own], self.thrust)
 
 
 class _Rows:
@@ -244,16 +267,22 @@ class Response:
         noise = self._noise(remainder)
         signature = one.signatures(self.force_of(fit.slope), predicted)
         count = signature.shape[1]
-        information, score = np.zeros((count, count)), np.zeros(count)
-        for c in range(len(self.channels)):
+        channels = len(self.channels)
+        information, score = np.zeros((channels, count, count)), np.zeros((channels, count))
+        for c in range(channels):
             every = np.column_stack([signature[:, :, c], x, remainder[:, c]])
             white = self._whitened(every, c, noise)
             s, f, rest = white[:, :count], white[:, count:-1], white[:, -1]
             inner = np.linalg.inv(np.linalg.inv(fit.covariance[c]) + f.T @ f)
             across = s.T @ f @ inner
-            information += s.T @ s - across @ (f.T @ s)
-            score += s.T @ rest - across @ (f.T @ rest)
-        return Told(information, score)
+            information[c] = s.T @ s - across @ (f.T @ s)
+            score[c] = s.T @ rest - across @ (f.T @ rest)
+        wrench = one.run.wrench
+        power = np.mean(wrench**2, axis=0)
+        moved = power > max(1e-6 * float(power.max()), 1e-12)
+        along = np.mean(one.run.more * wrench[:, None], axis=0)[:, moved] / power[moved]
+        thrust = along.sum(axis=1) / max(int(moved.sum()), 1)
+        return Told(information, score, thrust)
 
     @property
     def force(self) -> FloatArray:

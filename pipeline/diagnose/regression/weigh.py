@@ -7,23 +7,29 @@ built of the strongest. Under `unknown` a run differs by more than is ordinary i
 once.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import log_ndtr, logsumexp
 
 from pipeline.diagnose.linear.coordinates import Coordinate
-from pipeline.diagnose.regression.ordinary import Ordinary
+from pipeline.diagnose.regression.directions import OF_ALL_THRUSTERS
+from pipeline.diagnose.regression.ordinary import Ordinary, beyond_ordinary
 from pipeline.diagnose.regression.response import Told
 from pipeline.types import FloatArray
 
 NONE, UNKNOWN = "none", "unknown"
 #: Prior probability of nothing, of one change, of two; the rest is none of the library.
 _NOTHING, _ONE, _TWO = 0.6, 0.3, 0.05
-#: Prior width of a change, in its units. Under `unknown` widths are so many times the ordinary.
-_WIDTH, _STRANGE = 1.0, 3.0
+#: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
+_WIDTHS = ((1.0, 0.95), (3.0, 0.05))
+#: Under `unknown` widths are so many times the ordinary.
+_STRANGE = 3.0
+#: How much thrust a run may have of what the sound ones had. [1]
+_SCALES = (0.3, 3.0)
 #: Prior probability that all runs carry a change.
 _ALL_RUNS = 0.7
 #: Single changes from which pairs are built.
@@ -63,38 +69,79 @@ class Said:
 class _Runs:
     """What each run says of changes that it shares with others."""
 
-    def __init__(self, told: Sequence[Told], ordinary: Ordinary) -> None:
-        self.count = len(told)
+    def __init__(
+        self, told: Sequence[Told], directions: Sequence[Coordinate], ordinary: Ordinary
+    ) -> None:
+        self.count, self._directions, self._width = len(told), directions, ordinary.width
+        self._of_all = np.array([one.effect.id in OF_ALL_THRUSTERS for one in directions])
+        self._told = [one.tempered(ordinary.share) for one in told]
         self.information, self.score, strange = [], [], 0.0
-        for one in told:
-            own = one.tempered(ordinary.share)
-            for factor in (1.0, _STRANGE):
-                width = factor * ordinary.width
-                inner = np.eye(width.size) + width[:, None] * own.information * width
-                half = np.linalg.solve(inner, width[:, None] * own.information)
-                score = np.linalg.solve(inner, width * own.score)
-                size = 0.5 * float((width * own.score) @ score)
-                size -= 0.5 * float(np.linalg.slogdet(inner)[1])
-                strange += size if factor > 1.0 else -size
-                if factor == 1.0:
-                    across = own.information * width
-                    self.information.append(own.information - across @ half)
-                    self.score.append(own.score - across @ score)
+        for own in self._told:
+            information, score = beyond_ordinary(own, ordinary.width)
+            self.information.append(information)
+            self.score.append(score)
+            strange += _evidence(own, _STRANGE * ordinary.width) - _evidence(own, ordinary.width)
         self.strange = strange
 
     def shared(
         self, which: Sequence[int], runs: Sequence[int]
     ) -> tuple[float, FloatArray, FloatArray]:
-        """Log evidence, mean and covariance of a change that some runs share."""
+        """Log evidence, mean and standard deviation of a change that some runs share."""
         own = np.ix_(which, which)
         information = np.sum([self.information[r][own] for r in runs], axis=0)
         score = np.sum([self.score[r][list(which)] for r in runs], axis=0)
-        inner = np.eye(len(which)) / _WIDTH**2 + information
-        covariance = np.linalg.inv(inner)
-        mean = covariance @ score
-        value = 0.5 * float(score @ mean)
-        value -= 0.5 * float(np.linalg.slogdet(inner * _WIDTH**2)[1])
-        return value, mean, covariance
+        tried = []
+        for width, prior in _WIDTHS:
+            inner = np.eye(len(which)) / width**2 + information
+            covariance = np.linalg.inv(inner)
+            mean, std = covariance @ score, np.sqrt(np.diag(covariance))
+            value = float(np.log(prior)) + 0.5 * float(score @ mean)
+            value -= 0.5 * float(np.linalg.slogdet(inner * width**2)[1])
+            for k, size, spread in zip(which, mean, std, strict=True):
+                bounds = self._directions[k].bounds
+                value += _log_mass(bounds, float(size), float(spread))
+                value -= _log_mass(bounds, 0.0, width)
+            tried.append((value, mean, std))
+        total = float(logsumexp([one[0] for one in tried]))
+        _, mean, std = max(tried, key=lambda one: one[0])
+        return total, mean, std
+
+    def of_thrust(
+        self, which: Sequence[int], runs: Sequence[int], mean: FloatArray, std: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Sizes of changes of thrusters, over how much thrust the runs have as a whole.
+
+        All thrusters of a run give a share s of what they give in the sound runs, as is ordinary;
+        one that is changed gives s g, which stands there as a change of s (g - 1).
+        """
+        scales, errors, weights = [], [], []
+        for run in runs:
+            told, thrust = self._told[run], self._told[run].thrust * self._of_all
+            inner = np.eye(thrust.size) + self._width[:, None] * told.information * self._width
+            score = told.score - told.information[:, list(which)] @ mean
+            every = np.column_stack([self._width * score, self._width * thrust])
+            solved = self._width[:, None] * np.linalg.solve(inner, every)
+            scales.append(1.0 + float(thrust @ solved[:, 0]))
+            errors.append(float(thrust @ solved[:, 1]))
+            weights.append(float(np.trace(self.information[run][np.ix_(which, which)])))
+        share = np.array(weights) / max(float(np.sum(weights)), 1e-12)
+        scale = float(np.clip(share @ scales, *_SCALES))
+        error = float(np.sqrt(share**2 @ errors))
+        own = [
+            one.effect.of_thrusters or one.target is not None
+            for one in (self._directions[k] for k in which)
+        ]
+        own = own & ~self._of_all[list(which)]
+        spread = np.hypot(std, mean * error) / scale
+        return np.where(own, mean / scale, mean), np.where(own, spread, std)
+
+
+def _evidence(told: Told, width: FloatArray) -> float:
+    """Log evidence that directions differ by these widths, over that they do not differ."""
+    inner = np.eye(width.size) + width[:, None] * told.information * width
+    score = width * told.score
+    value = score @ np.linalg.solve(inner, score) - np.linalg.slogdet(inner)[1]
+    return 0.5 * float(value)
 
 
 @dataclass(frozen=True)
@@ -127,7 +174,7 @@ def weighed(
     gained : sequence of Gained
         Thrusters whose gains show it; that evidence counts where it is the larger one.
     """
-    runs = _Runs(told, ordinary)
+    runs = _Runs(told, directions, ordinary)
     priors = _priors(directions)
     nothing = np.zeros(0)
     found = [Change(NONE, (), (), 0.0, float(np.log(_NOTHING)), nothing, nothing)]
@@ -147,7 +194,7 @@ def weighed(
         if directions[first.which[0]].effect.id != directions[second.which[0]].effect.id or (
             directions[first.which[0]].target != directions[second.which[0]].target
         ):
-            pairs.append(_pair(runs, first, second, directions, prior))
+            pairs.append(_pair(runs, first, second, prior))
     every = [*found, *singles, *pairs]
     logs = np.array([one.probability for one in every])
     shares = np.exp(logs - logsumexp(logs))
@@ -202,37 +249,27 @@ def _single(runs: _Runs, k: int, direction: Coordinate, prior: float) -> Change:
     subsets = [tuple(sorted(order[: n + 1])) for n in range(runs.count)]
     logs, seen = [], []
     for own in subsets:
-        value, mean, covariance = runs.shared((k,), own)
-        std = float(np.sqrt(covariance[0, 0]))
-        value += _inside(direction.bounds, float(mean[0]), std)
+        value, mean, std = runs.shared((k,), own)
         share = _ALL_RUNS if len(own) == runs.count else (1.0 - _ALL_RUNS) / (2**runs.count - 2)
         if runs.count == 1:
             share = 1.0
         logs.append(value + float(np.log(share)))
-        seen.append((own, value, mean, np.array([std])))
+        seen.append((own, mean, std))
     best = int(np.argmax(logs))
-    own, _, mean, spread = seen[best]
+    own, mean, std = seen[best]
+    mean, std = runs.of_thrust((k,), own, mean, std)
     total = float(logsumexp(logs))
-    return Change(_name(direction), (k,), own, total, total + prior, mean, spread)
+    return Change(_name(direction), (k,), own, total, total + prior, mean, std)
 
 
-def _pair(
-    runs: _Runs, first: Change, second: Change, directions: Sequence[Coordinate], prior: float
-) -> Change:
+def _pair(runs: _Runs, first: Change, second: Change, prior: float) -> Change:
     """Two directions at once, in the runs that carry either."""
     which = (*first.which, *second.which)
     own = tuple(sorted({*first.runs, *second.runs}))
-    value, mean, covariance = runs.shared(which, own)
-    std = np.sqrt(np.diag(covariance))
-    for k, size, spread in zip(which, mean, std, strict=True):
-        value += _inside(directions[k].bounds, float(size), float(spread))
+    value, mean, std = runs.shared(which, own)
+    mean, std = runs.of_thrust(which, own, mean, std)
     name = "+".join(sorted((first.name, second.name)))
     return Change(name, which, own, value, value + prior, mean, std)
-
-
-def _inside(bounds: tuple[float, float], mean: float, std: float) -> float:
-    """Log of how much more of a size lies where it may than did before anything was read."""
-    return _log_mass(bounds, mean, std) - _log_mass(bounds, 0.0, _WIDTH)
 
 
 def _log_mass(bounds: tuple[float, float], mean: float, std: float) -> float:
@@ -247,7 +284,11 @@ def _log_mass(bounds: tuple[float, float], mean: float, std: float) -> float:
 def sizes(
     change: Change, directions: Sequence[Coordinate]
 ) -> dict[int, tuple[float, float, float]]:
-    """Median and 95 % interval of each size, in the parameter's unit, where it may lie."""
+    """Median and 95 % interval of each size, in the parameter's unit, where it may lie.
+
+    The interval is that of highest density: it reaches the end of what is possible where the most
+    probable size lies there.
+    """
     # more than a second of imports, of which other diagnoses have no need
     from scipy.stats import norm, truncnorm
 
@@ -258,9 +299,21 @@ def sizes(
         held = truncnorm((low - mean) / std, (high - mean) / std, mean, std)
         if not np.isfinite(held.ppf(0.5)):
             held = norm(np.clip(mean, low, high), std)
-        values = one.parameter.neutral + one.unit_size * held.ppf([0.5, 0.025, 0.975])
+        ends = [held.ppf(0.5), *_densest(held.cdf, float(np.clip(mean, low, high)), high - low)]
+        ends = np.clip(ends, low, high)
+        values = one.parameter.neutral + one.unit_size * ends
         found[k] = (float(values[0]), float(values[1]), float(values[2]))
     return found
+
+
+def _densest(cdf: Callable[[float], float], top: float, length: float) -> tuple[float, float]:
+    """Return the ends of what holds 95 % around the most probable size."""
+
+    def beyond(half: float) -> float:
+        return float(cdf(top + half) - cdf(top - half)) - 0.95
+
+    half = float(brentq(beyond, 0.0, 2.0 * length))
+    return top - half, top + half
 
 
 def effects_of(name: str) -> tuple[str, ...]:

@@ -8,24 +8,23 @@ import pytest
 from click.testing import CliRunner, Result
 
 from pipeline.cli import cli
-from pipeline.diagnose.regression.made import Made
 from pipeline.errors import CannotComputeError
 from pipeline.provenance import file_digest, read_envelope
 from pipeline.records.identification import RunRead
 from pipeline.records.reference import Prediction, ReferenceRecord, Width
 from pipeline.stages import reference
 
-MADE = Made(
+LEARNED = SimpleNamespace(
     used=False,
     why="the vehicle file predicts it no worse.",
-    period_s=0.2,
-    noise_trusted=0.5,
+    response=SimpleNamespace(period_s=0.2),
+    ordinary=SimpleNamespace(trusted=0.5),
     force={"u": {"surge": 0.05}},
     widths=(
         Width(name="thrust_deduction:t", unit="1", stated=0.1, learned=0.15),
         Width(name="residual_buoyancy:force_n", unit="N", stated=2.0, learned=1.0),
     ),
-    predictions=(
+    table=(
         Prediction(
             method="reference", quantity="velocity", unit="m/s", ahead_s=3.0, rmse=0.1, readings=9
         ),
@@ -53,7 +52,7 @@ def logs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> list[Path]:
         return run, SimpleNamespace(name=path.stem)
 
     monkeypatch.setattr(reference, "read_run", read)
-    monkeypatch.setattr(reference, "made", lambda *_: MADE)
+    monkeypatch.setattr(reference, "learned", lambda *_: LEARNED)
     return paths
 
 
@@ -90,9 +89,9 @@ def test_of_too_few_runs_it_says_what_to_do(logs: list[Path], runs: tuple[str]) 
 
 
 def test_what_cannot_be_learned_is_said(logs: list[Path], monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(*_: object) -> Made:
+    def refuse(*_: object) -> None:
         raise CannotComputeError("that is all.")
 
-    monkeypatch.setattr(reference, "made", refuse)
+    monkeypatch.setattr(reference, "learned", refuse)
     result = ran(*(path.name for path in logs))
     assert (result.exit_code, result.stderr.splitlines()[-1]) == (1, "error: that is all.")

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, posterior
@@ -31,24 +32,54 @@ DIRECTIONS = (
         0.1,
     ),
 )
-ORDINARY = Ordinary(np.full(3, 0.1), 1.0)
+ORDINARY = Ordinary(np.full(3, 0.1), np.ones(1))
 
 
 def told(size: tuple[float, ...], information: float = 400.0) -> Told:
     """A run that shows sizes of the directions, each by itself."""
-    return Told(information * np.eye(3), information * np.array(size))
+    every = information * np.eye(3)
+    return Told(every[None], information * np.array([size]), np.zeros(3))
 
 
 def test_one_direction_has_the_evidence_of_the_textbook() -> None:
-    # x ~ N(0, 1) read with variance 1/A and ordinary t^2: over none by N(x; 0, v + 1) / N(x; 0, v)
+    # x ~ N(0, s^2) read with variance 1/A and ordinary t^2: over none by N(x; 0, v + s^2) / N(x; 0, v)
     ranking = weighed([told((0.0, 0.0, 0.8))], DIRECTIONS, ORDINARY)
     found = next(one for one in ranking if one.name == "residual_buoyancy")
     v = 1.0 / 400.0 + 0.1**2
-    expected = 0.5 * 0.8**2 * (1.0 / v - 1.0 / (1.0 + v)) - 0.5 * np.log((1.0 + v) / v)
-    assert found.evidence == pytest.approx(expected, rel=1e-6)
+    ratio = [
+        share
+        * norm(0.0, np.sqrt(v + width**2)).pdf(0.8)
+        / norm(0.0, np.sqrt(v)).pdf(0.8)
+        # of the wider prior a part lies beyond where a buoyancy may be
+        / (2.0 * norm(0.0, width).cdf(5.0) - 1.0)
+        for width, share in ((1.0, 0.95), (3.0, 0.05))
+    ]
+    assert found.evidence == pytest.approx(np.log(np.sum(ratio)), rel=1e-6)
     value, low, high = sizes(found, DIRECTIONS)[2]
     assert value == pytest.approx(37.5 * 0.8 / (1.0 + v))
     assert high - low == pytest.approx(2 * 1.96 * 37.5 * np.sqrt(v / (1.0 + v)), rel=1e-3)
+
+
+def test_an_interval_reaches_the_end_where_the_likeliest_size_is() -> None:
+    first = weighed([told((-2.2, 0.0, 0.0))], DIRECTIONS, ORDINARY)[0]
+    assert first.name == "thruster_degraded@left"
+    value, low, high = sizes(first, DIRECTIONS)[0]
+    assert low == 0.0 < value < high
+
+
+def test_a_weak_thruster_is_counted_against_the_thrust_of_its_run() -> None:
+    # all thrusters give half as much in this run, and the left one 0.6 of that
+    scale = Coordinate(
+        effects()["thrust_deduction"], effects()["thrust_deduction"].parameters[0], None, 0.5, 0.5
+    )
+    every = 4000.0 * np.eye(4)
+    run = Told(every[None], 4000.0 * np.array([[-0.4, 0.0, 0.0, 1.0]]), np.array([0, 0, 0, -0.5]))
+    ordinary = Ordinary(np.array([0.05, 0.05, 0.1, 1.0]), np.ones(1))
+    found = weighed([run], (*DIRECTIONS, scale), ordinary)
+    weak = next(one for one in found if one.name == "thruster_degraded@left")
+    value, low, high = sizes(weak, (*DIRECTIONS, scale))[0]
+    assert low < 0.6 < high
+    assert value == pytest.approx(0.6, abs=0.02)
 
 
 def test_probabilities_are_one_posterior() -> None:
