@@ -41,11 +41,12 @@ _STEP = 1.0
 class GridRun:
     """A run at times `period_s` apart.
 
-    `channels` are the velocities that were measured (heave by the depth, where no log of it is), in the order of `velocity` (m, v); `down`
-    (m, 3) is the direction of gravity in body axes, `wrench` (m, 6) the mean wrench of the
-    thrusters over the period that ends at a row. For each direction `more` (m, d, 6) is the mean
-    wrench of a unit of it but for what goes with the acceleration, and `heavier` (d, 6, 6) the mass
-    that a unit adds. `attitude` (m, 4) is the quaternion from body to NED.
+    `channels` are the velocities that were measured, in the order of `velocity` (m, v); heave may
+    be by the depth. `down` (m, 3) is the direction of gravity in body axes, `wrench` (m, 6) the
+    mean wrench of the thrusters over the period that ends at a row. For each direction `more`
+    (m, d, 6) is the mean wrench of a unit of it but for what goes with the acceleration, and
+    `heavier` (d, 6, 6) the mass that a unit adds. `attitude` (m, 4) is the quaternion from body to
+    NED.
     """
 
     name: str

@@ -42,7 +42,7 @@ def told(size: tuple[float, ...], information: float = 400.0) -> Told:
 
 
 def test_one_direction_has_the_evidence_of_the_textbook() -> None:
-    # x ~ N(0, s^2) read with variance 1/A and ordinary t^2: over none by N(x; 0, v + s^2) / N(x; 0, v)
+    # x ~ N(0, s^2) read with variance 1/A and ordinary t^2: N(x; 0, v + s^2) over N(x; 0, v)
     ranking = weighed([told((0.0, 0.0, 0.8))], DIRECTIONS, ORDINARY)
     found = next(one for one in ranking if one.name == "residual_buoyancy")
     v = 1.0 / 400.0 + 0.1**2
@@ -112,7 +112,7 @@ def test_it_says_which_run_carries_it() -> None:
 
 def test_two_that_are_alike_are_not_told_apart() -> None:
     both = np.array([[400.0, 399.9, 0.0], [399.9, 400.0, 0.0], [0.0, 0.0, 400.0]])
-    ranking = weighed([Told(both, -0.8 * both[0])], DIRECTIONS, ORDINARY)
+    ranking = weighed([Told(both[None], -0.8 * both[:1], np.zeros(3))], DIRECTIONS, ORDINARY)
     said = decide(ranking)
     assert ranking[0].probability < 0.6
     assert said.names == (UNKNOWN,)
@@ -158,7 +158,7 @@ def test_widths_are_learned_and_noise_beyond_them_tempers() -> None:
 
 
 def test_the_joint_posterior_is_the_ridge() -> None:
-    one = Told(np.array([[2.0, 1.0], [1.0, 3.0]]), np.array([1.0, -1.0]))
+    one = Told(np.array([[[2.0, 1.0], [1.0, 3.0]]]), np.array([[1.0, -1.0]]), np.zeros(2))
     width = np.array([0.5, 2.0])
     mean, variance = posterior(one, width)
     inverse = np.linalg.inv(one.information + np.diag(width**-2.0))
