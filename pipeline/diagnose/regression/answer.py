@@ -56,14 +56,18 @@ CALIBRATED = (
 
 
 def gained_of(gains: ThrusterGains, runs: Sequence[RunTable]) -> tuple[Gained, ...]:
-    """Return the thrusters that the test of the gains calls dead."""
+    """Return the thruster that the test of the gains calls dead, if that is all that it finds.
+
+    Several findings at once have a cause in common, which is no thruster's.
+    """
     names = [run.name for run in runs]
-    found = []
-    for one in gains.findings:
-        own = tuple(names.index(name) for name in one.runs if name in names)
-        if one.kind == _DEAD and one.value is not None and one.ci95 is not None and own:
-            found.append(Gained(one.thrusters[0], own, one.value, one.ci95, one.p_value))
-    return tuple(found)
+    if len(gains.findings) != 1:
+        return ()
+    one = gains.findings[0]
+    own = tuple(names.index(name) for name in one.runs if name in names)
+    if one.kind != _DEAD or one.value is None or one.ci95 is None or not own:
+        return ()
+    return (Gained(one.thrusters[0], own, one.value, one.ci95, one.p_value),)
 
 
 def against_sound(
