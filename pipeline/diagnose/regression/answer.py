@@ -148,7 +148,7 @@ def _at_their_sizes(
             k: size
             for k, size in sizes.items()
             if abs(size) > _LEAST_SIZE
-            and abs(size - taken.get(k, np.sign(directions[k].step))) > _NEAR * abs(size)
+            and abs(size - taken.get(k, float(np.sign(directions[k].step)))) > _NEAR * abs(size)
         }
         rounds += 1
         if not moved or rounds > _ROUNDS:

@@ -24,7 +24,7 @@ from pipeline.types import FloatArray
 #: Sound runs without which nothing is known of how much runs differ.
 LEAST_SOUND = 3
 #: Share of the information that must be left for a spacing of the grid. [1]
-_LEAST_TRUSTED = 0.7
+_LEAST_TRUSTED = 0.75
 
 
 @dataclass(frozen=True)

@@ -127,11 +127,11 @@ class _Runs:
         share = np.array(weights) / max(float(np.sum(weights)), 1e-12)
         scale = float(np.clip(share @ scales, *_SCALES))
         error = float(np.sqrt(share**2 @ errors))
-        own = [
+        changed = [
             one.effect.of_thrusters or one.target is not None
             for one in (self._directions[k] for k in which)
         ]
-        own = own & ~self._of_all[list(which)]
+        own = np.array(changed) & ~self._of_all[list(which)]
         spread = np.hypot(std, mean * error) / scale
         return np.where(own, mean / scale, mean), np.where(own, spread, std)
 
