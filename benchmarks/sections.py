@@ -18,10 +18,10 @@ from benchmarks.derivatives import FORTY_PARAMETERS, complex_step_jacobian, rela
 from benchmarks.measure import Timing, interleaved
 from benchmarks.peer_c_library import PeerC
 from benchmarks.peer_numpy import simulate_numpy
+from benchmarks.sensitivity import BODY_CHANNELS, jacobian, parameter_scale
 from pipeline.physics.parameters import offset, write
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Method, run, run_many
-from pipeline.simulate.sensitivity import BODY_CHANNELS, jacobian, parameter_scale
 from pipeline.simulate.tether import LumpedMassTether
 from pipeline.simulate.tethered import fly_tethered
 from pipeline.types import FloatArray

@@ -32,7 +32,6 @@ _SILENT = (
     "export/self_test.py",
     "export/size_report.py",
     "export/ros2_messages.py",
-    "identify/added_mass_terms.py",
     "ingest/load_test_words.py",
     "ingest/mooring_words.py",
     "physics/parameters.py",

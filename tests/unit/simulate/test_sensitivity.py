@@ -5,11 +5,11 @@ import pytest
 
 from benchmarks import cases
 from benchmarks.derivatives import complex_step_jacobian, relative_errors
+from benchmarks.sensitivity import body_states, jacobian, parameter_scale
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import offset, read, write
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Method, Trajectory, initial_state
-from pipeline.simulate.sensitivity import body_states, jacobian, parameter_scale
 
 DT_S = 0.02
 PARAMETERS = (
@@ -146,8 +146,8 @@ def test_scales_of_small_and_of_mixed_entries() -> None:
 
 
 def test_body_states_are_named_in_their_order() -> None:
+    from benchmarks.sensitivity import BODY_CHANNELS
     from pipeline.simulate.run import run
-    from pipeline.simulate.sensitivity import BODY_CHANNELS
 
     trajectory = run(cases.vehicle(), cases.multisine(3), dt_s=DT_S, start=cases.START)
     table = body_states(trajectory)

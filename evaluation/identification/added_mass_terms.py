@@ -6,7 +6,7 @@ as the paper does. These are simulated runs: the paper's own data do not exist, 
 its speed, its course, its force nor the dry mass. Its measured 18.92 kg can therefore not be taken
 apart; the table shows how far each omission alone could have moved it, and which way.
 
-    python -m pipeline.identify.added_mass_terms
+    python -m evaluation.identification.added_mass_terms
 
 prints the table as Markdown.
 

@@ -3,7 +3,11 @@
 import numpy as np
 import pytest
 
-from pipeline.identify.added_mass_terms import OmissionShift, omission_shifts, slope_added_mass
+from evaluation.identification.added_mass_terms import (
+    OmissionShift,
+    omission_shifts,
+    slope_added_mass,
+)
 from pipeline.physics.added_mass_potapov import potapov_galyaev
 
 TRUTH_KG = potapov_galyaev().surge.computed
