@@ -29,9 +29,9 @@ AZIMUTH = offset("misalignment_azimuth")
 ELEVATION = offset("misalignment_elevation")
 DENSITY = offset("density")
 
-#: Columns of `screws` (one row a thruster type): diameter, K_T0..2, K_M0..2, and the steps of the
-#: torque table in shaft speed and code.
-SCREW_COLUMNS = 9
+#: Columns of `screws` (one row a thruster type): diameter, K_T0..2, K_M0..2, the steps of the
+#: torque table in shaft speed and code, and K_T / J^2 of the freely turning propeller, 0 or less.
+SCREW_COLUMNS = 10
 
 
 @inlined
@@ -122,8 +122,11 @@ def static_thrust(
 ) -> float:
     """Thrust of thruster i from its table T(|N|, V along the thrust), signed.
 
-    Against the motion the row at rest holds, and a share of what the thrust would lose along it is
-    added; beyond the last speed the thrust goes on falling to zero and stays there.
+    A propeller that turns slower than the water drags it: at code 0 the table holds the drag of a
+    free one, from where the thrust rises to nothing at the edge of the dead zone. Beyond the last
+    speed the thrust goes on falling to that drag and stays there. Against the motion the row at
+    rest holds, or the drag where that is more, and a share of what the thrust would lose along the
+    motion is added. What a thruster lacks of its thrust it does not lack of its drag.
     """
     kind = int(p[THRUSTER_TYPE + i])
     side = 0 if code >= 0.0 else 1
@@ -132,27 +135,41 @@ def static_thrust(
     value = tabulated(
         thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], max(along, 0.0), abs(code)
     )
-    value = max(value, 0.0)
-    if share != 0.0:
-        lost = tabulated(
-            thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], -along, abs(code)
-        )
-        value += share * (value - max(lost, 0.0))
-    value *= p[THRUST_GAIN + i]
-    if code < 0.0:
-        return -value * p[REVERSE_GAIN + i]
-    return value
+    drag = 0.0
+    if value < 0.0 or along < 0.0:
+        table = thrust_tables[kind, side]
+        drag = -min(tabulated(table, steps[kind, 0], steps[kind, 1], abs(along), 0.0), 0.0)
+    if value < 0.0:
+        value = max(value, -drag)
+    else:
+        if share != 0.0:
+            lost = tabulated(
+                thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], -along, abs(code)
+            )
+            value += share * (value - max(lost, 0.0))
+        value *= p[THRUST_GAIN + i]
+        if code < 0.0:
+            value *= p[REVERSE_GAIN + i]
+        value = max(value, drag)
+    return value if code >= 0.0 else -value
 
 
 @inlined
 def screw_thrust(p: Array, i: int, shaft: float, speed: float, screws: Array) -> float:
-    """Thrust of thruster i at a shaft speed (signed), rho D^4 (K_T0 n^2 + K_T1 n V/D + ...)."""
+    """Thrust of thruster i at a shaft speed (signed), rho D^4 (K_T0 n^2 + K_T1 n V/D + ...).
+
+    Below zero where the water turns the propeller, down to what it drags freely (`screws`).
+    """
     screw = screws[int(p[THRUSTER_TYPE + i])]
     diameter = screw[0]
     n = abs(shaft)
     along = max(speed if shaft >= 0.0 else -speed, 0.0) / diameter
     value = screw[1] * n * n + screw[2] * n * along + screw[3] * along * along
-    value = max(value, 0.0) * p[DENSITY] * diameter**4 * p[THRUST_GAIN + i]
+    value = max(value, screw[9] * along * along) * p[DENSITY] * diameter**4
+    if value > 0.0:
+        value *= p[THRUST_GAIN + i]
+    elif shaft < 0.0:
+        return -value
     if shaft < 0.0:
         return -value * p[REVERSE_GAIN + i]
     return value
@@ -173,12 +190,12 @@ def shaft_rate(
     screw = screws[kind]
     diameter = screw[0]
     # seen from the side to which the code drives
-    sense = 1.0 if code >= 0.0 else -1.0
+    sense = 1.0 if code > 0.0 or (code == 0.0 and speed >= 0.0) else -1.0
     n = sense * shaft
     along = max(sense * speed, 0.0) / diameter
     drive = tabulated(torque_tables[kind], screw[8], screw[7], abs(code), max(n, 0.0))
     load = screw[4] * n * abs(n) + screw[5] * max(n, 0.0) * along
-    if n > 0.0:
+    if n >= 0.0:
         load += screw[6] * along * along
     load *= p[DENSITY] * diameter**5
     if code == 0.0:

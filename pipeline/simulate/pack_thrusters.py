@@ -5,6 +5,8 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.physics.drive import drive_torque
 from pipeline.physics.parameters import MOST_THRUSTERS, write
+from pipeline.physics.propeller import polynomial
+from pipeline.physics.torque_balance import OpenWaterPropeller, first_zero
 from pipeline.records.fits import SignedFamily, StaticCharacteristic, ThrustFamily
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.context import model_of
@@ -84,11 +86,14 @@ def thrust_table(
         return np.zeros((2, 1, 2)), 1.0, 1.0
     characteristic = model_of(vehicle).thrusters[kind[0]].characteristic
     if isinstance(characteristic, FromBollard):
-        return bollard_table(characteristic, vehicle.drives[kind[0]].code_max)
+        table, *steps = bollard_table(characteristic, vehicle.drives[kind[0]].code_max)
+        return with_drag(table, characteristic.free_drag_ns2pm2, steps[0]), steps[0], steps[1]
     bench = bench if bench is None else bench.of(kind)
     if bench is not None and bench.family is not None:
         falls = characteristic if isinstance(characteristic, FromMooring) else None
-        return family_table(bench.family, None if falls is None else falls.zero_thrust_speed_mps)
+        stops = None if falls is None else falls.zero_thrust_speed_mps
+        table, *steps = family_table(bench.family, stops)
+        return with_drag(table, bench.family.free_drag_ns2pm2, steps[0]), steps[0], steps[1]
     if bench is None or bench.static is None:
         raise CannotComputeError(
             f"drive {kind[0]} of {vehicle.name} takes its thrust from the bench tables, and there "
@@ -98,7 +103,25 @@ def thrust_table(
     rows = _regular_rows(static)
     thrust = np.array(static.thrust_n)[rows]
     table = np.concatenate([np.zeros((len(rows), 1)), thrust], axis=1)
-    return np.stack([table, table]), 0.1, float(static.code[1] - static.code[0])
+    both = with_drag(np.stack([table, table]), static.free_drag_ns2pm2, SPEED_STEP_MPS)
+    return both, SPEED_STEP_MPS, float(static.code[1] - static.code[0])
+
+
+def with_drag(table: FloatArray, drag_ns2pm2: float, speed_step_mps: float) -> FloatArray:
+    """Put into the dead zone of a table (2, speeds, codes) the drag of the undriven propeller. [N].
+
+    From that of a free one at code 0 straight to nothing at the edge, as the firmware has it.
+    """
+    if drag_ns2pm2 == 0.0:
+        return table
+    out, code = table.copy(), np.arange(table.shape[2])
+    for row in range(table.shape[1]):
+        drag = drag_ns2pm2 * (row * speed_step_mps) ** 2
+        for side in range(len(table)):
+            live = np.flatnonzero(table[side, row] > 0.0)
+            edge = max(int(live[0]) - 1 if live.size else len(code) - 1, 1)
+            out[side, row, :edge] = -drag * (1.0 - code[:edge] / edge)
+    return out
 
 
 def shaft_tables(
@@ -196,8 +219,17 @@ def balance_tables(
             *_three(own.propeller.torque_coefficients),
             shaft[1],
             code_step,
+            _free_thrust(own.propeller),
         ]
     return screws, torques
+
+
+def _free_thrust(propeller: OpenWaterPropeller) -> float:
+    """K_T / J^2 where K_M falls to zero, 0 where it does not. [-]."""
+    at = first_zero(propeller.torque_coefficients)
+    if not np.isfinite(at):
+        return 0.0
+    return min(float(polynomial(at, propeller.thrust_coefficients)) / at**2, 0.0)
 
 
 def _inertia(model: ThrusterModel) -> float:

@@ -40,25 +40,29 @@ def inflow_speed(packed: PackedVehicle, nu: FloatArray) -> FloatArray:
 def settled_thrust(packed: PackedVehicle, codes: FloatArray, inflow_mps: FloatArray) -> FloatArray:
     """Thrust (k, n) of codes (k, n) at inflow speeds (k, n), as the kernel has it without lag. [N].
 
-    Bilinear in the thrust tables; against the motion the row at rest holds. `inflow_mps` is the
-    speed of the water past the hull: what each thruster has of its own (wake, gains,
-    dead zone) is taken off here.
+    Bilinear in the thrust tables; against the motion the row at rest holds, or the drag where that
+    is more. `inflow_mps` is the speed of the water past the hull: what each thruster has of its own
+    (wake, gains, dead zone) is taken off here.
     """
     out, count = np.zeros(codes.shape), codes.shape[1]
     lost, largest = (read(packed.vector, slot)[:count] for slot in ("dead_zone", "code_max"))
     left = np.maximum(np.abs(codes) - lost, 0.0) * largest / (largest - lost)
     codes = np.where(lost > 0.0, np.sign(codes) * left, codes)
     kinds = read(packed.vector, "thruster_type")[:count].astype(int)
+    ahead, reverse = (read(packed.vector, slot)[:count] for slot in ("thrust_gain", "reverse_gain"))
     at_blades = inflow_mps * read(packed.vector, "inflow_fraction")[:count]
     for kind in np.unique(kinds):
         of_kind = kinds == kind
         for side, sign in ((0, 1.0), (1, -1.0)):
-            mask = of_kind[None, :] & (sign * codes > 0.0)
+            mask = of_kind[None, :] & ((sign * codes > 0.0) | ((codes == 0.0) & (side == 0)))
             grid = Grid(packed.thrust_tables[kind, side], *packed.steps[kind])
-            value = grid.at(np.maximum(sign * at_blades[mask], 0.0), np.abs(codes[mask]))
-            out[mask] = sign * np.maximum(value, 0.0)
-    reverse = np.where(codes < 0.0, read(packed.vector, "reverse_gain")[:count], 1.0)
-    return np.asarray(out * reverse * read(packed.vector, "thrust_gain")[:count])
+            along = sign * at_blades[mask]
+            value = grid.at(np.maximum(along, 0.0), np.abs(codes[mask]))
+            drag = np.maximum(-grid.at(np.abs(along), np.zeros(along.shape)), 0.0)
+            own = np.broadcast_to(ahead * (reverse if side else 1.0), codes.shape)[mask]
+            driven = np.maximum(own * np.maximum(value, 0.0), np.where(along < 0.0, drag, 0.0))
+            out[mask] = sign * np.where(value < 0.0, np.maximum(value, -drag), driven)
+    return out
 
 
 @dataclass(frozen=True)
@@ -94,5 +98,5 @@ def thrust_limits(packed: PackedVehicle, speed_mps: float) -> FloatArray:
     """
     size = np.abs(inflow_speed(packed, np.eye(6)[:1] * speed_mps))[0]
     codes = packed.code_limits.T.copy()
-    reverse, forward = np.abs(settled_thrust(packed, codes, np.stack([-size, size])))
-    return np.stack([forward, reverse])
+    reverse, forward = settled_thrust(packed, codes, np.stack([-size, size]))
+    return np.maximum(np.stack([forward, -reverse]), 0.0)

@@ -200,6 +200,8 @@ class FromBollard(ModelSection):
     dead_zone_code: NotNegative = 0.0
     exponent: Annotated[float, Field(ge=0.5, le=4)] = 2.0
     zero_thrust_speed_mps: Positive
+    free_drag_ns2pm2: NotNegative = 0.0
+    """Drag of the propeller that is not driven, over V|V|; for the tables the bench says it."""
     source: str = ""
 
 

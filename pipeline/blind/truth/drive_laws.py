@@ -23,7 +23,7 @@ SMALLEST_THRUST_N = 0.8
 class DriveLaw:
     """A drive with its propeller.
 
-    `law` (9,), `steady` (speeds, codes), `motor` (codes,) as the kernel takes them; `code_lag_s`,
+    `law` (10,), `steady` (speeds, codes), `motor` (codes,) as the kernel takes them; `code_lag_s`,
     `shaft_lag_s`, `rotor_kgm2` how the shaft follows; `most_n` the stated largest thrust ahead and
     astern; `inverse` (2, k): stated code at rest for even shares of it.
     """
@@ -73,7 +73,7 @@ def _bollard(stated: ThrusterModel, curve: FromBollard, top: float) -> DriveLaw:
         curve.dead_zone_code,
         curve.exponent,
     )
-    law[7:] = 1.0
+    law[7:9], law[9] = 1.0, curve.free_drag_ns2pm2
     share = np.linspace(0.0, 1.0, 201)
     dead = curve.dead_zone_code
     code = dead + (top - dead) * share ** (1.0 / curve.exponent)
@@ -103,6 +103,7 @@ def _benched(
     law = np.zeros(SCREW_LAW)
     law[0] = diameter_m
     law[1:4] = _quadratic(advance[good], (thrust / (squared * diameter_m**4))[good])
+    law[9] = static.free_drag_ns2pm2
     law[4:7] = _quadratic(advance[good], (torque / (squared * diameter_m**5))[good])
     grid = np.arange(speed[0], speed[-1] + 1e-9, 0.1)
     rows = np.array([np.argmin(np.abs(speed - v)) for v in grid])

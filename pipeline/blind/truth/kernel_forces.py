@@ -30,8 +30,9 @@ Array = Any
 #: Columns of `screws`, one row a thruster: the mode and what it needs.
 (MODE, CODE_LAG, SHAFT_LAG, GAIN, REVERSE, INFLOW, DEAD, CODE_MAX, KIND, ROTOR) = range(10)
 #: Columns of `laws`, one row a kind. Of a propeller: D, K_T 0..2, K_M 0..2, steps in code and
-#: speed; of a bollard curve: T_max, |T_min|, speed of no thrust, dead zone, exponent.
-SCREW_LAW = 9
+#: speed; of a bollard curve: T_max, |T_min|, speed of no thrust, dead zone, exponent. Of both the
+#: drag of the free propeller over V^2, in the last.
+SCREW_LAW = 10
 #: How the shaft follows: a share of its largest speed with a lag, a shaft speed with a lag, the
 #: balance of torques in time.
 SHARE, LAGGED, BALANCED = 0.0, 1.0, 2.0

@@ -114,18 +114,24 @@ def shaft_acceleration(t: Truth, i: int, code: float, shaft: float, inflow: floa
 
 @inlined
 def thrust_of(t: Truth, i: int, shaft: float, inflow: float) -> float:
-    """Thrust of a turning propeller [N]; against the motion that at rest."""
+    """Thrust of a turning propeller [N]; against the motion that at rest, or the drag.
+
+    A propeller that the water turns drags, at most as a free one does.
+    """
     law = t.laws[int(t.screws[i, KIND])]
     n = abs(shaft)
-    along = max(inflow if shaft >= 0.0 else -inflow, 0.0)
+    flow = inflow if shaft >= 0.0 else -inflow
+    along, drag = max(flow, 0.0), law[9] * flow * flow
     if t.screws[i, MODE] == SHARE:
         value = law[0 if shaft >= 0.0 else 1] * n * (n - along / law[2])
     else:
         d = law[0]
         value = law[1] * n * n + law[2] * n * along / d + law[3] * along * along / (d * d)
         value *= t.scalars[DENSITY] * d**4
-    value = max(value, 0.0) * t.screws[i, GAIN]
-    return value if shaft >= 0.0 else -value * t.screws[i, REVERSE]
+    if value > 0.0:
+        value *= t.screws[i, GAIN] * (1.0 if shaft >= 0.0 else t.screws[i, REVERSE])
+    value = max(value, -drag if flow >= 0.0 else drag)
+    return value if shaft >= 0.0 else -value
 
 
 @inlined

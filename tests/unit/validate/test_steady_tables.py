@@ -1,5 +1,6 @@
 """The settled thrust over arrays is the kernel's, and the ranges follow from it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,10 +8,11 @@ import pytest
 from bundled_models import bundled
 from flight_cases import Bench
 
-from pipeline.control.inverse import firmware_grid
+from pipeline.control.inverse import firmware_grid, thrust_grid
 from pipeline.control.paper_allocator import PaperAllocator
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read, write
+from pipeline.physics.thrust_grid import thrust_from_code
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
@@ -40,6 +42,42 @@ def test_settled_thrust_is_the_kernels_without_lag(mmt300: Bench) -> None:
         kernel = run(packed, codes, dt_s=0.02, vector=vector, start=state).thrust_n[0]
         ours = settled_thrust(packed, codes, inflow_speed(packed, nu[None, :]))[0]
         assert ours == pytest.approx(kernel, abs=1e-9)
+
+
+@pytest.mark.parametrize("speed_mps", [-2.0, 1.0, 2.0])
+def test_a_propeller_that_is_not_driven_drags_as_in_the_firmware(
+    mmt300: Bench, speed_mps: float
+) -> None:
+    """Thrust at codes about the dead zone; freely turning -3.4 N at 2 m/s, weak or not."""
+    assert mmt300.inverse.firmware is not None
+    branches = mmt300.inverse.firmware.positive, mmt300.inverse.firmware.negative
+    positive, negative = (thrust_grid(one) for one in branches)
+    packed = calm_vehicle(mmt300.packed)
+    codes = np.arange(-30.0, 31.0, 5.0)
+    flow = np.full(codes.shape, speed_mps)
+    firmware = thrust_from_code(codes, flow, positive=positive, negative=negative)
+    ours = settled_thrust(packed, codes[:, None].repeat(5, 1), flow[:, None].repeat(5, 1))
+    assert ours[:, 0] == pytest.approx(firmware, abs=0.06)
+    free = -np.sign(speed_mps) * 3.37 * (speed_mps / 2.0) ** 2
+    weak = packed.vector.copy()
+    write(weak, "thrust_gain", np.full_like(read(weak, "thrust_gain"), 0.5))
+    for vector in (packed.vector, weak):
+        at_zero = settled_thrust(replace(packed, vector=vector), np.zeros((1, 5)), flow[:1, None])
+        assert at_zero[0] == pytest.approx(free, abs=0.02)
+
+
+def test_a_shaft_that_the_water_turns_drags_as_a_free_propeller(mmt300: Bench) -> None:
+    """With the balance solved in time a vehicle that coasts meets the same drag."""
+    vehicle = mmt300.vehicle
+    assert vehicle.model is not None
+    drive = vehicle.model.thrusters["at_drive"].model_copy(update={"balance_in_time": True})
+    model = vehicle.model.model_copy(update={"thrusters": {"at_drive": drive}})
+    packed = pack_vehicle(vehicle.model_copy(update={"model": model}), mmt300.model)
+    start = initial_state(position_ned_m=(0, 0, 10), nu=[2.0, 0, 0, 0, 0, 0])
+    flown = run(packed, np.zeros((400, 5)), dt_s=0.005, start=start)
+    speed = flown.nu[:, 0] * 0.92388
+    free = -0.8436 * speed[300] ** 2
+    assert free < flown.thrust_n[300, 0] < 0.75 * free  # the rotor slows a little later
 
 
 def test_a_grid_goes_on_along_its_last_slope_in_rows_only() -> None:
