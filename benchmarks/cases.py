@@ -142,7 +142,7 @@ def vehicle(
         vector=vector,
         strips=np.stack([place, 0.05 + 0.0 * place, 0.04 + 0.0 * place], axis=1),
         thrust_tables=np.stack([table, 0.9 * table])[None],
-        screws=np.array([[0.15, 0.139, -0.155, -0.061, 0.016, -0.012, -0.01, shaft[1], 1.0]]),
+        screws=np.array([[0.15, 0.139, -0.155, -0.061, 0.016, -0.012, -0.01, shaft[1], 1.0, 0.0]]),
         torque_tables=torque[None],
         steps=np.array([[0.1, 1.0]]),
         context=EffectContext(

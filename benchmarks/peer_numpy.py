@@ -171,7 +171,7 @@ class TextbookVehicle:
             n / screw[:, 7],
         )
         forward = screw[:, 5] * n * advance + screw[:, 6] * advance**2
-        load = screw[:, 4] * n * absolute(n) + np.where(n.real > 0.0, forward, 0.0)
+        load = screw[:, 4] * n * absolute(n) + np.where(n.real >= 0.0, forward, 0.0)
         load = load * self.slot("density") * screw[:, 0] ** 5
         balance = np.where(codes == 0.0, 0.0, drive) - load
         inertia = np.where(self.rotors, self.each("rotor_inertia"), 1.0)

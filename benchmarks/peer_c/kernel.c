@@ -199,7 +199,7 @@ static double thrust_of(const Vehicle *v, const Tables *t, int i, double actuato
     const double along = sign * speed > 0.0 ? sign * speed : 0.0;
     double value;
     if (v->rotor_inertia[i] > 0.0) {
-        const double *screw = t->screws + 9 * kind, advance = along / screw[0];
+        const double *screw = t->screws + 10 * kind, advance = along / screw[0];
         value = screw[1] * size * size + screw[2] * size * advance + screw[3] * advance * advance;
         value *= v->density * square(square(screw[0]));
     } else {
@@ -218,14 +218,14 @@ static double shaft_rate(const Vehicle *v, const Tables *t, int i, double shaft,
                          double speed)
 {
     const long kind = (long)v->thruster_type[i];
-    const double *screw = t->screws + 9 * kind;
+    const double *screw = t->screws + 10 * kind;
     const double sign = code >= 0.0 ? 1.0 : -1.0, n = sign * shaft;
     const double advance = (sign * speed > 0.0 ? sign * speed : 0.0) / screw[0];
     double drive = 0.0, load = screw[4] * n * fabs(n);
     if (code != 0.0)
         drive = look_up(t->torque + kind * t->torque_codes * t->torque_speeds, t->torque_codes,
                         t->torque_speeds, fabs(code) / screw[8], n / screw[7]);
-    if (n > 0.0)
+    if (n >= 0.0)
         load += screw[5] * n * advance + screw[6] * advance * advance;
     load *= v->density * square(square(screw[0])) * screw[0];
     return sign * (drive - load) / (2.0 * 3.14159265358979323846 * v->rotor_inertia[i]);

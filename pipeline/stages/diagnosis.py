@@ -90,7 +90,8 @@ def diagnose_to_files(
     folder = request.to
     if folder is None:
         folder = request.out / "processed" / one.name / "diagnosis"
-    changes = diagnosed_changes(one, found.record, found.specs) if found.specs else ()
+    top = next(iter(found.record.ranking), None)
+    changes = diagnosed_changes(one, top, found.specs) if found.specs else ()
     update = {"vehicle_file_sha256": one.file_digest, "changes": changes}
     found = replace(found, record=found.record.model_copy(update=update))
     text = _corrected(one, found)

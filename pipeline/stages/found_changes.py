@@ -11,7 +11,7 @@ from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.file_changes import file_changes as identified_file
 from pipeline.plan import VEHICLE_FILE
-from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.diagnosis import RankedEffect
 from pipeline.records.file_change import FileChange
 from pipeline.records.identification import VehicleIdentification
 from pipeline.simulate.context import model_of
@@ -41,9 +41,9 @@ def source_of(runs: Sequence[str], kind: str = "diagnosis") -> str:
 
 
 def diagnosed_changes(
-    one: SimulatedVehicle, record: DiagnosisRecord, specs: Sequence[EffectSpec]
+    one: SimulatedVehicle, top: RankedEffect | None, specs: Sequence[EffectSpec]
 ) -> tuple[FileChange, ...]:
-    """List what the effects of a verdict change; their intervals are those of the ranking."""
+    """List what the effects of a verdict change; their intervals are those of its entry `top`."""
 
     def changes(now: Sequence[EffectSpec]) -> dict[str, Change]:
         vector = apply_effects(one.packed.vector, now, one.packed.context)
@@ -51,7 +51,6 @@ def diagnosed_changes(
         return changes_as_stated(found, one.vehicle.frame)
 
     ends = []
-    top = record.ranking[0] if record.ranking else None
     for index, spec in enumerate(specs if top is not None else ()):
         known = {parameter.name: parameter for parameter in effects()[spec.id].parameters}
         for name, value in spec.values.items():
@@ -70,6 +69,20 @@ def diagnosed_changes(
             if len(pair) == 2:
                 ends.append((pair[0], pair[1]))
     return listed_changes(as_stated(one), changes(specs), ends)
+
+
+def ranked_specs(ranked: RankedEffect) -> tuple[EffectSpec, ...]:
+    """Return the effects of an entry of a ranking as they are switched on."""
+    specs = []
+    for effect in ranked.effect.split("+"):
+        alone, own = f"{effect}.", {}
+        for name, found in ranked.parameters.items():
+            if name.startswith(alone) or "." not in name:
+                own[name.removeprefix(alone)] = found.value
+        of_one = effects()[effect].scope == "thruster"
+        target = ranked.thrusters.get(effect, ranked.thruster if of_one else None)
+        specs.append(EffectSpec(effect, own, target))
+    return tuple(specs)
 
 
 def identified_changes(

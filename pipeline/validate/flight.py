@@ -1,7 +1,7 @@
 """One flight: autopilot, allocator and compiled kernel in a loop, everything of it kept."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
@@ -105,6 +105,8 @@ def fly_course(
         As `run` does.
     """
     count = len(packed.thruster_names)
+    if allocator is None:  # ideal thrusters do not drag
+        packed = replace(packed, thrust_tables=np.zeros_like(packed.thrust_tables))
     steps = round(course.duration_s / CONTROL_PERIOD_S)
     inner = round(CONTROL_PERIOD_S / usual_step_s(packed))
     state = _start(packed, autopilot, allocator, course)

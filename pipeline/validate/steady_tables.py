@@ -99,4 +99,4 @@ def thrust_limits(packed: PackedVehicle, speed_mps: float) -> FloatArray:
     size = np.abs(inflow_speed(packed, np.eye(6)[:1] * speed_mps))[0]
     codes = packed.code_limits.T.copy()
     reverse, forward = settled_thrust(packed, codes, np.stack([-size, size]))
-    return np.maximum(np.stack([forward, -reverse]), 0.0)
+    return np.asarray(np.maximum(np.stack([forward, -reverse]), 0.0))

@@ -15,11 +15,17 @@ from pipeline.control.paper_allocator import Corrections, corrections_of, inflow
 from pipeline.errors import CannotComputeError, InputError, Place
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import file_digest, read_envelope
+from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.identification import Identification, VehicleIdentification
 from pipeline.records.trial import TrialDay
-from pipeline.stages.found_changes import identified_changes, source_of
+from pipeline.stages.found_changes import (
+    diagnosed_changes,
+    identified_changes,
+    ranked_specs,
+    source_of,
+)
 from pipeline.stages.simulated_vehicle import load_inverses, load_simulated
 from pipeline.stages.vehicle_changes import (
     changes_of,
@@ -150,18 +156,49 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> Found:
         runs = tuple(run.name for run in record.runs)
         gap = _quality(record.whole_vehicle)
         return Found(path, source_of(runs, "identification"), runs, record.changes, gap)
-    day = read_envelope(path, "trial_day", TrialDay)
-    known = day.inputs.get(f"raw/{name}/{file.name}")
-    if known != file_digest(file):
+    of_day = path.parent.name == "day_diagnoses"
+    inputs: Mapping[str, str] = body.get("inputs", {}) if isinstance(body, dict) else {}
+    if inputs.get(f"raw/{name}/{file.name}") != file_digest(file):
         raise CannotComputeError(
             f"{file} was changed after {path} was computed from it. Run `rig2sea run {name}` first."
         )
+    if of_day:
+        return _of_day(path, str(file.parent), raw, out)
+    day = read_envelope(path, "trial_day", TrialDay)
     fit = None if day.record is None else day.record.identification
     if day.record is None or fit is None or fit.why_no_file or not fit.converged:
         reason = "" if fit is None else fit.why_no_file
         raise CannotComputeError(f"The day {path.stem} has no values that stand. {reason}".rstrip())
     changes, _ = identified_changes(load_simulated(str(file.parent), raw, out), fit)
     return Found(path, f"day {path.stem}", fit.runs, changes, _quality(fit))
+
+
+def _of_day(path: Path, vehicle: str, raw: Path, out: Path) -> Found:
+    """Take the first fault that the diagnosis of a trial day found."""
+    day = read_envelope(path, "day_diagnosis", DayDiagnosis).record
+    found = _fault(day)
+    if found is None or found.ranked is None:
+        raise CannotComputeError(f"The diagnosis of the day {path.stem} found no fault.")
+    one = load_simulated(vehicle, raw, out)
+    changes = diagnosed_changes(one, found.ranked, ranked_specs(found.ranked))
+    return Found(path, source_of(found.runs), found.runs, changes, {})
+
+
+def _fault(day: DayDiagnosis | None) -> DayFinding | None:
+    """Return the first finding of a day that is a named effect."""
+    named = (
+        one
+        for one in (() if day is None else day.findings)
+        if one.ranked is not None and not {"none", "unknown"} & {*one.effects}
+    )
+    return next(named, None)
+
+
+def _has_fault(path: Path) -> bool:
+    """Tell whether there is a diagnosis of a day, and a fault in it."""
+    return path.is_file() and (
+        _fault(read_envelope(path, "day_diagnosis", DayDiagnosis).record) is not None
+    )
 
 
 def _quality(found: VehicleIdentification | None) -> dict[str, tuple[float, float]]:
@@ -184,6 +221,9 @@ def _result_file(name: str, source: str, out: Path) -> Path:
         processed / "trial_days" / f"{source}.json",
         out / "reports" / name / "diagnoses" / source / "diagnosis.json",
     ]
+    diagnosed = processed / "day_diagnoses" / f"{source}.json"
+    if not Path(source).exists() and _has_fault(diagnosed):
+        return diagnosed  # values identified on a day with a fault would spread it over all
     for path in places:
         if path.is_file():
             return path

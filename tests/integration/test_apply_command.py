@@ -16,7 +16,8 @@ from pipeline.control.inverse import firmware_grid
 from pipeline.effects.library import parse_effect
 from pipeline.export.allocator_layout import allocator_layout
 from pipeline.export.single_precision import single_tables, thrust_from_code
-from pipeline.provenance import canonical_json
+from pipeline.provenance import Envelope, canonical_json, file_digest, write_envelope
+from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import (
     Detail,
     DiagnosisRecord,
@@ -69,7 +70,7 @@ def folder(repository: Path, tmp_path_factory: pytest.TempPathFactory, tmp_path:
     shutil.copy(repository / "raw/mmt300/vehicle.yaml", tmp_path / "raw/mmt300")
     one = load_simulated("mmt300", tmp_path / "raw", tmp_path)
     spec = parse_effect("thruster_degraded:thrust_fraction=0.69@upper")
-    changes = diagnosed_changes(one, record(), [spec])
+    changes = diagnosed_changes(one, record().ranking[0], [spec])
     told = record().model_copy(update={"changes": changes, "vehicle_file_sha256": one.file_digest})
     file = tmp_path / "processed/mmt300/diagnosis/diagnosis.json"
     file.parent.mkdir(exist_ok=True)
@@ -152,6 +153,29 @@ def test_from_a_diagnosis_to_the_firmware_and_back(folder: Path) -> None:
     assert sorted(path.name for path in file.parent.iterdir()) == [
         "vehicle.yaml", "vehicle.yaml.1.json",
     ]  # fmt: skip
+
+
+def test_the_fault_of_a_trial_day(folder: Path) -> None:
+    """The day's diagnosis named it in one of its runs: the same changes, and no others."""
+    day = DayDiagnosis(
+        vehicle="mmt300", day="2024-05-15", against="the vehicle file",
+        findings=(
+            DayFinding(effects=("thruster_degraded",), thruster="upper", runs=(RUN,), by="run",
+                       probability=0.99, ranked=record().ranking[0]),
+            DayFinding(effects=("none",), thruster=None, runs=("2024-05-15-straight",), by="run",
+                       probability=0.9),
+        ),
+    )  # fmt: skip
+    file = folder / "raw/mmt300/vehicle.yaml"
+    inputs = {"raw/mmt300/vehicle.yaml": file_digest(file)}
+    path = folder / "processed/mmt300/day_diagnoses/2024-05-15.json"
+    write_envelope(path, Envelope("day_diagnosis", "mmt300", inputs, "", day))
+    done = said(folder, "apply", "mmt300", "2024-05-15", "--yes")
+    assert done.exit_code == 0, done.output
+    after = load_vehicle(file).thrusters
+    assert [one.gain_ahead for one in after] == [0.69, 1.0, 1.0, 1.0, 1.0]
+    assert f"from: diagnosis of {RUN}" in file.read_text()
+    assert "changed after" in said(folder, "apply", "mmt300", "2024-05-15").output
 
 
 def test_what_was_edited_since_is_not_lost(folder: Path) -> None:

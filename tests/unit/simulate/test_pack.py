@@ -104,7 +104,9 @@ def test_family_of_the_bench_is_taken_as_it_is(
     packed, static = packed_vehicles["mmt300"], bench.static
     row = static.speed_mps.index(1.0)
     assert packed.steps[0].tolist() == [0.1, 1.0]
-    assert packed.thrust_tables[0, 0, 10, 1:].tolist() == list(static.thrust_n[row])
+    thrust, family = packed.thrust_tables[0, 0, 10, 1:], np.array(static.thrust_n[row])
+    assert thrust[family > 0.0].tolist() == family[family > 0.0].tolist()
+    assert (thrust[family <= 0.0] <= 0.0).all()
     speed, code = np.array([1.0, 1.0]), np.array([80.0, 127.0])
     assert packed.shaft_speed(0, code, speed) == pytest.approx(
         [static.shaft_speed_rpm[row][79], static.shaft_speed_rpm[row][126]]
