@@ -161,7 +161,7 @@ class TextbookVehicle:
     def shaft_rate(self, shaft: Array, codes: Array, inflow: Array) -> Array:
         """Rates of the shaft speeds (n,): (M_drive - M_propeller) / (2 pi J)."""
         screw = self.packed.screws[self.types]
-        back = codes.real < 0.0
+        back = (codes.real < 0.0) | ((codes.real == 0.0) & (inflow.real < 0.0))
         n, along = np.where(back, -shaft, shaft), np.where(back, -inflow, inflow)
         advance = at_least(along, 0.0) / screw[:, 0]
         drive = bilinear(

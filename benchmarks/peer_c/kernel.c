@@ -219,7 +219,7 @@ static double shaft_rate(const Vehicle *v, const Tables *t, int i, double shaft,
 {
     const long kind = (long)v->thruster_type[i];
     const double *screw = t->screws + 10 * kind;
-    const double sign = code >= 0.0 ? 1.0 : -1.0, n = sign * shaft;
+    const double sign = code > 0.0 || (code == 0.0 && speed >= 0.0) ? 1.0 : -1.0, n = sign * shaft;
     const double advance = (sign * speed > 0.0 ? sign * speed : 0.0) / screw[0];
     double drive = 0.0, load = screw[4] * n * fabs(n);
     if (code != 0.0)

@@ -1,6 +1,7 @@
 """``rig2sea design``."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
@@ -8,7 +9,7 @@ import click
 
 from pipeline.language import as_it_is, translate
 
-_CALCULATORS = ("balance", "propeller", "tether", "added-mass")
+_CALCULATORS = ("balance", "propeller", "tether", "added-mass", "slope")
 
 
 @click.command()
@@ -47,7 +48,7 @@ _CALCULATORS = ("balance", "propeller", "tether", "added-mass")
     help="Folder that holds processed/ and reports/.  [default: here]",
 )
 def design(  # noqa: PLR0917 - click passes every option by its name
-    calculator: Literal["balance", "propeller", "tether", "added-mass"],
+    calculator: Literal["balance", "propeller", "tether", "added-mass", "slope"],
     file: Path | None,
     example: str | None,
     to: Path | None,
@@ -61,6 +62,7 @@ def design(  # noqa: PLR0917 - click passes every option by its name
     propeller: the propeller of the Wageningen B-series that needs least power on a drive.
     tether: pull of a cable around a footprint, the forces and power that hold it.
     added-mass: of a vehicle from the shapes of its parts, as a section of its vehicle file.
+    slope: what Potapov and Galyaev's slope leaves out, term by term; it takes no FILE.
 
     FILE is YAML; --example prints a commented one. A page with pictures and a JSON file are
     written; of added masses the section, and with --to files.
@@ -74,6 +76,9 @@ def design(  # noqa: PLR0917 - click passes every option by its name
     """
     if example is not None:
         click.echo(_example(calculator, example), nl=False)
+        return
+    if calculator == "slope":
+        _slope(as_json=as_json)
         return
     if file is None:
         raise click.UsageError(
@@ -118,6 +123,28 @@ def _added_mass(file: Path, to: Path | None, *, as_json: bool) -> None:
         click.echo(found.section, nl=False)
     for path in write_added_mass(found, to) if to is not None else ():
         click.echo(path, err=as_json)
+
+
+def _slope(*, as_json: bool) -> None:
+    from pipeline.identify.added_mass_terms import PUBLISHED_KG, TRUTH_KG, omission_shifts
+
+    shifts = omission_shifts()
+    if as_json:
+        body = {
+            "schema": "rig2sea/design-slope/1",
+            "truth_kg": TRUTH_KG,
+            "published_kg": PUBLISHED_KG,
+            "terms": [asdict(one) for one in shifts],
+        }
+        click.echo(json.dumps(body, indent=1))
+        return
+    click.echo(translate("Added mass from the slope with one term switched on at a time, kg:"))
+    for one in shifts:
+        text = f"  {one.term:10} {one.size:42} {one.added_mass_kg:7.2f} ({one.shift_kg:+.2f})"
+        click.echo(translate(text))
+    click.echo(
+        translate(f"True in these runs: {TRUTH_KG:.2f}; measured in the paper: {PUBLISHED_KG:.2f}.")
+    )
 
 
 def _example(calculator: str, name: str) -> str:

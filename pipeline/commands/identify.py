@@ -126,6 +126,8 @@ def identify(  # noqa: PLR0917 - click passes every option by its name
             click.echo(translate(f"{run.name}: {warning}"), err=True)
     click.echo(translate(identification_text(record)))
     click.echo()
+    for picture in files.pictures:
+        click.echo(picture)
     if files.corrected is not None:
         click.echo(translate(f"vehicle file with these values: {files.corrected}"))
     click.echo(str(files.result))

@@ -46,6 +46,8 @@ BANDWIDTH_HZ = 0.4
 #: Share of the thrust that is taken as scatter from reading to reading.
 THRUST_SCATTER = 0.02
 #: A shift of the total mass by the omitted terms that is worth a warning.
+#: Points of the picture.
+MOST_POINTS = 400
 NOTABLE_SHIFT = 0.1
 
 
@@ -154,7 +156,14 @@ def straight_line(
         with_terms=full,
         terms=coefficients,
         warnings=_warnings(plain, full),
+        points=_thinned(thrust[inside], acceleration[inside]),
     )
+
+
+def _thinned(thrust: FloatArray, acceleration: FloatArray) -> tuple[tuple[float, float], ...]:
+    step = -(-thrust.size // MOST_POINTS)
+    pairs = np.stack([thrust, acceleration], axis=1)[::step].round(6)
+    return tuple((float(x), float(y)) for x, y in pairs)
 
 
 def _dry_mass(packed: PackedVehicle, runs: Sequence[RunTable]) -> float:
@@ -208,13 +217,21 @@ def estimate(name: str, slope: Slope, mass: float, note: str) -> SlopeEstimate:
     total = 1.0 / slope.value
     half = slope.factor * slope.std
     low, high = slope.value - half, slope.value + half
+    ci95 = (1.0 / high - mass, 1.0 / low - mass) if low * high > 0.0 else None
+    refused = ""
+    if ci95 is not None and ci95[1] < 0.0:
+        refused = (
+            f"{total - mass:.1f} kg with an interval below zero is no added mass of any body: "
+            "thrust, mass or the sign of a channel is wrong"
+        )
     return SlopeEstimate(
         estimator=name,
         slope_per_kg=slope.value,
         total_mass_kg=total,
         added_mass_kg=total - mass,
-        ci95_kg=(1.0 / high - mass, 1.0 / low - mass) if low * high > 0.0 else None,
+        ci95_kg=None if refused else ci95,
         note=note,
+        refused=refused,
     )
 
 
@@ -258,7 +275,9 @@ def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> t
     found = []
     first = plain[0]
     between = first.ci95_kg
-    if between is None:
+    if first.refused:
+        found.append(f"the plain slope is refused: {first.refused}")
+    elif between is None:
         found.append(
             "the slope's interval holds zero, so it bounds no mass: acceleration does not follow "
             "the thrust in these stretches (in a steady run drag takes all of it)"
@@ -274,7 +293,7 @@ def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> t
             f"{full.added_mass_kg:.2f} kg: the plain method's assumptions do not hold on these "
             "runs"
         )
-    if first.added_mass_kg < 0:
+    if first.added_mass_kg < 0 and not first.refused:
         found.append("a negative added mass: thrust, mass or the sign of a channel is wrong")
     return tuple(found)
 

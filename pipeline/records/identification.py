@@ -148,6 +148,8 @@ class SlopeEstimate(Record):
     ci95_kg: Interval | None
     """Of the added mass; None where the slope's interval holds zero and so bounds no mass."""
     note: str
+    refused: str = ""
+    """Why this is no result: no body has such an added mass."""
 
 
 class RegressionTerm(Record):
@@ -188,6 +190,8 @@ class StraightLineIdentification(Record):
     with_terms: SlopeEstimate | None
     terms: tuple[RegressionTerm, ...]
     warnings: tuple[str, ...]
+    points: tuple[tuple[float, float], ...] = ()
+    """Thrust [N] and acceleration [m/s^2] of straight stretches, thinned: figure 4 of the paper."""
 
 
 class RunRead(Record):

@@ -69,6 +69,8 @@ class IdentificationFiles:
     record: Identification
     result: Path
     corrected: Path | None
+    pictures: tuple[Path, ...] = ()
+    """Acceleration against thrust along each axis with straight stretches."""
 
 
 def identify_runs(
@@ -137,7 +139,16 @@ def identify_runs(
     )
     result = folder / RESULT_FILE
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
-    return IdentificationFiles(record, result, _write_corrected(folder, one, text))
+    pictures = tuple(_write_slope(folder, line) for line in lines)
+    return IdentificationFiles(record, result, _write_corrected(folder, one, text), pictures)
+
+
+def _write_slope(folder: Path, line: StraightLineIdentification) -> Path:
+    from pipeline.report.sections.slope import slope_figure
+
+    path = folder / f"slope-{line.axis}.svg"
+    write_atomically(path, str(slope_figure(line)))
+    return path
 
 
 def _whole(

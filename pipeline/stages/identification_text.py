@@ -116,6 +116,9 @@ def _straight(found: Sequence[StraightLineIdentification], why_not: dict[str, st
         )
         estimates = (*one.plain, *((one.with_terms,) if one.with_terms else ()))
         for estimate in estimates:
+            if estimate.refused:
+                lines.append(f"  {estimate.estimator:40} refused: {estimate.refused}")
+                continue
             if estimate.ci95_kg is None:
                 lines.append(f"  {estimate.estimator:40} bounds no mass")
                 continue

@@ -174,7 +174,7 @@ def test_the_fault_of_a_trial_day(folder: Path) -> None:
     assert done.exit_code == 0, done.output
     after = load_vehicle(file).thrusters
     assert [one.gain_ahead for one in after] == [0.69, 1.0, 1.0, 1.0, 1.0]
-    assert f"from: diagnosis of {RUN}" in file.read_text()
+    assert f"diagnosis of {RUN}" in file.read_text()
     assert "changed after" in said(folder, "apply", "mmt300", "2024-05-15").output
 
 

@@ -6,9 +6,9 @@ as the paper does. These are simulated runs: the paper's own data do not exist, 
 its speed, its course, its force nor the dry mass. Its measured 18.92 kg can therefore not be taken
 apart; the table shows how far each omission alone could have moved it, and which way.
 
-    python -m evaluation.identification.added_mass_terms
+    rig2sea design slope
 
-prints the table as Markdown.
+prints the table.
 
 Assumed, as the paper says nothing: a dry mass of the cylinder's and frame's water (neutral), drag
 of a short cylinder across the flow (1.1 on its side), a force that swings as two sines, a pool wall
@@ -39,6 +39,7 @@ FORCE = ((0.6, 0.05), (0.4, 0.13))
 #: Usual largest force. [N]
 LARGEST_N = 3.0
 PUBLISHED_KG = 18.92
+TRUTH_KG = potapov_galyaev().surge.computed
 
 
 @dataclass(frozen=True)
@@ -198,8 +199,7 @@ def _shift(case: _Case) -> OmissionShift:
     trajectory = _pushed(body, case)
     force = _force(np.arange(0.0, DURATION_S - STEP_S / 2, STEP_S), case.largest_n)
     added = slope_added_mass(force, trajectory.nu[:, 0], STEP_S)
-    truth = potapov_galyaev().surge.computed
-    return OmissionShift(case.term, case.size, added, added - truth)
+    return OmissionShift(case.term, case.size, added, added - TRUTH_KG)
 
 
 def _pushed(body: PackedVehicle, case: _Case) -> Trajectory:
@@ -211,20 +211,3 @@ def _pushed(body: PackedVehicle, case: _Case) -> Trajectory:
     external[:, 4] = case.thrust_arm_m * external[:, 0]
     start = initial_state(nu=(0.0, 0.0, 0.0, 0.0, 0.0, case.yaw_rate))
     return run(body, np.zeros((time_s.size, 0)), dt_s=STEP_S, start=start, external=external)
-
-
-def main() -> None:
-    """Print the table."""
-    truth = potapov_galyaev().surge.computed
-    print("| term switched on alone | size | added mass from the slope | shift |")
-    print("|---|---|---|---|")
-    for one in omission_shifts():
-        print(f"| {one.term} | {one.size} | {one.added_mass_kg:.2f} kg | {one.shift_kg:+.2f} kg |")
-    print(
-        f"\nTruth of the simulation: {truth:.2f} kg. Printed in the paper as measured: "
-        f"{PUBLISHED_KG:.2f} kg, {PUBLISHED_KG - truth:+.2f} kg."
-    )
-
-
-if __name__ == "__main__":
-    main()
