@@ -11,8 +11,6 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.control.wrench import paper_wrench
-from pipeline.errors import CannotComputeError
 from pipeline.types import ArrayLike, BoolArray, FloatArray
 from pipeline.vehicle.schema import Allocator
 
@@ -21,15 +19,11 @@ Form = Literal["limit", "scaled"]
 
 @dataclass(frozen=True)
 class Demand:
-    """Wanted wrench in SNAME axes, arrays that broadcast together. [N], [N m].
-
-    `heave_n` (Z, positive down) goes to the bow thruster only; eq. (6) leaves that one out.
-    """
+    """Wanted wrench in SNAME axes, arrays that broadcast together. [N], [N m]."""
 
     surge_n: ArrayLike
     pitch_nm: ArrayLike = 0.0
     yaw_nm: ArrayLike = 0.0
-    heave_n: ArrayLike = 0.0
 
 
 @dataclass(frozen=True)
@@ -158,29 +152,3 @@ def within_reach(
         & inside(demanded.heading_n, portions.heading, both, both)
         & inside(demanded.pitch_n, portions.pitch, both, both)
     )
-
-
-def bow_thrust(demand: Demand, limits: ThrustLimits, allocator: Allocator) -> FloatArray:
-    """Thrust of the bow thruster, positive up: -Z, zero unless heave is asked. [N].
-
-    Its pitch moment T_b L_b comes with it; eq. (6) does not take it back at the stern.
-
-    Raises
-    ------
-    CannotComputeError
-        If heave is asked of a vehicle without a bow thruster.
-    """
-    up = -np.asarray(demand.heave_n, float) + 0.0
-    if allocator.bow is None and up.any():
-        raise CannotComputeError(
-            "A heave force is asked, but the vehicle file names no bow thruster (allocator.bow)."
-        )
-    return np.clip(up, -limits.reverse_n, limits.forward_n)
-
-
-def asked_wrench(
-    channels: ChannelThrusts, allocator: Allocator, bow_thrust_n: ArrayLike = 0.0
-) -> FloatArray:
-    """Wrench that the chosen form asks for, after portions and limits; (..., 6) SNAME."""
-    bow = np.asarray(bow_thrust_n, float)
-    return paper_wrench(channels.stern_thrust_n(), allocator, bow).to_sname()

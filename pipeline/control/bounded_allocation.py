@@ -61,11 +61,6 @@ class Allocation:
         """How many thrusters."""
         return int(self.matrix.shape[1])
 
-    def weighted_error(self, thrust_n: FloatArray, wrench: FloatArray) -> FloatArray:
-        """Root of the sum of squared errors (m,) as scaled, of thrusts (m, n)."""
-        left = wrench * self.scale - thrust_n @ self.scaled.T
-        return np.asarray(np.sqrt(np.sum(left**2, axis=-1)))
-
 
 def configuration(position_m: FloatArray, direction: FloatArray) -> FloatArray:
     """B (6, n): the wrench of one newton of each thruster, from positions, directions (n, 3)."""

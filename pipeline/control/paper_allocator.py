@@ -74,13 +74,13 @@ class PaperAllocator:
         found = [self.others.get(i, self.inverse).limits(float(v)) for i, v in enumerate(along)]
         low = -np.array([one.reverse_n for one in found]) * gain[:, 1]
         high = np.array([one.forward_n for one in found]) * gain[:, 0]
-        heave, pitch, up = 0.0, float(demand[4]), 0.0
+        pitch, up = float(demand[4]), 0.0
         if a.bow is not None:
             arms = (a.bow_arm_m or 0.0) + a.stern_arm_m
             up = (pitch - a.stern_arm_m * float(demand[2])) / arms
             stern_up = -float(demand[2]) - up
-            heave, pitch = -up, -stern_up * a.stern_arm_m
-        wanted = Demand(float(demand[0]), pitch, float(demand[5]), heave)
+            pitch = -stern_up * a.stern_arm_m
+        wanted = Demand(float(demand[0]), pitch, float(demand[5]))
         stern = [names.index(role) for role in (a.upper, a.lower, a.left, a.right)]
         limits = ThrustLimits(float(high[stern].min()), float(-low[stern].max()))
         channels = demanded_channels(wanted, a)

@@ -1,18 +1,16 @@
 import numpy as np
 import pytest
+from eq5 import asked_wrench
 from hypothesis import given
 from hypothesis import strategies as st
 
 from pipeline.control.allocation import (
     Demand,
     ThrustLimits,
-    asked_wrench,
-    bow_thrust,
     demanded_channels,
     limited_channels,
     within_reach,
 )
-from pipeline.errors import CannotComputeError
 from pipeline.vehicle.schema import Allocator
 
 LIMITS = ThrustLimits(42.0, 42.0)
@@ -131,13 +129,3 @@ def test_unequal_signs(allocator: Allocator) -> None:
     stern = channels.stern_thrust_n()
     assert stern.max() <= 50.0
     assert stern.min() >= -40.0
-
-
-def test_bow_thruster_works_only_when_heave_is_asked(
-    allocator: Allocator, geometry: Allocator
-) -> None:
-    assert bow_thrust(Demand(10.0, 5.0, 5.0), LIMITS, allocator) == 0.0
-    assert bow_thrust(Demand(0.0, heave_n=7.0), LIMITS, allocator) == -7.0
-    assert bow_thrust(Demand(0.0, heave_n=-100.0), LIMITS, allocator) == 42.0
-    with pytest.raises(CannotComputeError, match="no bow thruster"):
-        bow_thrust(Demand(0.0, heave_n=1.0), LIMITS, geometry)

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from eq5 import stern_matrix
 
 from pipeline.control.allocation import ThrustLimits
 from pipeline.control.paper_allocator import PaperAllocator, rest_inverse
-from pipeline.control.wrench import stern_matrix
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.types import ArrayLike, FloatArray
 from pipeline.vehicle.schema import Allocator, Vehicle
