@@ -35,7 +35,7 @@ def slope_figure(found: StraightLineIdentification) -> Markup:
             axes.plot(ends, level, color=colour, label=label)
         axes.set_xlabel("thrust along the axis [N]")
         axes.set_ylabel("acceleration [m/s²]")
-        plotting.legend_above(figure, axes, columns=2)
+        axes.legend(loc="best")
 
     alt = f"acceleration against thrust, {found.axis}, {len(found.segments)} straight stretches"
     return plotting.draw(f"slope-{found.axis}", alt, paint, height_in=3.0)
