@@ -22,6 +22,7 @@ from pipeline.diagnose.preconditions import check_preconditions
 from pipeline.diagnose.regression.answer import against_sound, gained_of
 from pipeline.diagnose.regression.known import LEAST_SOUND, Reference, reference_of
 from pipeline.diagnose.rules.calibration import calibration
+from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.diagnose.tell.gains import told_gains
 from pipeline.diagnose.tell.record import record_of
 from pipeline.effects.specification import EffectSpec
@@ -110,10 +111,43 @@ def _beside_errors(
         errors = errors_of(case, found)
         if errors is not None and not set(errors.effects) <= set(answer.record.verdict.effects):
             answer, _ = _diagnosed(case_beside(case, errors), threads, seed, began)
+    if len(case.runs) > 1 and not case.holdout and answer.record.verdict.effects == (UNKNOWN,):
+        answer = _run_by_run(case, answer, threads, seed, began)
     if note is not None:
         notes = (*answer.record.notes, f"Told against the vehicle file: {note}")
         answer = replace(answer, record=answer.record.model_copy(update={"notes": notes}))
     return answer
+
+
+def _run_by_run(
+    case: Case, together: Diagnosis, threads: int, seed: int, began: float
+) -> Diagnosis:
+    """Ask each run alone where all together are unknown; answer by those that one change explains.
+
+    Where others are not sound, or name something else, the answer of all stays.
+    """
+    alone: list[Diagnosis] = []
+    for run in case.runs:
+        try:
+            alone.append(_diagnosed(replace(case, runs=(run,)), threads, seed, began)[0])
+        except (CannotComputeError, np.linalg.LinAlgError):
+            return together
+    named = [one for one in alone if not {NONE, UNKNOWN} & set(one.record.verdict.effects)]
+    calm = [one for one in alone if one.record.verdict.effects == (NONE,)]
+    if not named or len(named) + len(calm) < len(alone):
+        return together
+    first = max(named, key=lambda one: one.record.verdict.probability)
+    verdict = first.record.verdict
+    if any(
+        (one.record.verdict.effects, one.record.verdict.detail) != (verdict.effects, verdict.detail)
+        for one in named
+    ):
+        return together
+    names = tuple(name for one in named for name in one.record.runs)
+    text = f"{verdict.sentence} Only in {', '.join(names)}."
+    told = verdict.model_copy(update={"runs": names, "sentence": text, "text": text})
+    record = first.record.model_copy(update={"runs": together.record.runs, "verdict": told})
+    return replace(first, record=record)
 
 
 def _against_sound(case: Case, known: Reference, began: float) -> Diagnosis:
