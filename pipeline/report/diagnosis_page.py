@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from pipeline.language import as_it_is
+from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.day_findings import day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.glance import Glance
@@ -27,6 +28,7 @@ from pipeline.report.sections.diagnosis_answer import (
     ranking_section,
     verdict_facts,
 )
+from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.sections.diagnosis_evidence import (
     confusable_section,
     evidence_section,
@@ -53,9 +55,12 @@ def diagnosis_page(
     """
     gap = gap_section(record)
     ranking = ranking_section(record)
-    picture = next((one for one in ranking.blocks if isinstance(one, Figure)), None)
-    ranking = replace(ranking, blocks=tuple(one for one in ranking.blocks if one is not picture))
     glance = None if of_bench(record) else glance_of(record)
+    picture = None if glance is None else finding_figure(finding_of(record))
+    if picture is None:
+        picture = next((one for one in ranking.blocks if isinstance(one, Figure)), None)
+        blocks = tuple(one for one in ranking.blocks if one is not picture)
+        ranking = replace(ranking, blocks=blocks)
     sections = (
         ranking,
         shrink_section(record),
@@ -85,7 +90,12 @@ def diagnosis_page(
 
 def glance_of(record: DiagnosisRecord) -> Glance:
     """Say first what a diagnosis of pool runs found."""
-    return diagnosis_glance(record, day_findings({record.runs[0]: record})[0])
+    return diagnosis_glance(record, finding_of(record))
+
+
+def finding_of(record: DiagnosisRecord) -> DayFinding:
+    """Return the answer as the finding of its runs."""
+    return day_findings({record.runs[0]: record})[0]
 
 
 def write_diagnosis_page(

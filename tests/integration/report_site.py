@@ -9,13 +9,14 @@ from typing import Any
 
 from pipeline.bundled.design import design_example
 from pipeline.records.glance import Advice, Glance
-from pipeline.report import index_entry, write_index, write_vehicle_page
 from pipeline.report.day_results import DayResults
 from pipeline.report.design_page import write_design_page
 from pipeline.report.diagnosis_page import write_diagnosis_page
 from pipeline.report.results import TrialDayLink, VehicleResults
 from pipeline.report.run_page import write_run_page
+from pipeline.report.site import index_entry, write_index
 from pipeline.report.trial_page import write_day_page
+from pipeline.report.vehicle_page import write_vehicle_page
 from pipeline.stages.design import DesignRequest, compute_design
 
 #: Kind of page -> where the workflow would put it.

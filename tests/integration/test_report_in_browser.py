@@ -11,7 +11,7 @@ from report_site import KINDS
 WIDTHS = (360, 1440)
 #: Figures of each page; of these, those that can be zoomed.
 FIGURES = {
-    "index": (0, 0), "vehicle": (18, 2), "run": (10, 9), "trial": (1, 1), "diagnosis": (5, 3),
+    "index": (0, 0), "vehicle": (10, 10), "run": (10, 9), "trial": (1, 1), "diagnosis": (5, 4),
     "design": (3, 0),
 }  # fmt: skip
 

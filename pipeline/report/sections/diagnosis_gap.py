@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
-from pipeline.report.blocks import Block, Details, Paragraph, Section, Table
+from pipeline.report.blocks import Block, Details, Gallery, Paragraph, Section, Table
 from pipeline.report.channels import channel_name, in_order, shown_unit, symbol
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
@@ -19,7 +19,7 @@ from pipeline.report.numbers import MINUS, fixed, general, percent, plural
 from pipeline.report.sections.diagnosis_curves import curves_in_order, resolution, run_figure
 
 #: Figures in the open where no channel carries the gap, and at most; the others are folded away.
-_FIRST_FIGURES, _MOST_FIGURES = 3, 6
+_FIRST_FIGURES, _MOST_FIGURES = 2, 2
 #: Figures of a page at most: each costs some 60 kB and a fifth of a second.
 MOST_DRAWN = 36
 #: A floor with the answer this many times the other is shown.
@@ -186,10 +186,10 @@ def shrink_section(record: DiagnosisRecord) -> Section:
     carrying = record.gap.where.channels
     first = sum(one.channel in carrying for one in runs) or _FIRST_FIGURES
     first = min(first, _MOST_FIGURES)
-    blocks += figures[:first]
+    blocks.append(Gallery(tuple(figures[:first]), level=False))
     if figures[first:]:
         more = plural(len(figures) - first, "more figure")
-        blocks.append(Details(more, tuple(figures[first:])))
+        blocks.append(Details(more, (Gallery(tuple(figures[first:]), level=False),)))
     if every[MOST_DRAWN:]:
         names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})
         blocks.append(Paragraph(f"Not drawn: {', '.join(names)}.", tone="note"))

@@ -85,7 +85,7 @@ def test_every_picture_has_a_sentence_above_it_and_a_text_for_those_who_do_not_s
     page: str,
 ) -> None:
     pictures = page.count('<svg class="plot"')
-    assert pictures == 3
+    assert pictures == 4
     assert len(re.findall(r'<p class="see">[^<]{20,}', page)) == pictures
     assert len(re.findall(r'role="img" aria-label="[^"]{20,}"', page)) == pictures
 
@@ -94,7 +94,7 @@ def test_without_assets_no_script_runs_and_the_pictures_are_there(page: str) -> 
     assert "<script defer" not in page
     assert "script-src" not in page
     scripts = re.findall(r"<script[^>]*>", page)
-    assert scripts == ['<script type="application/json" class="zoom-data">'] * 2
+    assert scripts == ['<script type="application/json" class="zoom-data">'] * 3
     assert not re.search(r'(?:src|href)="https?:', page)
 
 
@@ -200,7 +200,8 @@ def test_of_very_many_figures_the_last_are_named_and_not_drawn(record: Diagnosis
     first = record.series[0]
     many = tuple(first.model_copy(update={"run": f"run-{k:02}"}) for k in range(MOST_DRAWN + 2))
     text = diagnosis_page(record.model_copy(update={"series": many}))
-    assert text.count('class="zoom-data"') == MOST_DRAWN
+    # and the picture of the first screen
+    assert text.count('class="zoom-data"') == MOST_DRAWN + 1
     assert f"Not drawn: w in run-{MOST_DRAWN}, w in run-{MOST_DRAWN + 1}." in text
 
 
