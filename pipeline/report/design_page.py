@@ -24,6 +24,7 @@ def design_page(found: Design, crumbs: tuple[tuple[str, str], ...] = ()) -> str:
         sections = tether_sections(found)
     return render(
         "design.html.j2",
+        still_only=True,
         title=found.title,
         crumbs=crumbs,
         kind=kind,
