@@ -144,7 +144,8 @@ def _run_by_run(
     ):
         return together
     names = tuple(name for one in named for name in one.record.runs)
-    text = f"{verdict.sentence} Only in {', '.join(names)}."
+    text = verdict.sentence
+    text += f" Only in {', '.join(names)}."
     told = verdict.model_copy(update={"runs": names, "sentence": text, "text": text})
     record = first.record.model_copy(update={"runs": together.record.runs, "verdict": told})
     return replace(first, record=record)
