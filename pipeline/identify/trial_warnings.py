@@ -11,10 +11,14 @@ LONG_WITHOUT_S = 5.0
 def trial_warnings(trial: RunTrial) -> tuple[str, ...]:
     """Return sentences, the most serious first."""
     found = []
-    losing = dict.fromkeys(one.quantity.replace("_", " ") for one in trial.channels if one.loses)
+    losing: dict[str, list[str]] = {}
+    for one in trial.channels:
+        if one.loses:
+            losing.setdefault(one.quantity.replace("_", " "), []).append(one.channel)
     if losing:
+        names = [f"{quantity} ({', '.join(own)})" for quantity, own in losing.items()]
         found.append(
-            f"Over {trial.horizon_s:g} s the model predicts {', '.join(losing)} "
+            f"Over {trial.horizon_s:g} s the model predicts {', '.join(names)} "
             "worse than keeping the last reading does: its thrust, damping or axes are wrong "
             "there, or the channel is mapped with a wrong sign or unit."
         )

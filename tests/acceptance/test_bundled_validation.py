@@ -62,7 +62,8 @@ def test_a_depth_step_reaches_the_pitch_through_the_mooring_inverse(flown: Any) 
         stepped(flown, variant, "depth")[1.0]["pitch_deg"]
         for variant in ("ideal", "mooring", "compensated")
     )
-    assert moored > 2.0 * ideal
+    # 2.13 times; 2.33 times where a propeller that is not driven does not drag
+    assert moored == pytest.approx(2.13 * ideal, rel=0.03)
     assert compensated < 1.25 * ideal
 
 

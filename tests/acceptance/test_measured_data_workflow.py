@@ -319,6 +319,7 @@ def test_what_a_quadratic_leaves_shows_in_the_scores(measured: Finished, curve: 
     best = min(s["leave_one_out_rmse"] for s in quality["orders"])
     assert scores["degree 2"]["leave_one_out_rmse"] > 1.05 * best
     assert "AICc would prefer degree" in quality["order_reason"]
+    assert quality["order_reason"] in measured.report("uiuc").text
 
 
 def test_six_points_of_pptc_are_off_the_quadratic_by_more_than_their_last_digit(

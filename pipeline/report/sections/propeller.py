@@ -28,8 +28,10 @@ def propeller_section(results: VehicleResults) -> Section:
         return not_computed(ANCHOR, TITLE, missing_reasons(results)["propeller"])
     published = results.vehicle.published.table1 if results.vehicle.published else None
     blocks = [_figure(fit, results.open_water, published), *_table1(fit, published)]
-    blocks.append(Paragraph(quality_line("K_T", fit.thrust.quality, "J")))
-    blocks.append(Paragraph(quality_line("K_M", fit.torque.quality, "J")))
+    for name, curve in (("K_T", fit.thrust), ("K_M", fit.torque)):
+        blocks.append(Paragraph(quality_line(name, curve.quality, "J")))
+        if curve.quality.order_reason:
+            blocks.append(Paragraph(curve.quality.order_reason))
     return Section(ANCHOR, TITLE, tuple(blocks))
 
 

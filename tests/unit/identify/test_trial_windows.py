@@ -168,7 +168,7 @@ def test_losing_against_the_last_value_is_a_warning_unless_it_is_noise() -> None
         windows_left_out=1, channels=(channel(),), commands_at_limit={"up": 0.5, "down": 0.1},
     )  # fmt: skip
     first, second, third = trial_warnings(trial)
-    assert "predicts velocity worse" in first
+    assert "predicts velocity (u) worse" in first
     assert second.startswith("1 of 4 windows")
     assert third == "Thruster up is at the end of its range for 50% of the time."
 
