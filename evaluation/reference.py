@@ -23,39 +23,23 @@ from pydantic.fields import FieldInfo
 
 from pipeline.effects.effect import Effect, Parameter
 from pipeline.effects.library import VERDICTS, effects
-from pipeline.records.allocation import AllocationMap
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.comparison import Comparison
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.records.fits import (
-    DriveFit,
-    InverseCharacteristic,
-    PropellerFit,
-    StaticCharacteristic,
-)
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.identification import Identification
-from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.pool_day import PoolDay
 from pipeline.records.reference import ReferenceRecord
 from pipeline.records.run_notes import RunNotes
 from pipeline.records.trial import DayTables, RunTrial, StoredRun, TrialDay
-from pipeline.records.validation import AllocatorValidation
+from pipeline.stages.vehicle_page import MODELS
 from pipeline.vehicle.schema import Vehicle
 
 #: Name of a file or of a stage -> the model that it is checked against.
 SCHEMAS: dict[str, type[BaseModel]] = {
     "vehicle": Vehicle,
     "notes": RunNotes,
-    "load_test": LoadTestRecord,
-    "mooring": MooringRecord,
-    "open_water": OpenWaterRecord,
-    "propeller": PropellerFit,
-    "drive": DriveFit,
-    "static": StaticCharacteristic,
-    "inverse": InverseCharacteristic,
-    "allocation": AllocationMap,
-    "validation": AllocatorValidation,
+    **MODELS,
     "pool_run": StoredRun,
     "run_trial": RunTrial,
     "trial_day": TrialDay,
