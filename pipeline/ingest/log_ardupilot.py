@@ -1,9 +1,11 @@
 """Logs of ArduPilot: ``*.BIN`` (data flash) and ``*.tlog`` (MAVLink), read by pymavlink."""
 
 import io
+import os
 import re
-from collections.abc import Mapping, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +37,7 @@ def read_bin(path: Path, shown_as: str) -> TableLog:
     try:
         from pymavlink import DFReader
 
-        with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        with redirect_stdout(io.StringIO()), _no_stderr():
             reader = DFReader.DFReader_binary(str(path))
     except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
         raise _unreadable(place, error) from None
@@ -48,6 +50,20 @@ def read_bin(path: Path, shown_as: str) -> TableLog:
     facts = LogFacts(place, size, size, writer="ArduPilot", recorder="the usual map of ArduSub")
     facts.usual = usual_channels("ardupilot_bin")
     return TableLog(tables, facts)
+
+
+@contextmanager
+def _no_stderr() -> Iterator[None]:
+    """Drop what the compiled indexer writes to the standard error of the process."""
+    sys.stderr.flush()
+    kept = os.dup(2)
+    try:
+        with Path(os.devnull).open("wb") as nowhere:
+            os.dup2(nowhere.fileno(), 2)
+        yield
+    finally:
+        os.dup2(kept, 2)
+        os.close(kept)
 
 
 def _tables_of_bin(reader: Any) -> dict[str, TopicTable]:  # noqa: ANN401  of pymavlink

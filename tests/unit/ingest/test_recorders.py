@@ -163,3 +163,12 @@ def test_real_logs_of_a_bluerov(shared_data: Path) -> None:
     force = found.channels["specific_force"].values
     assert np.abs(np.linalg.norm(force, axis=1) - 9.81).max() < 0.3
     assert np.abs(found.channels["thruster_command"].values).max() < 5.0
+
+
+def test_of_a_log_that_is_none_the_library_says_nothing_to_the_user(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "run.BIN"
+    path.write_bytes(b"garbage")
+    READERS[".bin"](path, "pool/run.BIN")
+    assert capfd.readouterr() == ("", "")
