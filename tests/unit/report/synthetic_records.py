@@ -154,7 +154,7 @@ def quality(unit: str, valid: tuple[float, float], points: int, std: float) -> F
         unit=unit,
         valid_range=valid,
         orders=orders,
-        order_reason="Quadratic as in the paper.",
+        order_reason="Quadratic as in Kostenko 2023, eq. (2), and as the firmware tables want it.",
     )
 
 
