@@ -24,8 +24,8 @@ Method = Literal["reference", "vehicle file", "identified file", "black box", "l
 AHEAD_S = (1.0, 3.0, 6.0)
 #: Windows begin so far apart. [s]
 _EVERY_S = 1.5
-#: Steps of a period in which the file's motion is followed; speeds beyond which it has run away.
-_STEPS, _MOST = 5, 20.0
+#: Steps in which the file's motion is followed [s]; speeds beyond which it has run away.
+_STEP_S, _MOST = 0.02, 20.0
 _RIDGE = 3.0
 
 
@@ -172,13 +172,18 @@ def _by_file(packed: PackedVehicle) -> Step:
         nu = np.zeros((len(now), 6))
         nu[:, own] = now
         state = np.zeros((len(now), 13))
-        state[:, 3:7] = run.attitude[rows - 1]
-        for _ in range(_STEPS):
+        begin, end = run.attitude[rows - 1], run.attitude[rows]
+        # the same turn has two quaternions
+        end = end * np.where(np.sum(begin * end, axis=1) < 0.0, -1.0, 1.0)[:, None]
+        count = max(round(run.period_s / _STEP_S), 1)
+        for k in range(count):
+            between = begin + (k + 0.5) / count * (end - begin)
+            state[:, 3:7] = between / np.linalg.norm(between, axis=1)[:, None]
             state[:, 7:13] = nu
             demand = np.zeros((len(now), 6))
             demand_along(packed.vector, state, np.zeros((len(now), 6)), packed.strips, demand)
             rate = (run.wrench[rows] - demand) @ inverse.T
-            nu = np.clip(nu + run.period_s / _STEPS * rate, -_MOST, _MOST)
+            nu = np.clip(nu + run.period_s / count * rate, -_MOST, _MOST)
         return np.asarray(nu[:, own])
 
     return step
