@@ -165,13 +165,13 @@ def _by_response(response: Response, left: int) -> Step:
 
 
 def _by_file(packed: PackedVehicle) -> Step:
+    """Follow the file's motion; velocities that were not measured are those it has along the run."""
     inverse = np.linalg.inv(mass_of_file(packed))
+    known: dict[str, FloatArray] = {}
 
-    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
-        own = [CHANNELS.index(name) for name in run.channels]
-        nu = np.zeros((len(now), 6))
-        nu[:, own] = now
-        state = np.zeros((len(now), 13))
+    def ahead(nu: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        """Velocities (k, 6) a period after those that a vehicle has at the rows before."""
+        state = np.zeros((len(nu), 13))
         begin, end = run.attitude[rows - 1], run.attitude[rows]
         # the same turn has two quaternions
         end = end * np.where(np.sum(begin * end, axis=1) < 0.0, -1.0, 1.0)[:, None]
@@ -180,11 +180,29 @@ def _by_file(packed: PackedVehicle) -> Step:
             between = begin + (k + 0.5) / count * (end - begin)
             state[:, 3:7] = between / np.linalg.norm(between, axis=1)[:, None]
             state[:, 7:13] = nu
-            demand = np.zeros((len(now), 6))
-            demand_along(packed.vector, state, np.zeros((len(now), 6)), packed.strips, demand)
+            demand = np.zeros((len(nu), 6))
+            demand_along(packed.vector, state, np.zeros((len(nu), 6)), packed.strips, demand)
             rate = (run.wrench[rows] - demand) @ inverse.T
             nu = np.clip(nu + run.period_s / count * rate, -_MOST, _MOST)
-        return np.asarray(nu[:, own])
+        return nu
+
+    def along(run: GridRun, own: list[int]) -> FloatArray:
+        """Velocities (m, 6) along a run, from rest: as measured where they were."""
+        found = np.zeros((len(run.velocity), 6))
+        found[:, own] = run.velocity
+        others = [axis for axis in range(6) if axis not in own]
+        for row in range(1, len(found)) if others else ():
+            now = ahead(found[row - 1 : row], run, np.array([row]))
+            found[row, others] = np.nan_to_num(now[0, others])
+        return found
+
+    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        own = [CHANNELS.index(name) for name in run.channels]
+        if run.name not in known:
+            known[run.name] = along(run, own)
+        nu = known[run.name][rows - 1].copy()
+        nu[:, own] = now
+        return np.asarray(ahead(nu, run, rows)[:, own])
 
     return step
 
