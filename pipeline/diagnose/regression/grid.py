@@ -119,6 +119,8 @@ def _gridded(
                 names.append("w")
                 columns.append(motion.nu[rows, 2:3])
             continue
+        if quantity == "velocity":  # of the body's origin
+            values -= claimed.of_turning
         names += own
         columns.append(_about(values, rows, row_s, period_s, run, quantity))
     w, x, y, z = motion.state[rows, 3:7].T
@@ -162,12 +164,17 @@ def at_sizes(  # noqa: PLR0917 - as `on_grid`
 
 
 class _Claimed:
-    """What the commands of a run claim along its motion, and what an effect would add."""
+    """What the commands of a run claim along its motion, and what an effect would add.
+
+    `of_turning` (rows, 3) is what the DVL reads of the turning alone, away from the origin.
+    """
 
     def __init__(self, packed: PackedVehicle, run: RunTable, sensors: Sensors | None) -> None:
         self.packed = packed
         self.motion = measured_motion(run, sensors)
         self.row_s = float(np.median(np.diff(run.time_s)))
+        place = sensors.dvl.position_m if sensors and sensors.dvl else (0.0, 0.0, 0.0)
+        self.of_turning = np.cross(self.motion.nu[:, 3:], np.array(place))
         self._nominal = _settled(packed.vector)
         self._codes = np.nan_to_num(np.array(run.values["command"], float))
         self.wrench, self._thrust = _pushed(

@@ -165,7 +165,7 @@ def _by_response(response: Response, left: int) -> Step:
 
 
 def _by_file(packed: PackedVehicle) -> Step:
-    """Follow the file's motion; velocities that were not measured are those it has along the run."""
+    """Follow the file's motion; what was not measured of it is as it has it along the run."""
     inverse = np.linalg.inv(mass_of_file(packed))
     known: dict[str, FloatArray] = {}
 
