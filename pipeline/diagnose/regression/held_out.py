@@ -1,8 +1,9 @@
 """Predict what took no part: the learned response beside the vehicle file and simpler ways.
 
 From windows of a run that was left out the velocities are followed ahead, attitude and commands as
-they were measured. The file's motion follows by nu' = M^-1 (tau + F(nu)), the learned one by its
-regression, a linear black box by a regression without squares and products.
+they were measured. The file's motion follows by nu' = M^-1 (tau + F(nu)), with a constant for each
+velocity from the other runs; the learned one by its regression, a linear black box by a regression
+without squares and products.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -51,6 +52,10 @@ def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[
         Vehicle files, by what they are called.
     """
     errors: dict[tuple[Method, str, float], list[FloatArray]] = {}
+    steps = {method: _by_file(model.packed) for method, model in files.items()}
+    constant = {
+        method: [_off(step, run) for run in response.runs] for method, step in steps.items()
+    }
     for left, run in enumerate(response.runs):
         others = [one for k, one in enumerate(response.runs) if k != left]
         ways: dict[Method, Step] = {
@@ -60,7 +65,8 @@ def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[
         }
         for method, model in files.items():
             if model.apart is None or left in model.apart:
-                ways[method] = _by_file(model.packed)
+                others_off = [one for k, one in enumerate(constant[method]) if k != left]
+                ways[method] = _with(steps[method], np.mean(others_off, axis=0))
         for method, step in ways.items():
             for ahead_s, found in _followed(step, run, _starts(run), AHEAD_S).items():
                 for c, name in enumerate(run.channels):
@@ -205,6 +211,22 @@ def _by_file(packed: PackedVehicle) -> Step:
         return np.asarray(ahead(nu, run, rows)[:, own])
 
     return step
+
+
+def _off(step: Step, run: GridRun) -> FloatArray:
+    """Return by how much (c,) a run goes beyond what is predicted of it a row ahead, on average."""
+    rows = np.arange(FORCES, len(run.velocity))
+    now, before = run.velocity[rows - 1], run.velocity[rows - 2]
+    return np.asarray(np.mean(run.velocity[rows] - step(now, before, run, rows), axis=0))
+
+
+def _with(step: Step, constant: FloatArray) -> Step:
+    """Add to a motion what the other runs go beyond it: trim and offsets of sensors."""
+
+    def more(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        return step(now, before, run, rows) + constant
+
+    return more
 
 
 def _by_black_box(runs: Sequence[GridRun]) -> Step:

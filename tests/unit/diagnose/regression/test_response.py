@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.diagnose.regression.grid import GridRun
-from pipeline.diagnose.regression.held_out import decides, predictions
+from pipeline.diagnose.regression.held_out import _off, _with, decides, predictions
 from pipeline.diagnose.regression.response import BENT, Response
 from pipeline.records.reference import Prediction
 
@@ -103,3 +103,15 @@ def test_the_model_that_predicts_better_decides(own: float, file: float, *, chos
     )
     assert decides(table)[0] is chosen
     assert not decides(table[:1])[0]
+
+
+def test_a_constant_that_all_runs_have_is_not_held_against_a_model() -> None:
+    runs = [flown(seed) for seed in range(2)]
+
+    def trimmed(now: np.ndarray, _before: np.ndarray, run: GridRun, rows: np.ndarray) -> np.ndarray:
+        force = PUSH * PERIOD_S * run.wrench[rows][:, [0, 5]]
+        return np.asarray((1.0 - DRAG * PERIOD_S) * now + force - 0.05)
+
+    assert _off(trimmed, runs[0]) == pytest.approx([0.05, 0.05], abs=0.001)
+    again = _off(_with(trimmed, _off(trimmed, runs[0])), runs[1])
+    assert again == pytest.approx([0.0, 0.0], abs=0.001)
