@@ -9,9 +9,11 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
+import single_model as single_precision
+from bounded_model import bounded_thrusts
 
-from pipeline.control.bounded_allocation import Arithmetic, Floats, bounded_thrusts
-from pipeline.export import fixed_point, single_precision
+from pipeline.control.bounded_allocation import Arithmetic, Floats
+from pipeline.export import fixed_point
 from pipeline.export.allocator_layout import AllocatorLayout, PaperConstants
 from pipeline.export.fixed_arithmetic import INT32_MAX, LARGEST_PAPER, FixedArithmetic
 from pipeline.export.fixed_point import FixedTables

@@ -83,14 +83,17 @@ class Variant:
         return f"{pull} * {release}" if self.name == "f32" else f"({pull} * {release}) / 256"
 
 
-def render_allocator_header(identity: Identity, layout: AllocatorLayout) -> str:
-    """Return the text of ``<vehicle>_allocator.h``."""
+def render_allocator_header(
+    identity: Identity, layout: AllocatorLayout, *, at: bool = False
+) -> str:
+    """Return the text of ``<vehicle>_allocator.h``; `at`: its tables take the voltage."""
     paper, lost = layout.paper, layout.corrections.lost_code.tolist()
     places = zip(layout.names, layout.position_m, layout.direction, strict=True)
     return render(
         "allocator.h.j2",
         identity,
         **_names(identity, layout),
+        at=at,
         paper=paper is not None,
         bow=paper is not None and paper.bow is not None,
         form="" if paper is None else paper.form,
@@ -138,11 +141,14 @@ def _names(identity: Identity, layout: AllocatorLayout) -> dict[str, object]:
     }
 
 
-def render_allocator_source(identity: Identity, layout: AllocatorLayout) -> str:
+def render_allocator_source(
+    identity: Identity, layout: AllocatorLayout, *, at: bool = False
+) -> str:
     """Return the text of ``<vehicle>_allocator.c``."""
     paper = layout.paper
     lost = bool(layout.lost_q8.any())
-    values: dict[str, object] = {"paper": paper is not None, "steps": MOST_STEPS, "lost": lost}
+    values: dict[str, object] = {"paper": paper is not None, "steps": MOST_STEPS}
+    values |= {"lost": lost, "at": at}
     kinds: list[tuple[str, str, Arithmetic]] = [
         ("f32", "float", Arithmetic(np.float32)),
         ("q", "int64_t", FixedArithmetic(layout.shift)),

@@ -1,7 +1,7 @@
 """Render the header and the source of the firmware."""
 
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -12,14 +12,22 @@ import numpy.typing as npt
 
 from pipeline.control.inverse import thrust_grid
 from pipeline.export import c_text
-from pipeline.export.fixed_point import FixedBranch, FixedTables, fixed_tables
+from pipeline.export.fixed_point import Q16_ONE, FixedBranch, fixed_tables
 from pipeline.export.grid_check import FLAGS
-from pipeline.export.single_precision import SingleBranch, SingleTables, single_tables
+from pipeline.export.single_precision import SingleBranch, single_tables
 from pipeline.physics.thrust_grid import thrust_limits
-from pipeline.records.fits import FirmwareBranch, FirmwareCharacteristic
+from pipeline.records.fits import (
+    FirmwareBranch,
+    FirmwareCharacteristic,
+    InverseCharacteristic,
+)
+from pipeline.vehicle.supply_voltage import is_at_supply
 
 if TYPE_CHECKING:
     import jinja2
+
+#: Supply voltage [V] and the tables at it, rising; none, or two and more.
+VoltageTables = tuple[tuple[float, FirmwareCharacteristic], ...]
 
 
 @dataclass(frozen=True)
@@ -50,6 +58,7 @@ def render_header(
     identity: Identity,
     characteristic: FirmwareCharacteristic,
     failed_checks: Sequence[str] = (),
+    voltages: VoltageTables = (),
 ) -> str:
     """Return the text of ``<vehicle>_thruster.h``; `failed_checks` of the tables are told in it."""
     positive, negative = characteristic.positive, characteristic.negative
@@ -59,6 +68,7 @@ def render_header(
         negative=thrust_grid(negative),
         code_min=characteristic.code_min,
     )
+    nominal = next((volts for volts, one in voltages if one == characteristic), 0.0)
     return render(
         "thruster.h.j2",
         identity,
@@ -82,6 +92,9 @@ def render_header(
         flags=FLAGS,
         mirrored=_mirrors(characteristic),
         failed_checks=_comment_lines(failed_checks),
+        volts=[volts for volts, _ in voltages],
+        nominal_f32=c_text.float_literal(nominal),
+        nominal_q=round(nominal * Q16_ONE),
     )
 
 
@@ -111,16 +124,34 @@ def _mirrors(characteristic: FirmwareCharacteristic) -> bool:
     )
 
 
-def render_source(identity: Identity, characteristic: FirmwareCharacteristic) -> str:
-    """Return the text of ``<vehicle>_thruster.c``."""
+def render_source(
+    identity: Identity, characteristic: FirmwareCharacteristic, voltages: VoltageTables = ()
+) -> str:
+    """Return the text of ``<vehicle>_thruster.c``; `voltages` as `voltage_tables` gives them."""
+    volts, every = [volts for volts, _ in voltages], [one for _, one in voltages]
     return render(
         "thruster.c.j2",
         identity,
-        single=_single_block(characteristic, single_tables(characteristic)),
-        fixed=_fixed_block(characteristic, fixed_tables(characteristic)),
+        single=_single_block(every or [characteristic]),
+        fixed=_fixed_block(every or [characteristic]),
         single_tested=c_text.float_literal(characteristic.fastest_tested_mps),
         fixed_tested=c_text.unsigned_literal(fixed_tables(characteristic).tested_q16),
+        volts_f32=[c_text.float_literal(one) for one in volts],
+        volts_q=[c_text.unsigned_literal(round(one * Q16_ONE)) for one in volts],
     )
+
+
+def voltage_tables(inverse: InverseCharacteristic) -> VoltageTables:
+    """Return the tables of each supply voltage, those of `inverse.firmware` among them, rising.
+
+    Empty where one voltage was moored, or none is told.
+    """
+    made = inverse.firmware
+    if made is None or not inverse.voltages or made.supply_voltage_v is None:
+        return ()
+    rows = {one.voltage_v: one.firmware for one in inverse.voltages}
+    mine = next((v for v in rows if is_at_supply(v, made.supply_voltage_v)), made.supply_voltage_v)
+    return tuple(sorted((rows | {mine: made}).items()))
 
 
 def render(template: str, identity: Identity, **values: object) -> str:
@@ -197,70 +228,76 @@ class _Arrays:
 def _block(
     dead: str,
     arrays: _Arrays,
-    branches: Sequence[tuple[str, FirmwareBranch, Sequence[_Table]]],
+    rows: Sequence[Mapping[str, tuple[FirmwareBranch, Sequence[_Table]]]],
 ) -> dict[str, object]:
-    """Return what the template needs for one variant: tables, branches, the dead zone."""
-    rendered = []
-    for name, source, tables in branches:
-        speeds = [f"at {speed:g} m/s" for speed in source.speed_mps]
-        members = {
-            table.member: arrays.add(table, speeds if table.member == "code" else [""])
-            for table in tables
-        }
-        sizes = {"speeds": len(source.speed_mps), "fractions": len(source.fraction)}
-        rendered.append({"name": name, **sizes, **members})
-    return {"dead": dead, "arrays": arrays.texts, "branches": rendered}
+    """Return what the template needs for one variant: tables, branches, the dead zone.
+
+    `rows` are the two branches of each supply voltage.
+    """
+    branches = []
+    for name in ("positive", "negative"):
+        rendered = []
+        for source, tables in (row[name] for row in rows):
+            speeds = [f"at {speed:g} m/s" for speed in source.speed_mps]
+            members = {
+                table.member: arrays.add(table, speeds if table.member == "code" else [""])
+                for table in tables
+            }
+            sizes = {"speeds": len(source.speed_mps), "fractions": len(source.fraction)}
+            rendered.append({**sizes, **members})
+        branches.append({"name": name, "rows": rendered})
+    return {"dead": dead, "arrays": arrays.texts, "branches": branches}
 
 
-def _single_block(
-    characteristic: FirmwareCharacteristic, single: SingleTables
-) -> dict[str, object]:
+def _suffixes(every: Sequence[FirmwareCharacteristic]) -> list[str]:
+    """Of the names of the tables of each voltage; none where there is one."""
+    return [f"_{k}" if len(every) > 1 else "" for k in range(len(every))]
+
+
+def _single_block(every: Sequence[FirmwareCharacteristic]) -> dict[str, object]:
     def tables(name: str, branch: SingleBranch) -> Sequence[_Table]:
-        return (
-            _Table(
-                "speed", f"{name}_speed_mps_f32", "Speed along the thrust. [m/s]", branch.speed_mps
-            ),
-            _Table("thrust_max", f"{name}_thrust_max_n_f32", "T_max. [N]", branch.thrust_max_n),
-            _Table("fraction", f"{name}_fraction_f32", "Thrust / T_max. [-]", branch.fraction),
-            _Table("code", f"{name}_code_f32", "Magnitude of the code. [-]", branch.code),
-            _Table("drag", f"{name}_drag_n_f32", "Drag at code 0. [N]", branch.drag_n),
+        rows = (
+            ("speed", "speed_mps", "Speed along the thrust. [m/s]", branch.speed_mps),
+            ("thrust_max", "thrust_max_n", "T_max. [N]", branch.thrust_max_n),
+            ("fraction", "fraction", "Thrust / T_max. [-]", branch.fraction),
+            ("code", "code", "Magnitude of the code. [-]", branch.code),
+            ("drag", "drag_n", "Drag at code 0. [N]", branch.drag_n),
         )
+        return [_Table(part, f"{name}_{what}_f32", said, x) for part, what, said, x in rows]
 
-    return _block(
-        c_text.float_literal(float(single.thrust_dead_n)),
-        _Arrays("float", c_text.float_literal),
-        (
-            ("positive", characteristic.positive, tables("positive", single.positive)),
-            ("negative", characteristic.negative, tables("negative", single.negative)),
-        ),
-    )
+    rows = []
+    for one, k in zip(every, _suffixes(every), strict=True):
+        single = single_tables(one)
+        rows.append(
+            {
+                "positive": (one.positive, tables(f"positive{k}", single.positive)),
+                "negative": (one.negative, tables(f"negative{k}", single.negative)),
+            }
+        )
+    dead = c_text.float_literal(float(single_tables(every[0]).thrust_dead_n))
+    return _block(dead, _Arrays("float", c_text.float_literal), rows)
 
 
-def _fixed_block(characteristic: FirmwareCharacteristic, fixed: FixedTables) -> dict[str, object]:
+def _fixed_block(every: Sequence[FirmwareCharacteristic]) -> dict[str, object]:
     def tables(name: str, branch: FixedBranch) -> Sequence[_Table]:
         q16, q30 = "UQ16.16, 65536 is 1", "UQ2.30, 1073741824 is 1"
-        return (
-            _Table(
-                "speed",
-                f"{name}_speed_q16",
-                f"Speed along the thrust; {q16} m/s.",
-                branch.speed_q16,
-            ),
-            _Table(
-                "thrust_max", f"{name}_thrust_max_q16", f"T_max; {q16} N.", branch.thrust_max_q16
-            ),
-            _Table(
-                "fraction", f"{name}_fraction_q30", f"Thrust / T_max; {q30}.", branch.fraction_q30
-            ),
-            _Table("code", f"{name}_code_q16", f"Magnitude of the code; {q16}.", branch.code_q16),
-            _Table("drag", f"{name}_drag_q16", f"Drag at code 0; {q16} N.", branch.drag_q16),
+        rows = (
+            ("speed", "speed_q16", f"Speed along the thrust; {q16} m/s.", branch.speed_q16),
+            ("thrust_max", "thrust_max_q16", f"T_max; {q16} N.", branch.thrust_max_q16),
+            ("fraction", "fraction_q30", f"Thrust / T_max; {q30}.", branch.fraction_q30),
+            ("code", "code_q16", f"Magnitude of the code; {q16}.", branch.code_q16),
+            ("drag", "drag_q16", f"Drag at code 0; {q16} N.", branch.drag_q16),
         )
+        return [_Table(part, f"{name}_{what}", said, x) for part, what, said, x in rows]
 
-    return _block(
-        c_text.unsigned_literal(fixed.thrust_dead_q16),
-        _Arrays("uint32_t", c_text.unsigned_literal),
-        (
-            ("positive", characteristic.positive, tables("positive", fixed.positive)),
-            ("negative", characteristic.negative, tables("negative", fixed.negative)),
-        ),
-    )
+    rows = []
+    for one, k in zip(every, _suffixes(every), strict=True):
+        fixed = fixed_tables(one)
+        rows.append(
+            {
+                "positive": (one.positive, tables(f"positive{k}", fixed.positive)),
+                "negative": (one.negative, tables(f"negative{k}", fixed.negative)),
+            }
+        )
+    dead = c_text.unsigned_literal(fixed_tables(every[0]).thrust_dead_q16)
+    return _block(dead, _Arrays("uint32_t", c_text.unsigned_literal), rows)

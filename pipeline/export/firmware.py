@@ -8,7 +8,7 @@ from types import MappingProxyType
 from pipeline.errors import CannotComputeError, writing_remedy
 from pipeline.export.allocator_layout import AllocatorLayout
 from pipeline.export.allocator_source import render_allocator_header, render_allocator_source
-from pipeline.export.c_source import Identity, render_header, render_source
+from pipeline.export.c_source import Identity, VoltageTables, render_header, render_source
 from pipeline.export.c_text import c_identifier
 from pipeline.export.grid_check import check_characteristic
 from pipeline.export.self_test import render_self_test
@@ -26,6 +26,7 @@ def write_firmware(
     tables: dict[str, object] | None,
     layout: AllocatorLayout | None = None,
     accepted: Mapping[str, str] = MappingProxyType({}),
+    voltages: VoltageTables = (),
 ) -> tuple[Path, ...]:
     """Write C99 header, source and self-test, JSON and CSV; the same bytes for the same input.
 
@@ -47,6 +48,8 @@ def write_firmware(
         Of the vehicle, for the allocator; without it there is none.
     accepted : mapping of str to str
         Failed checks that vehicle.yaml accepts, and why; the header has the reasons.
+    voltages : VoltageTables, optional
+        The tables at each supply voltage, for the calls that take one.
 
     Returns
     -------
@@ -62,19 +65,23 @@ def write_firmware(
     """
     identity = Identity(vehicle=name, tables_digest=tables_digest, tool_version=tool_version)
     c_identifier(name)  # files are called after the name: it is refused before anything else
-    check_characteristic(characteristic)
+    for one in (characteristic, *(one for _, one in voltages)):
+        check_characteristic(one)
     stem = identity.stem
     contents = {
-        f"{stem}.h": render_header(identity, characteristic, _failed_checks(tables, accepted)),
-        f"{stem}.c": render_source(identity, characteristic),
+        f"{stem}.h": render_header(
+            identity, characteristic, _failed_checks(tables, accepted), voltages
+        ),
+        f"{stem}.c": render_source(identity, characteristic, voltages),
         f"{stem}_self_test.c": render_self_test(identity, characteristic),
-        f"{stem}.json": render_json(identity, characteristic, tables, layout),
+        f"{stem}.json": render_json(identity, characteristic, tables, layout, voltages),
         f"{stem}.csv": render_csv(identity, characteristic),
         f"{name}_tables.csv": render_tables_csv(identity, tables, layout),
     }
     if layout is not None:
-        contents[f"{name}_allocator.h"] = render_allocator_header(identity, layout)
-        contents[f"{name}_allocator.c"] = render_allocator_source(identity, layout)
+        at = bool(voltages) and not layout.types
+        contents[f"{name}_allocator.h"] = render_allocator_header(identity, layout, at=at)
+        contents[f"{name}_allocator.c"] = render_allocator_source(identity, layout, at=at)
     try:
         return _write_all(contents, folder)
     except OSError as error:

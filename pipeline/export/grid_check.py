@@ -19,7 +19,7 @@ SMALLEST_THRUST_MAX_N = 1e-2
 #: What a call can tell, as the bits of the C macros: name, bit, comment of the header.
 FLAGS = (
     ("SATURATED", 1, "a thrust beyond the limits was asked for, or a limit cut the demand"),
-    ("OUT_OF_TESTED_RANGE", 2, "the speed along a thruster is beyond what the bench supports"),
+    ("OUT_OF_TESTED_RANGE", 2, "speed along a thruster, or voltage, beyond what was tested"),
     ("LIMITED_BY_PORTION", 4, "a portion of eq. (6) cut a channel of the demand"),
     ("IN_DEAD_ZONE", 8, "a thrust other than zero is too small and got code 0"),
     ("AGAINST_THE_MOTION", 16, "a thruster pushes against its motion, where nothing was measured"),

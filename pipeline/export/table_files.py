@@ -8,7 +8,7 @@ from typing import Any
 
 from pipeline.errors import CannotComputeError
 from pipeline.export.allocator_layout import AllocatorLayout
-from pipeline.export.c_source import Identity
+from pipeline.export.c_source import Identity, VoltageTables
 from pipeline.export.fixed_point import Q16_ONE, Q30_ONE, FixedBranch, fixed_tables
 from pipeline.records.fits import FirmwareCharacteristic
 
@@ -22,6 +22,7 @@ def render_json(
     characteristic: FirmwareCharacteristic,
     tables: dict[str, object] | None,
     layout: AllocatorLayout | None = None,
+    voltages: VoltageTables = (),
 ) -> str:
     """Return the text of ``<vehicle>_thruster.json``: keys sorted, numbers at full precision.
 
@@ -35,6 +36,8 @@ def render_json(
         Tables 1-4 of the vehicle, carried along under ``tables``.
     layout : AllocatorLayout, optional
         Thrusters, B and portions, under ``allocator``.
+    voltages : VoltageTables, optional
+        The grid at each supply voltage, under ``voltages``.
 
     Raises
     ------
@@ -61,6 +64,9 @@ def render_json(
             "positive": _fixed_branch(fixed.positive),
             "negative": _fixed_branch(fixed.negative),
         },
+        "voltages": [
+            {"voltage_v": volts, "firmware": one.model_dump(mode="json")} for volts, one in voltages
+        ],
         "tables": tables,
         "allocator": None if layout is None else _allocator(layout),
     }

@@ -9,6 +9,13 @@ from pipeline.identify.mooring_inverse import fit_table3, gap_at_rest, points_fo
 from pipeline.identify.round_trip import monotone_checks, round_trips, trip_checks
 from pipeline.identify.speed_inverse import fit_table4_row
 from pipeline.identify.thrust_family import Family, both_signs, family_curves, family_record
+from pipeline.identify.voltage_family import (
+    Signs,
+    at_voltage,
+    families_by_voltage,
+    voltage_rows,
+    voltage_sentence,
+)
 from pipeline.records.fits import (
     Check,
     FirmwareCharacteristic,
@@ -60,7 +67,7 @@ def inverse_characteristic(
         If neither source gives anything.
     """
     notes: list[str] = []
-    measured = _mooring_points(mooring, vehicle, notes)
+    measured, usable = _mooring_points(mooring, vehicle, notes)
     points, gates = rising_points(measured)
     dead_n = vehicle.tables.thrust_dead_n
     positive = _table3(points, 1, dead_n, notes)
@@ -71,8 +78,15 @@ def inverse_characteristic(
         () if static is None or calculated is None else _table4(static, calculated, dead_n, notes)
     )
     if calculated is None:
-        _why_at_rest_only(static, points, dead_n, notes)
-    families, firmware = _firmware(static, calculated, points, vehicle, notes)
+        _why_at_rest_only(static, usable, dead_n, notes)
+    by_voltage = families_by_voltage(calculated, usable, vehicle)
+    between = None if points else _between(by_voltage, vehicle, notes)
+    used = points if between is None else usable
+    families, firmware = _firmware(static, calculated, used, vehicle, between=between, notes=notes)
+    source = static if calculated is not None else None
+    voltages = () if firmware is None else voltage_rows(by_voltage, vehicle, source)
+    if voltages:
+        notes.append(voltage_sentence(voltages))
     if firmware is None and positive is None and negative is None:
         raise CannotComputeError(" ".join(notes))
     checks: list[Check] = []
@@ -98,20 +112,23 @@ def inverse_characteristic(
         checks=tuple(checks),
         explanations=tuple(notes),
         family=None if families is None else family_record(families, static),
+        voltages=voltages,
     )
 
 
 def _mooring_points(
     mooring: MooringRecord | None, vehicle: Vehicle, notes: list[str]
-) -> tuple[MooringPoint, ...]:
+) -> tuple[tuple[MooringPoint, ...], tuple[MooringPoint, ...]]:
+    """Return the usable points of the tables' voltage, and those of every voltage."""
     if mooring is None:
         notes.append("Table 3 needs mooring data; there are none.")
-        return ()
+        return (), ()
+    usable = tuple(point for point in mooring.points if not point.marks)
     try:
-        return points_for_tables(mooring, vehicle)
+        return points_for_tables(mooring, vehicle), usable
     except CannotComputeError as error:
         notes.append(str(error))
-        return ()
+        return (), usable if vehicle.tables.supply_voltage_v is not None else ()
 
 
 def _table3(
@@ -141,18 +158,31 @@ def _why_at_rest_only(
         )
 
 
+def _between(by_voltage: dict[float, Signs], vehicle: Vehicle, notes: list[str]) -> Signs | None:
+    """Take the families at a voltage that was not moored from those beside it."""
+    wanted = vehicle.tables.supply_voltage_v
+    found = None if wanted is None else at_voltage(by_voltage, wanted)
+    if found is not None:
+        notes.append(f"The tables at {wanted:g} V are interpolated between its neighbours.")
+    return found
+
+
 def _firmware(
     static: StaticCharacteristic | None,
     calculated: Family | None,
     points: tuple[MooringPoint, ...],
     vehicle: Vehicle,
+    *,
+    between: Signs | None,
     notes: list[str],
-) -> tuple[tuple[Family, Family] | None, FirmwareCharacteristic | None]:
+) -> tuple[Signs | None, FirmwareCharacteristic | None]:
     """Return the families and their grid; a reason in the notes where there is none."""
     if calculated is None and not points:
         return None, None
     try:
-        families = both_signs(calculated, points, reverses=vehicle.drive.code_min < 0, notes=notes)
+        families = between or both_signs(
+            calculated, points, reverses=vehicle.drive.code_min < 0, notes=notes
+        )
         source = static if calculated is not None else None
         return families, firmware_grid(families, vehicle, source, points)
     except CannotComputeError as error:

@@ -217,13 +217,16 @@ def both_signs(
 
 
 def family_record(
-    families: tuple[Family, Family], static: StaticCharacteristic | None
+    families: tuple[Family, Family],
+    static: StaticCharacteristic | None,
+    code: FloatArray | None = None,
 ) -> ThrustFamily:
-    """Tabulate both signs at the codes of the static family, or evenly up to the last moored."""
-    last = max(float(one.curves[0].code[-1]) for one in families)
-    code = np.linspace(0.0, last, MOORED_CODES)
-    if static is not None:
-        code = np.concatenate([[0.0], np.array(static.code)])
+    """Tabulate both signs at codes: of the static family, or evenly up to the last moored."""
+    if code is None:
+        last = max(float(one.curves[0].code[-1]) for one in families)
+        code = np.linspace(0.0, last, MOORED_CODES)
+        if static is not None:
+            code = np.concatenate([[0.0], np.array(static.code)])
     return ThrustFamily(
         positive=families[0].record(code),
         negative=families[1].record(code),

@@ -21,7 +21,7 @@ from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.mooring_codes import command_in_codes, pwm_note, pwm_problem
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
-from pipeline.ingest.mooring_sweeps import Sweep, hysteresis, voltage_groups
+from pipeline.ingest.mooring_sweeps import Sweep, hysteresis
 from pipeline.ingest.mooring_words import DOWN, LEVER, OF_THE_RIG, UP, VOCABULARY
 from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.row_directions import against_codes, directions_of
@@ -35,7 +35,7 @@ from pipeline.ingest.vocabulary import plain
 from pipeline.ingest.word_lists import words_of
 from pipeline.records.measurements import MooringPoint, MooringRecord, SheetRead
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import is_at_supply
+from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
 
 __all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
 
@@ -343,7 +343,8 @@ def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -
         problems.append(Problem("warning", folder, what, "one supply voltage.", remedy))
     elif wanted is not None and groups:
         known = [point.voltage_v for point in fitted if point.voltage_v is not None]
-        if not any(is_at_supply(voltage_v, wanted) for voltage_v in known):
+        between = min(known) < wanted < max(known)
+        if not between and not any(is_at_supply(voltage_v, wanted) for voltage_v in known):
             what = (
                 f"no point at the supply voltage of the tables, {wanted:g} V; there is {named} V."
             )

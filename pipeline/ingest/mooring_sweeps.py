@@ -1,16 +1,15 @@
-"""Rising and falling sweeps of a mooring test: tare, hysteresis, groups of supply voltage."""
+"""Rising and falling sweeps of a mooring test: tare, hysteresis."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
 from pipeline.types import FloatArray
+from pipeline.vehicle.supply_voltage import voltage_groups
 
 Sweep = Literal["up", "down"]
-#: Voltages further apart than this belong to different tests; a supply sags less between codes.
-_VOLTAGE_GAP_V = 0.8
 
 
 def sweeps(codes: Sequence[float]) -> tuple[Sweep, ...]:
@@ -74,23 +73,6 @@ def tare(
     if len(zero_positions) == 0:
         return np.zeros(len(positions))
     return np.interp(positions, zero_positions, zero_readings)
-
-
-def voltage_groups(voltages_v: Iterable[float]) -> tuple[tuple[float, float], ...]:
-    """Part voltages into tests: lowest and highest of each group, groups rising.
-
-    Examples
-    --------
-    >>> voltage_groups([16.0, 15.6, 15.2, 12.1, 12.0])
-    ((12.0, 12.1), (15.2, 16.0))
-    """
-    groups: list[tuple[float, float]] = []
-    for voltage in sorted(voltages_v):
-        if groups and voltage - groups[-1][1] <= _VOLTAGE_GAP_V:
-            groups[-1] = (groups[-1][0], voltage)
-        else:
-            groups.append((voltage, voltage))
-    return tuple(groups)
 
 
 def hysteresis(

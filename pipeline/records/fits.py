@@ -273,6 +273,20 @@ class FirmwareCharacteristic(Record):
         return len(self.positive.speed_mps) == 1
 
 
+class AtVoltage(Record):
+    """T(N, V) at one supply voltage that was moored, and its firmware form.
+
+    Between two voltages T_max and the codes of equal shares of it run straight. `between95_n`
+    (ahead, in reverse; at the codes of the family) is the half-width of the 95 % interval that this
+    adds at rest, midway to the next voltage.
+    """
+
+    voltage_v: float
+    family: ThrustFamily
+    firmware: FirmwareCharacteristic
+    between95_n: Matrix
+
+
 class RoundTrip(Record):
     """Largest |T(N(T, V), V) - T| over 0.5 N < T <= T_max at one speed."""
 
@@ -299,3 +313,5 @@ class InverseCharacteristic(Record):
     """What could not be computed and why, and what was assumed."""
     family: ThrustFamily | None = None
     """What the firmware's grid was made from; None where there is none."""
+    voltages: tuple[AtVoltage, ...] = ()
+    """T(N, V, U): the same at each voltage that was moored, rising; empty where it was one."""

@@ -8,6 +8,7 @@ from pathlib import Path
 from pipeline import __version__
 from pipeline.errors import CannotComputeError
 from pipeline.export.allocator_layout import AllocatorLayout, allocator_layout
+from pipeline.export.c_source import VoltageTables, voltage_tables
 from pipeline.export.firmware import write_firmware
 from pipeline.provenance import file_digest, unwritable
 from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
@@ -24,7 +25,7 @@ def run(job: Job) -> str:
         try:
             shutil.rmtree(folder, ignore_errors=True)
             vehicle = job.vehicle()
-            made = {}
+            made, voltages = {}, {}
             for name in vehicle.used_types:
                 inverse = job.of_type(name).needed("inverse", InverseCharacteristic)
                 if inverse.firmware is None:
@@ -34,7 +35,8 @@ def run(job: Job) -> str:
                     )
                 _refuse_failed(inverse, vehicle.accept)
                 made[name] = inverse.firmware
-            return _write_whole(job, made, folder)
+                voltages[name] = voltage_tables(inverse)
+            return _write_whole(job, made, voltages, folder)
         except OSError as error:
             raise unwritable(folder, error) from error
 
@@ -58,7 +60,10 @@ def _refuse_failed(inverse: InverseCharacteristic, accepted: Mapping[Gate, str])
 
 
 def _write_whole(
-    job: Job, made: Mapping[str, FirmwareCharacteristic], folder: Path
+    job: Job,
+    made: Mapping[str, FirmwareCharacteristic],
+    voltages: Mapping[str, VoltageTables],
+    folder: Path,
 ) -> FirmwareFiles:
     """Write the sources of every type of thruster, and the allocator of all."""
     folder.parent.mkdir(parents=True, exist_ok=True)
@@ -86,6 +91,7 @@ def _write_whole(
                 tables=tables,
                 layout=None if name else layout,
                 accepted={str(gate): why for gate, why in vehicle.accept.items()},
+                voltages=voltages[name],
             )
         files = {
             (folder / path.name).as_posix(): file_digest(path) for path in sorted(work.iterdir())

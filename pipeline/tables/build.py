@@ -76,12 +76,33 @@ def build_tables(
         },
         "published": vehicle.published.model_dump() if vehicle.published else None,
         "firmware": inverse.firmware.model_dump() if inverse and inverse.firmware else None,
+        **({"voltages": _voltages(inverse)} if inverse and inverse.voltages else {}),
         "not_computed": dict(not_computed or {}),
         "notes": [
             *(static.explanations if static else ()),
             *(inverse.explanations if inverse else ()),
         ],
     }
+
+
+def _voltages(inverse: InverseCharacteristic) -> list[Json]:
+    """Return T(N, V, U), by rising U: each sign on its speeds and codes, with its interval."""
+    return [
+        {
+            "voltage_v": one.voltage_v,
+            **{
+                sign: side.model_dump(include={"speed_mps", "code", "thrust_n", "half95_n"})
+                | {"between95_n": list(wide)}
+                for sign, side, wide in zip(
+                    ("positive", "negative"),
+                    (one.family.positive, one.family.negative),
+                    one.between95_n,
+                    strict=True,
+                )
+            },
+        }
+        for one in inverse.voltages
+    ]
 
 
 def _corrected_thrusters(vehicle: Vehicle) -> Json:

@@ -11,12 +11,14 @@ from pathlib import Path
 import allocator_cases
 import numpy as np
 import pytest
+import single_model as single_precision
 from allocator_cases import CASES, Compiled, demands
 from allocator_model import allocate_fixed, allocate_single
+from bounded_model import bounded_thrusts
 from scipy.optimize import lsq_linear
 
-from pipeline.control.bounded_allocation import bounded_thrusts, largest_demand
-from pipeline.export import emulator, fixed_point, single_precision
+from pipeline.control.bounded_allocation import largest_demand
+from pipeline.export import emulator, fixed_point
 from pipeline.export.allocator_layout import allocator_layout
 from pipeline.export.firmware import write_firmware
 from pipeline.export.fixed_point import Q16_ONE

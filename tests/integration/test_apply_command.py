@@ -10,12 +10,12 @@ import pytest
 from allocator_model import allocate_single
 from bundled_bench import bench_of_mmt300
 from click.testing import CliRunner, Result
+from single_model import single_tables, thrust_from_code
 
 from pipeline.cli import cli
 from pipeline.control.inverse import firmware_grid
 from pipeline.effects.library import parse_effect
 from pipeline.export.allocator_layout import allocator_layout
-from pipeline.export.single_precision import single_tables, thrust_from_code
 from pipeline.provenance import Envelope, canonical_json, file_digest, write_envelope
 from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import (

@@ -13,9 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import single_model as single_precision
 from firmware_cases import CASES, codes_that_return, reference_code, strongest
 
-from pipeline.export import emulator, fixed_point, single_precision
+from pipeline.export import emulator, fixed_point
 from pipeline.export.firmware import write_firmware
 from pipeline.export.self_test import reference
 from pipeline.export.size_report import flash_sizes, instructions_per_call, report

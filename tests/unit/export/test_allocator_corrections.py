@@ -3,11 +3,11 @@
 import numpy as np
 from allocator_cases import dragging, eight
 from allocator_model import allocate_fixed, allocate_single
+from single_model import single_tables, thrust_from_code
 
 from pipeline.export.allocator_layout import AllocatorLayout, allocator_layout
 from pipeline.export.fixed_point import fixed_tables
 from pipeline.export.grid_check import FLAG
-from pipeline.export.single_precision import single_tables, thrust_from_code
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 

@@ -3,11 +3,11 @@
 import firmware_cases
 import numpy as np
 import pytest
+import single_model as single_precision
 from firmware_cases import CASES, reference_code, reference_thrust
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.export import single_precision
 from pipeline.export.self_test import tolerances
 from pipeline.records.fits import FirmwareCharacteristic
 

@@ -16,6 +16,7 @@ from pipeline.identify.working_grid import solve_grid
 from pipeline.records.fits import (
     DriveFit,
     FirmwareCharacteristic,
+    InverseCharacteristic,
     PropellerFit,
     StaticCharacteristic,
 )
@@ -242,6 +243,47 @@ def test_voltages_must_be_chosen(mooring_from: Maker, vehicle: Vehicle) -> None:
     )
     with pytest.raises(CannotComputeError, match="taken at 12, 16 V"):
         inverse_characteristic(None, two, other)
+
+
+def test_one_family_over_code_speed_and_voltage(
+    static: StaticCharacteristic, mooring_from: Maker, vehicle: Vehicle
+) -> None:
+    """Moored at 40, 48 and 60 V; at 54 V the thrust at rest and under way lies between."""
+    record = mooring_from(printed_thrust, 0.0)
+    volts = (40.0, 48.0, 60.0)
+    points = tuple(
+        p.model_copy(update={"voltage_v": v, "thrust_n": p.thrust_n * (v / 48.0) ** 1.2})
+        for v in volts
+        for p in record.points
+    )
+
+    def made(supply_v: float) -> InverseCharacteristic:
+        tables = vehicle.tables.model_copy(update={"supply_voltage_v": supply_v})
+        moored = record.model_copy(update={"points": points})
+        return inverse_characteristic(static, moored, vehicle.model_copy(update={"tables": tables}))
+
+    found = {v: made(v).family for v in (*volts, 54.0)}
+    rows = made(48.0).voltages
+    assert [row.voltage_v for row in rows] == list(volts)
+    for speed in (0.0, 1.0):
+        thrust, half = [], []
+        for v in (40.0, 48.0, 54.0, 60.0):
+            family = found[v]
+            assert family is not None
+            side = family.positive
+            row = int(np.argmin(np.abs(np.array(side.speed_mps) - speed)))
+            thrust.append(float(np.interp(100.0, side.code, side.thrust_n[row])))
+            half.append(float(np.interp(100.0, side.code, side.half95_n[row])))
+        assert np.all(np.diff(thrust) > 1.0)
+        if speed == 0.0:
+            wanted = printed_thrust(100.0) * (54.0 / 48.0) ** 1.2
+            assert abs(thrust[2] - wanted) < min(half[2], 0.1)
+    # what a voltage between others is missed by is in the interval between two
+    missed = rows[0].between95_n[0]
+    assert 0.0 < max(missed) < 1.0
+    assert made(48.0).firmware == next(r.firmware for r in rows if r.voltage_v == 48.0).model_copy(
+        update={"sources": made(48.0).firmware.sources}  # type: ignore[union-attr]
+    )
 
 
 def test_neither_source_says_so(vehicle: Vehicle) -> None:
