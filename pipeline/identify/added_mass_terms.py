@@ -113,8 +113,8 @@ def slope_added_mass(force_n: FloatArray, surge_mps: FloatArray, step_s: float) 
     """Read the added mass [kg] from the slope, noise-free, both sides through one smoother."""
     smoother = smoother_of_bandwidth("moving_average", BANDWIDTH_HZ, step_s)
     impulse = np.concatenate([[0.0], np.cumsum(force_n * step_s)])[: surge_mps.size]
-    speed = smooth(surge_mps, smoother, 0.0)
-    push = smooth(impulse, smoother, 0.0)
+    speed = smooth(surge_mps, smoother)
+    push = smooth(impulse, smoother)
     keep = speed.valid
     slope = plain_slope(
         push.derivative[keep],

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.identify.channel_noise import QUANTITIES, was_measured
-from pipeline.identify.trial_windows import rows_of
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import RunUsed
 from pipeline.types import BoolArray, FloatArray
@@ -67,7 +66,7 @@ def choose_stretches(
     tables, used = [], []
     for score, number, begin, end in merged:
         run = runs[number]
-        tables.append(rows_of(run, begin, end))
+        tables.append(run.rows(begin, end))
         used.append(
             RunUsed(
                 run=run.name,

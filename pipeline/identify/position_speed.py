@@ -44,7 +44,7 @@ def velocity_of_position(
     samples = 2 * max(round(length / (2.0 * period)), 1) + 1
     trusted = run.valid["position"][:, None]
     position = np.where(trusted, run.values["position"], np.nan)
-    slope = smooth(position, local_polynomial(samples, period, order=2), channel.white)
+    slope = smooth(position, local_polynomial(samples, period, order=2))
     attitude = run.values["attitude"]
     known = slope.valid & run.valid["attitude"] & np.isfinite(attitude).all(axis=1)
     velocity = np.zeros((run.time_s.size, 3))

@@ -8,22 +8,14 @@ from pipeline.identify.smoothing import moving_average, smooth
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
-
-@dataclass(frozen=True)
-class Straightness:
-    """What counts as straight.
-
-    `turn_rate_radps`: largest angular rate about any axis after a mean over `mean_s`. `drift`:
-    largest speed across the axis over the speed along it, or `drift_mps` if that is more.
-    `tilt_rad`: largest roll and pitch. `shortest_s`: shorter stretches are left out.
-    """
-
-    turn_rate_radps: float = 0.03
-    drift: float = 0.10
-    drift_mps: float = 0.03
-    tilt_rad: float = 0.10
-    mean_s: float = 0.5
-    shortest_s: float = 4.0
+#: Largest angular rate about any axis, after a mean over so long. [rad/s], [s]
+TURN_RATE_RADPS, MEAN_S = 0.03, 0.5
+#: Largest speed across the axis over that along it, or the speed, if that is more. [1], [m/s]
+DRIFT, DRIFT_MPS = 0.10, 0.03
+#: Largest roll and pitch. [rad]
+TILT_RAD = 0.10
+#: Shorter stretches are left out. [s]
+SHORTEST_S = 4.0
 
 
 @dataclass(frozen=True)
@@ -36,9 +28,7 @@ class Stretch:
     largest_drift: float
 
 
-def straight_stretches(
-    run: RunTable, velocity: FloatArray, axis: int, limits: Straightness | None = None
-) -> list[Stretch]:
+def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[Stretch]:
     """Find stretches along one axis.
 
     Parameters
@@ -49,19 +39,16 @@ def straight_stretches(
         Of the body origin, body axes; NaN where unknown. [m/s]
     axis : int
         0 surge, 1 sway, 2 heave.
-    limits : Straightness, optional
-        Thresholds.
 
     Returns
     -------
     list of Stretch
         In the order of time.
     """
-    bounds = Straightness() if limits is None else limits
     period = float(np.median(np.diff(run.time_s)))
-    samples = 2 * max(round(bounds.mean_s / period / 2), 1) + 1
+    samples = 2 * max(round(MEAN_S / period / 2), 1) + 1
     rate = np.where(run.valid["angular_velocity"][:, None], run.values["angular_velocity"], np.nan)
-    steady = smooth(rate, moving_average(samples, period), 0.0)
+    steady = smooth(rate, moving_average(samples, period))
     turning = np.max(np.abs(steady.value), axis=1)
     known = np.where(np.isfinite(velocity).all(axis=1, keepdims=True), velocity, 0.0)
     along = np.abs(known[:, axis])
@@ -70,16 +57,16 @@ def straight_stretches(
         run.valid["command"]
         & steady.valid
         & np.isfinite(velocity).all(axis=1)
-        & (turning <= bounds.turn_rate_radps)
-        & (across <= np.maximum(bounds.drift * along, bounds.drift_mps))
-        & _level(run, bounds.tilt_rad)
+        & (turning <= TURN_RATE_RADPS)
+        & (across <= np.maximum(DRIFT * along, DRIFT_MPS))
+        & _level(run)
     )
     edges = np.flatnonzero(np.diff(np.concatenate([[0], straight.astype(int), [0]])))
     found = []
     for begin, end in zip(edges[::2], edges[1::2], strict=True):
-        if (end - begin) * period < bounds.shortest_s:
+        if (end - begin) * period < SHORTEST_S:
             continue
-        moving = along[begin:end] > bounds.drift_mps
+        moving = along[begin:end] > DRIFT_MPS
         drift = across[begin:end][moving] / along[begin:end][moving]
         found.append(
             Stretch(
@@ -92,12 +79,12 @@ def straight_stretches(
     return found
 
 
-def _level(run: RunTable, tilt_rad: float) -> BoolArray:
+def _level(run: RunTable) -> BoolArray:
     if "attitude" not in run.values:
         return np.ones(run.time_s.size, bool)
     w, x, y, z = run.values["attitude"].T
     pitch = np.arcsin(np.clip(2 * (w * y - x * z), -1, 1))
     roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     return np.asarray(
-        run.valid["attitude"] & (np.abs(pitch) <= tilt_rad) & (np.abs(roll) <= tilt_rad)
+        run.valid["attitude"] & (np.abs(pitch) <= TILT_RAD) & (np.abs(roll) <= TILT_RAD)
     )

@@ -192,9 +192,6 @@ def deming_bootstrap(
     stretch: IntArray,
     block: int,
     noise: tuple[float, float],
-    *,
-    draws: int = BOOTSTRAP_DRAWS,
-    seed: int = 0,
 ) -> Slope:
     """Deming slope with the standard error of a moving-block bootstrap.
 
@@ -208,15 +205,13 @@ def deming_bootstrap(
         Samples in a block; a shorter stretch is a block as it is.
     noise : tuple of 2 floats
         Of the thrust [N] and of the acceleration [m/s^2].
-    draws, seed : int
-        Of the bootstrap.
     """
-    generator = np.random.default_rng(seed)
+    generator = np.random.default_rng(0)
     blocks, share = stretch_blocks(stretch, block)
     wanted = max(round(thrust.size / float(share @ [part.stop - part.start for part in blocks])), 2)
     samples = np.arange(thrust.size)
     slopes = []
-    for _ in range(draws):
+    for _ in range(BOOTSTRAP_DRAWS):
         chosen = generator.choice(len(blocks), wanted, p=share)
         index = np.concatenate([samples[blocks[one]] for one in chosen])
         # a draw of blocks at rest alone has no slope

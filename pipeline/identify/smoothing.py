@@ -1,13 +1,13 @@
 r"""Smoothing and derivatives, each with its bandwidth and the noise that it leaves.
 
 Both smoothers are linear filters of fixed length, so what they do to signal and noise is computed
-from their coefficients, not guessed. With coefficients c_j (value) and d_j (derivative, in 1/s)
-and white noise of standard deviation s,
+from their coefficients, not guessed. With coefficients d_j of the derivative, in 1/s, and white
+noise of standard deviation s,
 
-.. math:: s_y = s \sqrt{\sum c_j^2}, \qquad s_{\dot y} = s \sqrt{\sum d_j^2}
+.. math:: s_{\dot y} = s \sqrt{\sum d_j^2}
 
-and the bandwidth is the frequency at which the gain has fallen by 3 dB: of |C(f)|, and of
-|D(f)| / (2 pi f), which says up to where the derivative is one.
+and the bandwidth is the frequency at which |D(f)| / (2 pi f) has fallen by 3 dB: up to there the
+derivative is one.
 
 - `moving_average`: the mean of an odd number of samples, then a central difference (Potapov and
   Galyaev smooth so).
@@ -46,24 +46,14 @@ class Smoother:
         return (self.derivative.size - 1) * self.period_s
 
     @property
-    def value_noise_gain(self) -> float:
-        """Standard deviation of the smoothed value over that of a sample [-]."""
-        return float(np.sqrt(np.sum(self.value**2)))
-
-    @property
     def derivative_noise_gain(self) -> float:
         """Standard deviation of the derivative over that of a sample [1/s]."""
         return float(np.sqrt(np.sum(self.derivative**2)))
 
     @property
-    def bandwidth_hz(self) -> float:
-        """-3 dB of the value [Hz]."""
-        return _three_decibels(self.value, self.period_s, derivative=False)
-
-    @property
     def derivative_bandwidth_hz(self) -> float:
         """-3 dB of the derivative against an ideal one [Hz]."""
-        return _three_decibels(self.derivative, self.period_s, derivative=True)
+        return _three_decibels(self.derivative, self.period_s)
 
 
 @dataclass(frozen=True)
@@ -71,24 +61,19 @@ class Smoothed:
     """A smoothed channel; arrays (m,) or (m, k).
 
     `valid` (m,) is False within half a filter length of an end or of a sample that is not finite:
-    nothing is made up there. The noise figures hold for white noise.
+    nothing is made up there.
     """
 
     value: FloatArray
     derivative: FloatArray
     valid: BoolArray
-    value_noise: float
-    derivative_noise: float
-    bandwidth_hz: float
-    derivative_bandwidth_hz: float
 
 
 def moving_average(samples: int, period_s: float) -> Smoother:
     """Mean of `samples` (odd) values, and the central difference of neighbouring means.
 
-    >>> smoother = moving_average(5, 0.1)
-    >>> round(smoother.value_noise_gain, 4), round(smoother.bandwidth_hz, 3)
-    (0.4472, 0.902)
+    >>> [round(float(c), 6) for c in moving_average(3, 0.5).derivative]
+    [-0.333333, -0.333333, 0.0, 0.333333, 0.333333]
     """
     _check(samples, period_s)
     value = np.full(samples, 1.0 / samples)
@@ -150,7 +135,7 @@ def smoother_of_bandwidth(method: Method, bandwidth_hz: float, period_s: float) 
         best, samples = longer, samples + 2
 
 
-def smooth(values: FloatArray, smoother: Smoother, noise_std: float) -> Smoothed:
+def smooth(values: FloatArray, smoother: Smoother) -> Smoothed:
     """Smooth a regularly sampled channel.
 
     Parameters
@@ -159,8 +144,6 @@ def smooth(values: FloatArray, smoother: Smoother, noise_std: float) -> Smoothed
         Samples; NaN where there is none.
     smoother : Smoother
         The filter, made for the channel's period.
-    noise_std : float
-        Of the samples, e.g. from the vehicle file or `white_noise_std`.
     """
     finite = np.asarray(np.isfinite(values).reshape(len(values), -1).all(axis=1), bool)
     known = np.where(finite if values.ndim == 1 else finite[:, None], values, 0.0)
@@ -168,13 +151,7 @@ def smooth(values: FloatArray, smoother: Smoother, noise_std: float) -> Smoothed
     whole = np.asarray(_correlate(finite.astype(float), np.ones(2 * half + 1)) > 2 * half + 0.5)
     whole[:half] = whole[whole.size - half :] = False
     return Smoothed(
-        _correlate(known, smoother.value),
-        _correlate(known, smoother.derivative),
-        whole,
-        noise_std * smoother.value_noise_gain,
-        noise_std * smoother.derivative_noise_gain,
-        smoother.bandwidth_hz,
-        smoother.derivative_bandwidth_hz,
+        _correlate(known, smoother.value), _correlate(known, smoother.derivative), whole
     )
 
 
@@ -206,16 +183,16 @@ def _correlate(values: FloatArray, coefficients: FloatArray) -> FloatArray:
     return np.asarray(correlate1d(values, coefficients, axis=0, mode="constant"))
 
 
-def _three_decibels(coefficients: FloatArray, period_s: float, *, derivative: bool) -> float:
-    """First frequency at which the gain has fallen by 3 dB; the Nyquist frequency if none."""
+def _three_decibels(derivative: FloatArray, period_s: float) -> float:
+    """First frequency at which a slope has lost 3 dB; the Nyquist frequency if none."""
     from scipy.optimize import brentq
 
-    place = (np.arange(coefficients.size) - (coefficients.size - 1) / 2) * period_s
+    place = (np.arange(derivative.size) - (derivative.size - 1) / 2) * period_s
 
     def excess(frequency: float) -> float:
         turn = 2 * np.pi * frequency
-        gain = abs(np.sum(coefficients * np.exp(1j * turn * place)))
-        return float(gain / (turn if derivative else 1.0) - np.sqrt(0.5))
+        gain = abs(np.sum(derivative * np.exp(1j * turn * place)))
+        return float(gain / turn - np.sqrt(0.5))
 
     nyquist = 0.5 / period_s
     grid = np.linspace(nyquist / 2000, nyquist, 2000)

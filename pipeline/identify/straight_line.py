@@ -15,7 +15,6 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.segments import Straightness
 from pipeline.identify.slope_regression import (
     Slope,
     deming_estimate,
@@ -23,9 +22,7 @@ from pipeline.identify.slope_regression import (
     plain_slope,
     reliability,
 )
-from pipeline.identify.smoothing import (
-    Method,
-)
+from pipeline.identify.smoothing import Method
 from pipeline.identify.straight_line_samples import filtered_samples
 from pipeline.identify.straight_line_terms import UNITS, usable_terms
 from pipeline.physics.parameters import read
@@ -43,11 +40,11 @@ from pipeline.vehicle.sensor_schema import Sensors
 
 AXES = ("surge", "sway", "heave")
 BANDWIDTH_HZ = 0.4
-#: Share of the thrust that is taken as scatter from reading to reading.
+#: Standard deviation of the thrust's error from reading to reading, as a share of its rms.
 THRUST_SCATTER = 0.02
-#: A shift of the total mass by the omitted terms that is worth a warning.
 #: Points of the picture.
 MOST_POINTS = 400
+#: A shift of the total mass by the omitted terms that is worth a warning.
 NOTABLE_SHIFT = 0.1
 
 
@@ -59,8 +56,6 @@ def straight_line(
     axis: str = "surge",
     method: Method = "local_polynomial",
     bandwidth_hz: float = BANDWIDTH_HZ,
-    limits: Straightness | None = None,
-    thrust_scatter: float = THRUST_SCATTER,
 ) -> StraightLineIdentification:
     """Estimate an added mass by the slope, without and with the terms that the slope omits.
 
@@ -78,10 +73,6 @@ def straight_line(
         Smoother of the velocity.
     bandwidth_hz : float
         Its -3 dB. [Hz]
-    limits : Straightness, optional
-        What counts as straight.
-    thrust_scatter : float
-        Standard deviation of the thrust's error from reading to reading, as a share of its rms.
 
     Raises
     ------
@@ -98,7 +89,6 @@ def straight_line(
             along=along,
             method=method,
             bandwidth_hz=bandwidth_hz,
-            limits=limits,
         )
         numbered = np.where(samples.stretch >= 0, samples.stretch + stretch_count, -1)
         stretch_count += len(stretches)
@@ -126,7 +116,7 @@ def straight_line(
     smoother = found[0][0].smoother
     lags = smoother.derivative.size
     noise = found[0][0].noise
-    scatter = thrust_scatter * float(np.sqrt(np.mean(thrust[inside] ** 2)))
+    scatter = THRUST_SCATTER * float(np.sqrt(np.mean(thrust[inside] ** 2)))
     mass = _dry_mass(packed, runs)
     plain, share = _plain(
         thrust[inside], acceleration[inside], stretch[inside], lags, (scatter, noise), mass

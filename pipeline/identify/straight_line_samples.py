@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.segments import Straightness, Stretch, straight_stretches
+from pipeline.identify.segments import Stretch, straight_stretches
 from pipeline.identify.smoothing import (
     Method,
     Smoother,
@@ -53,7 +53,6 @@ def filtered_samples(
     along: int,
     method: Method,
     bandwidth_hz: float,
-    limits: Straightness | None,
 ) -> tuple[Samples, list[Stretch]]:
     """Filter one run's readings and find its straight stretches.
 
@@ -67,7 +66,7 @@ def filtered_samples(
         With velocity and angular velocity.
     along : int
         0 surge, 1 sway, 2 heave.
-    method, bandwidth_hz, limits
+    method, bandwidth_hz
         As `straight_line`.
 
     Raises
@@ -95,7 +94,8 @@ def filtered_samples(
     time_s[slot] = run.time_s[index]
     smoother = smoother_of_bandwidth(method, bandwidth_hz, period)
     single = sensors.dvl.noise_mps if sensors.dvl is not None else 0.0
-    smoothed = smooth(readings, smoother, single or white_noise_std(readings[:, along]))
+    smoothed = smooth(readings, smoother)
+    noise = single or white_noise_std(readings[:, along])
     velocity = np.stack(
         [np.interp(run.time_s, run.time_s[index], column) for column in origin[index].T], axis=1
     )
@@ -111,10 +111,10 @@ def filtered_samples(
     def filtered(signal: FloatArray) -> FloatArray:
         impulse = np.concatenate([[0.0], np.cumsum(step * (signal[1:] + signal[:-1]) / 2)])
         at_readings = np.interp(time_s, run.time_s, impulse)
-        return smooth(at_readings, smoother, 0.0).derivative
+        return smooth(at_readings, smoother).derivative
 
     trusted = np.where(run.valid["velocity"][:, None], velocity, np.nan)
-    stretches = straight_stretches(run, trusted, along, limits)
+    stretches = straight_stretches(run, trusted, along)
     half = smoother.length_s / 2
     number = np.full(len(readings), -1)
     for k, one in enumerate(stretches):
@@ -130,7 +130,7 @@ def filtered_samples(
             {name: filtered(signal) for name, signal in terms.items()},
             number,
             smoothed.valid & known,
-            smoothed.derivative_noise,
+            noise * smoother.derivative_noise_gain,
             smoother,
         ),
         stretches,

@@ -302,9 +302,7 @@ def chained_windows(
         )
         start = window.start.copy()
         if before is not None and follows and not window.known.all():
-            stack = WindowStack(
-                packed, (before,), (), np.zeros(0, int), np.zeros(1, int), np.zeros(0, int)
-            )
+            stack = WindowStack.unread(packed, [before])
             states, _ = simulate_windows(stack, vector, before.start[None])
             # a poor model runs away; what it then says of the speed is worth nothing
             if np.isfinite(states[-1]).all() and np.abs(states[-1, 7:13]).max() < FASTEST_CHAIN:

@@ -84,6 +84,12 @@ class WindowStack:
     """(all residuals,): index of the channel in `rows`, in the order of the residuals."""
     scale: dict[str, float] = field(default_factory=dict)
 
+    @classmethod
+    def unread(cls, packed: PackedVehicle, windows: Sequence[Window]) -> "WindowStack":
+        """Stack windows to be simulated, not compared with readings."""
+        none = np.zeros(0, int)
+        return cls(packed, tuple(windows), (), none, np.zeros(len(windows) + 1, int), none)
+
     @cached_property
     def lines(self) -> tuple[Lines, ...]:
         """Where the readings of each channel lie, each window being simulated in one go."""
@@ -217,7 +223,7 @@ _FASTEST = 1e3
 def simulate_windows(
     stack: WindowStack, vector: FloatArray, starts: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Stacked states (samples, 13) and accelerations (samples, 6) of all windows.
+    """Stacked states (samples, STATE) and accelerations (samples, 6) of all windows.
 
     Each is simulated under its own conditions and known force. A window whose simulation runs away
     holds NaN from its start.
@@ -232,7 +238,7 @@ def simulate_windows(
     lost |= pieces.steps_s > largest_step_s(stack.packed, vector)
     rows = np.repeat(lost, pieces.last_row - pieces.first_row + 1)
     states[rows], rates[rows] = np.nan, np.nan
-    return states[:, :13], rates
+    return states, rates
 
 
 def innovations(

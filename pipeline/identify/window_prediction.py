@@ -9,21 +9,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.errors import CannotComputeError
 from pipeline.identify.black_box import BlackBox
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.output_error import solve
 from pipeline.identify.reading_noise import reading_noise
-from pipeline.identify.run_nuisance import run_nuisance
-from pipeline.identify.window_derivatives import FitProblem
 from pipeline.identify.window_outputs import (
     OFFSET_COUNT,
-    OFFSETS,
     WindowStack,
     innovations,
     stack_windows,
     turn_between,
 )
+from pipeline.identify.window_starts import lead_starts
 from pipeline.identify.windows import Window
 from pipeline.records.identification import ChannelQuality
 from pipeline.records.run_table import RunTable
@@ -124,14 +120,7 @@ def _known(values: FloatArray) -> FloatArray:
 
 
 def _lead(window: Window) -> Window:
-    """Keep the readings of a window's first part only."""
-    last = round(LEAD_SHARE * len(window.command))
-    readings = {}
-    for quantity, found in window.readings.items():
-        early = found.sample <= last
-        if early.any():
-            readings[quantity] = found.part(early)
-    return replace(window, readings=readings)
+    return window.lead(round(LEAD_SHARE * len(window.command)))
 
 
 def _later(stack: WindowStack, number: int) -> BoolArray:
@@ -153,29 +142,11 @@ def _errors(  # noqa: PLR0917 - one caller
     threads: int,
 ) -> list[FloatArray]:
     """Estimate the starts from the lead, then predict all of each window."""
-    whole = replace(whole, packed=packed)
-    lead = _shifted(stack_windows(packed, [_lead(w) for w in windows], channels), offsets)
-    shared = run_nuisance(lead, len(offsets), offsets=False)
-    problem = FitProblem(lead, (), vector, shared, threads)
-    try:
-        fitted = solve(problem, smallest_gain=0.5)
-    except (CannotComputeError, np.linalg.LinAlgError):
-        # the model runs away within the lead already
+    leads = [_lead(one) for one in windows]
+    starts = lead_starts(packed, vector, leads, channels, offsets=offsets, threads=threads)
+    if starts is None:
         return [np.full((rows.sample.size, 1), np.nan) for rows in whole.rows]
-    return innovations(whole, vector, problem.starts(fitted.point.starts), offsets)
-
-
-def _shifted(stack: WindowStack, offsets: FloatArray) -> WindowStack:
-    """Take the runs' known offsets off the readings."""
-    run_of = np.array([w.run for w in stack.windows])
-    rows = []
-    for one in stack.rows:
-        if one.channel.quantity not in OFFSETS:
-            rows.append(one)
-            continue
-        off = offsets[run_of[one.window], OFFSETS[one.channel.quantity]]
-        rows.append(replace(one, measured=one.measured - off))
-    return replace(stack, rows=tuple(rows))
+    return innovations(replace(whole, packed=packed), vector, starts, offsets)
 
 
 def _held_errors(stack: WindowStack) -> list[FloatArray]:

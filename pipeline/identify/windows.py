@@ -1,7 +1,7 @@
 """Cut runs into windows for the output-error fit: commands, readings, where each window starts."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
@@ -23,6 +23,8 @@ SHORTEST_STEP_S = 0.02
 FASTEST_HZ = 12.5
 #: A window that has less than this share of a channel's usual readings goes without the channel.
 SMALLEST_SHARE = 0.3
+#: A last window with a lead may be this short beyond it. [s]
+SHORTEST_BEYOND_LEAD_S = 1.0
 WINDOW_S = 8.0
 #: Without velocity, speed shows only in what it leads to: longer windows tell more of it.
 WINDOW_WITHOUT_VELOCITY_S = 20.0
@@ -70,6 +72,16 @@ class Window:
         """Length of the window [s]."""
         return self.step_s * len(self.command)
 
+    def lead(self, steps: int) -> "Window":
+        """Return the first steps with the readings in them."""
+        readings = {
+            quantity: found.part(early)
+            for quantity, found in self.readings.items()
+            if (early := found.sample <= steps).any()
+        }
+        outside = None if self.outside is None else self.outside[:steps]
+        return replace(self, command=self.command[:steps], readings=readings, outside=outside)
+
 
 def cut(
     packed: PackedVehicle,
@@ -78,8 +90,12 @@ def cut(
     window_s: float | None = None,
     *,
     vector: FloatArray | None = None,
+    lead_s: float = 0.0,
 ) -> list[Window]:
     """Cut runs into consecutive windows; what happens to the vehicle in a run begins a new one.
+
+    One that is less than half as long is left out; of those with a lead, one shorter than
+    `SHORTEST_BEYOND_LEAD_S` beyond it.
 
     Parameters
     ----------
@@ -93,6 +109,8 @@ def cut(
         Length; `WINDOW_S`, or `WINDOW_WITHOUT_VELOCITY_S` where no run has velocity. [s]
     vector : ndarray, optional
         Parameter vector in place of the nominal one, for the thrusters' state.
+    lead_s : float
+        By how much each is longer, and overlaps the one before. [s]
 
     Raises
     ------
@@ -107,7 +125,7 @@ def cut(
     found = [
         window
         for number, run in enumerate(runs)
-        for window in _cut_run(packed, run, number, channels, window_s, vector)
+        for window in _cut_run(packed, run, number, channels, (window_s, lead_s), vector)
     ]
     if not found:
         raise CannotComputeError(
@@ -124,25 +142,19 @@ def _cut_run(  # noqa: PLR0917 - one caller
     run: RunTable,
     number: int,
     channels: Sequence[ChannelNoise],
-    window_s: float,
+    window_and_lead_s: tuple[float, float],
     vector: FloatArray | None,
 ) -> list[Window]:
     if not was_measured(run, "command") or run.time_s.size < 3:
         return []
-    period = float(np.median(np.diff(run.time_s)))
-    stride = max(int(np.floor(SHORTEST_STEP_S / period + 1e-6)), 1)
+    period, stride = _steps_of(run)
     step = period * stride
     command = np.nan_to_num(run.values["command"])
     actuator = actuator_states(packed, command, period, vector=vector)[:-1]
     picks = {c.quantity: readings_of(run, c.quantity, c.rate_hz) for c in channels}
-    length = max(round(window_s / step), 2) * stride
     going = velocity_of_position(run, channels)
     windows = []
-    for begin, last in _begins(run.valid["command"], length, run.changes):
-        end = min(begin + length, last)
-        end -= (end - begin) % stride
-        if end - begin < length // 2:
-            continue
+    for begin, end in window_rows(run, *window_and_lead_s):
         readings = {}
         for channel in channels:
             index = picks[channel.quantity]
@@ -186,18 +198,33 @@ def _readings(  # noqa: PLR0917 - one caller
     return Readings(sample, values, late_s)
 
 
-def _begins(known: BoolArray, length: int, changes: list[int]) -> list[tuple[int, int]]:
-    """First sample of each window and the last one it may have, stretch by stretch of commands.
+def _steps_of(run: RunTable) -> tuple[float, int]:
+    """Period of a table [s], and how many of its rows a step of the kernel takes."""
+    period = float(np.median(np.diff(run.time_s)))
+    return period, max(int(np.floor(SHORTEST_STEP_S / period + 1e-6)), 1)
+
+
+def window_rows(run: RunTable, window_s: float, lead_s: float = 0.0) -> list[tuple[int, int]]:
+    """First and last sample of the windows of a run, stretch by stretch of commands; as `cut`.
 
     A gap in the commands ends a stretch, as a change of the vehicle does, and the next one begins
     with its own first window.
     """
+    period, stride = _steps_of(run)
+    length = max(round(window_s / (period * stride)), 2) * stride
+    lead = round(lead_s / (period * stride)) * stride
+    shortest = lead + round(SHORTEST_BEYOND_LEAD_S / period) if lead else length // 2
+    known = run.valid["command"] & np.isfinite(run.values["command"]).all(axis=1)
     edges = np.flatnonzero(np.diff(np.concatenate([[0], known[:-1].astype(int), [0]])))
     found = []
-    for first, last in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
-        inner = [row for row in changes if first < row < last]
-        for begin, end in pairwise([first, *inner, last]):
-            found += [(row, end) for row in range(begin, end, length)]
+    for first, last in edges.reshape(-1, 2).tolist():
+        inner = [row for row in run.changes if first < row < last]
+        for begin_at, end_at in pairwise([first, *inner, last]):
+            for begin in range(begin_at, end_at, length):
+                end = min(begin + lead + length, end_at)
+                end -= (end - begin) % stride
+                if end - begin >= shortest:
+                    found.append((begin, end))
     return found
 
 

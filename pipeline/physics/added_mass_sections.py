@@ -46,55 +46,6 @@ class SectionAddedMass:
     roll_kgm: float
 
 
-def ellipse_section(
-    half_width_m: float, half_height_m: float, density_kgpm3: float
-) -> SectionAddedMass:
-    r"""Return the added mass of an elliptic section, or of a circle or a flat plate.
-
-    .. math:: m_{yy} = \pi \rho h^2, \quad m_{zz} = \pi \rho w^2, \quad
-        J = \tfrac{\pi}{8} \rho (w^2 - h^2)^2
-
-    Parameters
-    ----------
-    half_width_m, half_height_m : float
-        Semi-axes w along y and h along z; one of them may be zero (plate). [m]
-    density_kgpm3 : float
-        Water density. [kg/m^3]
-
-    Returns
-    -------
-    SectionAddedMass
-
-    Raises
-    ------
-    CannotComputeError
-        Lengths or density that cannot be.
-
-    References
-    ----------
-    Newman, Marine Hydrodynamics, 1977, table 4.3.
-
-    Examples
-    --------
-    >>> round(ellipse_section(0.1, 0.1, 1000.0).sway_kgpm, 2)  # circle: displaced mass
-    31.42
-    >>> round(ellipse_section(0.1, 0.0, 1000.0).heave_kgpm, 2)  # plate: the same
-    31.42
-    """
-    w, h, rho = half_width_m, half_height_m, density_kgpm3
-    if not (np.isfinite([w, h, rho]).all() and min(w, h) >= 0 and max(w, h) > 0 and rho > 0):
-        raise CannotComputeError(
-            f"An elliptic section of half-width {w} m and half-height {h} m in water of {rho} "
-            "kg/m^3 has no added mass.\nExpected lengths that are not negative, at least one above "
-            "zero, and a density above zero."
-        )
-    return SectionAddedMass(
-        sway_kgpm=np.pi * rho * h**2,
-        heave_kgpm=np.pi * rho * w**2,
-        roll_kgm=np.pi / 8 * rho * (w**2 - h**2) ** 2,
-    )
-
-
 def rectangle_section(width_m: float, height_m: float, density_kgpm3: float) -> SectionAddedMass:
     r"""Return the added mass of a rectangular section, exact (Schwarz-Christoffel).
 
@@ -137,7 +88,7 @@ def rectangle_section(width_m: float, height_m: float, density_kgpm3: float) -> 
         raise CannotComputeError(
             f"A rectangular section of {width_m} m by {height_m} m in water of {rho} kg/m^3 has no "
             "added mass that this formula gives.\nExpected sides and density above zero, and sides "
-            "in a ratio of less than 1000. Take a flat plate (ellipse_section) for thinner ones."
+            "in a ratio of less than 1000. Take a flat plate for thinner ones."
         )
     # the ratio h / w rises from 0 to infinity with beta; m = k^2 is scipy's parameter
     beta = float(

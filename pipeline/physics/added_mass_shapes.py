@@ -2,8 +2,7 @@ r"""Added mass of simple bodies in unbounded water, at their centre, in SNAME ax
 
 Every value is that of an ideal fluid far from walls, bottom and surface. The added-mass matrix A is
 positive: the water's force on the body is :math:`-A \dot\nu`, so A[0, 0] is Fossen's
-:math:`-X_{\dot u}`. Plates, boxes and cylinders are in
-`added_mass_tables`, plane sections in `added_mass_sections`, slender hulls in `strip_theory`.
+:math:`-X_{\dot u}`. Plane sections are in `added_mass_sections`, slender hulls in `strip_theory`.
 """
 
 import numpy as np

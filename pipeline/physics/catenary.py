@@ -118,58 +118,6 @@ def uniform_load_cable(
     return places, load * (c * across + along)
 
 
-def neutral_cable_in_flow(
-    arc_length_m: ArrayLike,
-    *,
-    length_m: float,
-    start_m: FloatArray,
-    end_m: FloatArray,
-    velocity_mps: FloatArray,
-    normal_load: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Return shape and tension of a neutral cable in a uniform flow with normal drag only.
-
-    Parameters
-    ----------
-    arc_length_m : array_like, shape (n,)
-        Distances along the cable from its start. [m]
-    length_m : float
-        Length. [m]
-    start_m, end_m : ndarray, shape (3,)
-        Ends. [m]
-    velocity_mps : ndarray, shape (3,)
-        Velocity of the water past the cable. [m/s]
-    normal_load : float
-        rho C_n d / 2, the drag of a metre across a flow of 1 m/s. [N s^2/m^3]
-
-    Returns
-    -------
-    position_m : ndarray, shape (n, 3)
-        Places of the points. [m]
-    tension_n : ndarray, shape (n, 3)
-        Tension, of constant size, times the tangent from start to end. [N]
-
-    Raises
-    ------
-    CannotComputeError
-        As `catenary_parameter`.
-
-    Examples
-    --------
-    >>> _, tension = neutral_cable_in_flow([0.0, 1.0], length_m=2 * np.sinh(1.0),
-    ...     start_m=np.zeros(3), end_m=np.array([2.0, 0, 0]),
-    ...     velocity_mps=np.array([0, 0, 3.0]), normal_load=2.0)
-    >>> np.linalg.norm(tension, axis=1).round(6).tolist()  # k V^2 c, the same everywhere
-    [18.0, 18.0]
-    """
-    speed = float(np.linalg.norm(velocity_mps))
-    places, across, along, c = _catenary_points(
-        arc_length_m, length_m, start_m, end_m, velocity_mps / speed if speed > 0 else velocity_mps
-    )
-    tangent = (c * across + along) / np.linalg.norm(c * across + along, axis=1, keepdims=True)
-    return places, normal_load * speed**2 * c * tangent
-
-
 def _catenary_points(
     arc_length_m: ArrayLike, length: float, start: FloatArray, end: FloatArray, down: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, float]:

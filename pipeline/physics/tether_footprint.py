@@ -16,7 +16,6 @@ The paper's frame is X forward, Y up, Z starboard; it is kept in the inputs and 
 and mapped to NED (x, z, -y) at the call of the solver.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -85,23 +84,6 @@ class Footprint:
         )
 
 
-@dataclass(frozen=True)
-class FootprintForces:
-    """Pull of the cable around the footprint, in the paper's frame.
-
-    Attributes
-    ----------
-    angle_deg : ndarray, shape (n,)
-        Angle of the vehicle's place. [deg]
-    on_vehicle_n, on_garage_n : ndarray, shape (n, 3)
-        Force of the cable on either. [N]
-    """
-
-    angle_deg: FloatArray
-    on_vehicle_n: FloatArray
-    on_garage_n: FloatArray
-
-
 def ned_from_paper(vector: FloatArray) -> FloatArray:
     """Turn vectors of the paper's frame (X forward, Y up, Z starboard) to north, east, down.
 
@@ -122,45 +104,6 @@ def paper_from_ned(vector: FloatArray) -> FloatArray:
     [1.0, 2.0, 3.0]
     """
     return np.stack([vector[..., 0], -vector[..., 2], vector[..., 1]], axis=-1)
-
-
-def footprint_forces(
-    footprint: Footprint, variant: Variant, angles_deg: Sequence[float] = tuple(range(0, 360, 30))
-) -> FootprintForces:
-    """Return the cable's pull on vehicle and garage around the footprint (Table 3).
-
-    Parameters
-    ----------
-    footprint : Footprint
-        The deployment.
-    variant : {"paper", "uniform", "vector"}
-        How the vehicle's own velocity falls off along the cable; see the top of this file.
-    angles_deg : sequence of float
-        Places on the circle. [deg]
-
-    Returns
-    -------
-    FootprintForces
-
-    Raises
-    ------
-    CannotComputeError
-        From `solve_tether`, e.g. a cable that does not reach.
-
-    Examples
-    --------
-    >>> pull = footprint_forces(Footprint(), "paper", [0.0])
-    >>> pull.on_vehicle_n.round(0).tolist()  # Table 3 prints -112, 76, -76
-    [[-87.0, 48.0, -48.0]]
-    """
-    on_vehicle, on_garage = [], []
-    for angle in angles_deg:
-        solution = footprint_cable(footprint, variant, angle)
-        on_vehicle.append(paper_from_ned(solution.force_on_start_n))
-        on_garage.append(paper_from_ned(solution.force_on_end_n))
-    return FootprintForces(
-        np.asarray(angles_deg, dtype=float), np.array(on_vehicle), np.array(on_garage)
-    )
 
 
 def footprint_cable(footprint: Footprint, variant: Variant, angle_deg: float) -> TetherSolution:
@@ -207,42 +150,3 @@ def _flow(footprint: Footprint, variant: Variant, vehicle: FloatArray) -> FlowFi
         return lambda position: current - share(position) * own
     own_speed = float(np.linalg.norm(own))
     return lambda position: ahead * (speed - own_speed * (1.0 - share(position)))
-
-
-def out_of_plane_n(
-    footprint: Footprint, angle_deg: float, force_n: Sequence[float] | FloatArray
-) -> float:
-    """Return the part of a force that points out of the cable's plane.
-
-    The plane is that of the flow at the vehicle and the vehicle's place; eq. (1) knows no force
-    across it.
-
-    Parameters
-    ----------
-    footprint : Footprint
-        The deployment.
-    angle_deg : float
-        Place on the circle. [deg]
-    force_n : array_like, shape (3,)
-        Force in the paper's frame. [N]
-
-    Returns
-    -------
-    float
-        Component along the normal of the plane. [N]
-
-    Examples
-    --------
-    At 180 deg the printed pull on the vehicle lies in the plane, that on the garage does not.
-
-    >>> f = Footprint()
-    >>> round(abs(out_of_plane_n(f, 180.0, (-166.0, 127.0, -39.0))))
-    0
-    >>> round(abs(out_of_plane_n(f, 180.0, (-133.0, 25.0, 158.0))))
-    154
-    """
-    flow = np.asarray(footprint.current_mps, float) - np.asarray(
-        footprint.vehicle_velocity_mps, float
-    )
-    normal = np.cross(flow, footprint.position_m(angle_deg))
-    return float(np.asarray(force_n, float) @ normal / np.linalg.norm(normal))

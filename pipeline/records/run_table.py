@@ -4,7 +4,7 @@ Held in memory only; the processed file of a run is made by the stage that reads
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Self
 
 import numpy as np
@@ -117,6 +117,20 @@ class RunTable:
     def changes(self) -> list[int]:
         """Rows at which something of the vehicle, as it is known, begins to be otherwise."""
         return [] if self.known is None else self.known.rows_of_changes(self.time_s).tolist()
+
+    def rows(self, begin: int, end: int) -> "RunTable":
+        """Return the rows [begin, end) as a table of their own, times from 0."""
+        part, begin_s = slice(begin, end), float(self.time_s[begin])
+        return replace(
+            self,
+            known=None if self.known is None else self.known.part(part, begin_s),
+            time_s=self.time_s[part] - begin_s,
+            values={name: values[part] for name, values in self.values.items()},
+            valid={name: valid[part] for name, valid in self.valid.items()},
+            reading={name: marks[part] for name, marks in self.reading.items()},
+            off_row={name: off.rows(part) for name, off in self.off_row.items()},
+            start_time_ns=self.start_time_ns + round(1e9 * begin_s),
+        )
 
     def force_over(self, rows: slice) -> FloatArray | None:
         """Return the known force from outside at some rows (k, 6) [N, N m]; None without any."""

@@ -9,7 +9,6 @@ import numpy as np
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose_fully
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
-from pipeline.identify.trial_windows import rows_of
 from pipeline.provenance import read_envelope
 from pipeline.records.day_diagnosis import RunDiagnosis
 from pipeline.records.day_findings import day_findings
@@ -143,4 +142,4 @@ def beginning(table: RunTable, code_max: FloatArray, seconds: float) -> RunTable
         there = np.flatnonzero(moves.any(axis=1))
         first_s = float(table.time_s[there[0]]) if there.size else 0.0
     end = int(np.searchsorted(table.time_s, first_s + seconds))
-    return rows_of(table, 0, end)
+    return table.rows(0, end)

@@ -134,27 +134,3 @@ def _unit_wrenches(packed: PackedVehicle) -> FloatArray:
     direction = read(packed.vector, "thruster_direction")[:count]
     place = read(packed.vector, "thruster_position")[:count]
     return np.concatenate([direction, np.cross(place, direction)], axis=1)
-
-
-def curve_names(packed: PackedVehicle, errors: CurveErrors) -> list[tuple[str, str, float]]:
-    """Name each column of `characteristic_profiles`: name, unit, and the size that counts as 1.
-
-    Knots count as a share of the largest thrust, signs as half the difference of their factors,
-    and the lag as a share of what is stated.
-    """
-    count = len(packed.thruster_names)
-    kinds = read(packed.vector, "thruster_type")[:count].astype(int)
-    found = []
-    for kind in np.unique(kinds):
-        first = int(np.flatnonzero(kinds == kind)[0])
-        size = float(errors.shape[first])
-        of_kind = f"type {kind + 1}, " if np.unique(kinds).size > 1 else ""
-        for sign in ("+", "-"):
-            found += [(f"curve:{of_kind}{sign}{knot:.0%} of code", "1", size) for knot in KNOTS]
-    found += [
-        (f"signs@{name}", "1", _HALF_DIFFERENCE * errors.scale) for name in packed.thruster_names
-    ]
-    in_time = bool((read(packed.vector, "rotor_inertia")[:count] > 0.0).any())
-    if not in_time and bool((read(packed.vector, "lag")[:count] > 0.0).any()):
-        found.append(("lag", "1", LAG_SHARE))
-    return found

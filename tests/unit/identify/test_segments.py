@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pipeline.identify.segments import Straightness, straight_stretches
+from pipeline.identify.segments import straight_stretches
 from pipeline.records.run_table import RunTable
 
 TIME_S = np.arange(0.0, 60.0, 0.02)
@@ -62,5 +62,5 @@ def test_gaps_and_short_pieces_are_left_out(ahead: np.ndarray) -> None:
     valid = dict(run.valid)
     valid["command"] = (TIME_S < 3.0) | (TIME_S > 10.0)
     ahead[(TIME_S > 30) & (TIME_S < 31)] = np.nan
-    found = straight_stretches(replace(run, valid=valid), ahead, 0, Straightness(shortest_s=5.0))
+    found = straight_stretches(replace(run, valid=valid), ahead, 0)
     assert [round(float(TIME_S[one.begin])) for one in found] == [10, 31]

@@ -12,7 +12,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.day_choice import choose_stretches
 from pipeline.identify.trial_errors import compared, predicted_table
 from pipeline.identify.trial_warnings import trial_warnings
-from pipeline.identify.trial_windows import TrialFlights, fly_trial, rows_of
+from pipeline.identify.trial_windows import TrialFlights, fly_trial
 from pipeline.physics.parameters import read, write
 from pipeline.records.run_components import difference
 from pipeline.records.run_table import RunTable
@@ -120,10 +120,10 @@ def test_gap_in_the_commands_costs_its_windows_alone(
     flights, found = errors(*rov, holed)
     assert (flights.windows, flights.left_out) == (5, 0)
     covered = flights.windowed.valid
-    assert not covered[700:720].any()
+    assert not covered[701:720].any(), "the last command known leads to the row after it"
     assert not covered[720:750].any(), "a new start is estimated after the gap"
     assert covered[750:].all()
-    assert covered[30:700].all()
+    assert covered[30:701].all()
     assert found["w"].over_noise == pytest.approx(1.0, abs=0.4)
     assert flights.free is not None, "the last command holds"
 
@@ -140,7 +140,7 @@ def test_run_without_commands_or_motion_is_refused(
     with pytest.raises(CannotComputeError, match="nothing to compare"):
         fly_trial(*rov, without(*motion))
     with pytest.raises(CannotComputeError, match="too short"):
-        fly_trial(*rov, rows_of(table, 0, 60))
+        fly_trial(*rov, table.rows(0, 60))
 
 
 def test_angles_differ_by_the_shorter_way() -> None:
@@ -200,7 +200,7 @@ def test_a_run_that_is_passed_over_is_told_the_true_reason() -> None:
     there = np.ones(time_s.size, bool)
     values = {"command": busy, "depth": np.zeros((time_s.size, 1))}
     whole = RunTable("long", time_s, values, {"command": there, "depth": there})
-    short = replace(rows_of(whole, 0, 750), name="short")
+    short = replace(whole.rows(0, 750), name="short")
     lost = replace(whole, name="lost", valid={"command": time_s < 10.0, "depth": there})
     _, used, passed = choose_stretches([whole, short, lost], np.array([100.0]), 80.0)
     assert [one.run for one in used] == ["long"]

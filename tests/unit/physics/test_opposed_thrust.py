@@ -8,15 +8,8 @@ regression, an independent source for the first quadrant.
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from pipeline.physics.opposed_thrust import (
-    LOCKED_DRAG_COEFFICIENT,
-    free_propeller_drag,
-    locked_propeller_drag,
-    opposed_thrust_band,
-)
+from pipeline.physics.opposed_thrust import free_propeller_drag
 from pipeline.physics.torque_balance import OpenWaterPropeller
 from pipeline.types import FloatArray
 
@@ -117,17 +110,7 @@ def test_reverse_thrust_at_rest_is_weaker_than_ahead() -> None:
     assert -astern / ahead == pytest.approx(0.78, abs=0.01)
 
 
-def test_locked_drag_coefficient_is_that_of_the_b4_70() -> None:
-    """C_T* at beta = 90 deg refers to the disc; the blades cover 0.70 of it."""
-    on_disc = -fourier(B4_70_THRUST, np.array([np.pi / 2]))[0]
-    assert on_disc == pytest.approx(0.77, abs=0.005)
-    assert on_disc / 0.70 == pytest.approx(LOCKED_DRAG_COEFFICIENT, abs=0.005)
-
-
 def test_drag_of_the_mmt300_propeller_at_2_mps() -> None:
-    """0.5 * 1.1 * 1000.62 * 0.26 * 0.015394 * 4 = 8.8 N locked, 3.4 N free."""
-    locked = locked_propeller_drag(2.0, diameter_m=0.14, area_ratio=0.26, density_kgpm3=1000.62)
-    assert float(locked) == pytest.approx(8.81, abs=0.01)
     assert float(free_propeller_drag(2.0, MMT300)) == pytest.approx(3.4, abs=0.1)
     assert float(free_propeller_drag(-1.0, MMT300)) == pytest.approx(-0.85, abs=0.03)
 
@@ -144,49 +127,3 @@ def test_free_drag_needs_a_zero_of_the_torque() -> None:
     endless = OpenWaterPropeller(np.array([0.1]), np.array([0.01]), 0.14, 1000.0)
     with pytest.raises(ValueError, match="no zero"):
         free_propeller_drag(1.0, endless)
-
-
-@given(n=st.floats(3.0, 35.0))
-def test_at_rest_the_band_closes(n: float) -> None:
-    band = opposed_thrust_band(n, 0.0, MMT300)
-    assert float(band.low_n) == pytest.approx(float(band.rest_n), rel=1e-9)
-    assert float(band.high_n) == pytest.approx(float(band.rest_n), rel=1e-9)
-
-
-@given(n=st.floats(10.0, 35.0), speed=st.floats(0.05, 2.0))
-def test_drive_lies_between_equal_speed_and_equal_torque(n: float, speed: float) -> None:
-    """A torque that falls from that of rest as the shaft slows less than freely."""
-    torque_at_rest = float(MMT300.torque_nm(n, 0.0))
-
-    def drive(shaft: FloatArray) -> FloatArray:
-        return torque_at_rest * (1.0 - 2.0 * (shaft - n) / n)
-
-    band = opposed_thrust_band(n, speed, MMT300, drive=drive)
-    assert band.drive_n is not None
-    ends = sorted([float(band.same_torque_n), float(band.same_speed_n)])
-    assert ends[0] - 1e-6 <= float(band.drive_n) <= ends[1] + 1e-6
-    assert float(band.low_n) <= float(band.rest_n) <= float(band.high_n)
-
-
-def test_band_keeps_the_torque_it_says() -> None:
-    """Equal torque: the thrust there over K_T n^2 gives back the torque of rest."""
-    n, speed = 28.2, 1.0
-    band = opposed_thrust_band(n, speed, MMT300)
-    shaft = np.linspace(20.0, 28.2, 82001)
-    balance = shaft[np.argmin(np.abs(MMT300.torque_nm(shaft, -speed) - MMT300.torque_nm(n, 0.0)))]
-    assert float(band.same_torque_n) == pytest.approx(
-        float(MMT300.thrust_n(balance, -speed)), abs=0.01
-    )
-
-
-def test_band_for_many_states() -> None:
-    band = opposed_thrust_band(np.array([[10.0], [20.0]]), np.array([0.0, 1.0, 2.0]), MMT300)
-    assert band.high_n.shape == (2, 3)
-    assert (np.diff(band.advance_ratio, axis=1) < 0).all()
-    assert band.drive_n is None
-
-
-@pytest.mark.parametrize(("n", "speed"), [(0.0, 1.0), (10.0, -1.0)])
-def test_band_refuses_wrong_signs(n: float, speed: float) -> None:
-    with pytest.raises(ValueError, match="must be positive"):
-        opposed_thrust_band(n, speed, MMT300)

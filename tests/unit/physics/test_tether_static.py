@@ -3,6 +3,7 @@
 import math
 import warnings
 from types import ModuleType
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,11 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipeline.errors import CannotComputeError
-from pipeline.physics.catenary import (
-    catenary_parameter,
-    neutral_cable_in_flow,
-    uniform_load_cable,
-)
+from pipeline.physics.catenary import catenary_parameter, uniform_load_cable
 from pipeline.physics.tether_cable import Cable, TetherSolution, tether_load
 from pipeline.physics.tether_static import solve_tether
 
@@ -26,6 +23,22 @@ ENDS = [
     np.array([-20.0, 35.0, 5.0]),
 ]
 RATIOS = [1.0001, 1.01, 1.5, 5.0, 20.0]
+
+
+def neutral_cable_in_flow(
+    arc_length_m: np.ndarray,
+    *,
+    velocity_mps: np.ndarray,
+    normal_load: float,
+    **ends: Any,  # noqa: ANN401 - lengths and places
+) -> tuple[np.ndarray, np.ndarray]:
+    """Shape and tension with normal drag only: the catenary's shape, a tension of one size."""
+    speed = np.linalg.norm(velocity_mps)
+    down = velocity_mps / speed
+    places, heavy = uniform_load_cable(arc_length_m, load_npm=down, **ends)
+    c = np.linalg.norm(heavy - np.outer(heavy @ down, down), axis=1, keepdims=True)
+    tangent = heavy / np.linalg.norm(heavy, axis=1, keepdims=True)
+    return places, normal_load * speed**2 * c * tangent
 
 
 def solve(cable: Cable, end: np.ndarray, flow: object = (0.0, 0.0, 0.0)) -> TetherSolution:
