@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.identify.thruster_regression import SETTLING_S, levers
+from pipeline.identify.thruster_regression import SETTLING_S
 from pipeline.physics.parameters import read
 from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
+from pipeline.simulate.applied_wrench import actuator_states, levers, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 

@@ -25,9 +25,10 @@ from pipeline.identify.gain_estimates import (
 )
 from pipeline.identify.gain_tests import FALSE_ALARMS
 from pipeline.identify.heading_check import HeadingCheck, heading_check
-from pipeline.identify.thruster_regression import RunLikelihood, levers, run_likelihood
+from pipeline.identify.thruster_regression import RunLikelihood, run_likelihood
 from pipeline.records.gains import GainReference, GainRun, PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.run_table import RunTable
+from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.model_schema import Uncertainty

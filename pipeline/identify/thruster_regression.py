@@ -43,7 +43,7 @@ from pipeline.identify.partial_regression import bounded, less_known, solve, wid
 from pipeline.identify.run_motion import RunMotion, run_motion
 from pipeline.physics.parameters import read
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
+from pipeline.simulate.applied_wrench import actuator_states, levers, thruster_wrench
 from pipeline.simulate.hull_wrench import hull_wrench
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray
@@ -133,14 +133,6 @@ class _Solved:
     likelihood: AxisLikelihood
     told: float
     """What the thrusts of now take off the cost."""
-
-
-def levers(packed: PackedVehicle) -> FloatArray:
-    """Force and moment on each axis of one newton of each thruster, (6, n). [1, m]."""
-    count = len(packed.thruster_names)
-    direction = read(packed.vector, "thruster_direction")[:count]
-    place = read(packed.vector, "thruster_position")[:count]
-    return np.concatenate([direction, np.cross(place, direction)], axis=1).T
 
 
 def run_likelihood(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunLikelihood:

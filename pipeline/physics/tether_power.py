@@ -1,4 +1,4 @@
-"""Pull of the cable and drag of the hull at the edge of a footprint: Kostenko and Mokeeva 2009."""
+"""Pull of the cable and drag of the hull at the edge of a footprint: Kostenko and Mokeeva 2009.
 
 Axes of the paper: X forward, Y up, Z starboard.
 """

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.physics.parameters import MOST_THRUSTERS, write
+from pipeline.physics.parameters import MOST_THRUSTERS, read, write
 from pipeline.simulate.kernel import BODY, STATE
 from pipeline.simulate.kernel_wrench import wrench_along
 from pipeline.simulate.pack import PackedVehicle, shafts_turn
@@ -95,3 +95,11 @@ def thruster_wrench(
         wrenches,
     )
     return wrenches, thrusts[:, :count]
+
+
+def levers(packed: PackedVehicle) -> FloatArray:
+    """Force and moment on each axis of one newton of each thruster, (6, n). [1, m]."""
+    count = len(packed.thruster_names)
+    direction = read(packed.vector, "thruster_direction")[:count]
+    place = read(packed.vector, "thruster_position")[:count]
+    return np.concatenate([direction, np.cross(place, direction)], axis=1).T

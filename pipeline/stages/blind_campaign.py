@@ -17,9 +17,7 @@ from pipeline.effects.discovery import module_names
 from pipeline.provenance import code_digest
 from pipeline.stages.blind_case import BlindPlace, run_case, subjects_of
 from pipeline.stages.campaign_folder import HEADER_FILE, claim_folder, read_header
-from pipeline.stages.many_cases import as_they_come
-from pipeline.stages.result_lines import appending, read_lines
-from pipeline.stages.stopping import stopped_by_sigterm
+from pipeline.stages.many_cases import lines_of_cases
 
 SCHEMA = "rig2sea/blind/1"
 _MODULES = ("pipeline.stages.blind_case",)
@@ -90,24 +88,11 @@ def run_campaign(
     subjects_of(place)  # a vehicle that cannot be read is found before any case is made
     lines_file = place.to / "cases.jsonl"
     _claim(request, lines_file)
-    numbers = frozenset(request.numbers)
-    before = read_lines(lines_file)
-    done = {line["number"]: line for line in before if line["number"] in numbers}
-    wanted = [number for number in request.numbers if number not in done]
-    stopped = False
-    with appending(lines_file) as append, stopped_by_sigterm():
-        try:
-            run = partial(run_case, place=place)
-            for line in as_they_come(run, wanted, request.processes):
-                append(line)
-                done[line["number"]] = line
-                said(len(done), len(numbers), _line_text(line))
-        except KeyboardInterrupt:
-            stopped = True
-    result = summary(list(done.values()), request)
-    if stopped:
-        said(len(done), len(numbers), "stopped; --resume goes on from here")
-    return result
+    run = partial(run_case, place=place)
+    lines = lines_of_cases(
+        lines_file, request.numbers, run, said, _line_text, processes=request.processes
+    )
+    return summary(lines, request)
 
 
 def summary(lines: list[dict[str, Any]], request: BlindRequest) -> BlindResult:

@@ -1,7 +1,6 @@
 """One case of the blind check from end to end: made, sealed, diagnosed, opened, scored."""
 
 import json
-import os
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from pipeline.blind.subject import BlindSubject
 from pipeline.blind.verdict_score import CaseScore, score_case
 from pipeline.effects.library import candidates
 from pipeline.errors import CannotComputeError
+from pipeline.provenance import write_atomically
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.stages.blind_subjects import load_subject
@@ -146,7 +146,7 @@ def _judge(
         content = {"refused": f"fault of the program: {type(error).__name__}: {error}"[:500]}
     elapsed_s = time.perf_counter() - begin
     verdict = place.to / "verdicts" / numbered.name / "diagnosis.json"
-    _write_json(verdict, content)
+    write_atomically(verdict, json.dumps(content))
     answers: dict[str, str] = {}
     if place.baselines and not without:
         from pipeline.diagnose.baselines import bic_baseline, sparse_baseline
@@ -157,10 +157,3 @@ def _judge(
         }
     label = open_label(place.to / "sealed" / f"{numbered.name}.json", verdict)
     return score_case(numbered.name, label, content, elapsed_s=elapsed_s, baselines=answers)
-
-
-def _write_json(path: Path, content: Mapping[str, Any]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.part")
-    temporary.write_text(json.dumps(content), encoding="utf-8")
-    temporary.replace(path)

@@ -19,12 +19,10 @@ from pipeline.effects.discovery import module_names
 from pipeline.errors import CannotComputeError
 from pipeline.provenance import code_digest, file_digest, write_atomically
 from pipeline.stages.campaign_folder import claim_folder
-from pipeline.stages.many_cases import as_they_come
+from pipeline.stages.many_cases import lines_of_cases
 from pipeline.stages.measured_cases import MeasuredCase, measured_case
 from pipeline.stages.measured_score import MeasuredLine, MeasuredScore, score_measured
 from pipeline.stages.measured_subjects import MeasuredSubject, load_subjects
-from pipeline.stages.result_lines import appending, read_lines
-from pipeline.stages.stopping import stopped_by_sigterm
 
 SCHEMA = "rig2sea/blind_measured/1"
 CASES_FILE = "cases.jsonl"
@@ -211,28 +209,22 @@ def run_measured(
         "code": code,
     }
     claim_folder(lines_file, header, resume=request.resume)
-    numbers = frozenset(request.numbers)
-    done = {line["number"]: line for line in read_lines(lines_file) if line["number"] in numbers}
-    wanted = [number for number in request.numbers if number not in done]
-    stopped = False
-    with appending(lines_file) as append, stopped_by_sigterm():
-        try:
-            run = partial(run_case, request=request, diagnose=diagnose)
-            for line in as_they_come(run, wanted, request.processes):
-                append(line)
-                done[line["number"]] = line
-                said(len(done), len(numbers), _line_text(line))
-        except KeyboardInterrupt:
-            stopped = True
+    run = partial(run_case, request=request, diagnose=diagnose)
+    lines = lines_of_cases(
+        lines_file, request.numbers, run, said, _line_text, processes=request.processes
+    )
     told = tuple(
         MeasuredLine.model_validate_json(json.dumps(line))
-        for _, line in sorted(done.items())
+        for line in sorted(lines, key=lambda one: one["number"])
         if "score" in line
     )
-    if stopped:
-        said(len(done), len(numbers), "stopped; --resume goes on from here")
     return MeasuredResult(
-        score_measured(told), told, len(numbers), len(done) - len(told), request.to, code
+        score_measured(told),
+        told,
+        len(request.numbers),
+        len(lines) - len(told),
+        request.to,
+        code,
     )
 
 

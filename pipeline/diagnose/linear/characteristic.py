@@ -13,7 +13,7 @@ import numpy as np
 
 from pipeline.identify.windows import Window
 from pipeline.physics.parameters import read
-from pipeline.simulate.applied_wrench import thruster_wrench
+from pipeline.simulate.applied_wrench import levers, thruster_wrench
 from pipeline.simulate.kernel import BODY
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pieces import Pieces, run_pieces
@@ -93,7 +93,7 @@ def characteristic_profiles(
     window_of = np.searchsorted(pieces.bounds, steps, "right") - 1
     actuator = np.nan_to_num(states[steps + window_of, BODY : BODY + count])
     still = np.zeros((len(steps), 6))
-    unit = _unit_wrenches(packed)
+    unit = levers(packed).T
     in_time = bool((read(packed.vector, "rotor_inertia")[:count] > 0.0).any())
     # what turns in time has shaft speeds for states
     code = pieces.commands if in_time else actuator
@@ -126,11 +126,3 @@ def _off_the_curve(
                 size = np.interp(level[:, own], (0.0, *KNOTS), (0.0, *one))
                 found.append((shape_share[own] * most * driven * size) @ unit[own])
     return found
-
-
-def _unit_wrenches(packed: PackedVehicle) -> FloatArray:
-    """Force and moment of one newton of each thruster (n, 6)."""
-    count = len(packed.thruster_names)
-    direction = read(packed.vector, "thruster_direction")[:count]
-    place = read(packed.vector, "thruster_position")[:count]
-    return np.concatenate([direction, np.cross(place, direction)], axis=1)

@@ -12,9 +12,9 @@ from pipeline.identify.gain_tests import adjusted, other_layouts, rejected
 from pipeline.identify.heading_check import heading_check
 from pipeline.identify.run_motion import run_motion
 from pipeline.identify.thruster_gains import gains_of
-from pipeline.identify.thruster_regression import levers
 from pipeline.records.gains import ThrusterGain, ThrusterGains
 from pipeline.records.run_table import RunTable
+from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.context import model_of
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
