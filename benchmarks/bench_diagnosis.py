@@ -18,7 +18,7 @@ import numpy as np
 
 from evaluation.bundled.mmt300_truth import mooring_thrust
 from pipeline.diagnose.bench.engine import diagnose_bench
-from pipeline.diagnose.bench.model import BenchModel, bench_model
+from pipeline.diagnose.bench.model import ThrusterAtRest, bench_model
 from pipeline.diagnose.bench.table import bench_table
 from pipeline.plan import processed_file
 from pipeline.provenance import read_envelope
@@ -93,7 +93,7 @@ def case(kind: str, rng: np.random.Generator, *, with_voltage: bool) -> list[Moo
     ]
 
 
-def model_from(out: Path, raw: Path) -> BenchModel:
+def model_from(out: Path, raw: Path) -> ThrusterAtRest:
     """Model of mmt300 from its results."""
     vehicle = load_vehicle(raw / "mmt300")
     static = read_envelope(out / processed_file("mmt300", "static"), "static", StaticCharacteristic)

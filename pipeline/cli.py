@@ -148,11 +148,11 @@ def run(  # noqa: PLR0917 - click passes every option by its name
       rig2sea run --profile slurm
     """
     from pipeline.workflow.progress import Progress
-    from pipeline.workflow.run import Request
+    from pipeline.workflow.run import RunRequest
     from pipeline.workflow.run import run as run_workflow
     from pipeline.workflow.summary import summary
 
-    request = Request(vehicles, raw, out, cores, force, profile=profile)
+    request = RunRequest(vehicles, raw, out, cores, force, profile=profile)
     result = run_workflow(request, Progress())
     for paragraph in summary(result, out):
         click.echo(f"\n{translate(paragraph)}")
@@ -280,9 +280,9 @@ def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
             click.echo(translate(cost.line))
         return
     from pipeline.workflow.export import export_firmware
-    from pipeline.workflow.run import Request
+    from pipeline.workflow.run import RunRequest
 
-    exported = export_firmware(Request((vehicle,), raw, out), to)
+    exported = export_firmware(RunRequest((vehicle,), raw, out), to)
     for path in exported.files:
         click.echo(path)
     end_with(exported.refused)

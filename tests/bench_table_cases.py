@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pipeline.diagnose.bench.model import BenchModel, Reference
+from pipeline.diagnose.bench.model import ReferenceCurve, ThrusterAtRest
 from pipeline.diagnose.bench.table import BenchTable, bench_table
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
@@ -18,14 +18,14 @@ def thrust(code: FloatArray) -> FloatArray:
     return np.where(code < 0.0, -0.9, 1.0) * size
 
 
-def model(*, volts: bool = True) -> BenchModel:
+def model(*, volts: bool = True) -> ThrusterAtRest:
     """The thruster as a model."""
     code = np.linspace(-CODE_MAX, CODE_MAX, 255)
-    channels = {"thrust": Reference(code, thrust(code), np.full(code.size, 0.1))}
+    channels = {"thrust": ReferenceCurve(code, thrust(code), np.full(code.size, 0.1))}
     if volts:
         ends = np.array([-CODE_MAX, CODE_MAX])
-        channels["voltage"] = Reference(ends, np.full(2, VOLTS), np.zeros(2), level=True)
-    return BenchModel("tug", ("stern",), CODE_MAX, channels, False, 0.01, "a formula")
+        channels["voltage"] = ReferenceCurve(ends, np.full(2, VOLTS), np.zeros(2), level=True)
+    return ThrusterAtRest("tug", ("stern",), CODE_MAX, channels, False, 0.01, "a formula")
 
 
 def points(

@@ -36,7 +36,7 @@ class VehicleLost(Exception):  # noqa: N818 (it is the vehicle that is lost, no 
 
 
 @dataclass(frozen=True)
-class Stage:
+class CaseWorld:
     """Everything that the runs of a case have in common."""
 
     stated: Craft
@@ -72,7 +72,7 @@ class FlownCase:
     outside: FloatArray
 
 
-def stage_of(subject: BlindSubject, missing: Sequence[str], weather: Weather) -> Stage:
+def stage_of(subject: BlindSubject, missing: Sequence[str], weather: Weather) -> CaseWorld:
     """Set up a vehicle with some of its instruments missing.
 
     Raises
@@ -85,11 +85,11 @@ def stage_of(subject: BlindSubject, missing: Sequence[str], weather: Weather) ->
         raise CannotComputeError(f"{vehicle.name} has no model: or no sensors: section")
     stated = craft_of(vehicle, subject.static)
     sensors = vehicle.sensors.model_copy(update=dict.fromkeys(missing))
-    return Stage(stated, belief_of(stated), scene_of(stated), sensors, weather)
+    return CaseWorld(stated, belief_of(stated), scene_of(stated), sensors, weather)
 
 
 def fault_of(
-    what: str, stage: Stage, durations_s: tuple[float, ...], rng: np.random.Generator
+    what: str, stage: CaseWorld, durations_s: tuple[float, ...], rng: np.random.Generator
 ) -> Fault:
     """Draw a fault, of the library or outside of it."""
     if what in TROUBLES:
@@ -111,7 +111,7 @@ def children(seeds: np.random.SeedSequence, count: int) -> list[np.random.SeedSe
 
 
 def fly_all(
-    stage: Stage,
+    stage: CaseWorld,
     patient: Patient,
     kinds: Sequence[str],
     duration_s: float,
@@ -131,7 +131,7 @@ def fly_all(
 
 
 def fly_one(
-    stage: Stage,
+    stage: CaseWorld,
     patient: Patient,
     kind: str,
     *,
@@ -164,7 +164,7 @@ def fly_one(
 
 
 def read_runs(
-    stage: Stage, flown: Sequence[FlownCase], name: str, seeds: np.random.SeedSequence
+    stage: CaseWorld, flown: Sequence[FlownCase], name: str, seeds: np.random.SeedSequence
 ) -> tuple[list[RunTable], dict[str, Log]]:
     """Read the instruments on all runs: tables, and logs by name of the run."""
     tables: list[RunTable] = []

@@ -10,10 +10,10 @@ import numpy as np
 
 from pipeline.blind.draws import Drawn
 from pipeline.blind.flying import (
+    CaseWorld,
     Fault,
     FlownCase,
     Patient,
-    Stage,
     VehicleLost,
     fly_all,
     read_runs,
@@ -130,7 +130,7 @@ def generate(subject: BlindSubject, spec: CaseSpec) -> GeneratedCase:
 
 
 def _flown(
-    stage: Stage,
+    stage: CaseWorld,
     patient: Patient,
     kinds: Sequence[str],
     spec: CaseSpec,
@@ -148,7 +148,7 @@ def _flown(
 
 
 def _label(
-    stage: Stage,
+    stage: CaseWorld,
     patient: Patient,
     flown: Sequence[FlownCase],
     *,

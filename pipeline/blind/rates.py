@@ -24,7 +24,7 @@ class Rate(Record):
     met: bool | None = None
 
 
-class Figure(Record):
+class QuantileFigure(Record):
     """A figure that is no share: median, 90th percentile, mean."""
 
     question: str
@@ -103,15 +103,17 @@ def figure(
     values: Iterable[float | None],
     goal: str = "",
     met: Callable[[float, float, float], bool] | None = None,
-) -> Figure:
+) -> QuantileFigure:
     """Median, 90th percentile and mean of what is known; `met` is asked with the three."""
     known = np.array([value for value in values if value is not None], float)
     if not known.size:
-        return Figure(question=question, stratum=stratum, cases=0, median=None, p90=None, goal=goal)
+        return QuantileFigure(
+            question=question, stratum=stratum, cases=0, median=None, p90=None, goal=goal
+        )
     median, p90, mean = (
         float(value) for value in (np.median(known), np.percentile(known, 90), known.mean())
     )
-    return Figure(
+    return QuantileFigure(
         question=question,
         stratum=stratum,
         cases=known.size,

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from pipeline.blind.goals import Miss, against_goals, at_least, at_most, between, missed
-from pipeline.blind.rates import Figure, Rate, figure, rate
+from pipeline.blind.rates import QuantileFigure, Rate, figure, rate
 from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore
 from pipeline.records.base import Record
 
@@ -39,7 +39,7 @@ class CampaignScore(Record):
     refused: int
     goals: tuple[Rate, ...]
     rates: tuple[Rate, ...]
-    figures: tuple[Figure, ...]
+    figures: tuple[QuantileFigure, ...]
     confusion: Confusion
     compared: Confusion
     baselines: dict[str, Confusion]

@@ -7,10 +7,10 @@ from functools import lru_cache
 import numpy as np
 
 from pipeline.blind.flying import (
+    CaseWorld,
     Fault,
     FlownCase,
     Patient,
-    Stage,
     VehicleLost,
     children,
     fault_of,
@@ -38,7 +38,7 @@ _STEPS, _CLOSE = 6, 0.12
 
 def fault_that_shows(
     what: str,
-    stage: Stage,
+    stage: CaseWorld,
     well: Craft,
     *,
     wanted: float,
@@ -75,7 +75,7 @@ def fault_that_shows(
 
 
 def size_for(
-    stage: Stage,
+    stage: CaseWorld,
     well: Craft,
     fault: Fault,
     *,
@@ -89,7 +89,7 @@ def size_for(
 
     Parameters
     ----------
-    stage : Stage
+    stage : CaseWorld
         The case.
     well : Craft
         The vehicle without the fault.
@@ -131,7 +131,7 @@ def size_for(
     return (size, 1.0) if best is None else (best[0], best[2])
 
 
-def trace_of_runs(stage: Stage, well: Craft, flown: Sequence[FlownCase]) -> FloatArray:
+def trace_of_runs(stage: CaseWorld, well: Craft, flown: Sequence[FlownCase]) -> FloatArray:
     """Trace of the faults over runs, each with the craft of that run (windows, k, 12).
 
     The healthy side keeps the background, which is in body axes; troubles push in NED.

@@ -66,11 +66,11 @@ def watch(  # noqa: PLR0917 - click passes every option by its name
       rig2sea watch mmt300 --settle 10
       rig2sea watch --once
     """
-    from pipeline.workflow.run import Request, vehicles_to_run
+    from pipeline.workflow.run import RunRequest, vehicles_to_run
     from pipeline.workflow.start import StoppedError
     from pipeline.workflow.watch import Habits, Watcher
 
-    watcher = Watcher(Request(vehicles, raw, out, cores), Habits(every_s, settle_s))
+    watcher = Watcher(RunRequest(vehicles, raw, out, cores), Habits(every_s, settle_s))
     try:
         if once:
             vehicles_to_run(watcher.request)

@@ -19,7 +19,7 @@ from pipeline.types import FloatArray
 
 
 @dataclass(frozen=True)
-class Reference:
+class Setpoint:
     """What is wanted; None leaves an axis alone (no force)."""
 
     surge_mps: float | None = None
@@ -30,7 +30,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class Motion:
+class MeasuredState:
     """What is measured: relative surge speed, depth and its rate, attitude and body rates."""
 
     surge_mps: float
@@ -83,15 +83,15 @@ class Autopilot:
     integral: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     def step(
-        self, motion: Motion, reference: Reference, dt_s: float, *, saturated: bool = False
+        self, motion: MeasuredState, reference: Setpoint, dt_s: float, *, saturated: bool = False
     ) -> tuple[FloatArray, Self]:
         """Return the wanted wrench X Y Z K M N (6,) in body axes and the next autopilot.
 
         Parameters
         ----------
-        motion : Motion
+        motion : MeasuredState
             Measured motion.
-        reference : Reference
+        reference : Setpoint
             Wanted motion.
         dt_s : float
             Time since the last step. [s]

@@ -56,7 +56,7 @@ class Disc(PartInput):
     radius_m: Length
 
 
-class Hull(PartInput):
+class HullPart(PartInput):
     """A hull of circular sections along x: strips with the end factors of Lamb's spheroid."""
 
     kind: Literal["hull"]
@@ -70,7 +70,7 @@ class Hull(PartInput):
         return self
 
 
-class Bar(PartInput):
+class BarPart(PartInput):
     """A bar of rectangular section along x: strips without end effects."""
 
     kind: Literal["bar"]
@@ -89,7 +89,9 @@ class CylinderInFrame(PartInput):
     inner_side_m: Length
 
 
-Part = Annotated[Ellipsoid | Disc | Hull | Bar | CylinderInFrame, Field(discriminator="kind")]
+Part = Annotated[
+    Ellipsoid | Disc | HullPart | BarPart | CylinderInFrame, Field(discriminator="kind")
+]
 
 
 class AddedMassInput(Section):
@@ -116,7 +118,7 @@ def _disc(part: Disc, rho: float) -> FloatArray:
     return np.diag([0.0, 0.0, mass, inertia, inertia, 0.0])
 
 
-def _hull(part: Hull, rho: float) -> FloatArray:
+def _hull(part: HullPart, rho: float) -> FloatArray:
     x, radius = np.array(part.station_m), np.array(part.radius_m)
     order = np.argsort(x)
     x, r = x[order], radius[order]
@@ -129,7 +131,7 @@ def _hull(part: Hull, rho: float) -> FloatArray:
     return np.asarray(found)
 
 
-def _bar(part: Bar, rho: float) -> FloatArray:
+def _bar(part: BarPart, rho: float) -> FloatArray:
     section = rectangle_section(part.width_m, part.height_m, rho)
     ends = np.array([-0.5, 0.5]) * part.length_m
     own = (section.sway_kgpm, section.heave_kgpm, section.roll_kgm)

@@ -18,7 +18,7 @@ from pipeline.design.balance import (
 from pipeline.design.balance_envelope import envelope, saturation_points
 from pipeline.design.balance_hull import BodyHull, Hull, PolarHull, WithoutMoment
 from pipeline.design.balance_input import BalanceInput
-from pipeline.design.balance_limits import Limits, StatedLimits, TableLimits
+from pipeline.design.balance_limits import BalanceLimits, StatedLimits, TableLimits
 from pipeline.design.printed import compare, unknown_quantities
 from pipeline.errors import CannotComputeError
 from pipeline.records.design import (
@@ -75,7 +75,7 @@ def set_up(one: BalanceInput, vehicle: Vehicle | None) -> tuple[Hull, Condition]
 
 
 def steady_state(
-    method: str, balance: Balance, condition: Condition, limits: Limits
+    method: str, balance: Balance, condition: Condition, limits: BalanceLimits
 ) -> SteadyState:
     """Put a balance with the loads of its thrusters into a record."""
     inflows = inflows_mps(condition.speed_mps, balance.alpha_rad, condition.angle_deg)
@@ -159,7 +159,7 @@ def design_balance(
     )
 
 
-def _limits(one: BalanceInput, tables: TableLimits | None) -> tuple[Limits, tuple[str, ...]]:
+def _limits(one: BalanceInput, tables: TableLimits | None) -> tuple[BalanceLimits, tuple[str, ...]]:
     """Return what loads are judged by: a stated limit goes before the tables, with a warning."""
     stated = StatedLimits(one.limit)
     if tables is None:
@@ -255,7 +255,7 @@ def _readings(
     )
 
 
-def _warnings(state: SteadyState, limits: Limits, one: BalanceInput) -> tuple[str, ...]:
+def _warnings(state: SteadyState, limits: BalanceLimits, one: BalanceInput) -> tuple[str, ...]:
     found = []
     if one.hull is not None and abs(state.angle_of_attack_deg) > LINEAR_DEG:
         found.append(

@@ -8,13 +8,15 @@ from scipy.optimize import brentq
 
 from pipeline.design.balance import THRUSTERS, Balance, Condition, exact_balance, inflows_mps
 from pipeline.design.balance_hull import Hull
-from pipeline.design.balance_input import BalanceInput, Span
-from pipeline.design.balance_limits import Limits
+from pipeline.design.balance_input import BalanceInput, InputSpan
+from pipeline.design.balance_limits import BalanceLimits
 from pipeline.errors import CannotComputeError
 from pipeline.records.design import BalanceEnvelope, Saturation
 
 
-def _worst(hull: Hull, condition: Condition, limits: Limits) -> tuple[float, str, float, Balance]:
+def _worst(
+    hull: Hull, condition: Condition, limits: BalanceLimits
+) -> tuple[float, str, float, Balance]:
     """Return the largest use, its thruster, the largest load and the state; raises if none."""
     state = exact_balance(hull, condition)
     inflows = inflows_mps(condition.speed_mps, state.alpha_rad, condition.angle_deg)
@@ -35,7 +37,7 @@ def _worst(hull: Hull, condition: Condition, limits: Limits) -> tuple[float, str
 
 
 def saturation_points(
-    one: BalanceInput, hull: Hull, condition: Condition, limits: Limits
+    one: BalanceInput, hull: Hull, condition: Condition, limits: BalanceLimits
 ) -> tuple[Saturation, ...]:
     """Change speed or buoyancy alone until the first thruster has nothing left."""
     if not limits.kind:
@@ -148,7 +150,7 @@ def _s(thruster: str) -> str:
     return "s saturate" if thruster in ("all four", "left and right") else " saturates"
 
 
-def _values(span: Span, design: float) -> list[float]:
+def _values(span: InputSpan, design: float) -> list[float]:
     """Return the span's values and, where it lies within, the design's own."""
     values = {float(x) for x in np.linspace(span.first, span.last, span.points)}
     if span.first < design < span.last and min(abs(x - design) for x in values) > 1e-9:
@@ -157,7 +159,7 @@ def _values(span: Span, design: float) -> list[float]:
 
 
 def envelope(
-    one: BalanceInput, hull: Hull, condition: Condition, limits: Limits
+    one: BalanceInput, hull: Hull, condition: Condition, limits: BalanceLimits
 ) -> BalanceEnvelope:
     """Solve the exact state over speed, buoyancy and angle of the thrusters."""
     speeds = _values(one.envelope.speed_mps, condition.speed_mps)

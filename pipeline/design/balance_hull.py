@@ -9,7 +9,7 @@ from typing import Protocol, Self
 
 import numpy as np
 
-from pipeline.design.balance_input import HullInput
+from pipeline.design.balance_input import BalanceHullInput
 from pipeline.types import ArrayLike, FloatArray
 from pipeline.vehicle.model_schema import Model
 
@@ -34,13 +34,13 @@ class PolarHull:
         M = -(v/v_0)^2 K_z \alpha, \quad M_r = -M_o \sin\alpha
     """
 
-    law: HullInput
+    law: BalanceHullInput
     metacentric_nm_per_rad: float
 
     def forces(self, speed_mps: float, alpha_rad: ArrayLike) -> tuple[FloatArray, ...]:
         """R_x [N], R_y [N] and the moment of the water [N m].
 
-        >>> law = HullInput(at_speed_mps=3.0, drag_n=148.0, lift_n_per_rad=1375.0,
+        >>> law = BalanceHullInput(at_speed_mps=3.0, drag_n=148.0, lift_n_per_rad=1375.0,
         ...                 righting_nm_per_rad=731.0)
         >>> [round(float(f), 1) for f in PolarHull(law, 0.7).forces(1.5, 0.1)]
         [37.0, 34.4, -18.3]

@@ -4,7 +4,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from pipeline.design.printed import Published
+from pipeline.design.printed import PublishedFigures
 from pipeline.vehicle.attachment_schema import ModelSection as Section
 from pipeline.vehicle.schema import Name
 
@@ -19,7 +19,7 @@ Efficiency = Annotated[float, Field(gt=0, le=1)]
 Points = Annotated[int, Field(ge=2, le=25)]
 
 
-class HullInput(Section):
+class BalanceHullInput(Section):
     """Forces of the water on the hull at one speed; they scale with speed squared.
 
     `drag_n` R_x(0), `lift_n_per_rad` K_alpha^y, `righting_nm_per_rad` K_alpha^z (positive rights),
@@ -57,7 +57,7 @@ class LimitInput(Section):
         return self
 
 
-class Span(Section):
+class InputSpan(Section):
     """Values from `first` to `last`, evenly spaced."""
 
     first: Annotated[float, Field(ge=-1e5, le=1e5)]
@@ -74,9 +74,9 @@ class Span(Section):
 class EnvelopeInput(Section):
     """The region to look at."""
 
-    speed_mps: Span
-    residual_buoyancy_n: Span
-    angle_deg: Span
+    speed_mps: InputSpan
+    residual_buoyancy_n: InputSpan
+    angle_deg: InputSpan
 
     @model_validator(mode="after")
     def _in_range(self) -> Self:
@@ -103,11 +103,11 @@ class BalanceInput(Section):
     residual_buoyancy_n: Buoyancy | None = None
     heading_moment_nm: Annotated[float, Field(ge=-1e5, le=1e5)] = 0.0
     metacentric_nm_per_rad: Annotated[float, Field(ge=0, le=1e6)] | None = None
-    hull: HullInput | None = None
+    hull: BalanceHullInput | None = None
     thrusters: ThrustersInput | None = None
     limit: LimitInput = LimitInput()
     envelope: EnvelopeInput
-    published: Published | None = None
+    published: PublishedFigures | None = None
 
     @model_validator(mode="after")
     def _complete(self) -> Self:

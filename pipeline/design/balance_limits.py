@@ -17,7 +17,7 @@ from pipeline.types import FloatArray
 MOST_USE = 1e3
 
 
-class Limits(Protocol):
+class BalanceLimits(Protocol):
     """How loads are judged."""
 
     @property

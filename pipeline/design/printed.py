@@ -22,7 +22,7 @@ class PrintedValue(Section):
     reason: Text = ""
 
 
-class Published(Section):
+class PublishedFigures(Section):
     """Numbers somebody printed, to be shown beside ours; never used in the calculation."""
 
     source: Text
@@ -42,13 +42,13 @@ def rounding(value: float, decimals: int | None = None) -> float:
 
 
 def compare(
-    published: Published | None, computed: Mapping[str, tuple[float, str]]
+    published: PublishedFigures | None, computed: Mapping[str, tuple[float, str]]
 ) -> tuple[tuple[Printed, ...], tuple[str, ...]]:
     """Put the printed numbers beside ours.
 
     Parameters
     ----------
-    published : Published or None
+    published : PublishedFigures or None
         From the input file.
     computed : mapping
         Value and unit by quantity.

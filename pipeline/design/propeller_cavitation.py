@@ -26,7 +26,7 @@ LARGEST_SIGMA = 2.0
 
 
 @dataclass(frozen=True)
-class Water:
+class CavitationWater:
     """Density [kg/m^3], gravity [m/s^2], depth of the shaft [m], vapour pressure [Pa]."""
 
     density_kgpm3: float
@@ -43,11 +43,11 @@ class Water:
 
 
 def keller_area_ratio(
-    thrust_n: ArrayLike, one: Geometry, water: Water, margin: float = 0.2
+    thrust_n: ArrayLike, one: Geometry, water: CavitationWater, margin: float = 0.2
 ) -> FloatArray:
     """Least expanded area ratio by Keller's formula. [-].
 
-    >>> sea = Water(1025.0, 9.81, 3.0, 1700.0, 1.2e-6)
+    >>> sea = CavitationWater(1025.0, 9.81, 3.0, 1700.0, 1.2e-6)
     >>> round(float(keller_area_ratio(150e3, Geometry(4, 3.0, 1.0, 0.5), sea)), 3)
     0.521
     """
@@ -61,7 +61,7 @@ def burrill(
     advance_speed_mps: float,
     shaft_speed_rps: ArrayLike,
     one: Geometry,
-    water: Water,
+    water: CavitationWater,
 ) -> tuple[FloatArray, FloatArray]:
     """Blade loading tau_c and Burrill's limit for 5 % back cavitation. [-]."""
     diameter = np.asarray(one.diameter_m, float)

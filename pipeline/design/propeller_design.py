@@ -4,7 +4,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from pipeline.design.printed import compare, unknown_quantities
-from pipeline.design.propeller_cavitation import Water, burrill, keller_area_ratio
+from pipeline.design.propeller_cavitation import CavitationWater, burrill, keller_area_ratio
 from pipeline.design.propeller_curves import propeller_curves
 from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput
 from pipeline.design.propeller_select import (
@@ -57,7 +57,7 @@ def make_task(one: PropellerInput, drive: DriveLimit) -> Task:
     return Task(
         thrust_n=one.required.thrust_n,
         advance_speed_mps=one.required.speed_mps * (1.0 - one.required.wake_fraction),
-        water=Water(
+        water=CavitationWater(
             one.water.density_kgpm3,
             one.water.gravity_mps2,
             one.water.shaft_depth_m,

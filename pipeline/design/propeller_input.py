@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pipeline.design.printed import Published
+from pipeline.design.printed import PublishedFigures
 from pipeline.design.propeller_series import AREA_RATIOS, PITCH_RATIOS
 from pipeline.vehicle.attachment_schema import ModelSection as Section
 from pipeline.vehicle.schema import Name
@@ -63,7 +63,7 @@ class DriveOfVehicle(Section):
     code: Annotated[float, Field(gt=0, le=32767)]
 
 
-class Water(Section):
+class WaterInput(Section):
     """The water; viscosity and vapour pressure default to 15 deg C."""
 
     density_kgpm3: Annotated[float, Field(gt=500, lt=1500)]
@@ -92,7 +92,7 @@ class Bounds(Section):
         return self
 
 
-class Candidate(Section):
+class CandidatePropeller(Section):
     """A propeller to look at beside those that are found."""
 
     label: Annotated[str, Field(max_length=80)]
@@ -112,11 +112,11 @@ class PropellerInput(Section):
     source: Annotated[str, Field(max_length=1000)] = ""
     required: Required
     drive: Annotated[DrivePoint | DriveCurve | DriveOfVehicle, Field(discriminator="kind")]
-    water: Water
+    water: WaterInput
     bounds: Bounds
     reynolds_correction: bool = False
     enforce_cavitation: bool = True
     keller_margin: Annotated[float, Field(ge=0, le=0.5)] = 0.2
     """k of Keller's formula: 0 for fast craft, 0.1 for two screws, 0.2 for one."""
-    candidate: Candidate | None = None
-    published: Published | None = None
+    candidate: CandidatePropeller | None = None
+    published: PublishedFigures | None = None

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from scipy.optimize import Bounds, NonlinearConstraint, brentq, differential_evolution, minimize
 
-from pipeline.design.propeller_cavitation import Water, burrill, keller_area_ratio
+from pipeline.design.propeller_cavitation import CavitationWater, burrill, keller_area_ratio
 from pipeline.design.propeller_series import (
     Geometry,
     reynolds,
@@ -53,7 +53,7 @@ class Task:
 
     thrust_n: float
     advance_speed_mps: float
-    water: Water
+    water: CavitationWater
     drive: DriveLimit
     diameter_m: tuple[float, float]
     pitch_ratio: tuple[float, float]

@@ -4,7 +4,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from pipeline.design.printed import Published
+from pipeline.design.printed import PublishedFigures
 from pipeline.vehicle.attachment_schema import ModelSection as Section
 from pipeline.vehicle.schema import Name
 
@@ -69,7 +69,7 @@ class HeldInput(Section):
     """As far as the cable reaches without it."""
 
 
-class PublishedTether(Published):
+class PublishedTether(PublishedFigures):
     """Printed tables. Rows: angle; T_x, T_y, T_z, |T| at the garage; the same at the vehicle."""
 
     footprint: tuple[PrintedRow, ...] = Field(default=(), max_length=72)

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.export.ros2_messages import Field, fields, is_message
+from pipeline.export.ros2_messages import MessageField, fields, is_message
 
 #: What a field may be filled with: one value for all messages, or an array with a row a message.
 Filling = float | str | tuple[str, ...] | npt.NDArray[np.generic]
@@ -99,7 +99,7 @@ class _Layout:
             below = f"{path}.{field.name}" if path else field.name
             self._field(field, below, None if columns is None else columns[:, i])
 
-    def _field(self, field: Field, path: str, given: npt.NDArray[np.generic] | None) -> None:
+    def _field(self, field: MessageField, path: str, given: npt.NDArray[np.generic] | None) -> None:
         if is_message(field.type):
             if field.length is not None or given is not None:
                 raise ValueError(f"{path}: only messages of plain numbers take columns")
@@ -121,7 +121,7 @@ class _Layout:
             if filling is not None and length > 0:
                 self._numbers(kind, filling, length, path)
 
-    def _text(self, field: Field, filling: Filling | None, path: str) -> None:
+    def _text(self, field: MessageField, filling: Filling | None, path: str) -> None:
         if field.length is None:
             if not isinstance(filling, str | None):
                 raise TypeError(f"{path}: text is expected")

@@ -61,7 +61,7 @@ class Topic:
 
 
 @dataclass(frozen=True)
-class Water:
+class WaterConstants:
     """What turns depth into pressure."""
 
     density_kgpm3: float
@@ -92,14 +92,14 @@ def nanoseconds_of_run(time_s: FloatArray, start_time_ns: int, topic: str) -> In
     return np.asarray(np.rint(time_s * 1e9).astype(np.int64) + start_time_ns)
 
 
-def topics_of_log(log: "Log", water: Water, prefix: str = "") -> list[Topic]:
+def topics_of_log(log: "Log", water: WaterConstants, prefix: str = "") -> list[Topic]:
     """Topics of a sensor log.
 
     Parameters
     ----------
     log : dict of Channel
         Any of the channels that the simulated sensors give.
-    water : Water
+    water : WaterConstants
         For the pressure of the depth channel.
     prefix : str
         Put before each name: ``/sim`` gives ``/sim/imu/data``.
@@ -170,7 +170,7 @@ def topics_of_truth(
     ]
 
 
-def _command(channel: "Channel", _water: Water, prefix: str) -> Topic:
+def _command(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
     return _topic(
         channel,
         f"{prefix}/thrusters/command",
@@ -180,7 +180,7 @@ def _command(channel: "Channel", _water: Water, prefix: str) -> Topic:
     )
 
 
-def _shaft_speed(channel: "Channel", _water: Water, prefix: str) -> Topic:
+def _shaft_speed(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
     return _topic(
         channel,
         f"{prefix}/thrusters/state",
@@ -190,7 +190,7 @@ def _shaft_speed(channel: "Channel", _water: Water, prefix: str) -> Topic:
     )
 
 
-def _imu(channel: "Channel", _water: Water, prefix: str) -> Topic:
+def _imu(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
     return _topic(
         channel,
         f"{prefix}/imu/data",
@@ -206,7 +206,7 @@ def _imu(channel: "Channel", _water: Water, prefix: str) -> Topic:
     )
 
 
-def _dvl(channel: "Channel", _water: Water, prefix: str) -> Topic:
+def _dvl(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
     return _topic(
         channel,
         f"{prefix}/dvl/velocity",
@@ -220,7 +220,7 @@ def _dvl(channel: "Channel", _water: Water, prefix: str) -> Topic:
     )
 
 
-def _depth(channel: "Channel", water: Water, prefix: str) -> Topic:
+def _depth(channel: "Channel", water: WaterConstants, prefix: str) -> Topic:
     depth_m = _columns(channel, "depth", ("depth_m",))[:, 0]
     weight_npm3 = water.density_kgpm3 * water.gravity_mps2
     return _topic(
@@ -235,7 +235,7 @@ def _depth(channel: "Channel", water: Water, prefix: str) -> Topic:
     )
 
 
-def _position(channel: "Channel", _water: Water, prefix: str) -> Topic:
+def _position(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
     return _topic(
         channel,
         f"{prefix}/position",
@@ -248,7 +248,7 @@ def _position(channel: "Channel", _water: Water, prefix: str) -> Topic:
     )
 
 
-def _voltage(channel: "Channel", _water: Water, prefix: str) -> Topic:
+def _voltage(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
     not_measured = ("temperature", "current", "charge", "capacity", "design_capacity", "percentage")
     unknown: dict[str, Filling] = dict.fromkeys(not_measured, _NOT_MEASURED)
     return _topic(
@@ -264,7 +264,7 @@ def _voltage(channel: "Channel", _water: Water, prefix: str) -> Topic:
     )
 
 
-_MAKERS: dict[str, Callable[["Channel", Water, str], Topic]] = {
+_MAKERS: dict[str, Callable[["Channel", WaterConstants, str], Topic]] = {
     "command": _command,
     "imu": _imu,
     "dvl": _dvl,

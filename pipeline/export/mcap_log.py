@@ -16,7 +16,7 @@ from pipeline.export.cdr import serialise
 from pipeline.export.log_topics import (
     ATMOSPHERIC_PRESSURE_PA,
     Topic,
-    Water,
+    WaterConstants,
     nanoseconds_of_run,
     topics_of_log,
     topics_of_truth,
@@ -91,7 +91,7 @@ def write_run_log(
         When the log cannot be written as messages (see `topics_of_log`), the thrusters of `truth`
         have no names, or the file cannot be written.
     """
-    water = Water(density_kgpm3, gravity_mps2)
+    water = WaterConstants(density_kgpm3, gravity_mps2)
     topics = topics_of_log(log, water)
     if simulated is not None:
         topics += topics_of_log(simulated, water, SIMULATED_PREFIX)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
-from pipeline.export.log_topics import Topic, Water, topics_of_log, topics_of_truth
+from pipeline.export.log_topics import Topic, WaterConstants, topics_of_log, topics_of_truth
 from pipeline.export.mcap_log import (
     LIBRARY,
     PROFILE,
@@ -79,7 +79,7 @@ def write_overlay(
         When the recorded log cannot be read.
     """
     density_kgpm3, gravity_mps2 = _water_of(recorded, density_kgpm3, gravity_mps2)
-    topics = topics_of_log(simulated, Water(density_kgpm3, gravity_mps2), SIMULATED_PREFIX)
+    topics = topics_of_log(simulated, WaterConstants(density_kgpm3, gravity_mps2), SIMULATED_PREFIX)
     if truth is not None:
         topics += topics_of_truth(truth, simulated["command"].columns, SIMULATED_PREFIX)
     topics += more

@@ -92,7 +92,7 @@ _DEFINITIONS = {
 
 
 @dataclass(frozen=True)
-class Field:
+class MessageField:
     """A field of a message.
 
     `type` is a primitive's name or a message's full one; `length` is None for a single value, 0
@@ -104,7 +104,7 @@ class Field:
     length: int | None
 
 
-def fields(message_type: str) -> tuple[Field, ...]:
+def fields(message_type: str) -> tuple[MessageField, ...]:
     """Fields of a message in the order in which they are serialised; constants left out.
 
     Parameters
@@ -133,7 +133,7 @@ def fields(message_type: str) -> tuple[Field, ...]:
             raise ValueError(f"{name}: the line {line!r} is not a field")
         base = _resolve(match["base"], name)
         length = None if match["array"] is None else int(match["length"] or 0)
-        found.append(Field(field, base, length))
+        found.append(MessageField(field, base, length))
     return tuple(found)
 
 

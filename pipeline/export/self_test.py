@@ -59,7 +59,7 @@ class Tolerances:
 
 
 @dataclass(frozen=True)
-class Reference:
+class ReferenceGrid:
     """Reference on two grids: thrust over (speed, code), code over (speed, thrust)."""
 
     speed_q16: IntArray
@@ -71,7 +71,7 @@ class Reference:
     thrust_min_n: FloatArray
 
 
-def reference(characteristic: FirmwareCharacteristic) -> Reference:
+def reference(characteristic: FirmwareCharacteristic) -> ReferenceGrid:
     """Evaluate the double-precision characteristic on the self-test's grids.
 
     Speeds are the tabulated ones of both signs, one between each two of them and one beyond each
@@ -97,7 +97,7 @@ def reference(characteristic: FirmwareCharacteristic) -> Reference:
     largest, smallest = thrust_limits(
         speed[:, 0], positive=positive, negative=negative, code_min=code_min
     )
-    return Reference(
+    return ReferenceGrid(
         speed_q16=speed_q16,
         code=code,
         thrust_n=thrust_n,

@@ -32,7 +32,7 @@ _LOOSE = 0.3
 
 
 @dataclass(frozen=True)
-class Layout:
+class LeverLayout:
     """Levers (6, n) that a hypothesis puts in place of the file's."""
 
     kind: str
@@ -41,7 +41,7 @@ class Layout:
     levers: FloatArray
 
 
-def other_layouts(levers: FloatArray) -> list[Layout]:
+def other_layouts(levers: FloatArray) -> list[LeverLayout]:
     """List exchanged pairs, and axes that count the other way."""
     count = levers.shape[1]
     found = []
@@ -49,16 +49,16 @@ def other_layouts(levers: FloatArray) -> list[Layout]:
         order = np.arange(count)
         order[[first, second]] = second, first
         if not np.allclose(levers, levers[:, order]):
-            found.append(Layout("swapped", (first, second), None, levers[:, order]))
+            found.append(LeverLayout("swapped", (first, second), None, levers[:, order]))
     for axis in np.flatnonzero(typical(levers) > 0.0):
         turned = levers.copy()
         turned[axis] *= -1.0
-        found.append(Layout("axis_reversed", (), int(axis), turned))
+        found.append(LeverLayout("axis_reversed", (), int(axis), turned))
     return found
 
 
 def log_ratios(
-    run: RunLikelihood, levers: FloatArray, others: Sequence[Layout], doubt: Doubt
+    run: RunLikelihood, levers: FloatArray, others: Sequence[LeverLayout], doubt: Doubt
 ) -> list[float]:
     """Log evidence of other levers over the file's with any gains, of one run."""
     file = _log_evidence(run, levers, _ANY_GAIN, doubt)

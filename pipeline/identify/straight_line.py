@@ -28,9 +28,9 @@ from pipeline.identify.straight_line_terms import UNITS, usable_terms
 from pipeline.physics.parameters import read
 from pipeline.records.identification import (
     RegressionTerm,
-    Segment,
     SlopeEstimate,
     StraightLineIdentification,
+    StraightSegment,
 )
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
@@ -94,7 +94,7 @@ def straight_line(
         stretch_count += len(stretches)
         found.append((samples, numbered))
         segments += [
-            Segment(
+            StraightSegment(
                 run=run.name,
                 from_s=float(run.time_s[one.begin]),
                 to_s=float(run.time_s[one.end - 1]),

@@ -165,10 +165,10 @@ def _started(
     threads: int,
 ) -> list[Window]:
     """Let windows begin where their leads show; one whose lead tells no start is left out."""
-    leads = [(one, own) for one in windows if (own := one.lead(lead)).readings]
+    leads = [(one, first) for one in windows if (first := one.lead(lead)).readings]
     found: list[Window] = []
-    for first in range(0, len(leads), _BATCH):
-        batch = leads[first : first + _BATCH]
+    for at in range(0, len(leads), _BATCH):
+        batch = leads[at : at + _BATCH]
         # one window that runs away must not take its neighbours with it
         for part in (batch, *([one] for one in batch)):
             own = [replace(short, run=number) for number, (_, short) in enumerate(part)]

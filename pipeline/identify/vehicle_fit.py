@@ -56,7 +56,7 @@ FASTEST_CHAIN = 3.0
 
 
 @dataclass(frozen=True)
-class Fit:
+class VehicleFit:
     """A finished fit with what it was made from."""
 
     solution: FitSolution
@@ -104,7 +104,7 @@ def fit_vehicle(
     window_s: float | None = None,
     threads: int = 2,
     most_steps: int | None = None,
-) -> Fit:
+) -> VehicleFit:
     """Fit alone, without judging it; parameters as `identify_vehicle`."""
     steps = _Steps(most_steps)
     channels = channel_noise(sensors, runs)
@@ -156,7 +156,7 @@ def fit_vehicle(
         at_rest(solution, posterior),
         halves,
     )
-    return Fit(
+    return VehicleFit(
         solution,
         posterior,
         parameters,
@@ -216,7 +216,7 @@ def _holding(
     return _settled(problem, channels, problem.stack.scale, steps, begin)
 
 
-def fit_for_file(fit: Fit) -> FitSolution:
+def fit_for_file(fit: VehicleFit) -> FitSolution:
     """Fit again what a vehicle file can say: parameters that stand, factors of the thrust.
 
     The shape of the thrust curves has no key: the rest is fitted to the stated one.

@@ -24,7 +24,7 @@ from pipeline.identify.output_error import FitSolution
 from pipeline.identify.parameter_intervals import close_pairs
 from pipeline.identify.thrust_found import deduction_found, thrust_found
 from pipeline.identify.unused_channels import notes_on_unused
-from pipeline.identify.vehicle_fit import Fit, chained_windows, fit_for_file, fit_vehicle
+from pipeline.identify.vehicle_fit import VehicleFit, chained_windows, fit_for_file, fit_vehicle
 from pipeline.identify.vehicle_parameters import PriorWidths
 from pipeline.identify.window_prediction import prediction_quality
 from pipeline.identify.windows import cut
@@ -178,7 +178,7 @@ def identify_vehicle(
     )
 
 
-def _with_channels_of(fit: Fit, runs: Sequence[RunTable]) -> list[RunTable]:
+def _with_channels_of(fit: VehicleFit, runs: Sequence[RunTable]) -> list[RunTable]:
     """Leave out of the runs what the fit had no channel for: it knows no sensor for that."""
     unknown = set(QUANTITIES) - {channel.quantity for channel in fit.channels}
     return [
@@ -203,7 +203,7 @@ def _noise_found(solution: FitSolution) -> tuple[ChannelNoiseFound, ...]:
     )
 
 
-def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: Fit) -> tuple[str, ...]:
+def _notes(packed: PackedVehicle, runs: Sequence[RunTable], fit: VehicleFit) -> tuple[str, ...]:
     notes = [
         (
             "Thrust is as uncertain as the vehicle file states: a factor for each thruster and the "

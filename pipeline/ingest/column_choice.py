@@ -44,7 +44,7 @@ _GRID = 4
 
 
 @dataclass
-class Weighed:
+class WeighedColumn:
     """Columns left to read; of the others why not; problems where none leads clearly."""
 
     matches: list[Match]
@@ -62,7 +62,7 @@ class ColumnChoice:
         self._rows = (row + 1, min(following, sheet.last_row + 1) - 1)
         self._data: dict[int, ColumnData] = {}
 
-    def weigh(self, matches: Sequence[Match]) -> Weighed:
+    def weigh(self, matches: Sequence[Match]) -> WeighedColumn:
         """Leave out what cannot be, and choose among what is left.
 
         Parameters
@@ -72,10 +72,10 @@ class ColumnChoice:
 
         Returns
         -------
-        Weighed
+        WeighedColumn
             At most one column of a quantity for each table, where the others are explained.
         """
-        weighed = Weighed(list(matches))
+        weighed = WeighedColumn(list(matches))
         self._without_impossible(weighed)
         self._with_electrical_speed(weighed)
         if not self._has_tables_beside(weighed.matches):
@@ -91,7 +91,7 @@ class ColumnChoice:
             self._data[match.index] = read_column(self._sheet, match.index, self._rows)
         return self._data[match.index]
 
-    def _without_impossible(self, weighed: Weighed) -> None:
+    def _without_impossible(self, weighed: WeighedColumn) -> None:
         """Leave out the columns that contradict their name, where another one stands for them."""
         faults = {id(match): self._fault(match) for match in weighed.matches}
         kept: list[Match] = []
@@ -151,7 +151,7 @@ class ColumnChoice:
                 return unit
         return None
 
-    def _with_electrical_speed(self, weighed: Weighed) -> None:
+    def _with_electrical_speed(self, weighed: WeighedColumn) -> None:
         """Take no electrical speed for the shaft's, unless the stand says that it converted it."""
         electrical = [match for match in weighed.matches if match.quantity == ELECTRICAL]
         if not electrical:
@@ -197,7 +197,7 @@ class ColumnChoice:
             counts.append(max((names.count(name) for name in names), default=0))
         return min(counts, default=0) > 1
 
-    def _choose(self, quantity: str, weighed: Weighed) -> None:
+    def _choose(self, quantity: str, weighed: WeighedColumn) -> None:
         """Explain every second column of a quantity by the first, or refuse the table."""
         of_quantity = [match for match in weighed.matches if match.quantity == quantity]
         for candidates in self._by_branch(of_quantity):
@@ -276,7 +276,7 @@ class ColumnChoice:
             return candidates[first].score - candidates[at].score
         return self._clarity(candidates[first]) - self._clarity(candidates[at])
 
-    def _commands_agree(self, weighed: Weighed) -> None:
+    def _commands_agree(self, weighed: WeighedColumn) -> None:
         """Refuse codes and pulse widths that do not go together; a letter alone is no command."""
         pulses = [match for match in weighed.matches if match.quantity == "pwm"]
         for match in [one for one in weighed.matches if one.quantity == "code"]:

@@ -14,7 +14,7 @@ from pipeline.vehicle.bench_schema import BenchColumns, Column, LoadTestColumns,
 
 
 @dataclass(frozen=True)
-class Told:
+class ColumnsTold:
     """What a check tells of the columns of a table.
 
     `stated_as` has key and value, as YAML, of every column that was read, e.g.
@@ -25,7 +25,7 @@ class Told:
     stated_as: tuple[tuple[str, str], ...]
 
 
-def told_of_columns(block: Block, columns: BenchColumns) -> Told:
+def told_of_columns(block: Block, columns: BenchColumns) -> ColumnsTold:
     """Return which columns are not used and why, and what would state the others.
 
     Parameters
@@ -47,7 +47,7 @@ def told_of_columns(block: Block, columns: BenchColumns) -> Told:
         head = block.sheet.cell(block.header_row, at)
         back = ", ".join(map(quoted, reverse_texts(block, found)))
         lines.append(("direction", f"{{header: {quoted(str(head))}, reverse: [{back}]}}"))
-    return Told(block.columns_not_used(at), tuple(lines))
+    return ColumnsTold(block.columns_not_used(at), tuple(lines))
 
 
 def row_directions(block: Block, columns: BenchColumns) -> RowDirections | None:

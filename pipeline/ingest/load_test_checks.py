@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.errors import Problem
 from pipeline.ingest.bench_file import COMMENTED
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.load_test_rows import OPTIONAL, Reading, with_mark
+from pipeline.ingest.load_test_rows import OPTIONAL, LoadTestReading, with_mark
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.statistics_rows import STATISTICS
 from pipeline.ingest.unit_text import factor, unit_worth
@@ -20,19 +20,21 @@ _RATIO_TOLERANCE = 0.05
 _STEADY = 0.05
 
 
-def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading], list[Problem]]:
+def check_signs(
+    block: Block, readings: Sequence[LoadTestReading]
+) -> tuple[list[LoadTestReading], list[Problem]]:
     """Mark readings outside of the motoring quadrant of their code; signs are never changed.
 
     Parameters
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of Reading
+    readings : sequence of LoadTestReading
         Its readings.
 
     Returns
     -------
-    tuple of (list of Reading, list of Problem)
+    tuple of (list of LoadTestReading, list of Problem)
         Readings, those with opposed signs marked, and a warning with the likely cause.
     """
     live = [i for i, one in enumerate(readings) if not {COMMENTED, STATISTICS} & set(one.marks)]
@@ -66,20 +68,20 @@ def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading
 
 
 def with_signs_of_codes(
-    block: Block, readings: Sequence[Reading]
-) -> tuple[list[Reading], list[Problem]]:
+    block: Block, readings: Sequence[LoadTestReading]
+) -> tuple[list[LoadTestReading], list[Problem]]:
     """Give speed and torque the sign of a negative code where both were read without one.
 
     Parameters
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of Reading
+    readings : sequence of LoadTestReading
         Its readings.
 
     Returns
     -------
-    tuple of (list of Reading, list of Problem)
+    tuple of (list of LoadTestReading, list of Problem)
         A drive that motors has both signs of its code: with none of either, nothing else is meant.
         One of them alone without a sign is a size only where positive codes stand beside it.
     """
@@ -140,20 +142,20 @@ def _sense(block: Block) -> str:
 
 
 def drop_dead_channels(
-    block: Block, readings: Sequence[Reading]
-) -> tuple[list[Reading], list[Problem]]:
+    block: Block, readings: Sequence[LoadTestReading]
+) -> tuple[list[LoadTestReading], list[Problem]]:
     """Leave out channels that are zero throughout while the drive is loaded, and empty ones.
 
     Parameters
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of Reading
+    readings : sequence of LoadTestReading
         Its readings.
 
     Returns
     -------
-    tuple of (list of Reading, list of Problem)
+    tuple of (list of LoadTestReading, list of Problem)
         Readings without these channels, and a note or warning about each.
     """
     problems: list[Problem] = []
@@ -198,14 +200,14 @@ def drop_dead_channels(
     return kept, problems
 
 
-def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
+def check_powers(block: Block, readings: Sequence[LoadTestReading]) -> list[Problem]:
     """Compare the power columns with 2 pi n M and with U I; a constant ratio betrays a unit.
 
     Parameters
     ----------
     block : Block
         The table, for messages and the units that were read.
-    readings : sequence of Reading
+    readings : sequence of LoadTestReading
         Its readings.
 
     Returns
@@ -322,7 +324,7 @@ def _suspects(block: Block, quantity: str, ratio: float, causes: tuple[str, str]
 
 
 def check_magnitudes(
-    block: Block, readings: Sequence[Reading], density_kgpm3: float, diameter_m: float
+    block: Block, readings: Sequence[LoadTestReading], density_kgpm3: float, diameter_m: float
 ) -> list[Problem]:
     """Warn where torque or speed is far from anything that the propeller could take.
 
@@ -330,7 +332,7 @@ def check_magnitudes(
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of Reading
+    readings : sequence of LoadTestReading
         Its readings.
     density_kgpm3 : float
         Density of the water. [kg/m^3]
@@ -363,11 +365,11 @@ def check_magnitudes(
     ]
 
 
-def _shaft_power(reading: Reading) -> float:
+def _shaft_power(reading: LoadTestReading) -> float:
     return 2.0 * np.pi * reading.shaft_speed_rpm / 60.0 * reading.torque_nm
 
 
-def _values(readings: Sequence[Reading], quantity: str) -> FloatArray:
+def _values(readings: Sequence[LoadTestReading], quantity: str) -> FloatArray:
     return np.array([reading.values.get(quantity, np.nan) for reading in readings], dtype=float)
 
 

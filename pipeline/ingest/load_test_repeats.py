@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.load_test_rows import Reading, with_mark
+from pipeline.ingest.load_test_rows import LoadTestReading, with_mark
 from pipeline.ingest.rows import counted, listed
 from pipeline.records.measurements import ColumnNotUsed, ColumnRead
 from pipeline.types import FloatArray
@@ -23,7 +23,7 @@ _MOST_PAIRS = 4_000_000
 class SheetReading:
     """A reading and where its code was found."""
 
-    reading: Reading
+    reading: LoadTestReading
     code_from: str
 
 
@@ -207,7 +207,7 @@ def _codeless(sheet: LoadTestSheet) -> FloatArray:
     ).reshape(-1, 2)
 
 
-def _key(reading: Reading) -> _Key:
+def _key(reading: LoadTestReading) -> _Key:
     numbers = (reading.code, reading.shaft_speed_rpm, reading.torque_nm)
     # Nine digits: the same file read as text and as a workbook differs in the last ones.
     texts = ["" if number is None else f"{number:.9g}" for number in numbers]

@@ -30,7 +30,7 @@ _CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}):(\d\d)(?::(\d\d(?:[.,]
 
 
 @dataclass(frozen=True)
-class Reading:
+class LoadTestReading:
     """One row in the units of the records; `values` holds the optional quantities that it has."""
 
     row: int
@@ -71,7 +71,7 @@ class _Log:
 class RowsRead:
     """The readings of a table and the problems with its rows."""
 
-    readings: tuple[Reading, ...]
+    readings: tuple[LoadTestReading, ...]
     problems: tuple[Problem, ...]
     in_shares: bool = False
     """Whether the code column counts per cent or shares of full throttle."""
@@ -106,7 +106,7 @@ def read_rows(
     """
     code_max, pwm = scale
     state, log = _State(code, branch, code_max, pwm), _Log()
-    readings: list[Reading] = []
+    readings: list[LoadTestReading] = []
     for row, cells in block.rows():
         reading = _read_row(block, row, cells, state, log)
         if reading is not None:
@@ -124,7 +124,9 @@ def read_rows(
     return RowsRead(tuple(readings), tuple(problems), worth != 1.0)
 
 
-def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> Reading | None:
+def _read_row(
+    block: Block, row: int, cells: Row, state: _State, log: _Log
+) -> LoadTestReading | None:
     commented = is_commented(cells)
     spoilt = is_spoilt(block, cells, ("shaft_speed", "torque"))
     if not commented and not spoilt and _is_section(block, row, cells, state):
@@ -149,7 +151,7 @@ def _read_row(block: Block, row: int, cells: Row, state: _State, log: _Log) -> R
     status = block.text(cells, "status")
     if state.warm_up or (status is not None and is_warm_up(status)):
         marks += ("warm-up",)
-    return Reading(
+    return LoadTestReading(
         row=row,
         code=values.get("code", state.code),
         shaft_speed_rpm=values["shaft_speed"],
@@ -240,12 +242,12 @@ def _time(block: Block, cells: Row) -> float | None:
     return day * _DAY_S + int(clock[2]) * 3600.0 + int(clock[3]) * 60.0 + seconds
 
 
-def _scaled(reading: Reading, scale: float) -> Reading:
+def _scaled(reading: LoadTestReading, scale: float) -> LoadTestReading:
     code = None if reading.code is None else reading.code * scale
     return replace(reading, code=code)
 
 
-def _mark_early(readings: list[Reading], warm_up_s: float) -> list[Reading]:
+def _mark_early(readings: list[LoadTestReading], warm_up_s: float) -> list[LoadTestReading]:
     """Mark the rows before `warm_up_s`, counted from the first time of the table."""
     times = [reading.time_s for reading in readings if reading.time_s is not None]
     if not times:
@@ -268,7 +270,7 @@ def _mark_early(readings: list[Reading], warm_up_s: float) -> list[Reading]:
     ]
 
 
-def with_mark(reading: Reading, mark: str) -> Reading:
+def with_mark(reading: LoadTestReading, mark: str) -> LoadTestReading:
     """Return the reading with one more mark."""
     return reading if mark in reading.marks else replace(reading, marks=(*reading.marks, mark))
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.ingest.load_test_rows import Reading, with_mark
+from pipeline.ingest.load_test_rows import LoadTestReading, with_mark
 from pipeline.ingest.load_test_words import Branch
 from pipeline.types import FloatArray
 
@@ -16,17 +16,17 @@ _STEADY_LOAD_SHARE = 0.003
 _LEAST_WARM_UP_ROWS = 6
 
 
-def with_branches(readings: Sequence[Reading]) -> list[Reading]:
+def with_branches(readings: Sequence[LoadTestReading]) -> list[LoadTestReading]:
     """Tell loading from unloading by the torque's rise and fall, where no row says it.
 
     Parameters
     ----------
-    readings : sequence of Reading
+    readings : sequence of LoadTestReading
         One sweep after the other at one code, in the order taken.
 
     Returns
     -------
-    list of Reading
+    list of LoadTestReading
         The same readings, each with a branch.
     """
     unstated = [index for index, reading in enumerate(readings) if reading.branch is None]
@@ -79,7 +79,7 @@ def branches_of(torque: FloatArray) -> list[Branch]:
     return branches + [branch or "loading"] * (count - len(branches))
 
 
-def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
+def mark_drift(readings: Sequence[LoadTestReading]) -> tuple[list[LoadTestReading], int]:
     """Mark a leading run without load in which the speed still drifts.
 
     Only where it is plain: at least six rows at the same lowest torque, and a drift of the speed
@@ -87,12 +87,12 @@ def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
 
     Parameters
     ----------
-    readings : sequence of Reading
+    readings : sequence of LoadTestReading
         One sweep after the other at one code, in the order taken.
 
     Returns
     -------
-    tuple of (list of Reading, int)
+    tuple of (list of LoadTestReading, int)
         The readings, and how many were marked.
     """
     if len(readings) < 2 * _LEAST_WARM_UP_ROWS or any("warm-up" in r.marks for r in readings):

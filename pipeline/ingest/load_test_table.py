@@ -16,7 +16,7 @@ from pipeline.ingest.load_test_checks import (
     with_signs_of_codes,
 )
 from pipeline.ingest.load_test_codes import TableCode
-from pipeline.ingest.load_test_rows import Reading, read_rows, with_mark
+from pipeline.ingest.load_test_rows import LoadTestReading, read_rows, with_mark
 from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
 from pipeline.ingest.load_test_words import ANY_POWER, Branch, branch_in_text
 from pipeline.ingest.row_directions import against_codes, directions_of
@@ -28,7 +28,7 @@ from pipeline.vehicle.schema import Vehicle
 
 def read_table(
     block: Block, code: TableCode, vehicle: Vehicle, mapping: LoadTestColumns
-) -> tuple[list[Reading], list[Problem]]:
+) -> tuple[list[LoadTestReading], list[Problem]]:
     """Read one table and check it.
 
     Parameters
@@ -44,7 +44,7 @@ def read_table(
 
     Returns
     -------
-    tuple of (list of Reading, list of Problem)
+    tuple of (list of LoadTestReading, list of Problem)
         Readings in the order of the rows, marked where they are not to be fitted.
     """
     drive = vehicle.drive
@@ -90,8 +90,8 @@ def read_table(
 
 
 def _with_directions(
-    block: Block, readings: list[Reading], mapping: LoadTestColumns
-) -> tuple[list[Reading], list[Problem]]:
+    block: Block, readings: list[LoadTestReading], mapping: LoadTestColumns
+) -> tuple[list[LoadTestReading], list[Problem]]:
     """Give codes without signs those of the direction that a column or a heading states."""
     codes = {one.row: one.code for one in readings if one.code is not None}
     if not codes:
@@ -140,7 +140,9 @@ def _without_points(block: Block) -> Problem:
     )
 
 
-def _sweeps(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading], list[Problem]]:
+def _sweeps(
+    block: Block, readings: Sequence[LoadTestReading]
+) -> tuple[list[LoadTestReading], list[Problem]]:
     """Tell branches and warm-up, code by code, in the order of the rows."""
     by_code: dict[float | None, list[int]] = {}
     for index, reading in enumerate(readings):
@@ -173,7 +175,7 @@ def _at(code: float | None) -> str:
     return "" if code is None else f", code {code:g}"
 
 
-def _fractional_codes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
+def _fractional_codes(block: Block, readings: Sequence[LoadTestReading]) -> list[Problem]:
     if "code" not in block.columns:
         return []
     codes = [(one.row, one.code) for one in readings if one.code is not None and not one.marks]
@@ -181,8 +183,8 @@ def _fractional_codes(block: Block, readings: Sequence[Reading]) -> list[Problem
 
 
 def _check_codes(
-    block: Block, readings: Sequence[Reading], code_min: int, code_max: int
-) -> tuple[list[Reading], list[Problem]]:
+    block: Block, readings: Sequence[LoadTestReading], code_min: int, code_max: int
+) -> tuple[list[LoadTestReading], list[Problem]]:
     wrong = [
         reading
         for reading in readings
@@ -207,7 +209,7 @@ def _check_codes(
     return marked, [problem]
 
 
-def _notes(block: Block, readings: Sequence[Reading]) -> list[Problem]:
+def _notes(block: Block, readings: Sequence[LoadTestReading]) -> list[Problem]:
     notes: list[Problem] = []
     rows = [reading.row for reading in readings if COMMENTED in reading.marks]
     if rows:
@@ -247,7 +249,7 @@ def _is_power(header: str) -> bool:
     )
 
 
-def summary(readings: Sequence[Reading], code: TableCode) -> str:
+def summary(readings: Sequence[LoadTestReading], code: TableCode) -> str:
     """Return one line about a table, for a person."""
     codes = sorted({reading.code for reading in readings if reading.code is not None})
     if not codes:

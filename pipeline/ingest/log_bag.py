@@ -13,7 +13,7 @@ from urllib.parse import quote
 import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.mcap_chunk import Block, Messages
+from pipeline.ingest.mcap_chunk import ChunkBlock, Messages
 from pipeline.ingest.mcap_directory import Directory
 from pipeline.ingest.mcap_faults import LogFaults
 from pipeline.ingest.mcap_records import ChannelRecord, SchemaRecord
@@ -40,7 +40,7 @@ class BagFile:
         """What was found wrong while it was read."""
         return self._faults.problems
 
-    def blocks(self, wanted: frozenset[int]) -> Iterator[Block]:
+    def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels in the order of the file."""
         rows: list[_Row] = []
         size = 0
@@ -72,7 +72,7 @@ class BagFile:
         )
 
 
-def _block(rows: list[_Row]) -> Block:
+def _block(rows: list[_Row]) -> ChunkBlock:
     size = np.array([len(data) for _, _, data in rows], np.int64)
     start = np.concatenate([[0], np.cumsum(size)[:-1]]).astype(np.int64)
     number = np.array([channel for channel, _, _ in rows])
@@ -82,7 +82,7 @@ def _block(rows: list[_Row]) -> Block:
         for one in np.unique(number)
     }
     data = np.frombuffer(b"".join(data for _, _, data in rows), np.uint8)
-    return Block(data, messages)
+    return ChunkBlock(data, messages)
 
 
 class Ros1Bag(BagFile):

@@ -14,7 +14,7 @@ from typing import Any
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.log_bag import Ros2Database
-from pipeline.ingest.mcap_chunk import Block
+from pipeline.ingest.mcap_chunk import ChunkBlock
 from pipeline.ingest.mcap_directory import Directory
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.mcap_records import MAX_RATIO, MAX_UNPACKED_BYTES
@@ -70,14 +70,14 @@ class BagFolder:
         """What was found wrong while it was read."""
         return [*self._said, *(one for part in self._parts for one in part.problems)]
 
-    def blocks(self, wanted: frozenset[int]) -> Iterator[Block]:
+    def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels, part by part."""
         for number, part in enumerate(self._parts):
             first = number * _STRIDE
             own = frozenset(one - first for one in wanted if first <= one < first + _STRIDE)
             for block in part.blocks(own) if own else ():
                 messages = {first + one: found for one, found in block.messages.items()}
-                yield Block(block.data, messages)
+                yield ChunkBlock(block.data, messages)
         self.read_bytes = sum(part.read_bytes for part in self._parts)
 
     def _open(self, path: Path) -> None:

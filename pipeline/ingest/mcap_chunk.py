@@ -51,7 +51,7 @@ class Messages:
 
 
 @dataclass(frozen=True)
-class Block:
+class ChunkBlock:
     """Unpacked records: `data` their bytes, `messages` those of each channel (id) in it."""
 
     data: Bytes
@@ -143,7 +143,7 @@ def _unpack_lz4(packed: bytes, size: int, *, cut: bool) -> bytes:
     return b"".join(parts)
 
 
-def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> Block | None:
+def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock | None:
     """Find the messages of a chunk by its message index.
 
     Parameters
@@ -155,7 +155,7 @@ def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> Block | None
 
     Returns
     -------
-    Block or None
+    ChunkBlock or None
         None where the index does not agree with the records: a message elsewhere than stated, of
         another channel, overlapping another, or one that the index leaves out.
     """
@@ -194,7 +194,7 @@ def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> Block | None
             return None
         schemas += part.schemas
         channels += part.channels
-    return Block(buffer, messages, tuple(schemas), tuple(channels))
+    return ChunkBlock(buffer, messages, tuple(schemas), tuple(channels))
 
 
 def _between(
@@ -225,7 +225,7 @@ def at_every_byte(buffer: Bytes, kind: np.dtype[np.generic]) -> npt.NDArray[np.g
     return np.ndarray((count,), kind, buffer=buffer, strides=(1,))
 
 
-def walk(data: bytes) -> Block:
+def walk(data: bytes) -> ChunkBlock:
     """Find the messages of unpacked records by walking them.
 
     What cannot be read ends the walk; `fault` then says what it was.
@@ -268,4 +268,6 @@ def walk(data: bytes) -> Block:
         # times beyond 2^63 ns are no times; they become negative ones, which is noticed
         table = np.array(rows, dtype=np.uint64).astype(np.int64)
         messages[channel] = Messages(table[:, 0], table[:, 1], table[:, 2])
-    return Block(np.frombuffer(data, np.uint8), messages, tuple(schemas), tuple(channels), fault)
+    return ChunkBlock(
+        np.frombuffer(data, np.uint8), messages, tuple(schemas), tuple(channels), fault
+    )

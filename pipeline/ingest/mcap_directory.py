@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pipeline.errors import InputError, Place
-from pipeline.ingest.mcap_chunk import Block
+from pipeline.ingest.mcap_chunk import ChunkBlock
 from pipeline.ingest.mcap_records import (
     CHANNEL,
     CHUNK_INDEX,
@@ -72,7 +72,7 @@ class Directory:
         elif opcode == CHUNK_INDEX:
             self.in_chunks |= parse_indexed_channels(content)
 
-    def take_in(self, block: Block) -> Block:
+    def take_in(self, block: ChunkBlock) -> ChunkBlock:
         """Add the schemas and channels of a block, and return the block."""
         for schema in block.schemas:
             self.schemas.setdefault(schema.id, schema)

@@ -14,7 +14,7 @@ from typing import BinaryIO
 import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.mcap_chunk import Block, BrokenChunkError, block_by_index, unpack, walk
+from pipeline.ingest.mcap_chunk import BrokenChunkError, ChunkBlock, block_by_index, unpack, walk
 from pipeline.ingest.mcap_directory import Directory, check_start
 from pipeline.ingest.mcap_faults import LogFaults
 from pipeline.ingest.mcap_records import (
@@ -93,7 +93,7 @@ class McapFile:
         """What was found wrong while it was read."""
         return self._faults.problems
 
-    def blocks(self, wanted: frozenset[int]) -> Iterator[Block]:
+    def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels in the order of the file.
 
         Parameters
@@ -103,7 +103,7 @@ class McapFile:
 
         Yields
         ------
-        Block
+        ChunkBlock
             May hold messages of other channels, too.
         """
         with self._open() as stream:
@@ -159,7 +159,7 @@ class McapFile:
 
     # ------------------------------------------------------------------ reading
 
-    def _blocks(self, stream: BinaryIO, wanted: frozenset[int] | None) -> Iterator[Block]:
+    def _blocks(self, stream: BinaryIO, wanted: frozenset[int] | None) -> Iterator[ChunkBlock]:
         """Walk the top level of the file; `wanted` None takes everything."""
         self._at = len(MAGIC)
         self._unpacked = 0
@@ -225,7 +225,7 @@ class McapFile:
         except BrokenRecordError as error:
             self._faults.add(f"a record at byte {begin} is broken: {error}.")
 
-    def _loose(self, loose: bytearray) -> Block:
+    def _loose(self, loose: bytearray) -> ChunkBlock:
         """Make a block of messages that stand outside of chunks."""
         data = bytes(loose)
         loose.clear()
@@ -233,7 +233,7 @@ class McapFile:
 
     def _chunk(
         self, stream: BinaryIO, begin: int, length: int, wanted: frozenset[int] | None
-    ) -> Block | None:
+    ) -> ChunkBlock | None:
         """Read a chunk and its message index; None if nothing in it is wanted or can be read."""
         where = f"the chunk at byte {begin - RECORD_HEAD.size}"
         is_cut = begin + length > self._end
@@ -286,7 +286,7 @@ class McapFile:
         self._unpacked += size
         return ""
 
-    def _found_in(self, data: bytes, index: Mapping[int, IntArray], where: str) -> Block:
+    def _found_in(self, data: bytes, index: Mapping[int, IntArray], where: str) -> ChunkBlock:
         """Find the messages of a chunk by its index, or without where that does not agree."""
         block = block_by_index(data, index) if index else None
         if block is None:
@@ -300,7 +300,7 @@ class McapFile:
             self._faults.add(f"in {where} {block.fault}; what follows in it was left out.")
         return block
 
-    def _cut_chunk(self, stream: BinaryIO, begin: int, head: ChunkHead) -> Block | None:
+    def _cut_chunk(self, stream: BinaryIO, begin: int, head: ChunkHead) -> ChunkBlock | None:
         """Rescue what the file still holds of its last chunk."""
         stream.seek(begin + head.length)
         packed = stream.read(max(self._end - begin - head.length, 0))

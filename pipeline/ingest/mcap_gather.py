@@ -55,7 +55,7 @@ def representation(data: memoryview | bytes) -> tuple[str, int]:
 
 
 @dataclass(frozen=True)
-class Place:
+class FieldPlace:
     """Where a number or an array of numbers stands in a message: offset, kind, how many."""
 
     offset: int
@@ -71,11 +71,11 @@ class Layout:
     fixed: list[tuple[int, int, int]] = field(default_factory=list)
     """Offset, width in bytes, value of what a message must have there to be laid out like this:
     each length, and the representation."""
-    places: dict[Path, Place] = field(default_factory=dict)
+    places: dict[Path, FieldPlace] = field(default_factory=dict)
     texts: dict[Path, tuple[int, int]] = field(default_factory=dict)
     """Where a text begins and how many bytes it has."""
 
-    def place(self, path: Path) -> Place | None:
+    def place(self, path: Path) -> FieldPlace | None:
         """Return where one number stands, None where the message does not have it."""
         found = self.places.get(path)
         if found is not None:
@@ -83,7 +83,7 @@ class Layout:
         if path and isinstance(path[-1], int):
             array = self.places.get(path[:-1])
             if array is not None and array.count is not None and path[-1] < array.count:
-                return Place(array.offset + path[-1] * array.kind.itemsize, array.kind, None)
+                return FieldPlace(array.offset + path[-1] * array.kind.itemsize, array.kind, None)
         return None
 
     def matching(self, buffer: Bytes, start: IntArray) -> npt.NDArray[np.bool_]:
@@ -163,7 +163,7 @@ class _Walk:
         if kind in PRIMITIVES:
             if length:
                 return self._numbers(path, kind, length)
-            self.layout.places[path] = Place(self._at, np.dtype("u1"), 0)
+            self.layout.places[path] = FieldPlace(self._at, np.dtype("u1"), 0)
             return []
         if length > len(self._message) - self._at:
             raise BrokenMessageError(f"{length} elements are announced, more than it has bytes")
@@ -187,7 +187,7 @@ class _Walk:
         if len(self.layout.places) >= _MOST_PLACES:
             raise BrokenMessageError(f"it has more than {_MOST_PLACES} numbers")
         begin = self._at
-        self.layout.places[path] = Place(begin, code, count)
+        self.layout.places[path] = FieldPlace(begin, code, count)
         self._pass(code.itemsize * (1 if count is None else count))
         if not self._with_values:
             return None

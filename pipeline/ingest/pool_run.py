@@ -12,10 +12,10 @@ from pipeline.ingest.log_open import open_log
 from pipeline.ingest.log_source import LogFacts
 from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
-from pipeline.ingest.pool_run_choice import Source, choose_sources
+from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources
 from pipeline.ingest.pool_run_clocks import Timing
 from pipeline.ingest.pool_run_consistency import consistency_problems
-from pipeline.ingest.pool_run_convert import Names, Water, convert, guess_units
+from pipeline.ingest.pool_run_convert import Names, WaterOfRun, convert, guess_units
 from pipeline.ingest.pool_run_defaults import same_quantities
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_health import rhythm_of
@@ -117,7 +117,7 @@ def read_pool_run(
         [reading.channels((plan,), water_of(vehicle, facts.metadata)) for plan in group]
         for group in plans.groups
     )
-    groups = [[Source(one) for one in group if one] for group in read]
+    groups = [[ChannelSource(one) for one in group if one] for group in read]
     settled = _run(vehicle, facts, channels, (), _extent(channels, groups))
     chosen, said = choose_sources(groups, settled, vehicle, place)
     problems += said
@@ -188,7 +188,7 @@ class _Reading:
     timings: Mapping[str, Timing]
     _doubts: dict[str, tuple[str, ...]] = field(default_factory=dict)
 
-    def channels(self, plans: Sequence[Plan], water: Water) -> dict[str, RunChannel]:
+    def channels(self, plans: Sequence[Plan], water: WaterOfRun) -> dict[str, RunChannel]:
         """Convert what was taken for these plans; one is left out that gives nothing."""
         units = guess_units(
             {
@@ -313,7 +313,7 @@ def _extremes(column: FloatArray) -> tuple[float | None, float | None]:
 
 
 def _extent(
-    channels: Mapping[str, RunChannel], groups: Sequence[Sequence[Source]]
+    channels: Mapping[str, RunChannel], groups: Sequence[Sequence[ChannelSource]]
 ) -> tuple[int, int]:
     """Return the first and the last log time [ns], without those that damage made wild."""
     every = [*channels.values(), *(one.channel for group in groups for one in group)]

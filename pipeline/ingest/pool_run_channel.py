@@ -7,7 +7,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_clocks import Timing, choose_time, share_clocks
-from pipeline.ingest.pool_run_convert import Converted, Water
+from pipeline.ingest.pool_run_convert import Converted, WaterOfRun
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_frames import is_body
 from pipeline.ingest.pool_run_health import (
@@ -276,14 +276,14 @@ def positive(text: str) -> float:
     return value
 
 
-def water_of(vehicle: Vehicle, metadata: Mapping[str, Mapping[str, str]]) -> Water:
+def water_of(vehicle: Vehicle, metadata: Mapping[str, Mapping[str, str]]) -> WaterOfRun:
     """Water with which a simulated log was written, if it can be true, or of the vehicle file."""
     stated = metadata.get(_LOG_METADATA, {})
     try:
-        return Water(
+        return WaterOfRun(
             positive(stated["density_kgpm3"]),
             positive(stated["gravity_mps2"]),
             positive(stated["atmospheric_pressure_pa"]),
         )
     except (KeyError, ValueError):
-        return Water(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
+        return WaterOfRun(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)

@@ -29,7 +29,7 @@ _TABLE_HZ = 10.0
 
 
 @dataclass(frozen=True)
-class Source:
+class ChannelSource:
     """What may be taken for a quantity: a channel, or one for each of several thrusters."""
 
     channels: Mapping[str, RunChannel]
@@ -46,13 +46,13 @@ class Source:
 
 
 def choose_sources(
-    groups: Sequence[Sequence[Source]], run: PoolRun, vehicle: Vehicle, place: Place
+    groups: Sequence[Sequence[ChannelSource]], run: PoolRun, vehicle: Vehicle, place: Place
 ) -> tuple[dict[str, RunChannel], list[Problem]]:
     """Choose one source of each group.
 
     Parameters
     ----------
-    groups : sequence of sequence of Source
+    groups : sequence of sequence of ChannelSource
         Of each quantity what may be taken, the likeliest first.
     run : PoolRun
         The run with the channels that are settled.
@@ -92,7 +92,9 @@ def _rank(quantity: str) -> int:
     return _ORDER.index(plain) if plain in _ORDER else len(_ORDER)
 
 
-def _alive(group: Sequence[Source], place: Place, told: list[Problem]) -> list[Source]:
+def _alive(
+    group: Sequence[ChannelSource], place: Place, told: list[Problem]
+) -> list[ChannelSource]:
     """Leave the dead out, as long as something lives, and what has no reading at all."""
     dead = {id(one): _death(one.channel) for one in group}
     readable = [one for one in group if dead[id(one)] != _NOTHING]
@@ -125,8 +127,8 @@ def _death(channel: RunChannel) -> str:
 
 
 def _best(
-    group: Sequence[Source], run: PoolRun, vehicle: Vehicle, place: Place
-) -> tuple[Source, str]:
+    group: Sequence[ChannelSource], run: PoolRun, vehicle: Vehicle, place: Place
+) -> tuple[ChannelSource, str]:
     """Return the first source with the fewest contradictions, and what the first is blamed for."""
     try:
         wrong = _wrong_frames(group, run)
@@ -146,7 +148,7 @@ def _best(
     return group[fewest], "; ".join(one.rstrip(".") for one in blamed[0])
 
 
-def _wrong_frames(group: Sequence[Source], run: PoolRun) -> Mapping[str, str]:
+def _wrong_frames(group: Sequence[ChannelSource], run: PoolRun) -> Mapping[str, str]:
     """Compare the frames of several velocities of the body."""
     bodies = [one.channel for one in group if one.channel.quantity == "velocity"]
     attitude = run.channels.get("attitude")
@@ -164,7 +166,7 @@ def _wrong_frames(group: Sequence[Source], run: PoolRun) -> Mapping[str, str]:
 
 
 def _also_fitting(
-    group: Sequence[Source], taken: Mapping[str, RunChannel], place: Place
+    group: Sequence[ChannelSource], taken: Mapping[str, RunChannel], place: Place
 ) -> list[Problem]:
     """Say what else would have fitted."""
     chosen = next((one for one in group if taken.get(one.name) is one.channel), None)

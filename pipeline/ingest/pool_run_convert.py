@@ -46,7 +46,7 @@ ATMOSPHERE_PA = 101325.0
 
 
 @dataclass(frozen=True)
-class Water:
+class WaterOfRun:
     """What turns pressure into depth, and where the numbers are from."""
 
     density_kgpm3: float
@@ -87,7 +87,7 @@ def convert(
     plan: Plan,
     raw: FloatArray,
     vehicle: Vehicle,
-    water: Water,
+    water: WaterOfRun,
     names: Names | None = None,
     *,
     guessed: GuessedUnit | None = None,
@@ -102,7 +102,7 @@ def convert(
         Numbers as they stand in the messages.
     vehicle : Vehicle
         For drives and the names of thrusters.
-    water : Water
+    water : WaterOfRun
         For depth.
     names : Names, optional
         Names of the elements where the messages have them.
@@ -205,7 +205,7 @@ def _from_euler(angles: FloatArray) -> FloatArray:
     )
 
 
-def _depth(plan: Plan, raw: FloatArray, water: Water, unit: str) -> Converted:
+def _depth(plan: Plan, raw: FloatArray, water: WaterOfRun, unit: str) -> Converted:
     notes: list[str] = []
     surface = plan.surface_pressure_pa
     if surface is None:

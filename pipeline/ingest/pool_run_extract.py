@@ -11,9 +11,9 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.ingest.mcap_chunk import Block, Bytes, Messages, at_every_byte
+from pipeline.ingest.mcap_chunk import Bytes, ChunkBlock, Messages, at_every_byte
 from pipeline.ingest.mcap_directory import Directory
-from pipeline.ingest.mcap_gather import Layout, Layouts, Place
+from pipeline.ingest.mcap_gather import FieldPlace, Layout, Layouts
 from pipeline.ingest.mcap_types import BrokenMessageError, Path
 from pipeline.ingest.pool_run_codec import Codec, Tree, unpacked, value_at
 from pipeline.ingest.pool_run_stamps import (
@@ -65,7 +65,7 @@ class MessageFile(Protocol):
     def directory(self) -> Directory:
         """Its topics, definitions and counts."""
 
-    def blocks(self, wanted: frozenset[int]) -> Iterator[Block]:
+    def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels in the order of the file."""
 
 
@@ -121,7 +121,7 @@ def extract(
 
 
 def _in_order(
-    block: Block, by_channel: Mapping[int, tuple["_Sink", "_Reader"]]
+    block: ChunkBlock, by_channel: Mapping[int, tuple["_Sink", "_Reader"]]
 ) -> Sequence[tuple[int, Messages]]:
     """Channels of a block; those that share a topic are parted where they take turns."""
     wanted = [(number, part) for number, part in block.messages.items() if number in by_channel]
@@ -361,7 +361,7 @@ def _unpacked(buffer: Bytes, messages: Messages) -> tuple[Bytes, Messages]:
     return whole, Messages(messages.log_time_ns, starts, sizes)
 
 
-def _take(buffer: Bytes, start: IntArray, place: Place) -> npt.NDArray[np.generic]:
+def _take(buffer: Bytes, start: IntArray, place: FieldPlace) -> npt.NDArray[np.generic]:
     return at_every_byte(buffer, place.kind)[start + place.offset]
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.mcap_chunk import Block
+from pipeline.ingest.mcap_chunk import ChunkBlock
 from pipeline.ingest.mcap_records import SchemaRecord
 from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
@@ -107,7 +107,7 @@ class _Probes:
                     f"{', '.join(nothing)} is null in its first {self._tried[number]} messages"
                 )
 
-    def _look_at(self, block: Block, number: int) -> None:
+    def _look_at(self, block: ChunkBlock, number: int) -> None:
         messages = block.messages[number]
         is_json = self._log.directory.channels[number].message_encoding == "json"
         # several of JSON: what one lacks another may have

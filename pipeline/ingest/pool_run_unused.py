@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 
-from pipeline.ingest.pool_run_choice import Source
+from pipeline.ingest.pool_run_choice import ChannelSource
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_rules import NOT_MEASURED
 from pipeline.records.pool_run import TopicRead
@@ -14,7 +14,7 @@ from pipeline.vehicle.schema import Vehicle
 def topics_read(
     topics: Sequence[TopicFound],
     channels: Mapping[str, RunChannel],
-    groups: Sequence[Sequence[Source]],
+    groups: Sequence[Sequence[ChannelSource]],
     vehicle: Vehicle,
 ) -> tuple[TopicRead, ...]:
     """Return all topics by name.
@@ -25,7 +25,7 @@ def topics_read(
         Of the log.
     channels : mapping
         What was taken.
-    groups : sequence of sequence of Source
+    groups : sequence of sequence of ChannelSource
         What else would have fitted.
     vehicle : Vehicle
         For the topics that it leaves alone.

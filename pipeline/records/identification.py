@@ -161,7 +161,7 @@ class RegressionTerm(Record):
     ci95: Interval
 
 
-class Segment(Record):
+class StraightSegment(Record):
     """A straight stretch of a run."""
 
     run: str
@@ -177,7 +177,7 @@ class StraightLineIdentification(Record):
 
     vehicle: str
     axis: str
-    segments: tuple[Segment, ...]
+    segments: tuple[StraightSegment, ...]
     seconds: float
     smoother: str
     bandwidth_hz: float

@@ -94,7 +94,7 @@ class CodeComparison(Record):
     largest_difference: int
 
 
-class Trace(Record):
+class FlightTrace(Record):
     """Part of a flight for the picture."""
 
     variant: Variant
@@ -143,7 +143,7 @@ class AllocatorValidation(Record):
     settings_at_mps: float
     portions_flown: tuple[PortionFlight, ...]
     fixed_point: CodeComparison | None
-    traces: tuple[Trace, ...]
+    traces: tuple[FlightTrace, ...]
     traces_at_mps: float
     electrical: ElectricalModel | None
     power_text: str

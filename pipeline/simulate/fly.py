@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pipeline.control.autopilot import Autopilot, Design, Motion, Reference
+from pipeline.control.autopilot import Autopilot, Design, MeasuredState, Setpoint
 from pipeline.control.code_limits import beyond_dead_zone
 from pipeline.control.general_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
@@ -48,7 +48,7 @@ class FlightPlan:
     """
 
     duration_s: float
-    reference: Callable[[float], Reference] | None = None
+    reference: Callable[[float], Setpoint] | None = None
     wrench: Callable[[float], FloatArray] | None = None
     start: FloatArray | None = None
 
@@ -136,14 +136,14 @@ def autopilot_for(packed: PackedVehicle) -> Autopilot:
     )
 
 
-def motion_of(state: FloatArray) -> Motion:
+def motion_of(state: FloatArray) -> MeasuredState:
     """Tell the autopilot what a perfect sensor suite would of a kernel state."""
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_quat(state[[4, 5, 6, 3]])
     yaw, pitch, roll = turn.as_euler("ZYX")
     velocity = turn.apply(state[7:10])
-    return Motion(
+    return MeasuredState(
         surge_mps=float(state[7]),
         depth_m=float(state[2]),
         depth_rate_mps=float(velocity[2]),

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.control.autopilot import Reference
+from pipeline.control.autopilot import Setpoint
 from pipeline.physics.parameters import read
 from pipeline.simulate import signals
 from pipeline.simulate.fly import FlightPlan
@@ -82,14 +82,14 @@ def _level_roll(packed: PackedVehicle) -> float | None:
 
 def _under_autopilot(
     packed: PackedVehicle,
-    reference: Callable[[float], Reference],
+    reference: Callable[[float], Setpoint],
     duration_s: float,
     start: FloatArray | None = None,
 ) -> FlightPlan:
     """Fly references; depth, pitch and roll are held where the reference leaves them open."""
     depth, roll = _depth(packed), _level_roll(packed)
 
-    def complete(t: float) -> Reference:
+    def complete(t: float) -> Setpoint:
         wanted = reference(t)
         return replace(
             wanted,
@@ -103,7 +103,7 @@ def _under_autopilot(
 
 
 def _hover(packed: PackedVehicle, _amplitude: float, duration_s: float) -> FlightPlan:
-    return _under_autopilot(packed, lambda _t: Reference(0.0, heading_rad=0.0), duration_s)
+    return _under_autopilot(packed, lambda _t: Setpoint(0.0, heading_rad=0.0), duration_s)
 
 
 def _straight(packed: PackedVehicle, amplitude: float, duration_s: float) -> FlightPlan:
@@ -111,7 +111,7 @@ def _straight(packed: PackedVehicle, amplitude: float, duration_s: float) -> Fli
     sign = _leg_sign(packed, speed)
     return _under_autopilot(
         packed,
-        lambda t: Reference(speed * sign(t), heading_rad=0.0),
+        lambda t: Setpoint(speed * sign(t), heading_rad=0.0),
         duration_s,
         _start_of_leg(packed),
     )
@@ -122,9 +122,9 @@ def _surge_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
     sign = _leg_sign(packed, speed)
     levels = (0.0, 0.5, 1.0, 0.25, 0.75, 0.0)
 
-    def reference(t: float) -> Reference:
+    def reference(t: float) -> Setpoint:
         level = levels[min(int(t / duration_s * 6), 5)]
-        return Reference(speed * level * sign(t), heading_rad=0.0)
+        return Setpoint(speed * level * sign(t), heading_rad=0.0)
 
     return _under_autopilot(packed, reference, duration_s, _start_of_leg(packed))
 
@@ -140,7 +140,7 @@ def _surge_ramp(packed: PackedVehicle, amplitude: float, duration_s: float) -> F
         sign = 1.0 if int(t / period) % 2 == 0 else -1.0
         return np.array([sign * force * share if now < 0.75 * period else 0.0, 0, 0, 0, 0, 0])
 
-    keep = Reference(
+    keep = Setpoint(
         depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
     )
     return FlightPlan(
@@ -153,9 +153,9 @@ def _zig_zag(packed: PackedVehicle, amplitude: float, duration_s: float) -> Flig
     sign = _leg_sign(packed, speed)
     period = 20.0
 
-    def reference(t: float) -> Reference:
+    def reference(t: float) -> Setpoint:
         side = 1.0 if (t // period) % 2 == 0 else -1.0
-        return Reference(speed * sign(t), heading_rad=swing * side if t > 5.0 else 0.0)
+        return Setpoint(speed * sign(t), heading_rad=swing * side if t > 5.0 else 0.0)
 
     return _under_autopilot(packed, reference, duration_s, _start_of_leg(packed))
 
@@ -174,7 +174,7 @@ def _circle(packed: PackedVehicle, amplitude: float, duration_s: float) -> Fligh
     straight = 2.0 if packed.context.walls else 10.0
     return _under_autopilot(
         packed,
-        lambda t: Reference(speed, heading_rad=amplitude * rate * max(t - straight, 0.0)),
+        lambda t: Setpoint(speed, heading_rad=amplitude * rate * max(t - straight, 0.0)),
         duration_s,
         start,
     )
@@ -191,10 +191,10 @@ def _spiral(packed: PackedVehicle, amplitude: float, duration_s: float) -> Fligh
     hold = duration_s / levels.size
     edges = np.concatenate([[0.0], np.cumsum(levels) * hold * rate])
 
-    def reference(t: float) -> Reference:
+    def reference(t: float) -> Setpoint:
         k = min(int(t / hold), levels.size - 1)
         heading = float(edges[k] + levels[k] * rate * (t - k * hold))
-        return Reference(speed, heading_rad=heading)
+        return Setpoint(speed, heading_rad=heading)
 
     return _under_autopilot(packed, reference, duration_s, start)
 
@@ -204,7 +204,7 @@ def _heave_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
     size = amplitude * (0.5 if packed.context.walls else 1.0)
     return _under_autopilot(
         packed,
-        lambda t: Reference(0.0, size * levels[min(int(t / duration_s * 6), 5)], 0.0),
+        lambda t: Setpoint(0.0, size * levels[min(int(t / duration_s * 6), 5)], 0.0),
         duration_s,
     )
 
@@ -216,9 +216,9 @@ def _pitch_steps(packed: PackedVehicle, amplitude: float, duration_s: float) -> 
     sign = _leg_sign(packed, speed)
     levels = (0.0, 1.0, 0.0, -1.0, 0.5, 0.0)
 
-    def reference(t: float) -> Reference:
+    def reference(t: float) -> Setpoint:
         angle = np.radians(8.0) * amplitude * levels[min(int(t / duration_s * 6), 5)]
-        return Reference(speed * sign(t), held, 0.0, float(angle), roll)
+        return Setpoint(speed * sign(t), held, 0.0, float(angle), roll)
 
     return FlightPlan(duration_s, reference=reference, start=_start_of_leg(packed))
 
@@ -235,7 +235,7 @@ def _excitation(
         table = np.stack([reach[axis] * signal(time_s, axis) for axis in range(6)], axis=1)
         if packed.context.walls:
             table = table - table[: max(round(duration_s / 0.1), 1)].mean(axis=0)
-        keep = Reference(
+        keep = Setpoint(
             depth_m=_depth(packed), heading_rad=0.0, pitch_rad=0.0, roll_rad=_level_roll(packed)
         )
         return FlightPlan(

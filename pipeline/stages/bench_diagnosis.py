@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from pipeline.diagnose.bench.engine import diagnose_bench
-from pipeline.diagnose.bench.model import BenchModel, bench_model
+from pipeline.diagnose.bench.model import ThrusterAtRest, bench_model
 from pipeline.diagnose.bench.table import BenchTable, bench_table
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.ingest.bench_file import source_name
@@ -133,7 +133,7 @@ def _table(text: str, folder: Path, vehicle: str) -> Path:
 
 def _model(
     vehicle: Vehicle, name: str, file: Path, out: Path
-) -> tuple[BenchModel, tuple[str, ...]]:
+) -> tuple[ThrusterAtRest, tuple[str, ...]]:
     """Gather the thruster model from the results of the vehicle's bench data."""
     static, inputs, why = _result(name, out, "static", StaticCharacteristic)
     mooring, more, why_too = _result(name, out, "mooring", MooringRecord)
@@ -163,7 +163,7 @@ def _result(
 
 
 def _read(
-    paths: Sequence[Path], vehicle: Vehicle, model: BenchModel, without: tuple[str, ...]
+    paths: Sequence[Path], vehicle: Vehicle, model: ThrusterAtRest, without: tuple[str, ...]
 ) -> tuple[BenchTable, list[str]]:
     record = read_mooring_tables(paths, vehicle, paths[0].parent)
     # What all tables together show does not count: at whatever supply they are is what the

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.blind.goals import Miss
-from pipeline.blind.rates import Figure, Rate
+from pipeline.blind.rates import QuantileFigure, Rate
 from pipeline.blind.score import BANDS, PAIR_BANDS, CampaignScore
 from pipeline.provenance import write_atomically
 from pipeline.report.blind import confusion_picture, rates_picture
@@ -175,7 +175,7 @@ def _cell(one: Rate) -> str:
     return text + {None: "", True: ", met", False: ", **missed**"}[one.met]
 
 
-def _figure_row(one: Figure) -> str:
+def _figure_row(one: QuantileFigure) -> str:
     median, p90, mean = (
         "" if value is None else f"{value:.3g}" for value in (one.median, one.p90, one.mean)
     )

@@ -14,7 +14,7 @@ from pipeline.records.comparison import Comparison, Curve, Difference
 from pipeline.records.run_notes import RunNotes
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
-from pipeline.stages.comparison_sides import Found, find_side
+from pipeline.stages.comparison_sides import FoundSide, find_side
 from pipeline.stages.comparison_vehicles import vehicle_differences
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -81,7 +81,7 @@ def _finished(record: Comparison, **more: Any) -> Comparison:  # noqa: ANN401 - 
 
 
 def _runs(
-    record: Comparison, first: Found, second: Found, tell: Callable[[str], None]
+    record: Comparison, first: FoundSide, second: FoundSide, tell: Callable[[str], None]
 ) -> Comparison:
     one = first.one
     assert one is not None  # noqa: S101 - runs have a vehicle
@@ -172,7 +172,7 @@ def _told(change: RunChange, names: Sequence[str], count: int) -> Difference:
     )
 
 
-def conditions_apart(first: Found, second: Found) -> tuple[list[str], list[str]]:
+def conditions_apart(first: FoundSide, second: FoundSide) -> tuple[list[str], list[str]]:
     """Say what of the conditions forbids a comparison, and what to keep in mind.
 
     What the model is told (ballast with its volume, density, a cable of known length) is counted
@@ -219,11 +219,11 @@ def conditions_apart(first: Found, second: Found) -> tuple[list[str], list[str]]
     return why_not, cautions
 
 
-def _notes(found: Found) -> Iterator[RunNotes]:
+def _notes(found: FoundSide) -> Iterator[RunNotes]:
     return (note for note in found.notes if note is not None)
 
 
-def _supply_v(found: Found) -> float | None:
+def _supply_v(found: FoundSide) -> float | None:
     """Mean supply of the runs, as measured or as noted [V]."""
     values = []
     for table, note in zip(found.runs, found.notes, strict=True):
@@ -234,7 +234,7 @@ def _supply_v(found: Found) -> float | None:
     return float(np.mean(values)) if values else None
 
 
-def _loose_ballast_kg(found: Found) -> float:
+def _loose_ballast_kg(found: FoundSide) -> float:
     """Largest ballast of a run whose volume nobody states [kg]."""
     loose = [
         sum(i.mass_kg for i in note.ballast if i.displaced_kg is None and i.volume_m3 is None)
@@ -243,11 +243,11 @@ def _loose_ballast_kg(found: Found) -> float:
     return max(loose, key=abs, default=0.0)
 
 
-def _water(found: Found) -> list[tuple[str | None, float | None]]:
+def _water(found: FoundSide) -> list[tuple[str | None, float | None]]:
     return [(n.water.kind, n.water.density_kgpm3) for n in _notes(found) if n.water is not None]
 
 
-def _excited(found: Found) -> set[str]:
+def _excited(found: FoundSide) -> set[str]:
     """Thrusters whose command moved."""
     one = found.one
     assert one is not None  # noqa: S101 - runs have a vehicle
@@ -317,7 +317,7 @@ def _thin(run: RunTable, quantity: str, column: int) -> tuple[tuple[float, ...],
     return tuple(time.tolist()), tuple(value.tolist())
 
 
-def _bench(record: Comparison, first: Found, second: Found) -> Comparison:
+def _bench(record: Comparison, first: FoundSide, second: FoundSide) -> Comparison:
     """Compare readings of the bench."""
     drives = [found.vehicle.drive for found in (first, second) if found.vehicle is not None]
     if (drives[0].code_min, drives[0].code_max) != (drives[1].code_min, drives[1].code_max):

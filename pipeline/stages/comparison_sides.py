@@ -32,7 +32,7 @@ _EXPECTED = (
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundSide:
     """One side, read: the runs of a vehicle, points of the bench, or a vehicle file."""
 
     side: Side
@@ -47,7 +47,7 @@ class Found:
 
 def find_side(
     text: str, vehicle: str | None, raw: Path, out: Path, tell: Callable[[str], None]
-) -> Found:
+) -> FoundSide:
     """Find and read what a text names.
 
     Parameters
@@ -94,7 +94,7 @@ def _file(  # noqa: PLR0917 - what `find_side` was given
     vehicle: str | None,
     folders: tuple[Path, Path],
     tell: Callable[[str], None],
-) -> Found:
+) -> FoundSide:
     """Read a log or a bench file."""
     owner = vehicle or _folder_above(path)
     if owner is None:
@@ -142,7 +142,7 @@ def _runs(
     logs: list[str],
     folders: tuple[Path, Path],
     tell: Callable[[str], None],
-) -> Found:
+) -> FoundSide:
     raw, out = folders
     one = load_simulated(owner, raw, out)
     paths = find_logs(logs, one)
@@ -152,7 +152,7 @@ def _runs(
         file = notes_file(path)
         notes.append(None if file is None else read_run_notes(file, str(file)))
     holds = tuple(f"{run.name}, {run.seconds:.0f} s" for run, _ in read)
-    return Found(
+    return FoundSide(
         Side(name=text, kind="runs", vehicle=one.name, holds=holds),
         one,
         tuple(table for _, table in read),
@@ -163,7 +163,7 @@ def _runs(
     )
 
 
-def _vehicle(text: str, name: str, raw: Path, out: Path, part: str) -> Found:
+def _vehicle(text: str, name: str, raw: Path, out: Path, part: str) -> FoundSide:
     name, file = find_vehicle(name, raw, out)
     if part:
         folder = file.parent / "mooring"
@@ -172,10 +172,10 @@ def _vehicle(text: str, name: str, raw: Path, out: Path, part: str) -> Found:
             raise UsageError(f"{name} has no bench file under {folder}, of which {part} could be.")
         return _bench(text, file, files, part)
     side = Side(name=text, kind="vehicle", vehicle=name, holds=(str(file),))
-    return Found(side, vehicle=load_vehicle(file), file=file)
+    return FoundSide(side, vehicle=load_vehicle(file), file=file)
 
 
-def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> Found:
+def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> FoundSide:
     vehicle = load_vehicle(vehicle_file)
     record = read_mooring_tables(files, vehicle, files[0].parent)
     refused = [str(one) for one in record.problems if one.severity == "error"]
@@ -210,4 +210,4 @@ def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> Found
             else f"supply {supply[0]:g} to {supply[-1]:g} V"
         )
     side = Side(name=text, kind="bench", vehicle=vehicle.name, holds=tuple(holds))
-    return Found(side, points=tuple(points), vehicle=vehicle, file=vehicle_file)
+    return FoundSide(side, points=tuple(points), vehicle=vehicle, file=vehicle_file)

@@ -12,10 +12,10 @@ from pipeline.plan import processed_file
 from pipeline.provenance import read_envelope
 from pipeline.records.comparison import CodeChange, Curve, Difference
 from pipeline.records.fits import InverseCharacteristic
-from pipeline.stages.comparison_sides import Found
+from pipeline.stages.comparison_sides import FoundSide
 
 
-def vehicle_differences(first: Found, second: Found, out: Path) -> dict[str, Any]:
+def vehicle_differences(first: FoundSide, second: FoundSide, out: Path) -> dict[str, Any]:
     """Compare what vehicle files state, and the codes of their firmware tables.
 
     Returns
@@ -72,7 +72,7 @@ def _leaves(value: object, at: str = "") -> Iterator[tuple[str, float]]:
 
 
 def _codes(
-    first: Found, second: Found, out: Path
+    first: FoundSide, second: FoundSide, out: Path
 ) -> tuple[tuple[CodeChange, ...], int, tuple[Curve, ...], tuple[str, ...]]:
     """Compare the codes at rest of both sides' tables, at 201 thrusts that both reach."""
     grids = []

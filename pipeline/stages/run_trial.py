@@ -7,7 +7,7 @@ import numpy as np
 
 from pipeline.control.code_limits import at_limit
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
-from pipeline.export.log_topics import Water, topics_of_log
+from pipeline.export.log_topics import WaterConstants, topics_of_log
 from pipeline.export.mcap_log import write_run_log
 from pipeline.export.overlay import write_overlay
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
@@ -119,7 +119,7 @@ def _write_overlay(  # noqa: PLR0917 - one caller
     sensors = vehicle.sensors or Sensors()
     log = next(path for path in job.inputs if is_log_name(path.name))
     windows = sensor_log(packed, sensors, table, flights.windowed)
-    water = Water(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
+    water = WaterConstants(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)
     metadata = {
         "simulated": f"windows of {flights.horizon_s:g} s under /sim, free run under {FREE_PREFIX}",
         "code": job.code,

@@ -11,9 +11,9 @@ from pipeline.records.fits import InverseCharacteristic
 from pipeline.records.validation import (
     AllocatorValidation,
     CodeComparison,
+    FlightTrace,
     KeepingFlight,
     SettingFlight,
-    Trace,
     Variant,
 )
 from pipeline.simulate.fly import CONTROL_PERIOD_S
@@ -119,13 +119,13 @@ def _out_of_reach(kept: tuple[KeepingFlight, ...]) -> tuple[str, ...]:
     )
 
 
-def _trace(name: Variant, flight: Flight) -> Trace:
+def _trace(name: Variant, flight: Flight) -> FlightTrace:
     part = slice(None, None, _TRACE_STEP)
 
     def values(column: FloatArray) -> tuple[float, ...]:
         return tuple(round(float(x), 5) for x in column[part])
 
-    return Trace(
+    return FlightTrace(
         variant=name,
         time_s=values(flight.time_s),
         speed_mps=values(flight.motion[:, 0]),

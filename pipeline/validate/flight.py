@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from pipeline.control.autopilot import Autopilot, Reference
+from pipeline.control.autopilot import Autopilot, Setpoint
 from pipeline.physics.parameters import read
 from pipeline.simulate.fly import CONTROL_PERIOD_S, motion_of, usual_step_s
 from pipeline.simulate.kernel import BODY
@@ -45,10 +45,10 @@ class Course:
     step_s: float = 0.0
     roll_rad: float | None = None
 
-    def reference(self, time_s: float) -> Reference:
+    def reference(self, time_s: float) -> Setpoint:
         """Return what the autopilot is told."""
         stepped = time_s >= self.step_s
-        return Reference(
+        return Setpoint(
             self.speed_mps,
             DEPTH_M + (self.depth_m if stepped else 0.0),
             self.heading_rad if stepped else 0.0,
@@ -163,7 +163,7 @@ def _start(
     state = initial_state(position_ned_m=(0.0, 0.0, DEPTH_M), nu=nu)
     if allocator is None:
         return state
-    level = Reference(course.speed_mps, DEPTH_M, 0.0, 0.0, course.roll_rad)
+    level = Setpoint(course.speed_mps, DEPTH_M, 0.0, 0.0, course.roll_rad)
     demand, _ = autopilot.step(motion_of(state), level, CONTROL_PERIOD_S)
     codes, _, _ = allocator.decide(demand, state[7:13])
     count = len(codes)

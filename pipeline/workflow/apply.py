@@ -59,7 +59,7 @@ class Codes:
 
 
 @dataclass(frozen=True)
-class Found:
+class FoundChanges:
     """A result, and what it changes.
 
     `gap` is what was held out: name of a measure -> before, after.
@@ -73,12 +73,12 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Proposal:
+class ChangeProposal:
     """What applying a result would do; nothing is written yet."""
 
     vehicle: str
     file: Path
-    found: Found
+    found: FoundChanges
     text: str
     codes: tuple[Codes, ...]
     why_no_codes: str
@@ -86,7 +86,7 @@ class Proposal:
     """Thrusters whose codes stay."""
 
 
-def propose(vehicle: str, source: str, raw: Path, out: Path) -> Proposal:
+def propose(vehicle: str, source: str, raw: Path, out: Path) -> ChangeProposal:
     """Work out what a result changes in a vehicle's file.
 
     Parameters
@@ -123,7 +123,7 @@ def propose(vehicle: str, source: str, raw: Path, out: Path) -> Proposal:
         codes, why = (), str(error)
     changed = {one.thruster for one in codes}
     rest = tuple(one.name for one in before.thrusters if one.name not in changed)
-    return Proposal(name, file, found, text, codes, why, rest)
+    return ChangeProposal(name, file, found, text, codes, why, rest)
 
 
 def _own_file(vehicle: str, raw: Path, out: Path) -> tuple[str, Path]:
@@ -136,7 +136,7 @@ def _own_file(vehicle: str, raw: Path, out: Path) -> tuple[str, Path]:
     return name, file
 
 
-def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> Found:
+def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> FoundChanges:
     """Read a result of any of the three kinds."""
     path = _result_file(name, source, out)
     try:
@@ -150,12 +150,12 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> Found:
         shrink = diagnosis.shrink
         gap = {"gap, in healthy floors": (shrink.before, shrink.after)}
         runs = diagnosis.verdict.runs or diagnosis.runs
-        return Found(path, source_of(runs), runs, diagnosis.changes, gap)
+        return FoundChanges(path, source_of(runs), runs, diagnosis.changes, gap)
     if isinstance(body, dict) and "whole_vehicle" in body:
         record = Identification.model_validate_json(path.read_bytes())
         runs = tuple(run.name for run in record.runs)
         gap = _quality(record.whole_vehicle)
-        return Found(path, source_of(runs, "identification"), runs, record.changes, gap)
+        return FoundChanges(path, source_of(runs, "identification"), runs, record.changes, gap)
     of_day = path.parent.name == "day_diagnoses"
     inputs: Mapping[str, str] = body.get("inputs", {}) if isinstance(body, dict) else {}
     if inputs.get(f"raw/{name}/{file.name}") != file_digest(file):
@@ -170,10 +170,10 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> Found:
         reason = "" if fit is None else fit.why_no_file
         raise CannotComputeError(f"The day {path.stem} has no values that stand. {reason}".rstrip())
     changes, _ = identified_changes(load_simulated(str(file.parent), raw, out), fit)
-    return Found(path, f"day {path.stem}", fit.runs, changes, _quality(fit))
+    return FoundChanges(path, f"day {path.stem}", fit.runs, changes, _quality(fit))
 
 
-def _of_day(path: Path, vehicle: str, raw: Path, out: Path) -> Found:
+def _of_day(path: Path, vehicle: str, raw: Path, out: Path) -> FoundChanges:
     """Take the first fault that the diagnosis of a trial day found."""
     day = read_envelope(path, "day_diagnosis", DayDiagnosis).record
     found = _fault(day)
@@ -181,7 +181,7 @@ def _of_day(path: Path, vehicle: str, raw: Path, out: Path) -> Found:
         raise CannotComputeError(f"The diagnosis of the day {path.stem} found no fault.")
     one = load_simulated(vehicle, raw, out)
     changes = diagnosed_changes(one, found.ranked, ranked_specs(found.ranked))
-    return Found(path, source_of(found.runs), found.runs, changes, {})
+    return FoundChanges(path, source_of(found.runs), found.runs, changes, {})
 
 
 def _fault(day: DayDiagnosis | None) -> DayFinding | None:
@@ -235,7 +235,7 @@ def _result_file(name: str, source: str, out: Path) -> Path:
     )
 
 
-def _refuse_others(before: Vehicle, file: Path, found: Found) -> None:
+def _refuse_others(before: Vehicle, file: Path, found: FoundChanges) -> None:
     """Refuse a result that started from other numbers than stand in the file now."""
     stated = before.model_dump()
     for one in found.changes:
@@ -295,7 +295,7 @@ def _thruster_codes(
     return tuple(np.rint(np.where(gain > 0.0, sent, 0.0)).astype(int).tolist())
 
 
-def apply(proposal: Proposal, out: Path) -> AppliedChange:
+def apply(proposal: ChangeProposal, out: Path) -> AppliedChange:
     """Write the file, keep the former one beside it, and add to the list of changes."""
     found, file = proposal.found, proposal.file
     number = next_number(changes_of(file))
@@ -321,7 +321,7 @@ def undo(vehicle: str, raw: Path, out: Path) -> tuple[Path, AppliedChange]:
     return file, undo_last(file)
 
 
-def as_json(proposal: Proposal, entry: AppliedChange | None) -> dict[str, Any]:
+def as_json(proposal: ChangeProposal, entry: AppliedChange | None) -> dict[str, Any]:
     """Return one JSON object; `applied` is null where nothing was written."""
     found = proposal.found
     return {
@@ -340,7 +340,7 @@ def as_json(proposal: Proposal, entry: AppliedChange | None) -> dict[str, Any]:
     }
 
 
-def as_text(proposal: Proposal) -> str:
+def as_text(proposal: ChangeProposal) -> str:
     """Say what would change."""
     found = proposal.found
     lines = [f"{proposal.file}, from {found.source} ({found.reason}):", ""]

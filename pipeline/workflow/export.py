@@ -14,19 +14,19 @@ from pipeline.stages.receipt import FirmwareFiles
 from pipeline.workflow.one_result import one_result
 from pipeline.workflow.outcome import failed_checks_behind
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Request
+from pipeline.workflow.run import RunRequest
 from pipeline.workflow.summary import check_line
 
 
 @dataclass(frozen=True)
-class Exported:
+class ExportedFiles:
     """The files written, and the errors of raw files that the tables had to do without."""
 
     files: tuple[Path, ...]
     refused: tuple[Problem, ...]
 
 
-def export_firmware(request: Request, to: Path) -> Exported:
+def export_firmware(request: RunRequest, to: Path) -> ExportedFiles:
     """Copy one vehicle's firmware files, made anew where they are stale.
 
     Checks of the tables that failed are told on standard error: the files are good to compile, and
@@ -34,14 +34,14 @@ def export_firmware(request: Request, to: Path) -> Exported:
 
     Parameters
     ----------
-    request : Request
+    request : RunRequest
         With exactly one vehicle.
     to : Path
         Folder that gets the files.
 
     Returns
     -------
-    Exported
+    ExportedFiles
         The files written, and what is missing from them.
 
     Raises
@@ -63,7 +63,7 @@ def export_firmware(request: Request, to: Path) -> Exported:
         say(note)
     for check in failed_checks_behind(vehicle, "firmware", request.out):
         say(check_line(made.vehicle, check))
-    return Exported(files, made.refused)
+    return ExportedFiles(files, made.refused)
 
 
 def _copied(sources: Sequence[Path], to: Path) -> tuple[Path, ...]:

@@ -11,7 +11,7 @@ from pipeline.provenance import Envelope, read_envelope
 from pipeline.records.base import Record
 from pipeline.workflow.outcome import refused_behind
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Request, run
+from pipeline.workflow.run import RunRequest, run
 from pipeline.workflow.summary import failure_line
 
 R = TypeVar("R", bound=Record)
@@ -27,12 +27,12 @@ class OneResult(Generic[R]):
     refused: tuple[Problem, ...]
 
 
-def one_result(request: Request, stage: str, model: type[R]) -> OneResult[R]:
+def one_result(request: RunRequest, stage: str, model: type[R]) -> OneResult[R]:
     """Bring one stage's result up to date and read it; progress goes to standard error.
 
     Parameters
     ----------
-    request : Request
+    request : RunRequest
         With exactly one vehicle.
     stage : str
         A stage that writes an envelope.

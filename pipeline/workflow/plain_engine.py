@@ -6,7 +6,7 @@ from pathlib import Path
 from pipeline.provenance import write_atomically
 from pipeline.workflow.engine_jobs import FOLDER, engine_jobs, hand_over
 from pipeline.workflow.known_files import KnownFiles
-from pipeline.workflow.run import Request, due_of, vehicles_to_run, workers_of
+from pipeline.workflow.run import RunRequest, due_of, vehicles_to_run, workers_of
 
 
 def jobs_here(is_main: bool) -> dict[str, list[str]]:
@@ -18,7 +18,7 @@ def jobs_here(is_main: bool) -> dict[str, list[str]]:
     if not is_main:
         known: dict[str, list[str]] = json.loads(told.read_text(encoding="utf-8"))
         return known
-    request = Request()
+    request = RunRequest()
     vehicles, _ = vehicles_to_run(request)
     due = due_of(vehicles, request, KnownFiles())
     waited = dict(hand_over(engine_jobs(due, Path(), workers_of(request), ()), Path()))

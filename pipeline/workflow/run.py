@@ -32,7 +32,7 @@ _WORKERS_ELSEWHERE = 100
 
 
 @dataclass(frozen=True)
-class Request:
+class RunRequest:
     """What the user asked for.
 
     `waiting` names logs that are still being copied, by vehicle: they are left for a later run.
@@ -75,12 +75,12 @@ class Result:
         return 1 if bad or not self.complete else 0
 
 
-def run(request: Request, progress: Progress) -> Result:
+def run(request: RunRequest, progress: Progress) -> Result:
     """Bring the results of the chosen vehicles up to date.
 
     Parameters
     ----------
-    request : Request
+    request : RunRequest
         Vehicles, folders, number of cores.
     progress : Progress
         Is told every event.
@@ -135,7 +135,7 @@ def run(request: Request, progress: Progress) -> Result:
 
 
 def _tell_of_places(
-    state: Path, request: Request, chosen: Sequence[VehicleFolder], progress: Progress
+    state: Path, request: RunRequest, chosen: Sequence[VehicleFolder], progress: Progress
 ) -> None:
     """Tell of vehicles that are gone, and of results that a namesake's replace."""
     for name, other in taken_over(state, request.out, chosen):
@@ -147,7 +147,7 @@ def _tell_of_places(
         progress.say(f"{name}: its raw folder is gone. Its results and pages stay.")
 
 
-def vehicles_to_run(request: Request) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:
+def vehicles_to_run(request: RunRequest) -> tuple[tuple[VehicleFolder, ...], tuple[Problem, ...]]:
     """Return the vehicles that are asked for, and why others are none.
 
     Raises
@@ -171,7 +171,7 @@ def vehicles_to_run(request: Request) -> tuple[tuple[VehicleFolder, ...], tuple[
 
 
 def due_of(
-    vehicles: Sequence[VehicleFolder], request: Request, known: KnownFiles
+    vehicles: Sequence[VehicleFolder], request: RunRequest, known: KnownFiles
 ) -> tuple[Due, ...]:
     """Return what is to be made of each vehicle, and remove what does not fit any more.
 
@@ -206,13 +206,13 @@ def has_page(vehicle: str, out: Path) -> bool:
     return (out / processed_file(vehicle, "vehicle_page")).is_file()
 
 
-def workers_of(request: Request) -> int:
+def workers_of(request: RunRequest) -> int:
     """Return how many processes may be at work side by side."""
     here_or_there = usable_cores() if request.profile is None else _WORKERS_ELSEWHERE
     return request.cores or here_or_there
 
 
-def _plan_pool(vehicle: VehicleFolder, request: Request, known: KnownFiles) -> PoolPlan:
+def _plan_pool(vehicle: VehicleFolder, request: RunRequest, known: KnownFiles) -> PoolPlan:
     """Plan a vehicle's pool runs and remove what does not fit any more."""
     plan = plan_pool(
         vehicle,
@@ -265,7 +265,7 @@ def _sound(
 class _Execution:
     """What one execution is made with; `state` is the folder of its memory and its logs."""
 
-    request: Request
+    request: RunRequest
     due: tuple[Due, ...]
     state: Path
     known: KnownFiles

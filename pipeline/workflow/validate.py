@@ -9,7 +9,7 @@ from pipeline.plan import UsageError, choose, processed_file, report_file
 from pipeline.provenance import file_digest, read_raw_envelope
 from pipeline.records.validation import AllocatorValidation
 from pipeline.workflow.one_result import one_result
-from pipeline.workflow.run import Request
+from pipeline.workflow.run import RunRequest
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ def validated(text: str, raw: Path, out: Path) -> Validated:
     InputError, CannotComputeError
         When it cannot be read, or there is nothing to fly; the text says why.
     """
-    request = Request((_place(text, raw, out),), raw, out)
+    request = RunRequest((_place(text, raw, out),), raw, out)
     made = one_result(request, "validation", AllocatorValidation)
     name, record = made.vehicle, made.envelope.record
     if record is None:

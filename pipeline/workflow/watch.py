@@ -19,7 +19,7 @@ from pipeline.workflow.page_lines import page_lines
 from pipeline.workflow.pool_plan import ROOMS
 from pipeline.workflow.pool_runs import file_names, run_file, run_name
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Request, Result, run
+from pipeline.workflow.run import Result, RunRequest, run
 from pipeline.workflow.summary import failure_line
 
 #: A log whose writer did not close it is taken for whole after so many times the settling time.
@@ -42,10 +42,10 @@ class Watcher:
     `now_s` and `do_run` stand apart so that a test needs neither to wait nor to run.
     """
 
-    request: Request
+    request: RunRequest
     habits: Habits = field(default_factory=Habits)
     now_s: Callable[[], float] = time.monotonic
-    do_run: Callable[[Request, Progress], Result] = run
+    do_run: Callable[[RunRequest, Progress], Result] = run
     _since: dict[Path, tuple[Mark, float]] = field(default_factory=dict)
     _done: dict[str, frozenset[tuple[Path, Mark]]] = field(default_factory=dict)
     _said: set[str] = field(default_factory=set)

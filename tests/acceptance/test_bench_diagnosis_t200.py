@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from pipeline.diagnose.bench.engine import diagnose_bench
-from pipeline.diagnose.bench.model import BenchModel, bench_model
+from pipeline.diagnose.bench.model import ThrusterAtRest, bench_model
 from pipeline.diagnose.bench.table import bench_table
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
@@ -29,7 +29,7 @@ class Workbook:
     vehicle: Vehicle
     record: MooringRecord
 
-    def model(self, volts: float) -> BenchModel:
+    def model(self, volts: float) -> ThrusterAtRest:
         tables = self.vehicle.tables.model_copy(update={"supply_voltage_v": volts})
         return bench_model(self.vehicle.model_copy(update={"tables": tables}), None, self.record)
 

@@ -11,7 +11,7 @@ from pipeline.stage_process import run_steps
 from pipeline.workflow.engine_jobs import FOLDER, engine_jobs, hand_over
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.outcome import outcome_of
-from pipeline.workflow.run import Request, due_of, vehicles_to_run
+from pipeline.workflow.run import RunRequest, due_of, vehicles_to_run
 
 BOW = (
     "  - {name: bow, propeller: small, drive: servo, position_m: [0.8, 0, 0], "
@@ -55,7 +55,7 @@ def largest(vehicle: str) -> float:
 
 
 def test_each_type_has_tables_and_firmware(root: Path) -> None:
-    request = Request(only=("firmware",))
+    request = RunRequest(only=("firmware",))
     vehicles, _ = vehicles_to_run(request)
     assert [one.name for one in vehicles] == ["boat", "boat-tunnel"]
     (job,) = engine_jobs(due_of(vehicles, request, KnownFiles()), Path(), 1, None)

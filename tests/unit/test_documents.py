@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from pipeline import __version__
+
 ROOT = Path(__file__).parents[2]
 DECISION = ROOT / "docs/decisions/0001-dependencies-and-workflow.md"
 
@@ -21,6 +23,14 @@ def test_drawing_of_the_import_contract_is_the_contract() -> None:
     assert (ROOT / "docs/architecture.md").read_text(encoding="utf-8") == module.page(), (
         "the contract has changed: make drawing"
     )
+
+
+def test_version_is_that_of_the_release_at_the_head_of_the_changelog() -> None:
+    head = re.search(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
+    with (ROOT / "pyproject.toml").open("rb") as file:
+        stated = tomllib.load(file)["project"]["version"]
+    assert head is not None
+    assert head[1] == stated == __version__
 
 
 def test_every_dependency_has_its_line() -> None:

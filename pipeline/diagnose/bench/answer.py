@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from pipeline.diagnose.bench.effects import CANDIDATES, TWIN, predict, priors
-from pipeline.diagnose.bench.fit import BenchFit, Problem, fit_effects, fit_nothing
+from pipeline.diagnose.bench.fit import BenchComparison, BenchFit, fit_effects, fit_nothing
 from pipeline.diagnose.bench.noise import law_share
 
 #: Below this angle two effects are one answer. [deg]
@@ -42,7 +42,7 @@ class Ranked:
     fit: BenchFit
 
 
-def rank(problem: Problem) -> tuple[tuple[Ranked, ...], int]:
+def rank(problem: BenchComparison) -> tuple[tuple[Ranked, ...], int]:
     """Weigh nothing, every effect, pairs, and a departure of any shape; most probable first.
 
     Returns
@@ -103,14 +103,14 @@ def _evidence(one: BenchFit) -> float:
     return one.log_evidence
 
 
-def rms_left_n(problem: Problem, found: BenchFit) -> float:
+def rms_left_n(problem: BenchComparison, found: BenchFit) -> float:
     """Root mean square of measured less predicted thrust [N]."""
     table = problem.table
     after = predict(problem.model, found.values, table.code, ("thrust",))["thrust"]
     return float(np.sqrt(np.mean((table.mean["thrust"] - after) ** 2)))
 
 
-def left_over(problem: Problem, found: BenchFit) -> float:
+def left_over(problem: BenchComparison, found: BenchFit) -> float:
     """Thrust that an effect leaves unexplained, over what it may leave.
 
     That is the healthy floor and the share by which the effect's law is wrong, together.
@@ -124,7 +124,7 @@ def left_over(problem: Problem, found: BenchFit) -> float:
 
 
 def _pairs(
-    problem: Problem, alone: Mapping[str, BenchFit], nothing: float, single_left_n: float
+    problem: BenchComparison, alone: Mapping[str, BenchFit], nothing: float, single_left_n: float
 ) -> list[BenchFit]:
     """Pairs that leave clearly less than the best single effect does."""
     fits = []
@@ -138,7 +138,9 @@ def _pairs(
     return fits
 
 
-def angle_deg(problem: Problem, values: Mapping[tuple[str, str], float], other: str) -> float:
+def angle_deg(
+    problem: BenchComparison, values: Mapping[tuple[str, str], float], other: str
+) -> float:
     """Angle between what a set of parameters does to this table and the nearest that `other` can.
 
     Both as departures from the nominal thruster, whitened by the healthy covariance; the
@@ -184,7 +186,7 @@ def angle_deg(problem: Problem, values: Mapping[tuple[str, str], float], other: 
     return float(np.degrees(np.arcsin(min(float(found.fun) / size, 1.0))))
 
 
-def confusable(problem: Problem, least: float = 0.9) -> list[tuple[str, str, float]]:
+def confusable(problem: BenchComparison, least: float = 0.9) -> list[tuple[str, str, float]]:
     """Pairs of effects this table cannot tell apart whatever it reads: cosine of the angle.
 
     Each effect stands at a fair size: one prior standard deviation from neutral.
@@ -207,7 +209,7 @@ def confusable(problem: Problem, least: float = 0.9) -> list[tuple[str, str, flo
     return sorted(rows, key=lambda row: (-row[2], row))
 
 
-def group_of(problem: Problem, ranking: Sequence[Ranked]) -> tuple[tuple[str, ...], float]:
+def group_of(problem: BenchComparison, ranking: Sequence[Ranked]) -> tuple[tuple[str, ...], float]:
     """Answers that the data cannot tell from the first, and the probability of them all.
 
     Those whose best imitation of the first lies within 10 degrees, whatever their probability, and
@@ -237,7 +239,7 @@ def _with_twin(named: set[str], own: set[str]) -> set[str]:
     return named | (set(TWIN) - own) if (named | own) & set(TWIN) else named
 
 
-def _look_alikes(problem: Problem, ranking: Sequence[Ranked]) -> list[str]:
+def _look_alikes(problem: BenchComparison, ranking: Sequence[Ranked]) -> list[str]:
     """Effects that the first answer cannot be told from, whatever their probability."""
     first = ranking[0]
     if first.name == "unknown":

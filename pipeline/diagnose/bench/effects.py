@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.diagnose.bench.model import BenchModel
+from pipeline.diagnose.bench.model import ThrusterAtRest
 from pipeline.effects.effect import EffectContext
 from pipeline.effects.library import EffectSpec, apply_effects, effects
 from pipeline.physics.parameters import neutral_vector, read, write
@@ -101,7 +101,7 @@ def slots(values: Mapping[tuple[str, str], float], code_max: float) -> FloatArra
 
 
 def predict(
-    model: BenchModel,
+    model: ThrusterAtRest,
     values: Mapping[tuple[str, str], float],
     code: FloatArray,
     channels: Sequence[str],
@@ -110,7 +110,7 @@ def predict(
 
     Parameters
     ----------
-    model : BenchModel
+    model : ThrusterAtRest
         The nominal thruster.
     values : mapping of (effect, parameter) to float
         What departs from neutral; empty for the nominal thruster.

@@ -16,8 +16,8 @@ from pipeline.diagnose.bench.answer import (
     rank,
 )
 from pipeline.diagnose.bench.effects import predict, priors
-from pipeline.diagnose.bench.fit import BenchFit, Problem
-from pipeline.diagnose.bench.model import UNITS, BenchModel
+from pipeline.diagnose.bench.fit import BenchComparison, BenchFit
+from pipeline.diagnose.bench.model import UNITS, ThrusterAtRest
 from pipeline.diagnose.bench.shrink import gap_channels, held_out_codes, shrink, where
 from pipeline.diagnose.bench.table import BenchTable
 from pipeline.diagnose.bench.words import next_step, sentence
@@ -40,7 +40,7 @@ _EVERY_THIRD = "every third code of each sign"
 
 
 def diagnose_bench(
-    model: BenchModel,
+    model: ThrusterAtRest,
     table: BenchTable,
     holdout: BenchTable | None = None,
     *,
@@ -51,7 +51,7 @@ def diagnose_bench(
 
     Parameters
     ----------
-    model : BenchModel
+    model : ThrusterAtRest
         The thruster at rest.
     table : BenchTable
         The new table.
@@ -69,9 +69,9 @@ def diagnose_bench(
     """
     start = time.monotonic()
     marked = held_out_codes(table.code) if holdout is None else np.zeros(table.code.size, bool)
-    problem = Problem(model, table.part(~marked))
-    judged = Problem(model, table.part(marked) if holdout is None else holdout)
-    whole = Problem(model, table)
+    problem = BenchComparison(model, table.part(~marked))
+    judged = BenchComparison(model, table.part(marked) if holdout is None else holdout)
+    whole = BenchComparison(model, table)
     ranking, evaluations = rank(problem)
     members, probability = group_of(problem, ranking)
     best = ranking[0]
@@ -109,8 +109,8 @@ def diagnose_bench(
 
 def _ranked(
     one: Ranked,
-    judged: Problem,
-    model: BenchModel,
+    judged: BenchComparison,
+    model: ThrusterAtRest,
     thruster: str | None,
     seed: int,
 ) -> RankedEffect:
@@ -128,7 +128,7 @@ def _ranked(
     )
 
 
-def _parameters(found: BenchFit, model: BenchModel) -> dict[str, ParameterEstimate]:
+def _parameters(found: BenchFit, model: ThrusterAtRest) -> dict[str, ParameterEstimate]:
     estimates: dict[str, ParameterEstimate] = {}
     for effect in found.effects if found.values else ():
         for one in priors(effect, model.code_max):
@@ -141,7 +141,7 @@ def _parameters(found: BenchFit, model: BenchModel) -> dict[str, ParameterEstima
     return estimates
 
 
-def _leftover(problem: Problem, found: BenchFit) -> Leftover:
+def _leftover(problem: BenchComparison, found: BenchFit) -> Leftover:
     """Thrust that the answer leaves, over what it may leave, and what it goes with."""
     code = problem.table.code
     after = predict(problem.model, found.values, code, ("thrust",))["thrust"]
@@ -162,7 +162,7 @@ def _leftover(problem: Problem, found: BenchFit) -> Leftover:
     )
 
 
-def _evidence(problem: Problem, found: BenchFit, evaluations: int) -> Evidence:
+def _evidence(problem: BenchComparison, found: BenchFit, evaluations: int) -> Evidence:
     after = predict(problem.model, found.values, problem.table.code, problem.stack.channels)
     noise = {}
     for channel in problem.stack.channels:
@@ -196,7 +196,7 @@ def _evidence(problem: Problem, found: BenchFit, evaluations: int) -> Evidence:
     )
 
 
-def _notes(model: BenchModel, table: BenchTable, holdout: BenchTable | None) -> list[str]:
+def _notes(model: ThrusterAtRest, table: BenchTable, holdout: BenchTable | None) -> list[str]:
     notes = []
     if model.mirrored:
         notes.append(
@@ -224,7 +224,7 @@ def _notes(model: BenchModel, table: BenchTable, holdout: BenchTable | None) -> 
     return notes
 
 
-def _series(whole: Problem, found: BenchFit, marked: BoolArray) -> tuple[CodeSeries, ...]:
+def _series(whole: BenchComparison, found: BenchFit, marked: BoolArray) -> tuple[CodeSeries, ...]:
     after = predict(whole.model, found.values, whole.table.code, whole.stack.channels)
     return tuple(
         CodeSeries(

@@ -19,7 +19,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from pipeline.diagnose.bench.effects import BenchPrior, predict, priors
-from pipeline.diagnose.bench.model import BenchModel
+from pipeline.diagnose.bench.model import ThrusterAtRest
 from pipeline.diagnose.bench.noise import Stack, anything, departures, healthy, law_error
 from pipeline.diagnose.bench.table import BenchTable
 from pipeline.diagnose.linear.evidence import log_inside
@@ -50,10 +50,10 @@ class BenchFit:
     linearisations: int = 0
 
 
-class Problem:
+class BenchComparison:
     """A model, a table, and what does not change between hypotheses."""
 
-    def __init__(self, model: BenchModel, table: BenchTable) -> None:
+    def __init__(self, model: ThrusterAtRest, table: BenchTable) -> None:
         self.model, self.table, self.stack = model, table, Stack.of(table)
         self.nominal = predict(model, {}, table.code, table.channels)
         self.departure = departures(table, self.nominal)
@@ -91,13 +91,13 @@ def values_of(chosen: Sequence[BenchPrior], theta: FloatArray) -> dict[tuple[str
 
 
 def fit_nothing(
-    problem: Problem, *, unknown: bool = False, beside: BenchFit | None = None
+    problem: BenchComparison, *, unknown: bool = False, beside: BenchFit | None = None
 ) -> BenchFit:
     """Evidence of the nominal thruster, or of a departure of any smooth shape.
 
     Parameters
     ----------
-    problem : Problem
+    problem : BenchComparison
         Model and table.
     unknown : bool
         Allow the departure of any shape.
@@ -119,7 +119,7 @@ def fit_nothing(
 
 
 def fit_effects(
-    problem: Problem,
+    problem: BenchComparison,
     wanted: Sequence[str],
     start: dict[tuple[str, str], float] | None = None,
 ) -> BenchFit:
@@ -127,7 +127,7 @@ def fit_effects(
 
     Parameters
     ----------
-    problem : Problem
+    problem : BenchComparison
         Model and table.
     wanted : sequence of str
         Ids of the library, among `bench_effects.CANDIDATES`.
@@ -199,7 +199,7 @@ class _Local:
 
 
 def _local(
-    problem: Problem,
+    problem: BenchComparison,
     chosen: Sequence[BenchPrior],
     at: FloatArray,
     *,
@@ -227,7 +227,7 @@ def _local(
 
 
 def _start(
-    problem: Problem,
+    problem: BenchComparison,
     chosen: Sequence[BenchPrior],
     start: dict[tuple[str, str], float] | None,
 ) -> FloatArray:

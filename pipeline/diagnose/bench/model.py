@@ -21,7 +21,7 @@ _GRID = 401
 
 
 @dataclass(frozen=True)
-class Reference:
+class ReferenceCurve:
     """One channel against the signed code: knots of shape (m,), rising in code.
 
     `std` is the standard error of the model, smooth along the code.
@@ -61,7 +61,7 @@ class Reference:
 
 
 @dataclass(frozen=True)
-class BenchModel:
+class ThrusterAtRest:
     """One thruster of a vehicle at rest.
 
     `thrust` is always there; `mirrored` tells that one direction was measured and the other is
@@ -72,7 +72,7 @@ class BenchModel:
     name: str
     thrusters: tuple[str, ...]
     code_max: float
-    channels: dict[str, Reference]
+    channels: dict[str, ReferenceCurve]
     mirrored: bool
     repeatability: float
     source: str
@@ -85,7 +85,7 @@ class BenchModel:
 
 def bench_model(
     vehicle: Vehicle, static: StaticCharacteristic | None, mooring: MooringRecord | None
-) -> BenchModel:
+) -> ThrusterAtRest:
     """Gather what the vehicle's results say of a thruster at rest.
 
     Parameters
@@ -100,7 +100,7 @@ def bench_model(
 
     Returns
     -------
-    BenchModel
+    ThrusterAtRest
 
     Raises
     ------
@@ -131,7 +131,7 @@ def bench_model(
     if static is not None and "shaft_speed" not in channels:
         row = np.array(static.shaft_speed_rpm[0])
         channels["shaft_speed"] = _mirrored(np.array(static.code), row, 0.01 * row)
-    return BenchModel(
+    return ThrusterAtRest(
         name=vehicle.name,
         thrusters=tuple(one.name for one in vehicle.thrusters),
         code_max=float(vehicle.drive.code_max),
@@ -142,22 +142,22 @@ def bench_model(
     )
 
 
-def _mirrored(code: FloatArray, value: FloatArray, std: FloatArray) -> Reference:
+def _mirrored(code: FloatArray, value: FloatArray, std: FloatArray) -> ReferenceCurve:
     zero = np.zeros(1)
-    return Reference(
+    return ReferenceCurve(
         np.concatenate([-code[::-1], zero, code]),
         np.concatenate([-value[::-1], zero, value]),
         np.concatenate([std[::-1], zero, std]),
     )
 
 
-def _from_family(static: StaticCharacteristic) -> Reference:
+def _from_family(static: StaticCharacteristic) -> ReferenceCurve:
     met = np.array([status != "no_working_point" for status in static.status[0]])
     code, thrust = np.array(static.code)[met], np.array(static.thrust_n[0])[met]
     return _mirrored(code, np.maximum(thrust, 0.0), np.array(static.thrust_std_n[0])[met])
 
 
-def _from_points(points: tuple[MooringPoint, ...]) -> Reference:
+def _from_points(points: tuple[MooringPoint, ...]) -> ReferenceCurve:
     """Curve of each sign through the mooring points; the scatter about it is its error."""
     branches = []
     for sign in (-1, 1):
@@ -169,16 +169,18 @@ def _from_points(points: tuple[MooringPoint, ...]) -> Reference:
         branches.append((sign * code, sign * curve.thrust(code), std))
     (nc, nv, ns), (pc, pv, ps) = branches
     zero = np.zeros(1)
-    return Reference(
+    return ReferenceCurve(
         np.concatenate([nc[::-1], zero, pc]),
         np.concatenate([nv[::-1], zero, pv]),
         np.concatenate([ns[::-1], zero, ps]),
     )
 
 
-def _other_channels(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> dict[str, Reference]:
+def _other_channels(
+    points: tuple[MooringPoint, ...], vehicle: Vehicle
+) -> dict[str, ReferenceCurve]:
     """Shaft speed, current and voltage as the vehicle's own mooring tests read them, by code."""
-    found: dict[str, Reference] = {}
+    found: dict[str, ReferenceCurve] = {}
     for channel, field in (
         ("shaft_speed", "shaft_speed_rpm"),
         ("current", "current_a"),
@@ -199,9 +201,9 @@ def _other_channels(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> dict[
                 np.insert(codes[keep], middle, 0.0),
                 np.insert(mean[keep], middle, 0.0),
             )
-        found[channel] = Reference(codes, mean, np.zeros(codes.size), level=level)
+        found[channel] = ReferenceCurve(codes, mean, np.zeros(codes.size), level=level)
     stated = vehicle.tables.supply_voltage_v
     if "voltage" not in found and stated is not None:
         ends = np.array([vehicle.drive.code_min, vehicle.drive.code_max], float)
-        found["voltage"] = Reference(ends, np.full(2, stated), np.zeros(2), level=True)
+        found["voltage"] = ReferenceCurve(ends, np.full(2, stated), np.zeros(2), level=True)
     return found

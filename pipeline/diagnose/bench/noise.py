@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.diagnose.bench.effects import free_share
-from pipeline.diagnose.bench.model import BenchModel
+from pipeline.diagnose.bench.model import ThrusterAtRest
 from pipeline.diagnose.bench.table import BenchTable
 from pipeline.types import FloatArray
 
@@ -71,7 +71,7 @@ def smooth(code: FloatArray, code_max: float, *, length: float = LENGTH) -> Floa
     return np.asarray(np.where(same, (1.0 + apart) * np.exp(-apart), 0.0))
 
 
-def healthy(model: BenchModel, table: BenchTable) -> dict[str, FloatArray]:
+def healthy(model: ThrusterAtRest, table: BenchTable) -> dict[str, FloatArray]:
     """Covariance (n, n) of each channel when nothing is wrong."""
     code = table.code
     shape = smooth(code, model.code_max)
@@ -107,7 +107,7 @@ def law_share(values: Mapping[tuple[str, str], float]) -> float:
 
 
 def law_error(
-    model: BenchModel,
+    model: ThrusterAtRest,
     table: BenchTable,
     values: Mapping[tuple[str, str], float],
     before: dict[str, FloatArray],
@@ -147,7 +147,7 @@ def departures(table: BenchTable, before: dict[str, FloatArray]) -> dict[str, Fl
     return found
 
 
-def anything(model: BenchModel, table: BenchTable) -> dict[str, FloatArray]:
+def anything(model: ThrusterAtRest, table: BenchTable) -> dict[str, FloatArray]:
     """Covariance of `unknown`: a smooth departure of any shape in every channel."""
     shape = smooth(table.code, model.code_max)
     found: dict[str, FloatArray] = {}

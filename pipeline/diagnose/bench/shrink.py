@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.diagnose.bench.effects import predict
-from pipeline.diagnose.bench.fit import Problem
+from pipeline.diagnose.bench.fit import BenchComparison
 from pipeline.diagnose.bench.model import UNITS
 from pipeline.records.diagnosis import ChannelGap, RegimeShare, Shrink, ShrinkFigures, Where
 from pipeline.types import BoolArray, FloatArray
@@ -34,7 +34,7 @@ def held_out_codes(code: FloatArray) -> BoolArray:
     return marked
 
 
-def gap_channels(problem: Problem) -> dict[str, ChannelGap]:
+def gap_channels(problem: BenchComparison) -> dict[str, ChannelGap]:
     """Gap of every channel against its two floors."""
     found: dict[str, ChannelGap] = {}
     for channel in problem.stack.channels:
@@ -53,7 +53,7 @@ def gap_channels(problem: Problem) -> dict[str, ChannelGap]:
     return found
 
 
-def where(problem: Problem, gap: Mapping[str, ChannelGap]) -> Where:
+def where(problem: BenchComparison, gap: Mapping[str, ChannelGap]) -> Where:
     """Channels above their floor, and how the thrust gap is shared between ranges of codes."""
     code = problem.table.code
     residual = problem.table.mean["thrust"] - problem.nominal["thrust"]
@@ -82,14 +82,14 @@ def where(problem: Problem, gap: Mapping[str, ChannelGap]) -> Where:
     return Where(channels=tuple(carried), regimes=tuple(regimes), times=())
 
 
-def shrink(problem: Problem, values: Values, held_out: str, *, seed: int = 0) -> Shrink:
+def shrink(problem: BenchComparison, values: Values, held_out: str, *, seed: int = 0) -> Shrink:
     """Gap at the held-out codes before and after; (before - after) / (before - healthy floor).
 
     The interval is that of a bootstrap over blocks of neighbouring codes (Kunsch 1989).
 
     Parameters
     ----------
-    problem : Problem
+    problem : BenchComparison
         Model and the held-out part of the table.
     values : mapping
         The answer's parameters; empty where it has none.

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.diagnose.bench.model import BenchModel
+from pipeline.diagnose.bench.model import ThrusterAtRest
 from pipeline.errors import CannotComputeError
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
@@ -62,7 +62,7 @@ class BenchTable:
 
 def bench_table(
     points: Sequence[MooringPoint],
-    model: BenchModel,
+    model: ThrusterAtRest,
     *,
     name: str,
     tare_drift_n: float | None = None,
@@ -74,7 +74,7 @@ def bench_table(
     ----------
     points : sequence of MooringPoint
         As read; marked ones are left out.
-    model : BenchModel
+    model : ThrusterAtRest
         What they are to be compared with; a channel that it lacks is left out.
     name : str
         What messages call the table.
@@ -118,7 +118,7 @@ def bench_table(
 
 
 def _check(
-    code: FloatArray, of_code: list[list[MooringPoint]], model: BenchModel, name: str
+    code: FloatArray, of_code: list[list[MooringPoint]], model: ThrusterAtRest, name: str
 ) -> None:
     expected = np.abs(model.channels["thrust"].at(code)) if code.size else np.zeros(0)
     live = code[expected > _CLEAR * model.thrust_max_n]

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pipeline.diagnose.bench.answer import Ranked
-from pipeline.diagnose.bench.model import BenchModel
+from pipeline.diagnose.bench.model import ThrusterAtRest
 from pipeline.diagnose.bench.noise import SCALE
 from pipeline.diagnose.bench.table import BenchTable
 from pipeline.records.diagnosis import NextRun, Shrink
@@ -14,7 +14,7 @@ _PERCENT = 100.0
 
 
 def sentence(
-    model: BenchModel,
+    model: ThrusterAtRest,
     best: Ranked,
     members: Sequence[str],
     probability: float,

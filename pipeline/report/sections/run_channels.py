@@ -42,7 +42,7 @@ TIME_LABEL = "time since the start of the log  [s]"
 
 
 @dataclass(frozen=True)
-class Series:
+class ChannelSeries:
     """One component to be drawn: readings, what was simulated at them, all (k,)."""
 
     error: ChannelError
@@ -55,7 +55,7 @@ class Series:
 
 
 def channel_figure(
-    quantity: str, series: tuple[Series, ...], duration_s: float, detail: Resolution
+    quantity: str, series: tuple[ChannelSeries, ...], duration_s: float, detail: Resolution
 ) -> Figure:
     """Draw a quantity: above measured, predicted over windows and flown freely; below the error."""
     panels = tuple(panel for one in series for panel in _panels(one))
@@ -81,7 +81,7 @@ def figure_name(quantity: str) -> str:
     return f"fig-{quantity.replace('_', '-')}"
 
 
-def _panels(one: Series) -> tuple[Panel, Panel]:
+def _panels(one: ChannelSeries) -> tuple[Panel, Panel]:
     unit, factor = shown_unit(one.error.unit)
     style: Style = "points" if one.time_s.size < FEW_READINGS else "line"
     both = factor * np.concatenate([one.measured, one.windows])
@@ -104,7 +104,7 @@ def _panels(one: Series) -> tuple[Panel, Panel]:
     return upper, Panel("error", (error,), height=0.6, band=band)
 
 
-def _lead(quantity: str, series: tuple[Series, ...]) -> str:
+def _lead(quantity: str, series: tuple[ChannelSeries, ...]) -> str:
     """Say how well each component was predicted."""
     parts = []
     for one in series:

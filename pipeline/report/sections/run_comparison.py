@@ -22,7 +22,7 @@ from pipeline.report.numbers import fixed, general, plural, signed
 from pipeline.report.run_results import RunResults
 from pipeline.report.sections.run_channels import (
     CURVES,
-    Series,
+    ChannelSeries,
     channel_figure,
     command_figure,
     figure_name,
@@ -189,7 +189,7 @@ def _figures(results: RunResults) -> list[tuple[str, Figure]]:
     return found
 
 
-def _series(results: RunResults, error: ChannelError) -> Series:
+def _series(results: RunResults, error: ChannelError) -> ChannelSeries:
     measured, windows = results.measured, results.windows
     assert measured is not None  # noqa: S101
     assert windows is not None  # noqa: S101
@@ -221,7 +221,7 @@ def _series(results: RunResults, error: ChannelError) -> Series:
             if both.any():
                 first = int(np.argmax(both))
                 free = free + 2 * np.pi * np.round((own[first] - free[first]) / (2 * np.pi))
-    return Series(
+    return ChannelSeries(
         error, measured.time_s[rows], own[rows], short[rows], residual[rows], measured.time_s, free
     )
 

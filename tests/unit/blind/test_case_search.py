@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pipeline.blind import sizing
-from pipeline.blind.flying import Fault, Patient, Stage, children, fault_of, fly_all, stage_of
+from pipeline.blind.flying import CaseWorld, Fault, Patient, children, fault_of, fly_all, stage_of
 from pipeline.blind.outside import TROUBLES
 from pipeline.blind.severity import gap_ratio, ratios
 from pipeline.blind.sizing import FloorKey, healthy_floors, trace_of_runs
@@ -48,7 +48,7 @@ def test_a_fault_that_cannot_be_seen_is_drawn_anew(
     shown = iter([1.2, 9.0, 6.0, 1.1] if shows_from > 5.0 else [1.2, 2.0, 6.0, 1.1])
     drawn_so_far: list[Fault] = []
 
-    def sized(_stage: Stage, _well: Craft, fault: Fault, **_: object) -> tuple[float, float]:
+    def sized(_stage: CaseWorld, _well: Craft, fault: Fault, **_: object) -> tuple[float, float]:
         drawn_so_far.append(fault)
         return 0.1 * len(drawn_so_far), next(shown)
 

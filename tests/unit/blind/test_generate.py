@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipeline.blind import generate as generate_module
-from pipeline.blind.flying import FlownCase, Patient, Stage, VehicleLost
+from pipeline.blind.flying import CaseWorld, FlownCase, Patient, VehicleLost
 from pipeline.blind.generate import CaseSpec, GeneratedCase, generate
 from pipeline.blind.severity import CHANNELS
 from pipeline.blind.subject import BlindSubject, possible_effects, variant_for
@@ -46,7 +46,9 @@ def test_a_healthy_vehicle_that_is_lost_makes_no_case(
     fly = generate_module.fly_all
 
     def lost(
-        stage: Stage, patient: Patient, *how: *tuple[Sequence[str], float, np.random.SeedSequence]
+        stage: CaseWorld,
+        patient: Patient,
+        *how: *tuple[Sequence[str], float, np.random.SeedSequence],
     ) -> list[FlownCase]:
         if not patient.faults:
             raise VehicleLost

@@ -22,13 +22,15 @@ from pipeline.design.balance import (
 )
 from pipeline.design.balance_design import design_balance
 from pipeline.design.balance_hull import BodyHull, PolarHull
-from pipeline.design.balance_input import BalanceInput, HullInput, LimitInput
+from pipeline.design.balance_input import BalanceHullInput, BalanceInput, LimitInput
 from pipeline.design.balance_limits import StatedLimits
 from pipeline.errors import CannotComputeError
 from pipeline.report.sections.design_balance import use_figure
 from pipeline.vehicle.load import load_checked
 
-LAW = HullInput(at_speed_mps=3.0, drag_n=148.0, lift_n_per_rad=1375.0, righting_nm_per_rad=731.0)
+LAW = BalanceHullInput(
+    at_speed_mps=3.0, drag_n=148.0, lift_n_per_rad=1375.0, righting_nm_per_rad=731.0
+)
 PILGRIM = PolarHull(LAW, 0.70)
 POINT = Condition(3.0, 60.0, 22.5, 2.0, 2.0)
 
@@ -133,7 +135,7 @@ def test_a_hull_that_does_not_lift_has_no_small_angle_form_at_any_arm(
 
 def test_a_speed_whose_square_is_no_number_is_refused() -> None:
     with pytest.raises(ValueError, match="at_speed_mps"):
-        HullInput.model_validate(LAW.model_dump() | {"at_speed_mps": 1e-200})
+        BalanceHullInput.model_validate(LAW.model_dump() | {"at_speed_mps": 1e-200})
 
 
 @pytest.mark.parametrize(

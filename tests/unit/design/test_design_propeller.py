@@ -5,7 +5,7 @@ import pytest
 from design_cases import propeller
 
 from pipeline.bundled.design import design_example
-from pipeline.design.propeller_cavitation import Water, burrill, keller_area_ratio
+from pipeline.design.propeller_cavitation import CavitationWater, burrill, keller_area_ratio
 from pipeline.design.propeller_design import design_propeller, drive_limit, make_task
 from pipeline.design.propeller_input import DriveCurve, DrivePoint, PropellerInput
 from pipeline.design.propeller_select import full_power, least_power, most_thrust, screw
@@ -131,7 +131,7 @@ def test_full_power_is_where_both_torques_meet() -> None:
 
 
 def test_keller_and_burrill_by_hand() -> None:
-    water = Water(1000.0, 9.81, 1.0, 1706.0, 1e-6)
+    water = CavitationWater(1000.0, 9.81, 1.0, 1706.0, 1e-6)
     one = Geometry(3, 0.2, 1.0, 0.5)
     over = 101325 + 9810 - 1706
     assert float(keller_area_ratio(500.0, one, water, 0.1)) == pytest.approx(

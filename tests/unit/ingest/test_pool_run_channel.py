@@ -9,10 +9,10 @@ from pool_logs import json_topic, rov, ticks, write_log
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.pool_run_channel import water_of
-from pipeline.ingest.pool_run_convert import Water
+from pipeline.ingest.pool_run_convert import WaterOfRun
 
 STATED = {"density_kgpm3": "1020.0", "gravity_mps2": "9.8", "atmospheric_pressure_pa": "100000.0"}
-OF_THE_VEHICLE = Water(1000.0, 9.81)
+OF_THE_VEHICLE = WaterOfRun(1000.0, 9.81)
 
 
 def log_stating(folder: Path, **stated: str) -> Path:
@@ -30,7 +30,7 @@ def read_through(path: Path) -> McapFile:
 
 def test_the_water_that_a_log_states_is_taken(tmp_path: Path) -> None:
     log = read_through(log_stating(tmp_path))
-    assert water_of(rov(), log.directory.metadata) == Water(1020.0, 9.8, 100_000.0)
+    assert water_of(rov(), log.directory.metadata) == WaterOfRun(1020.0, 9.8, 100_000.0)
 
 
 @pytest.mark.parametrize("key", STATED)

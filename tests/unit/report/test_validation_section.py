@@ -7,11 +7,11 @@ import pytest
 
 from pipeline.records.validation import (
     AllocatorValidation,
+    FlightTrace,
     KeepingFlight,
     PortionFlight,
     SettingFlight,
     StepFlight,
-    Trace,
     Variant,
 )
 from pipeline.report.blocks import Block, Details, Table
@@ -43,7 +43,9 @@ def flown() -> AllocatorValidation:
         heading_step_reached_deg=88.0,
     )  # fmt: skip
     traces = tuple(
-        Trace(variant=one, time_s=(0.0,), speed_mps=(1.0,), heading_deg=(0.0,), depth_m=(3.0,))
+        FlightTrace(
+            variant=one, time_s=(0.0,), speed_mps=(1.0,), heading_deg=(0.0,), depth_m=(3.0,)
+        )
         for one in VARIANTS
     )
     return AllocatorValidation(

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from pipeline.control.autopilot import Reference
+from pipeline.control.autopilot import Setpoint
 from pipeline.effects.effect import Effect
 from pipeline.effects.library import EffectSpec, apply_effects, candidates, effects
 from pipeline.errors import CannotComputeError
@@ -336,7 +336,7 @@ def test_a_demand_can_be_added_to_the_references(
 ) -> None:
     """Under the depth hold a steady push ahead comes to the speed that it sustains."""
     packed = packed_vehicles["mmt300"]
-    hold = Reference(depth_m=0.0, heading_rad=0.0, pitch_rad=0.0)
+    hold = Setpoint(depth_m=0.0, heading_rad=0.0, pitch_rad=0.0)
     push = np.array([40.0, 0, 0, 0, 0, 0])
     end = fly(packed, FlightPlan(40.0, reference=lambda _t: hold, wrench=lambda _t: push))
     u = end.nu[-1, 0]

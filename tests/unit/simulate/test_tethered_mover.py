@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from pipeline.control.autopilot import Reference
+from pipeline.control.autopilot import Setpoint
 from pipeline.errors import CannotComputeError
 from pipeline.physics.winch import Winch
 from pipeline.simulate import tethered_mover
@@ -78,7 +78,7 @@ def test_the_pieces_of_a_control_loop_are_one_run(
 def test_the_autopilot_holds_depth_against_the_cable(packed: PackedVehicle) -> None:
     """The pull of the cable is what the thrusters then carry on top."""
     plan = FlightPlan(
-        40.0, lambda _t: Reference(depth_m=8.0, heading_rad=0.0, pitch_rad=0.0), start=START
+        40.0, lambda _t: Setpoint(depth_m=8.0, heading_rad=0.0, pitch_rad=0.0), start=START
     )
     free = fly(packed, plan)
     mover = TetheredMover(CABLE)

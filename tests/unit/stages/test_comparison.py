@@ -13,7 +13,7 @@ from pipeline.records.run_notes import BallastItem, RunNotes, WaterNotes
 from pipeline.records.run_table import RunTable
 from pipeline.report.comparison_page import comparison_page
 from pipeline.stages.comparison import compare, conditions_apart
-from pipeline.stages.comparison_sides import Found
+from pipeline.stages.comparison_sides import FoundSide
 from pipeline.vehicle.load import load_vehicle
 
 
@@ -64,7 +64,7 @@ def test_a_page_and_json_are_written_and_the_exit_code_says_whether(
     assert (folder / "comparison.json").is_file()
 
 
-def side(repository: Path, note: RunNotes, supply_v: float) -> Found:
+def side(repository: Path, note: RunNotes, supply_v: float) -> FoundSide:
     count = 20
     table = RunTable(
         "run",
@@ -73,7 +73,7 @@ def side(repository: Path, note: RunNotes, supply_v: float) -> Found:
         {"voltage": np.ones(count, bool)},
     )
     vehicle = load_vehicle(repository / "raw/mmt300")
-    return Found(
+    return FoundSide(
         Side(name="day", kind="runs", vehicle="mmt300", holds=()),
         runs=(table,),
         notes=(note,),

@@ -15,7 +15,7 @@ from pipeline.stages.receipt import FirmwareFiles
 from pipeline.workflow import export, one_result, validate
 from pipeline.workflow.outcome import Outcome, outcome_of
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Request, Result
+from pipeline.workflow.run import Result, RunRequest
 from pipeline.workflow.summary import summary
 
 STARTED = Event("started", "boat", "static")
@@ -132,7 +132,7 @@ def test_failure_is_told_by_the_title_of_its_stage(
     monkeypatch.setattr(one_result, "run", lambda *_: stopped)
     monkeypatch.setattr(validate, "choose", lambda *_: None)
     for call in (
-        lambda: export.export_firmware(Request(("boat",)), tmp_path),
+        lambda: export.export_firmware(RunRequest(("boat",)), tmp_path),
         lambda: validate.validated("boat", tmp_path, tmp_path),
     ):
         with pytest.raises(CannotComputeError) as caught:
@@ -255,7 +255,7 @@ def test_export_tells_the_failed_checks_behind_the_firmware(
     boat = VehicleFolder("boat", "raw/boat")
     monkeypatch.setattr(export, "one_result", lambda *_: made)
     monkeypatch.setattr(export, "choose", lambda *_: ((boat,), ()))
-    done = export.export_firmware(Request(("boat",), out=tmp_path), tmp_path / "to")
+    done = export.export_firmware(RunRequest(("boat",), out=tmp_path), tmp_path / "to")
     assert done.refused == ()
     assert (tmp_path / "to/boat.h").is_file()
     told = capsys.readouterr().err

@@ -15,7 +15,7 @@ from pipeline.records.trial import PageReceipt
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.page_lines import page_lines
 from pipeline.workflow.progress import Progress
-from pipeline.workflow.run import Request, Result
+from pipeline.workflow.run import Result, RunRequest
 from pipeline.workflow.watch import UNCLOSED_FACTOR, Habits, Watcher
 
 SETTLE_S = 3.0
@@ -27,14 +27,14 @@ class Scene:
 
     root: Path
     clock_s: float = 0.0
-    requests: list[Request] = field(default_factory=list)
+    requests: list[RunRequest] = field(default_factory=list)
     fault: InputError | None = None
     pages: tuple[str, ...] = ()
     failed: tuple[Event, ...] = ()
     stopped: str = ""
 
     def watcher(self, *vehicles: str) -> Watcher:
-        def do_run(request: Request, _progress: Progress) -> Result:
+        def do_run(request: RunRequest, _progress: Progress) -> Result:
             self.requests.append(request)
             if self.fault is not None:
                 raise self.fault
@@ -45,7 +45,7 @@ class Scene:
                 *(done, (), outcomes, self.failed, 1, complete, self.pages), stopped=self.stopped
             )
 
-        request = Request(vehicles, self.root / "raw", self.root)
+        request = RunRequest(vehicles, self.root / "raw", self.root)
         return Watcher(request, Habits(1.0, SETTLE_S), lambda: self.clock_s, do_run)
 
     def log(self, name: str) -> Path:

@@ -10,8 +10,8 @@ from scipy.stats import spearmanr
 from pipeline.diagnose.bench.answer import PRIOR, rank
 from pipeline.diagnose.bench.effects import predict
 from pipeline.diagnose.bench.engine import diagnose_bench
-from pipeline.diagnose.bench.fit import Problem, fit_effects, fit_nothing
-from pipeline.diagnose.bench.model import Reference, bench_model
+from pipeline.diagnose.bench.fit import BenchComparison, fit_effects, fit_nothing
+from pipeline.diagnose.bench.model import ReferenceCurve, bench_model
 from pipeline.diagnose.bench.noise import smooth
 from pipeline.diagnose.bench.shrink import held_out_codes
 from pipeline.diagnose.bench.table import bench_table
@@ -85,7 +85,7 @@ def test_another_propeller_is_unknown() -> None:
 def test_two_ways_of_being_unknown_are_one_answer_with_one_prior(share: float) -> None:
     """With a voltage: of any shape at the bench's supply, and at the one that was read."""
     bent = cases.thrust(share * CODE) * (1.0 + 0.5 * np.sin(2.0 * np.pi * np.abs(CODE) / 127.0))
-    problem = Problem(cases.model(), cases.table(bent, share * cases.VOLTS))
+    problem = BenchComparison(cases.model(), cases.table(bent, share * cases.VOLTS))
     ranking, _ = rank(problem)
     nothing = fit_nothing(problem)
     sag = fit_effects(problem, ("voltage_sag",))
@@ -207,7 +207,7 @@ def test_voltage_follows_the_drop_and_neutral_values_change_nothing(drop: float)
 
 def test_beyond_the_last_code_thrust_goes_on_as_a_power() -> None:
     code = np.linspace(-100.0, 100.0, 201)
-    square = Reference(code, code * np.abs(code), np.zeros(201))
+    square = ReferenceCurve(code, code * np.abs(code), np.zeros(201))
     assert square.at([200.0, -150.0]) == pytest.approx([40000.0, -22500.0], rel=1e-3)
 
 
