@@ -24,12 +24,12 @@ from scipy.spatial.transform import Rotation
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
+from pipeline.measured.demand import demanded, settled
 from pipeline.measured.lagging import commands_for, lagged
 from pipeline.measured.motion import MeasuredMotion, measured_motion
 from pipeline.physics.parameters import read, write
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import thruster_wrench
-from pipeline.simulate.kernel_demand import demand_along
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -137,8 +137,7 @@ def injected(
 
 def thrust_wrench(packed: PackedVehicle, run: RunTable, motion: MeasuredMotion) -> FloatArray:
     """Wrench (m, 6) of the thrusters that a run's commands lead to, by the vehicle's file."""
-    vector = packed.vector.copy()
-    write(vector, "rotor_inertia", 0.0)
+    vector = settled(packed.vector)
     period = float(np.median(np.diff(run.time_s)))
     codes = np.nan_to_num(np.array(run.values["command"], float))
     return _pushed(packed, vector, lagged(packed, vector, codes, period), motion)[0]
@@ -148,18 +147,7 @@ def _more_demanded(
     packed: PackedVehicle, nominal: FloatArray, changed: FloatArray, moved: MeasuredMotion
 ) -> FloatArray:
     """Return what the motion demands of the thrusters with the effect, less without (m, 6)."""
-    found = []
-    for vector in (changed, nominal):
-        out = np.zeros((len(moved.state), 6))
-        demand_along(
-            vector,
-            np.ascontiguousarray(moved.state),
-            np.ascontiguousarray(moved.nu_dot),
-            packed.strips,
-            out,
-        )
-        found.append(out)
-    return np.asarray(found[0] - found[1])
+    return demanded(packed, changed, moved) - demanded(packed, nominal, moved)
 
 
 def _check_known(  # noqa: PLR0917 - one caller

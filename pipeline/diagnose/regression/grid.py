@@ -18,13 +18,12 @@ from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
+from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import layout
 from pipeline.measured.lagging import lagged
 from pipeline.measured.motion import channel_of, measured_motion
-from pipeline.physics.parameters import write
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import thruster_wrench
-from pipeline.simulate.kernel_demand import demand_along
 from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
@@ -175,13 +174,13 @@ class _Claimed:
         self.row_s = float(np.median(np.diff(run.time_s)))
         place = sensors.dvl.position_m if sensors and sensors.dvl else (0.0, 0.0, 0.0)
         self.of_turning = np.cross(self.motion.nu[:, 3:], np.array(place))
-        self._nominal = _settled(packed.vector)
+        self._nominal = settled(packed.vector)
         self._codes = np.nan_to_num(np.array(run.values["command"], float))
-        self.wrench, self._thrust = _pushed(
+        self._pushed, self._thrust = _pushed(
             packed, self._nominal, self._codes, self.motion.nu, self.row_s
         )
-        self._still = np.zeros_like(self.motion.nu_dot)
-        self._hull = -_demand(packed, self._nominal, self.motion.state, self._still)
+        self.wrench = self._pushed + known_wrench(packed, run, self.motion)
+        self._hull = -demanded(packed, self._nominal, self.motion, still=True)
         self._lever = layout(packed, self._nominal)
 
     def departure(self, one: Coordinate, size: float) -> tuple[FloatArray, FloatArray]:
@@ -195,12 +194,12 @@ class _Claimed:
         value = float(np.clip(one.parameter.neutral + size * one.unit_size, least, most))
         share = (value - one.parameter.neutral) / one.unit_size
         spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
-        changed = _settled(apply_effects(packed.vector, [spec], packed.context))
+        changed = settled(apply_effects(packed.vector, [spec], packed.context))
         if one.effect.of_thrusters or one.target is not None:
             pushed = _pushed(packed, changed, self._codes, self.motion.nu, self.row_s)[0]
-            added = pushed - self.wrench
+            added = pushed - self._pushed
         else:
-            added = -_demand(packed, changed, self.motion.state, self._still) - self._hull
+            added = -demanded(packed, changed, self.motion, still=True) - self._hull
         return added / share, (_mass(changed) - _mass(self._nominal)) / share
 
 
@@ -248,27 +247,12 @@ def _about(  # noqa: PLR0917 - one caller
     return np.asarray((total[last] - total[first]) / (last - first)[:, None])
 
 
-def _settled(vector: FloatArray) -> FloatArray:
-    """Parameters of thrusters whose shafts have settled."""
-    found = vector.copy()
-    write(found, "rotor_inertia", 0.0)
-    return found
-
-
 def _pushed(
     packed: PackedVehicle, vector: FloatArray, codes: FloatArray, nu: FloatArray, row_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Wrench (m, 6) and thrusts (m, n) of commands."""
     acting = lagged(packed, vector, codes, row_s)
     return thruster_wrench(packed, acting, nu, vector=vector)
-
-
-def _demand(
-    packed: PackedVehicle, vector: FloatArray, state: FloatArray, rate: FloatArray
-) -> FloatArray:
-    out = np.zeros((len(state), 6))
-    demand_along(vector, np.ascontiguousarray(state), rate, packed.strips, out)
-    return out
 
 
 def _mass(vector: FloatArray) -> FloatArray:
