@@ -14,6 +14,8 @@ from pipeline.diagnose.conclude.case_evidence import CaseEvidence, case_evidence
 from pipeline.diagnose.conclude.conclusion import conclude
 from pipeline.diagnose.conclude.gap_seen import gap_seen
 from pipeline.diagnose.conclude.shaft_speeds import by_shaft_speeds, shafts_seen
+from pipeline.diagnose.events.event import with_events
+from pipeline.diagnose.events.told import with_events as told_events
 from pipeline.diagnose.inference.infer import infer
 from pipeline.diagnose.inference.verdict import specs_of
 from pipeline.diagnose.judging.search import Search
@@ -77,7 +79,7 @@ def diagnose_fully(
     try:
         # the matrices are small: threads of BLAS beside our own only wait for each other
         with threadpool_limits(1, user_api="blas"):
-            return _beside_errors(case, threads, seed, keep)
+            return _with_events(case, threads, seed, keep)
     except np.linalg.LinAlgError as error:
         raise CannotComputeError(
             f"the runs of {case.name} and its model are so far apart that the equations of the "
@@ -86,13 +88,25 @@ def diagnose_fully(
         ) from None
 
 
+def _with_events(
+    case: Case, threads: int, seed: int, keep: Callable[[CaseEvidence], None] | None
+) -> Diagnosis:
+    """Diagnose with what happened during the runs known, where that leaves nothing unknown."""
+    case = _in_order(case)
+    check_preconditions(case)
+    knowing, events = with_events(case)
+    if events:
+        found = _beside_errors(knowing, threads, seed, keep)
+        if UNKNOWN not in found.record.verdict.effects:
+            return replace(found, record=told_events(found.record, events))
+    return _beside_errors(case, threads, seed, keep)
+
+
 def _beside_errors(
     case: Case, threads: int, seed: int, keep: Callable[[CaseEvidence], None] | None
 ) -> Diagnosis:
     """Diagnose, and anew where the answer lacks what the instruments show of each other."""
     began = time.monotonic()
-    case = _in_order(case)
-    check_preconditions(case)
     known, note = None, None
     if len(case.healthy) >= LEAST_SOUND:
         known, note = reference_of(case)

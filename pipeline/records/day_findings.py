@@ -85,6 +85,7 @@ def _finding(runs: Sequence[str], record: DiagnosisRecord, by: str) -> DayFindin
             "ambiguous_with": verdict.ambiguous_with,
             "ranked": ranked,
             "worst_axis": record.leftover.worst_axis if unknown else "",
+            "event": verdict.events[0] if verdict.from_s is not None else None,
             **_shown(record),
         }
     )

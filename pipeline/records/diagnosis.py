@@ -96,6 +96,26 @@ class Detail(Record):
     axes: tuple[str, ...] = ()
 
 
+class RunEvent(Record):
+    """What happened during a run and its notes do not tell.
+
+    `note` is the line of the notes that would tell it; empty where they have no word for it.
+    `force` is what the vehicle file lacks along `axis` at `time_s` of the run, `step` what it is
+    before and from `at_s` on, in `unit`.
+    """
+
+    run: str
+    at_s: float
+    between_s: Interval
+    what: str
+    axis: str
+    unit: str
+    time_s: tuple[float, ...]
+    force: tuple[float, ...]
+    step: tuple[float, float]
+    note: str = ""
+
+
 class Verdict(Record):
     """Part two: which effect; `sentence` is the answer in words."""
 
@@ -110,6 +130,8 @@ class Verdict(Record):
     """Runs that carry it."""
     from_s: float | None = None
     """Seconds into the run from which on it is so; None: all the time."""
+    events: tuple[RunEvent, ...] = ()
+    """What happened during the runs; with `from_s` the first of them is the answer."""
     text: str = ""
     """What it says, in words."""
 

@@ -274,6 +274,8 @@ def _to_do(vehicle: str, of: str, one: DayFinding, flown: Flown) -> tuple[Advice
     if look is None:
         return tuple(found)
     found.append(look)
+    if one.event is not None:
+        return tuple(found[:_MOST])
     if one.effects == ("unknown",):
         runs = " ".join(one.runs)
         found.append(

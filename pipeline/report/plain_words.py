@@ -81,6 +81,8 @@ def what_is_the_matter(one: DayFinding) -> str:
         return "No fault was found: the vehicle moves as its file says"
     if one.is_sound:
         return "Sound: the vehicle moves as its file says"
+    if one.event is not None:
+        return one.event.what
     if one.effects == ("unknown",):
         axis = one.worst_axis
         return (
@@ -104,7 +106,7 @@ def short_finding(one: DayFinding) -> str:
     """
     if one.is_sound:
         return "sound" if one.probability >= _HALF else "no fault found"
-    if one.effects == ("unknown",):
+    if one.effects == ("unknown",) and one.event is None:
         return "moves otherwise than its file says, cause unknown"
     text = what_is_the_matter(one)
     text = text[:1].lower() + text[1:]
@@ -115,6 +117,8 @@ def what_to_look_at(one: DayFinding) -> Advice | None:
     """Return the first thing to look at on the vehicle; None of a sound one."""
     if one.is_sound:
         return None
+    if one.event is not None and one.event.note:
+        return Advice(text=f"Write it into the notes of the run: {as_it_is(one.event.note)}")
     for name in one.effects:
         if name in _INSTRUMENTS:
             return Advice(text=_INSTRUMENT)

@@ -65,7 +65,7 @@ class RunSetup:
                 change = set.add if event.action == "attach" else set.discard
                 change(on_board, event.module)
         modules = tuple(
-            _module(one, 1.0 if one.name in on_board else -1.0)
+            module_body(one, 1.0 if one.name in on_board else -1.0)
             for one in self.stated.payloads
             if one.attached != (one.name in on_board)
         )
@@ -157,7 +157,8 @@ def run_setup(vehicle: Vehicle, model: Model, notes: RunNotes | None) -> RunSetu
     )
 
 
-def _module(payload: Payload, sign: float) -> KnownBody:
+def module_body(payload: Payload, sign: float) -> KnownBody:
+    """Return a module that is put on (1) or taken off (-1) as a body."""
     xx, yy, zz = payload.inertia_kgm2
     return KnownBody(
         payload.name,

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.diagnose.events.force_step import force_step, outside_force
 from pipeline.effects.library import parse_effect
 from pipeline.measured.inject import commanded_without_effect, injected
 from pipeline.stages.measured_subjects import MeasuredSubject, load_subject
@@ -35,3 +36,11 @@ def test_the_sway_thruster_of_the_pool_stood_still(shared_data: Path, tmp_path: 
     assert len(pool.runs) == 27
     told = commanded_without_effect(pool.packed, pool.runs[8], "sway")
     assert np.abs(told.values["command"][:, 5]).max() == 160.0
+    # nothing was let go in any run, and no file of a vehicle is so wrong that it looks like it
+    for run in pool.runs:
+        assert force_step(outside_force(pool.packed, run, pool.vehicle.sensors)) is None, run.name
+
+
+def test_nothing_was_let_go_in_the_tank(tank: MeasuredSubject) -> None:
+    for run in tank.runs:
+        assert force_step(outside_force(tank.packed, run, tank.vehicle.sensors)) is None, run.name

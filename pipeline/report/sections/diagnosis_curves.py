@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.language import as_it_is
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
 from pipeline.records.day_diagnosis import DayFinding
-from pipeline.records.diagnosis import DiagnosisRecord, Series
+from pipeline.records.diagnosis import DiagnosisRecord, RunEvent, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.channels import channel_name, short_name, shown_unit
@@ -143,6 +143,8 @@ def run_figure(record: DiagnosisRecord, one: HeldOut, number: int, detail: Resol
 
 def finding_figure(finding: DayFinding) -> Figure | None:
     """Draw the readings in which a finding is to be seen best; None where there are none."""
+    if finding.event is not None:
+        return _event_figure(finding.event)
     drawn = held_out(finding.shown)
     if not drawn:
         return None
@@ -156,6 +158,34 @@ def finding_figure(finding: DayFinding) -> Figure | None:
     elif floor is not None:
         said += f"; a sound vehicle leaves {general(floor, 2)} {one.unit}"
     return _figure("fig-shown", f"{_capital(said)}.", one, floor, Resolution())
+
+
+def _event_figure(event: RunEvent) -> Figure:
+    """Draw the force that sets in over time."""
+    time_s = np.array(event.time_s)
+    step = np.where(time_s >= event.at_s, event.step[1], event.step[0])
+    what = f"{event.axis} {'force' if event.unit == 'N' else 'moment'}"
+    lead = f"{_capital(what)} that the vehicle file lacks, in {as_it_is(event.run)}."
+    return zoomable_figure(
+        "fig-shown",
+        lead,
+        f"{_capital(what)} that the vehicle file lacks, over time: a step at "
+        f"{general(event.at_s, 3)} s.",
+        f"{lead} Black (white on a dark page): by the measured motion. Blue: its mean before and "
+        "after.",
+        (
+            Panel(
+                f"{event.axis}  [{event.unit}]",
+                (
+                    Trace("measured", time_s, np.array(event.force), plotting.INK, "line", 1.4),
+                    Trace("mean", time_s, step, plotting.BLUE),
+                ),
+                height=1.3,
+            ),
+        ),
+        x_label="time in the run  [s]",
+        resolution=Resolution(),
+    )
 
 
 def _figure(
