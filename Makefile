@@ -1,5 +1,6 @@
 # make        set up, then raw/ -> processed/ and reports/; ends by naming the report
-# make test   set up, then all tests
+# make test   set up, then all tests but the slow ones (under 8 minutes on two cores)
+# make test-all  the same with the slow ones
 # make quick  set up, then the tests that need no simulation and no diagnosis (a minute or so)
 # make coverage  the same, and fails where the tests run less than 85 % of the lines
 # make check  linters, types, import rules
@@ -30,7 +31,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 TESTS ?=
 MINUTES ?= 10
 
-.PHONY: run setup test quick coverage check lock cross reference drawing cluster wheel-test fuzz faults bundled benchmark clean
+.PHONY: run setup test test-all quick coverage check lock cross reference drawing cluster wheel-test fuzz faults bundled benchmark clean
 
 run: setup
 	@$(BIN)/rig2sea run
@@ -54,6 +55,9 @@ $(STAMP): requirements.lock pyproject.toml
 
 test: setup
 	@$(BIN)/python -m pytest -n 2 --dist worksteal -q $(TESTS)
+
+test-all: setup
+	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m '' $(TESTS)
 
 quick: setup
 	@$(BIN)/python -m pytest -n 2 --dist worksteal -q -m quick $(if $(TESTS),$(TESTS),tests)

@@ -21,6 +21,9 @@ os.environ["RIG2SEA_LANGUAGE"] = "en"
 # Workbooks are compared byte by byte, whether lxml is installed or not.
 os.environ.setdefault("OPENPYXL_LXML", "False")
 
+# The commands that tests start would compile every module anew where nothing may be kept.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+
 # Two test processes share the cores: BLAS threads beside them would only wait for each other.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_variable, "1")
@@ -57,6 +60,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that need no simulation and no diagnosis."""
     for item in items:
         slow = SLOW_FIXTURES.intersection(getattr(item, "fixturenames", ()))
+        slow |= {mark.name for mark in item.iter_markers("slow")}
         if not slow and is_quick(item.path, REPOSITORY):
             item.add_marker(pytest.mark.quick)
 

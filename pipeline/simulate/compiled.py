@@ -19,7 +19,9 @@ import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
+
+from pipeline.code_cache import kept_in
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -153,18 +155,13 @@ def _known_sources() -> frozenset[Path]:
 
 
 def _compile(function: Function, **settings: Any) -> Function:  # noqa: ANN401 (numba's settings)
-    import numba
-
     source = Path(function.__code__.co_filename).resolve()
     if source not in _known_sources():
         raise RuntimeError(
             f"{source} is compiled but not among the kernel's sources, so its changes would go "
             "unnoticed: name the file kernel_*.py, or import it in one"
         )
-    # the stubs do not know the setting, which numba reads when a function is compiled
-    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]  # set at run time
-    compile_it = numba.njit(cache=True, nogil=True, error_model="numpy", **settings)
-    return cast("Function", compile_it(function))
+    return kept_in(cache_folder(), function, **settings)
 
 
 def compiled(function: Function) -> Function:

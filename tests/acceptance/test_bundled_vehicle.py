@@ -5,6 +5,7 @@ The raw files in ``raw/mmt300`` were rebuilt from the tables of Kostenko 2023 wi
 neither the results nor the vehicle file are compared with themselves.
 """
 
+import json
 import re
 from pathlib import Path
 from typing import Any
@@ -101,6 +102,8 @@ def test_the_run_ends_well_and_leaves_the_raw_files_alone(
     assert bundled.said["out"].rstrip().endswith("Report: reports/index.html")
     assert digests(bundled.root / "raw") == bundled.said["raw"]
     assert tables["not_computed"] == {}
+    (run,) = (bundled.root / "processed/mmt300/run_diagnoses").iterdir()
+    assert json.loads(run.read_bytes())["record"]["record"]["verdict"]["effects"] != []
 
 
 # --- Table 1 ------------------------------------------------------------------------------------

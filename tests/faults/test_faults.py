@@ -19,6 +19,7 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> Bench:
     return Bench(moored_bench(tmp_path_factory)[0])
 
 
+@pytest.mark.slow
 def test_full_disk_then_the_clock_set_back_then_killed_and_still_repaired(
     clean: Bench, tmp_path: Path
 ) -> None:

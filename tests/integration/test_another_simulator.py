@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import pytest
 from another_simulator import Scout, write_run
 from shared_runs import rig2sea
 
@@ -12,14 +13,14 @@ CURVE = "thrust_max_n: 40.0, thrust_min_n: -31.0, dead_zone_code: 6, exponent: 2
 FITTED = "thrust_max_n: 40.73, thrust_min_n: -31.57, dead_zone_code: 9.2, exponent: 1.287"
 
 
-def diagnosed(folder: Path, scout: Scout) -> dict[str, Any]:
+def diagnosed(folder: Path, scout: Scout, seconds: float = 60.0) -> dict[str, Any]:
     text = (Path(__file__).parent / "scout.yaml").read_text(encoding="utf-8")
     assert CURVE in text
     if scout.jumps:
         text = text.replace(CURVE, FITTED)
     (folder / "vehicle.yaml").write_text(text, encoding="utf-8")
     for seed, kind in enumerate(("steps", "sines")):
-        write_run(folder / "pool" / f"{kind}.mcap", scout, kind, 60.0, seed)
+        write_run(folder / "pool" / f"{kind}.mcap", scout, kind, seconds, seed)
     done = rig2sea(folder, "diagnose", str(folder), "steps", "sines", "--to", str(folder / "out"))
     assert done.returncode == 0, done.stderr
     found = json.loads((folder / "out" / "diagnosis.json").read_text(encoding="utf-8"))
@@ -31,6 +32,16 @@ def tells_of_the_lag(found: dict[str, Any]) -> bool:
     return any("dead zone comes before their lag" in note for note in found["notes"])
 
 
+def test_a_buoyancy_shows_in_short_runs(tmp_path: Path) -> None:
+    force_n = 5.0
+    scout = Scout(volume_m3=0.02107 + force_n / (1000.0 * 9.81))
+    found = diagnosed(tmp_path, scout, seconds=16.0)
+    assert found["verdict"]["effects"] == ["residual_buoyancy"]
+    first = found["ranking"][0]["parameters"]["force_n"]
+    assert first["ci95"][0] < force_n < first["ci95"][1]
+
+
+@pytest.mark.slow
 def test_a_vehicle_as_its_file_says_is_called_that(tmp_path: Path) -> None:
     """Also where the dead zone comes before the lag, of which a vehicle file says nothing."""
     found = diagnosed(tmp_path, Scout(dead_zone_first=True))
@@ -39,12 +50,14 @@ def test_a_vehicle_as_its_file_says_is_called_that(tmp_path: Path) -> None:
     assert tells_of_the_lag(found)
 
 
+@pytest.mark.slow
 def test_a_formula_that_misses_the_foot_of_its_curve_is_no_fault(tmp_path: Path) -> None:
     """Its dead zone is twice the real one, and at small codes there is thrust where it has none."""
     found = diagnosed(tmp_path, Scout(jumps=True))
     assert found["verdict"]["effects"] == ["none"]
 
 
+@pytest.mark.slow
 def test_a_buoyancy_is_found_and_its_size(tmp_path: Path) -> None:
     force_n = 5.0
     found = diagnosed(tmp_path, Scout(volume_m3=0.02107 + force_n / (1000.0 * 9.81)))
@@ -54,6 +67,7 @@ def test_a_buoyancy_is_found_and_its_size(tmp_path: Path) -> None:
     assert not tells_of_the_lag(found)
 
 
+@pytest.mark.slow
 def test_a_low_supply_is_all_but_the_same_as_less_thrust(tmp_path: Path) -> None:
     """Beyond a dead zone before the drive both scale thrust, and no voltage is logged.
 

@@ -160,8 +160,7 @@ def beyond(characteristic: FirmwareCharacteristic) -> np.ndarray:
 # ---- The compilers have nothing to say ----------------------------------------------------------
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-@pytest.mark.parametrize("level", ["-O0", "-O2", "-Os"])
+@pytest.mark.parametrize(("compiler", "level"), [("gcc", "-O0"), ("gcc", "-O2"), ("clang", "-Os")])
 def test_compiles_without_a_warning(
     generated: tuple[FirmwareCharacteristic, Path], compiler: str, level: str
 ) -> None:
@@ -247,7 +246,7 @@ def test_fixed_point_thrusts_are_the_models(library: Library) -> None:
     tables = fixed_point.fixed_tables(library.characteristic)
     codes = all_codes(library.characteristic)
     ends = np.array([-(2**31), -1, 0, 1, 2**31 - 1], np.int32)
-    for speed in np.concatenate((np.rint(SPEED_MPS * ONE).astype(np.int32), ends)):
+    for speed in np.concatenate((np.rint(SPEED_MPS[::3] * ONE).astype(np.int32), ends)):
         got = library.call("thrust_q", codes, speed, result=np.int32)
         assert (got == fixed_point.thrust_from_code(tables, codes, int(speed))).all()
 
@@ -270,7 +269,7 @@ def test_single_precision_is_the_models_to_the_bit(library: Library) -> None:
     codes = all_codes(library.characteristic)
     ends = [np.inf, -np.inf, np.nan, 3.4e38, -3.4e38, 1e-45]
     thrust = np.concatenate((THRUST_N, beyond(library.characteristic), ends)).astype(np.float32)
-    for speed in np.append(SPEED_MPS, ends).astype(np.float32):
+    for speed in np.append(SPEED_MPS[::3], ends).astype(np.float32):
         got = library.call("code_f32", thrust, speed, result=np.int16)
         assert (got == single_precision.code_from_thrust(tables, thrust, speed)).all()
         got_n = library.call("thrust_f32", codes, speed, result=np.float32)
@@ -289,7 +288,7 @@ def test_fused_operations_change_a_few_last_places(
     tables = single_precision.single_tables(characteristic)
     codes = all_codes(characteristic)
     largest = np.float32(max(characteristic.positive.thrust_max_n))
-    for speed in SPEED_MPS.astype(np.float32):
+    for speed in SPEED_MPS[::5].astype(np.float32):
         got_n = fused.call("thrust_f32", codes, speed, result=np.float32)
         wanted_n = single_precision.thrust_from_code(tables, codes, speed)
         assert np.abs(got_n - wanted_n).max() <= 8 * np.spacing(largest)
@@ -328,7 +327,7 @@ def test_codes_come_back(library: Library, variant: str) -> None:
     codes = codes_that_return(characteristic, 801).astype(np.int16)
     kinds = {"f32": (np.float32, 1.0), "q": (np.int32, ONE)}
     kind, one = kinds[variant]
-    for speed in (SPEED_MPS * one).astype(kind):
+    for speed in (SPEED_MPS[::3] * one).astype(kind):
         thrust = library.call(f"thrust_{variant}", codes, speed, result=kind)
         back = library.call(f"code_{variant}", thrust, speed, result=np.int16)
         live = np.abs(thrust / one) > characteristic.thrust_dead_n

@@ -10,7 +10,9 @@ import tempfile
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar, cast
+from typing import Any, TypeVar
+
+from pipeline.code_cache import kept_in
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -41,11 +43,7 @@ def cache_folder() -> Path:
 
 
 def _compile(function: Function, **settings: Any) -> Function:  # noqa: ANN401 (numba's settings)
-    import numba
-
-    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]  # set at run time
-    compile_it = numba.njit(cache=True, nogil=True, error_model="numpy", **settings)
-    return cast("Function", compile_it(function))
+    return kept_in(cache_folder(), function, **settings)
 
 
 def compiled(function: Function) -> Function:

@@ -5,10 +5,15 @@ from pathlib import Path
 import pytest
 
 from pipeline.blind.generate import CaseSpec, generate
+from pipeline.effects.library import candidates
 from pipeline.stages.blind_case import diagnose_in_memory, packed_of
 from pipeline.stages.blind_subjects import load_subject
 
+#: Effects that are asked for where few are.
+FEW = {"dvl_scale", "residual_buoyancy", "thruster_degraded"}
 
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "what", "seed"),
     [("none", (), 501), ("single", ("dvl_scale",), 503)],
@@ -21,4 +26,14 @@ def test_verdict_on_a_case_of_the_separate_truth(
         subject, CaseSpec(kind, what, severity=6.0, healthy=0, duration_s=16.0, seed=seed)
     )
     verdict = diagnose_in_memory(case, packed_of(case.subject), ())["verdict"]
+    assert tuple(verdict["effects"]) == case.label.truth
+
+
+def test_verdict_among_a_few_effects() -> None:
+    subject = load_subject("rov8", Path("raw"), Path())
+    spec = CaseSpec("single", ("dvl_scale",), severity=6.0, healthy=0, duration_s=16.0, seed=503)
+    case = generate(subject, spec)
+    packed = packed_of(case.subject)
+    others = tuple(set(candidates(packed.context)) - FEW)
+    verdict = diagnose_in_memory(case, packed, others)["verdict"]
     assert tuple(verdict["effects"]) == case.label.truth

@@ -78,6 +78,7 @@ def test_a_healthy_vehicle_has_no_effect() -> None:
     assert found.leftover.axes["surge"] < 2.0
 
 
+@pytest.mark.slow
 def test_an_error_of_the_dvl_is_named_beside_what_has_no_name() -> None:
     """A current hides the scale among forces; dead reckoning knows it all the same."""
     case = small_case(
@@ -98,7 +99,7 @@ def test_an_error_of_the_dvl_is_named_beside_what_has_no_name() -> None:
     assert "dead reckoning" in found.evidence.stages["kinematics"]
 
 
-@pytest.mark.parametrize("fault", [CannotComputeError("no"), np.linalg.LinAlgError("no")])
+@pytest.mark.parametrize("fault", [np.linalg.LinAlgError("no")])
 def test_instruments_that_cannot_be_compared_take_nothing_from_the_answer(
     weak_case: Case, weak: DiagnosisRecord, monkeypatch: pytest.MonkeyPatch, fault: Exception
 ) -> None:
@@ -142,6 +143,7 @@ def test_held_out_windows_say_nothing_against_an_effect_that_is_there(
     assert said["unknown"] is None
 
 
+@pytest.mark.slow
 def test_held_out_runs_of_another_vehicle_take_the_answer_its_certainty(weak_case: Case) -> None:
     well = small_case(seed=1)
     found = diagnose(replace(weak_case, holdout=well.runs), threads=1)

@@ -418,7 +418,7 @@ def test_a_wrong_model_is_said_and_its_intervals_widen(
     """Truth with a coupling that the model lacks: residuals no sensor noise explains."""
     vector = packed.vector.copy()
     read(vector, "crossflow_fraction")[...] = 1.0
-    found = identified(packed, sensors, simulated_runs(campaign, vector, 6))
+    found = identified(packed, sensors, simulated_runs(replace(campaign, run_s=32.0), vector, 6))
     assert max(n.scale for n in found.noise) > 2.0
     assert any("the model lacks something" in note for note in found.notes)
 
@@ -428,7 +428,7 @@ def test_a_lag_three_times_the_stated_one_is_no_added_mass(
 ) -> None:
     vector = packed.vector.copy()
     read(vector, "lag")[:] *= 3.0
-    runs = simulated_runs(campaign, vector, 7)
+    runs = simulated_runs(replace(campaign, run_s=32.0), vector, 7)
     found = identified(packed, sensors, runs, (*FEW, "thruster_lag"))
     assert value(found, "thruster_lag") == pytest.approx(3 * 0.076, rel=0.03)
     assert value(found, "added_mass_surge") == pytest.approx(6.36, rel=0.05)

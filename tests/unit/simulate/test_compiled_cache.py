@@ -4,9 +4,11 @@ import os
 import shutil
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from pipeline.code_cache import kept_in
 from pipeline.simulate import compiled
 from pipeline.simulate.compiled import cache_root, kernel_digest, kernel_sources, prune
 
@@ -162,3 +164,20 @@ def test_a_temporary_folder_that_others_can_write_is_not_trusted(
     root = compiled._temporary_root()
     assert root != planted
     assert root.is_relative_to(tmp_path)
+
+
+def test_another_copy_of_the_same_sources_uses_the_kept_code(tmp_path: Path) -> None:
+    def compiled_copy(place: str, text: str, folder: str) -> tuple[float, int]:
+        file = tmp_path / place / "kernel_small.py"
+        file.parent.mkdir(parents=True)
+        file.write_text(text, encoding="utf-8")
+        names: dict[str, Any] = {}
+        exec(compile(text, str(file), "exec"), names)  # noqa: S102 - as an import would
+        twice = kept_in(tmp_path / folder, names["twice"])
+        return twice(2.0), sum(twice.stats.cache_hits.values())
+
+    text = "def twice(x):\n    return 2.0 * x\n"
+    assert compiled_copy("one/simulate", text, "digest-1") == (4.0, 0)
+    assert compiled_copy("two/simulate", text, "digest-1") == (4.0, 1)
+    other = text.replace("2.0", "3.0")
+    assert compiled_copy("three/simulate", other, "digest-2") == (6.0, 0)

@@ -14,9 +14,16 @@ VEHICLES = ("mmt300", "rov8", "cargo_carrier")
 each_vehicle = pytest.mark.parametrize("name", VEHICLES)
 
 
+_FLOWN: dict[tuple[str, str], Trajectory] = {}
+
+
 def flown(packed: PackedVehicle, manoeuvre: str) -> Trajectory:
-    one = MANOEUVRES[manoeuvre]
-    return fly(packed, one.plan(packed, 1.0, one.duration_s))
+    """Fly it, once for all tests."""
+    key = (packed.name, manoeuvre)
+    if key not in _FLOWN:
+        one = MANOEUVRES[manoeuvre]
+        _FLOWN[key] = fly(packed, one.plan(packed, 1.0, one.duration_s))
+    return _FLOWN[key]
 
 
 def angles(run: Trajectory) -> FloatArray:

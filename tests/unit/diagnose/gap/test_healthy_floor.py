@@ -59,6 +59,7 @@ def test_one_run_shows_none(case: Case) -> None:
     assert two is not None
 
 
+@pytest.mark.slow
 def test_a_gap_is_seen_though_the_scatter_is_learned_far_too_large(
     case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -45,6 +45,7 @@ def test_payload_is_reached_with_its_place() -> None:
     assert found["payload:z_m"] == pytest.approx(0.225 * 0.15 / 0.25, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_module_that_is_missing_and_nearly_floated_is_reached() -> None:
     """Its weight hardly shows, and from where nothing is missing neither does its place."""
     found = reached(
@@ -109,6 +110,7 @@ def test_dead_zone_beyond_what_is_plausible_is_reached() -> None:
     assert found["dead_zone:codes"] == pytest.approx(84.0 / 30.0, rel=0.03)
 
 
+@pytest.mark.slow
 def test_a_long_lag_is_reached_though_what_is_stated_imitates_it_afar() -> None:
     """It was looked for only where stated masses and drags, far out, had taken its place."""
     found = reached(
@@ -128,6 +130,7 @@ def test_a_long_lag_is_reached_though_what_is_stated_imitates_it_afar() -> None:
     assert found["thruster_lag:lag_s"] == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_what_leads_the_model_astray_is_found_beside_a_strong_fault() -> None:
     """The model is led along the DVL's velocity, taken as if the DVL were where it is stated."""
     case = small_case(

@@ -20,6 +20,7 @@ def test_steps_that_turn_back_are_not_lengthened_and_those_that_grow_not_without
     assert ahead(np.array([2.0]), np.array([1.0])) == pytest.approx(4.0)
 
 
+@pytest.mark.slow
 def test_the_mass_of_a_module_that_is_nearly_floated_is_found_with_its_volume() -> None:
     """Counted by the mass the estimate stayed where it was begun, far along the valley."""
     case = small_case(

@@ -1,5 +1,6 @@
 """What to fly next, when the runs leave two answers open."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -10,11 +11,21 @@ from pipeline.diagnose import engine
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.inference.answer import Answers
 from pipeline.diagnose.judging.search import Search
+from pipeline.diagnose.tell import next_run as module
 from pipeline.diagnose.tell.next_run import next_run
 from pipeline.records.diagnosis import NextRun
 from pipeline.simulate.manoeuvres import MANOEUVRES
 
 Known = tuple[Case, Search, Answers]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_manoeuvres() -> Iterator[None]:
+    """A short list to choose from: every manoeuvre is flown for every answer."""
+    some = {name: MANOEUVRES[name] for name in ("hover", "surge_steps", "prbs")}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module, "MANOEUVRES", some)
+        yield
 
 
 @pytest.fixture(scope="module")
