@@ -11,8 +11,11 @@ import numpy as np
 
 from pipeline.physics.drive import TorqueSurface, surface_basis
 from pipeline.physics.torque_balance import (
+    SLOWEST_SHAFT_RPS,
     OpenWaterPropeller,
     WorkingPoints,
+    balanced,
+    first_zero,
     thrust_slope,
     torque_excess_slope,
     working_points,
@@ -124,16 +127,27 @@ def monte_carlo_std(
     k_t = draw(np.asarray(propeller.thrust_coefficients), model.thrust_covariance)
     k_m = draw(np.asarray(propeller.torque_coefficients), model.torque_covariance)
     drive = draw(surface.coefficients, model.drive_covariance)
-    thrusts = np.empty((draws, code.size))
-    for index in range(draws):
-        drawn = working_points(
-            code,
-            speed_mps,
-            propeller=OpenWaterPropeller(
-                k_t[index], k_m[index], propeller.diameter_m, propeller.density_kgpm3
-            ),
-            surface=replace(surface, coefficients=drive[index]),
-            fastest_shaft_rps=model.fastest_shaft_rps,
+    # all draws at once: a search costs as much for one point as for thousands
+    number, codes, speed = (
+        one.ravel() for one in np.broadcast_arrays(np.arange(draws)[:, None], code, speed_mps)
+    )
+    no_thrust = np.array([first_zero(one) for one in k_t])[number]
+    slowest = np.maximum(speed / (propeller.diameter_m * no_thrust), SLOWEST_SHAFT_RPS)
+
+    def of(which: FloatArray) -> OpenWaterPropeller:
+        index = which.astype(int)
+        return replace(
+            propeller, thrust_coefficients=k_t[index].T, torque_coefficients=k_m[index].T
         )
-        thrusts[index] = drawn.thrust_n
-    return np.asarray(thrusts.std(axis=0, ddof=1))
+
+    def excess(
+        n: FloatArray, at_speed: FloatArray, at_code: FloatArray, which: FloatArray
+    ) -> FloatArray:
+        driven = np.sum(surface_basis(n, at_code, surface) * drive[which.astype(int)], axis=-1)
+        return np.asarray(of(which).torque_nm(n, at_speed) - driven)
+
+    shaft, found, _ = balanced(
+        excess, slowest, model.fastest_shaft_rps, speed, codes, number.astype(float)
+    )
+    thrusts = np.where(found, of(number).thrust_n(np.where(found, shaft, 1.0), speed), 0.0)
+    return np.asarray(thrusts.reshape(draws, -1).std(axis=0, ddof=1))

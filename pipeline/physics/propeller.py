@@ -46,8 +46,8 @@ def polynomial(variable: ArrayLike, coefficients: ArrayLike) -> FloatArray:
     ----------
     variable : array_like, shape (...)
         Advance ratio J. [-]
-    coefficients : array_like, shape (d + 1,)
-        a_0 ... a_d, ascending powers. [-]
+    coefficients : array_like, shape (d + 1,) or (d + 1, ...)
+        a_0 ... a_d, ascending powers; the same for all J, or of each its own. [-]
 
     Returns
     -------
@@ -64,7 +64,9 @@ def polynomial(variable: ArrayLike, coefficients: ArrayLike) -> FloatArray:
     [0.139, 0.0463]
     """
     return np.asarray(
-        np.polynomial.polynomial.polyval(np.asarray(variable, float), np.asarray(coefficients)),
+        np.polynomial.polynomial.polyval(
+            np.asarray(variable, float), np.asarray(coefficients), tensor=False
+        ),
         dtype=float,
     )
 

@@ -1,5 +1,6 @@
 """Where the drive's torque meets the propeller's: Kostenko 2023, eq. (3) and figure 5."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -110,26 +111,14 @@ def working_points(
     ----------
     Kostenko 2023, eq. (3), section 3; the printed "n / 60" squares as (n / 60)^2 with n in rpm.
     """
-    from scipy.optimize import elementwise
-
     codes, speed = np.broadcast_arrays(np.asarray(code, float), np.asarray(speed_mps, float))
     zero_thrust_ratio = first_zero(propeller.thrust_coefficients)
     slowest = np.maximum(speed / (propeller.diameter_m * zero_thrust_ratio), SLOWEST_SHAFT_RPS)
-    fastest = np.full(codes.shape, fastest_shaft_rps)
 
     def excess(n: FloatArray, at_speed: FloatArray, at_code: FloatArray) -> FloatArray:
         return propeller.torque_nm(n, at_speed) - drive_torque(n, at_code, surface)
 
-    dead = excess(slowest, speed, codes) >= 0
-    # beyond the range every drive is dead: nothing drives the shaft past the zero-thrust speed
-    unmet = ~dead & ((excess(fastest, speed, codes) < 0) | (slowest >= fastest))
-    found = ~dead & ~unmet
-    shaft = np.zeros(codes.shape)
-    if found.any():
-        result = elementwise.find_root(
-            excess, (slowest[found], fastest[found]), args=(speed[found], codes[found])
-        )
-        shaft[found] = result.x
+    shaft, found, dead = balanced(excess, slowest, fastest_shaft_rps, speed, codes)
     safe = np.where(found, shaft, 1.0)
     return WorkingPoints(
         shaft_speed_rps=shaft,
@@ -139,6 +128,40 @@ def working_points(
         found=found,
         dead=dead,
     )
+
+
+def balanced(
+    excess: Callable[..., FloatArray],
+    slowest_rps: FloatArray,
+    fastest_rps: float,
+    *arguments: FloatArray,
+) -> tuple[FloatArray, BoolArray, BoolArray]:
+    """Return the shaft speeds without torque to spare [rev/s], where found, and what is dead.
+
+    Parameters
+    ----------
+    excess : callable
+        Torque of the propeller less that of the drive, of shaft speeds and `arguments`. [N m]
+    slowest_rps : ndarray
+        Lower end of the search; a point is dead where the drive lacks torque even there. [rev/s]
+    fastest_rps : float
+        Upper end of the search. [rev/s]
+    *arguments : ndarray
+        Shaped as `slowest_rps`.
+    """
+    from scipy.optimize import elementwise
+
+    fastest = np.full(slowest_rps.shape, fastest_rps)
+    dead = excess(slowest_rps, *arguments) >= 0
+    # beyond the range every drive is dead: nothing drives the shaft past the zero-thrust speed
+    unmet = ~dead & ((excess(fastest, *arguments) < 0) | (slowest_rps >= fastest))
+    found = ~dead & ~unmet
+    shaft = np.zeros(slowest_rps.shape)
+    if found.any():
+        ends = (slowest_rps[found], fastest[found])
+        result = elementwise.find_root(excess, ends, args=tuple(one[found] for one in arguments))
+        shaft[found] = result.x
+    return shaft, found, dead
 
 
 def torque_excess_slope(

@@ -20,7 +20,7 @@ ATTACK_CPU_S = 15.0
 
 
 @pytest.mark.parametrize("name", TARGETS)
-@settings(max_examples=30, suppress_health_check=list(HealthCheck))
+@settings(max_examples=15, suppress_health_check=list(HealthCheck))
 @given(seed=st.integers(0, 2**32))
 def test_a_damaged_file_is_read_or_refused(
     tmp_path_factory: pytest.TempPathFactory, name: str, seed: int

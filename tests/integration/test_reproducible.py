@@ -43,11 +43,25 @@ def russian(folder: Path) -> dict[str, str]:
     return {"LANG": name, "LC_ALL": name, "LOCPATH": str(folder)}
 
 
+@pytest.mark.slow
 def test_results_are_the_same_elsewhere(finished: Bench, fresh: Bench, tmp_path: Path) -> None:
+    same_elsewhere(finished, fresh, tmp_path)
+
+
+def test_force_redoes_everything_and_all_is_the_same_elsewhere(
+    _moored: tuple[Path, str], moored: Bench, tmp_path: Path
+) -> None:
+    same_elsewhere(Bench(_moored[0]), moored, tmp_path, "--force")
+    stages = [stage for _, stage in moored.stages_run()]
+    assert {"mooring", "inverse", "tables", "firmware", "vehicle_page", "index_page"} <= {*stages}
+    assert len(stages) == 13
+
+
+def same_elsewhere(finished: Bench, fresh: Bench, folder: Path, *more: str) -> None:
     """Locale, time zone, threads, cores, order of sets, umask, and another folder."""
-    environment = {**os.environ, **ELSEWHERE, **russian(tmp_path)}
+    environment = {**os.environ, **ELSEWHERE, **russian(folder)}
     done = subprocess.run(
-        [sys.executable, "-m", "pipeline", "run", "--cores", "1"],
+        [sys.executable, "-m", "pipeline", "run", "--cores", "1", *more],
         cwd=fresh.root,
         env=environment,
         umask=0o077,

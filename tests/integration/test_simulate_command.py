@@ -87,7 +87,7 @@ def test_a_run_of_the_auv_from_its_bench_to_the_log(bench_folder: Path, tmp_path
 def test_same_command_same_bytes_other_seed_other_noise(tmp_path: Path) -> None:
     def one(name: str, *arguments: str) -> Path:
         target = tmp_path / name
-        common = ("simulate", "rov8", "--manoeuvre", "heave_steps", "--duration", "8")
+        common = ("simulate", "rov8", "--manoeuvre", "heave_steps", "--duration", "4")
         succeeded(rig2sea(tmp_path, *common, "--to", str(target), *arguments))
         return target
 

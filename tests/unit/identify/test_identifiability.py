@@ -57,6 +57,7 @@ def test_yaw_cannot_be_identified_without_turning(straight_only: VehicleIdentifi
     assert "zig_zag" in sentence
 
 
+@pytest.mark.slow
 def test_the_manoeuvre_that_is_named_does_identify(
     vehicle: Vehicle, packed: PackedVehicle, straight_only: VehicleIdentification
 ) -> None:

@@ -108,6 +108,7 @@ def test_intervals_cover_the_truth_as_often_as_they_say(
     assert stats.binomtest(sum(inside), len(inside), 0.95).pvalue > 0.001
 
 
+@pytest.mark.slow
 def test_intervals_hold_where_the_thrust_was_drawn_too(
     vehicle: Vehicle, packed: PackedVehicle, sensors: Sensors
 ) -> None:
@@ -436,6 +437,7 @@ def test_a_lag_three_times_the_stated_one_is_no_added_mass(
     assert any("the model lacks something" in note for note in without.notes)
 
 
+@pytest.mark.slow
 def test_a_far_start_finds_its_way(
     packed: PackedVehicle, sensors: Sensors, campaign: Campaign
 ) -> None:

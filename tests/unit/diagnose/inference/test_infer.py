@@ -67,12 +67,11 @@ def test_all_is_judged_around_the_own_point_of_the_first_answer(
         assert len(seen) == 1
 
 
-@pytest.mark.parametrize("times", [2, 3])
 def test_the_own_point_is_gone_to_once_more_where_it_lies_elsewhere_again(
-    monkeypatch: pytest.MonkeyPatch, times: int
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """A current over the hull's depth of travel: the second point was half of the way to it."""
-    found, seen, own_points = judged_from(monkeypatch, 0.4, times=times)
+    found, seen, own_points = judged_from(monkeypatch, 0.4, times=3)
     assert found.verdict.effects == ("residual_buoyancy",)
     # and not for ever
     assert len(seen) == 3
