@@ -34,10 +34,10 @@ def excited(seed: int = 0, seconds: float = 60.0) -> tuple[FloatArray, FloatArra
     vehicle = rov()
     arms = np.array([np.cross(one.position_m, one.direction) for one in vehicle.thrusters])
     thrust = 20.0 * codes / 100.0 * np.abs(codes / 100.0)
+    push = 0.01 * (thrust @ arms) / [1.0, 2.0, 2.0]
     rate = np.zeros((count, 3))
     for k in range(1, count):
-        turning = (thrust[k - 1] @ arms) / [1.0, 2.0, 2.0] - 1.5 * rate[k - 1]
-        rate[k] = rate[k - 1] + 0.01 * turning
+        rate[k] = (1.0 - 0.01 * 1.5) * rate[k - 1] + push[k - 1]
     return codes, rate + 0.003 * generator.standard_normal(rate.shape)
 
 
