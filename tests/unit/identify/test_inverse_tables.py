@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -257,6 +258,7 @@ def test_one_family_over_code_speed_and_voltage(
         for p in record.points
     )
 
+    @cache
     def made(supply_v: float) -> InverseCharacteristic:
         tables = vehicle.tables.model_copy(update={"supply_voltage_v": supply_v})
         moored = record.model_copy(update={"points": points})
