@@ -250,7 +250,7 @@ def _tell_on_terminal(path: str | None) -> None:
 @click.option(
     "--format",
     "form",
-    type=click.Choice(("firmware", "px4", "ardusub", "gazebo")),
+    type=click.Choice(("firmware", "px4", "ardusub", "gazebo", "stonefish")),
     default="firmware",
     help="Whom the files are for.  [default: firmware]",
 )
@@ -259,8 +259,9 @@ def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
     r"""Write a vehicle's firmware, or its model for an autopilot or a simulator.
 
     firmware: tables and allocator as C99, JSON and CSV; results that are out of date are brought up
-    to date first. px4, ardusub: parameters. gazebo: a world in SDF. The last three say in their
-    head and here what they cannot hold, and what that costs in three manoeuvres.
+    to date first. px4, ardusub: parameters. gazebo: a world in SDF. stonefish: a scenario. All but
+    firmware say in their head and here what they cannot hold, and what that costs in three
+    manoeuvres.
 
     \b
     Examples:

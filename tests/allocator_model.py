@@ -10,12 +10,12 @@ from typing import TypeVar
 
 import numpy as np
 import single_model as single_precision
-from bounded_model import bounded_thrusts
+from bounded_model import FixedModel, FloatModel, Model, bounded_thrusts
 
-from pipeline.control.bounded_allocation import Arithmetic, Floats
+from pipeline.control.bounded_allocation import Floats
 from pipeline.export import fixed_point
 from pipeline.export.allocator_layout import AllocatorLayout, PaperConstants
-from pipeline.export.fixed_arithmetic import INT32_MAX, LARGEST_PAPER, FixedArithmetic
+from pipeline.export.fixed_arithmetic import INT32_MAX, LARGEST_PAPER
 from pipeline.export.fixed_point import FixedTables
 from pipeline.export.grid_check import FLAG
 from pipeline.export.single_precision import SingleTables
@@ -29,7 +29,7 @@ def allocate_single(
     layout: AllocatorLayout, tables: Sequence[SingleTables], wrench: Floats, velocity: Floats
 ) -> tuple[Floats, IntArray, IntArray]:
     """Thrusts (m, n) [N], codes (m, n), flags (m,) of wrenches (m, 6), velocities (m, 3)."""
-    do = Arithmetic(np.float32)
+    do = FloatModel(np.float32)
     nan = np.isnan(wrench).any(axis=1) | np.isnan(velocity).any(axis=1)
     held = [np.where(nan[:, None], do.zero, x.astype(np.float32)) for x in (wrench, velocity)]
     with np.errstate(invalid="ignore", over="ignore"):
@@ -61,7 +61,7 @@ def allocate_fixed(
     velocity_q16: IntArray,
 ) -> tuple[IntArray, IntArray, IntArray]:
     """Thrusts (m, n) Q16.16 [N], codes (m, n), flags (m,); arguments in Q16.16."""
-    do = FixedArithmetic(layout.shift)
+    do = FixedModel(layout.shift)
     wrench, velocity = wrench_q16.astype(np.int64), velocity_q16.astype(np.int64)
     along = np.clip(_along(do, layout, velocity), -INT32_MAX, INT32_MAX)
     gain, over = do.small(layout.gain, 24), do.small(1.0 / layout.divisor, 24)
@@ -111,7 +111,7 @@ def _told(flags: IntArray) -> IntArray:
     return told
 
 
-def _along(do: Arithmetic, layout: AllocatorLayout, velocity: Floats) -> Floats:
+def _along(do: Model, layout: AllocatorLayout, velocity: Floats) -> Floats:
     """Speed along each thruster, (m, n)."""
     d = do.small(layout.flow, 30)
     parts = [do.times(velocity[:, k : k + 1], d[:, k], 30) for k in range(3)]
@@ -119,7 +119,7 @@ def _along(do: Arithmetic, layout: AllocatorLayout, velocity: Floats) -> Floats:
 
 
 def _divide(
-    do: Arithmetic, layout: AllocatorLayout, wrench: Floats, low: Floats, high: Floats
+    do: Model, layout: AllocatorLayout, wrench: Floats, low: Floats, high: Floats
 ) -> tuple[Floats, IntArray]:
     """Thrusts within limits, and the flags of what cut."""
     if layout.paper is not None:
@@ -131,7 +131,7 @@ def _divide(
 
 
 def _divide_by_paper(
-    do: Arithmetic,
+    do: Model,
     layout: AllocatorLayout,
     geometry: Allocator,
     wrench: Floats,

@@ -10,7 +10,77 @@ from pipeline.control.bounded_allocation import (
     Floats,
     largest_demand,
 )
-from pipeline.types import BoolArray
+from pipeline.export.fixed_arithmetic import INT32_MAX, FixedArithmetic
+from pipeline.types import BoolArray, IntArray
+
+
+class FloatModel(Arithmetic):
+    """What the C code does in floating point; `bits` are of no meaning here."""
+
+    def times(self, large: Floats, small: Floats, bits: int) -> Floats:  # noqa: ARG002
+        """Product."""
+        return np.asarray(large * small)
+
+    def square(self, x: Floats, y: Floats) -> Floats:
+        """Product of two entries of the scaled matrix."""
+        return np.asarray(x * y)
+
+    def share(self, room: Floats, size: Floats) -> Floats:
+        """Room over a size that is larger."""
+        return np.asarray(room / size)
+
+    def factor(self, x: Floats, pivot: Floats) -> Floats:
+        """Entry of L."""
+        return np.asarray(x / pivot)
+
+    def solved(self, y: Floats, pivot: Floats) -> Floats:
+        """Solution before the back substitution."""
+        return np.asarray(y / pivot)
+
+    def released(self, pull: Floats, release: Floats) -> Floats:
+        """Step of a thruster let go by itself."""
+        return np.asarray(pull * release)
+
+
+class FixedModel(FixedArithmetic):
+    """What the C code does in integers."""
+
+    def times(self, large: Floats, small: Floats, bits: int) -> IntArray:
+        """Product over 2^bits for |large| < 2^47, |small| < 2^31, in two parts as C does it."""
+        high = _over(large, 16)
+        return _over(high * small, bits - 16) + _over((large - (high << 16)) * small, bits)
+
+    def square(self, x: Floats, y: Floats) -> IntArray:
+        """Product of two entries of the scaled matrix, Q30."""
+        return _over(x * y, 30)
+
+    def share(self, room: Floats, size: Floats) -> IntArray:
+        """Room over size, Q30."""
+        return np.asarray((room << 30) // size)
+
+    def factor(self, x: Floats, pivot: Floats) -> IntArray:
+        """Entry of L, Q7.24."""
+        return np.clip(_divided(x << 24, pivot), -INT32_MAX, INT32_MAX)
+
+    def solved(self, y: Floats, pivot: Floats) -> IntArray:
+        """Solution before the back substitution."""
+        return _divided(y << (36 - self.shift), pivot)
+
+    def released(self, pull: Floats, release: Floats) -> IntArray:
+        """Step of a thruster let go by itself."""
+        return _over(pull * release, 8)
+
+
+def _over(x: Floats, bits: int) -> IntArray:
+    """X / 2^bits towards zero, as C divides."""
+    return np.asarray((x + ((x >> 63) & ((1 << bits) - 1))) >> bits)
+
+
+def _divided(x: Floats, y: Floats) -> IntArray:
+    return np.asarray(np.sign(x) * (np.abs(x) // y))
+
+
+Model = FloatModel | FixedModel
 
 
 def bounded_thrusts(
@@ -20,7 +90,7 @@ def bounded_thrusts(
     high: Floats,
     *,
     largest_n: float,
-    arithmetic: Arithmetic | None = None,
+    arithmetic: Model | None = None,
 ) -> tuple[Floats, BoolArray]:
     """Thrusts (m, n) for wrenches (m, 6) within limits (m, n), and where a limit cut (m,).
 
@@ -37,7 +107,7 @@ def bounded_thrusts(
     arithmetic : Arithmetic, optional
         Double precision unless the firmware's is wanted.
     """
-    do = Arithmetic() if arithmetic is None else arithmetic
+    do = FloatModel() if arithmetic is None else arithmetic
     a, count = do.small(allocation.scaled, 30), allocation.count
     inverse, scale = do.small(allocation.inverse, 24), do.small(allocation.scale, 24)
     release, smallest = do.small(allocation.release, 8), do.large(SMALLEST_STEP * largest_n)
@@ -80,7 +150,7 @@ def bounded_thrusts(
     return thrust, cut
 
 
-def _dot(do: Arithmetic, large: Floats, small: Floats, bits: int) -> Floats:
+def _dot(do: Model, large: Floats, small: Floats, bits: int) -> Floats:
     """Sum of products in order, as C does it: columns (m, k) with a row (k,)."""
     total = do.times(large[:, 0], small[0], bits)
     for k in range(1, small.size):
@@ -88,7 +158,7 @@ def _dot(do: Arithmetic, large: Floats, small: Floats, bits: int) -> Floats:
     return total
 
 
-def _left(do: Arithmetic, a: Floats, target: Floats, thrust: Floats) -> Floats:
+def _left(do: Model, a: Floats, target: Floats, thrust: Floats) -> Floats:
     """Take what the thrusts give off the demand, (m, 6)."""
     left = target.copy()
     for i in range(a.shape[1]):
@@ -96,7 +166,7 @@ def _left(do: Arithmetic, a: Floats, target: Floats, thrust: Floats) -> Floats:
     return left
 
 
-def _step(do: Arithmetic, a: Floats, left: Floats, held: BoolArray) -> Floats:
+def _step(do: Model, a: Floats, left: Floats, held: BoolArray) -> Floats:
     """Step (m, n) of the free thrusters."""
     m, n = held.shape
     gram = [[np.full(m, do.epsilon if i == j else do.zero) for j in range(i + 1)] for i in range(6)]
@@ -112,7 +182,7 @@ def _step(do: Arithmetic, a: Floats, left: Floats, held: BoolArray) -> Floats:
     )
 
 
-def _solve(do: Arithmetic, gram: list[list[Floats]], left: Floats) -> Floats:
+def _solve(do: Model, gram: list[list[Floats]], left: Floats) -> Floats:
     """Solve six symmetric equations (lower triangle of `gram`) by L D L^T, (m, 6)."""
     lower: list[list[Floats]] = [[do.zero] * 6 for _ in range(6)]
     for j in range(6):

@@ -87,7 +87,7 @@ def allocation_of(position_m: FloatArray, direction: FloatArray) -> Allocation:
 
 
 class Arithmetic:
-    """Floating point; the firmware's fixed point has the same operations (`fixed_arithmetic`).
+    """Floating point; the firmware's fixed point is `pipeline.export.fixed_arithmetic`.
 
     Numbers of a demand, a limit or a thrust are *large*, entries of the matrices *small*; `bits`
     are those of a small number's fixed-point format, of no meaning here.
@@ -111,34 +111,10 @@ class Arithmetic:
         """Constants in newtons or newton metres."""
         return np.asarray(values, self.dtype)
 
-    def times(self, large: Floats, small: Floats, bits: int) -> Floats:  # noqa: ARG002
-        """Product."""
-        return np.asarray(large * small)
-
-    def square(self, x: Floats, y: Floats) -> Floats:
-        """Product of two entries of the scaled matrix."""
-        return np.asarray(x * y)
-
-    def share(self, room: Floats, size: Floats) -> Floats:
-        """Room over a size that is larger."""
-        return np.asarray(room / size)
-
-    def factor(self, x: Floats, pivot: Floats) -> Floats:
-        """Entry of L."""
-        return np.asarray(x / pivot)
-
-    def solved(self, y: Floats, pivot: Floats) -> Floats:
-        """Solution before the back substitution."""
-        return np.asarray(y / pivot)
-
     @property
     def solution_bits(self) -> int:
         """Format of the product of the solution and an entry."""
         return 0
-
-    def released(self, pull: Floats, release: Floats) -> Floats:
-        """Step of a thruster let go by itself."""
-        return np.asarray(pull * release)
 
 
 def largest_demand(allocation: Allocation, largest_n: float) -> FloatArray:

@@ -12,6 +12,7 @@ from pipeline.export.receivers.ardusub import ardusub
 from pipeline.export.receivers.exported import Exported, Subject, subject_of
 from pipeline.export.receivers.gazebo import gazebo
 from pipeline.export.receivers.px4 import px4
+from pipeline.export.receivers.stonefish import stonefish
 from pipeline.provenance import write_atomically
 from pipeline.simulate.run import run
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
@@ -21,6 +22,7 @@ FORMATS: dict[str, Callable[[Subject], Exported]] = {
     "px4": px4,
     "ardusub": ardusub,
     "gazebo": gazebo,
+    "stonefish": stonefish,
 }
 #: Manoeuvre -> share of the largest force or moment of each axis that is asked for.
 _MANOEUVRES = {
@@ -111,7 +113,12 @@ def _costs(subject: Subject, exported: Exported) -> list[Cost]:
             continue
         own = subject.code(shares @ wrench)
         theirs = own if exported.codes_for is None else exported.codes_for(wrench)
-        first, second = _flown(subject, own, None), _flown(subject, theirs, exported.vector)
+        first = _flown(subject, own, None)
+        second = (
+            _flown(subject, theirs, exported.vector)
+            if exported.fly is None
+            else exported.fly(theirs, len(first), _STEP_S)
+        )
         differs = second - first
         for k, channel in enumerate(_CHANNELS):
             rms, off = (float(np.sqrt(np.mean(x[:, k] ** 2))) for x in (first, differs))

@@ -61,6 +61,8 @@ class Exported:
     lost: tuple[str, ...]
     vector: FloatArray
     codes_for: Callable[[FloatArray], FloatArray] | None = None
+    fly: Callable[[FloatArray, int, float], FloatArray] | None = None
+    """Velocities (count, 6) under constant codes by equations that no vector stands for."""
     says: tuple[str, ...] = ()
     """What whoever loads the file should know."""
 
@@ -107,3 +109,8 @@ def signal(share: FloatArray, factor: float) -> FloatArray:
     if factor > 1e-6:
         u = (np.sqrt((1.0 - factor) ** 2 + 4.0 * factor * size) - (1.0 - factor)) / (2.0 * factor)
     return np.asarray(np.sign(share) * np.minimum(u, 1.0))
+
+
+def numbers(values: FloatArray | list[float]) -> str:
+    """Numbers between blanks, as an attribute of XML has them."""
+    return " ".join(f"{value + 0.0:.9g}" for value in np.asarray(values, float).tolist())

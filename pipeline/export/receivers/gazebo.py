@@ -11,7 +11,7 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 
-from pipeline.export.receivers.exported import Exported, Subject
+from pipeline.export.receivers.exported import Exported, Subject, numbers
 from pipeline.physics.parameters import read, write
 from pipeline.types import FloatArray
 
@@ -84,7 +84,7 @@ def _link(model: ET.Element, vector: FloatArray, gravity: float) -> None:
     added = np.asarray(read(vector, "added_mass")) * np.outer(_BOTH, _BOTH)
     link = ET.SubElement(model, "link", name="base_link")
     inertial = ET.SubElement(link, "inertial")
-    _sub(inertial, "pose", f"{_numbers(centre * _FLIP)} 0 0 0")
+    _sub(inertial, "pose", f"{numbers(centre * _FLIP)} 0 0 0")
     _sub(inertial, "mass", mass)
     inertia = ET.SubElement(inertial, "inertia")
     for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
@@ -102,9 +102,9 @@ def _link(model: ET.Element, vector: FloatArray, gravity: float) -> None:
     edge = (float(read(vector, "buoyancy")) / (density * gravity)) ** (1.0 / 3.0)
     for kind in ("collision", "visual"):
         part = ET.SubElement(link, kind, name=f"hull_{kind}")
-        _sub(part, "pose", f"{_numbers(read(vector, 'centre_of_buoyancy') * _FLIP)} 0 0 0")
+        _sub(part, "pose", f"{numbers(read(vector, 'centre_of_buoyancy') * _FLIP)} 0 0 0")
         box = ET.SubElement(ET.SubElement(part, "geometry"), "box")
-        _sub(box, "size", _numbers([edge] * 3))
+        _sub(box, "size", numbers([edge] * 3))
 
 
 def _hydrodynamics(model: ET.Element, vector: FloatArray) -> None:
@@ -112,7 +112,7 @@ def _hydrodynamics(model: ET.Element, vector: FloatArray) -> None:
     _sub(plugin, "link_name", "base_link")
     _sub(plugin, "water_density", float(read(vector, "density")))
     north, east, down = read(vector, "current").tolist()
-    _sub(plugin, "default_current", _numbers([east, north, -down]))
+    _sub(plugin, "default_current", numbers([east, north, -down]))
     linear = np.diag(read(vector, "linear_damping")).tolist()
     quadratic = read(vector, "quadratic_damping").tolist()
     for (axis, speed), first, second in zip(_DAMPING, linear, quadratic, strict=True):
@@ -128,7 +128,7 @@ def _thruster(model: ET.Element, subject: Subject, k: int, name: str) -> None:
     part = ET.SubElement(model, "link", name=f"{name}_propeller")
     # x of the propeller along its thrust
     yaw, pitch = np.arctan2(to[1], to[0]), -np.arcsin(np.clip(to[2], -1.0, 1.0))
-    _sub(part, "pose", f"{_numbers(at)} 0 {pitch:.9g} {yaw:.9g}")
+    _sub(part, "pose", f"{numbers(at)} 0 {pitch:.9g} {yaw:.9g}")
     inertial = ET.SubElement(part, "inertial")
     _sub(inertial, "mass", 1e-3)
     inertia = ET.SubElement(inertial, "inertia")
@@ -158,7 +158,3 @@ def _plugin(parent: ET.Element, file: str, name: str) -> ET.Element:
 
 def _sub(parent: ET.Element, tag: str, value: float | str) -> None:
     ET.SubElement(parent, tag).text = value if isinstance(value, str) else f"{value + 0.0:.9g}"
-
-
-def _numbers(values: FloatArray | list[float]) -> str:
-    return " ".join(f"{value + 0.0:.9g}" for value in np.asarray(values, float).tolist())

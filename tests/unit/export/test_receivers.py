@@ -16,6 +16,7 @@ from pipeline.export.receivers.ardusub import FRAMES, ardusub
 from pipeline.export.receivers.exported import Subject, signal, subject_of, thrust_exponent
 from pipeline.export.receivers.gazebo import gazebo
 from pipeline.export.receivers.px4 import px4
+from pipeline.export.receivers.stonefish import stonefish
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import pack_vehicle
 from pipeline.stages.receivers import export_to_receiver
@@ -143,6 +144,67 @@ def test_gazebo_has_the_mass_water_and_thrusters_of_the_vehicle(rov: Subject) ->
     size = floats(link.findtext("collision/geometry/box/size"))
     volume = read(vector, "buoyancy") / (read(vector, "density") * 9.82)
     assert np.prod(size) == pytest.approx(float(volume), rel=1e-3)
+
+
+def test_stonefish_has_the_weight_and_thrusters_of_the_vehicle(rov: Subject) -> None:
+    exported = stonefish(rov)
+    root = ET.fromstring(exported.text(exported.comment("a -- b") + "\n"))  # noqa: S314 - ours
+    vector, link = rov.packed.vector, root.find("robot/base_link")
+    assert link is not None
+
+    def of(tag: str, key: str, part: ET.Element = link) -> FloatArray:
+        found = part.find(tag)
+        assert found is not None
+        return floats(found.get(key))
+
+    centre = read(vector, "centre_of_mass")
+    assert of("mass", "value") == pytest.approx(float(read(vector, "mass")))
+    np.testing.assert_allclose(of("cg", "xyz"), centre)
+    about = np.diag(read(vector, "inertia")) - of("mass", "value") * (centre @ centre - centre**2)
+    np.testing.assert_allclose(of("inertia", "xyz"), about, rtol=1e-6)
+    radius, length = of("dimensions", "radius")[0], of("dimensions", "height")[0]
+    water = root.find("environment/ocean/water")
+    assert water is not None
+    density = float(water.get("density", "nan"))
+    assert np.pi * radius**2 * length * density * rov.packed.context.gravity_mps2 == pytest.approx(
+        float(read(vector, "buoyancy")), rel=1e-6
+    )
+    np.testing.assert_allclose(of("origin", "xyz"), read(vector, "centre_of_buoyancy"), rtol=1e-8)
+    for k, name in enumerate(rov.packed.thruster_names):
+        part = root.find(f".//actuator[@name='{name}']")
+        assert part is not None
+        roll, pitch, yaw = of("origin", "rpy", part)
+        axis = Rotation.from_euler("ZYX", [yaw, pitch, roll]).apply([1.0, 0.0, 0.0])
+        np.testing.assert_allclose(axis, rov.matrix[:3, k], atol=1e-8)
+        codes, thrust = (of(f"thrust_model/{one}", "value", part) for one in ("input", "output"))
+        assert (np.diff(codes) > 0).all()
+        assert thrust[0] == pytest.approx(-rov.astern[k, -1])
+        assert thrust[-1] == pytest.approx(rov.ahead[k, -1])
+
+
+def test_stonefish_dives_at_the_speed_its_drag_allows(rov: Subject) -> None:
+    """Level descent: net thrust equals form drag of the cylinder's side and friction."""
+    exported = stonefish(rov)
+    root = ET.fromstring(exported.text(""))  # noqa: S314 - ours
+    link = root.find("robot/base_link")
+    assert link is not None
+    size, drag = link.find("dimensions"), link.find("hydrodynamics")
+    assert size is not None
+    assert drag is not None
+    assert exported.fly is not None
+    wrench = np.array([0.0, 0.0, 40.0, 0.0, 0.0, 0.0])
+    codes = rov.code(np.linalg.pinv(rov.matrix, rcond=1e-6) @ wrench)
+    w = exported.fly(codes, 250, 0.02)[:, 2]
+    radius, length = float(size.get("radius", "nan")), float(size.get("height", "nan"))
+    form, friction = (floats(drag.get(key))[2] for key in ("quadratic_drag", "viscous_drag"))
+    density = float(read(rov.packed.vector, "density"))
+    along = 2 * np.pi * radius**2 + np.pi * radius * length
+    weight = read(rov.packed.vector, "mass") * rov.packed.context.gravity_mps2
+    net = 40.0 + float(weight - read(rov.packed.vector, "buoyancy"))
+    resists = 0.5 * density * form * 2 * radius * length * w[-1] ** 3
+    resists += density * friction * along * w[-1]
+    assert w[-1] > 0.2
+    assert resists == pytest.approx(net, rel=0.05)
 
 
 def test_what_the_format_holds_costs_nothing(tmp_path: Path) -> None:
