@@ -1,17 +1,19 @@
-"""What the readers of simple bench tables share: a file's tables, their rows, what is wrong."""
+"""What the readers of bench tables share: a file's tables, their rows, what is wrong."""
 
 import hashlib
+import re
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Literal
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
-from pipeline.ingest.cells import NotANumberError, are_spoilt, shorten
+from pipeline.ingest.cells import NotANumberError, are_spoilt, is_number, shorten
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.rows import listed
@@ -28,6 +30,10 @@ _MOST_TURNED_ROWS = 40
 _LARGEST = 1e9
 #: What a person sets on a bench; it may hold for several rows.
 _SET = frozenset({"code", "pwm", "voltage", "advance_ratio", "speed", "time"})
+_COMMAND = ("code", "pwm")
+_WORDS = frozenset({"branch", "status"})
+_DAY_S = 86_400.0
+_CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}):(\d\d)(?::(\d\d(?:[.,]\d+)?))?")
 
 
 @dataclass(frozen=True)
@@ -37,6 +43,15 @@ class Reading:
     row: int
     values: Mapping[str, float]
     marks: tuple[str, ...] = ()
+    branch: Literal["loading", "unloading"] | None = None
+
+    def marked(self, *marks: str) -> "Reading":
+        """Return the reading with more marks, each once."""
+        return replace(self, marks=tuple(dict.fromkeys((*self.marks, *marks))))
+
+    def with_values(self, **values: float) -> "Reading":
+        """Return the reading with other numbers; adding 0.0 turns -0.0 into 0.0."""
+        return replace(self, values={**self.values, **{n: v + 0.0 for n, v in values.items()}})
 
 
 @dataclass(frozen=True)
@@ -120,8 +135,18 @@ def sheets_of(path: Path, shown_as: str) -> tuple[Sheet, ...] | Problem:
         return Problem("error", Place(shown_as), what, "", remedy)
 
 
+def _no_rows(block: Block) -> Collection[int]:  # noqa: ARG001
+    return ()
+
+
 def read_bench_file(
-    path: Path, shown_as: str, wanted: Wanted, columns: BenchColumns, looked_for: str
+    path: Path,
+    shown_as: str,
+    wanted: Wanted,
+    columns: BenchColumns,
+    looked_for: str,
+    *,
+    headings_of: Callable[[Block], Collection[int]] = _no_rows,
 ) -> BenchFile:
     """Read every table of one file; never raises for what is in it.
 
@@ -137,6 +162,8 @@ def read_bench_file(
         What vehicle.yaml states: sheets, and texts of rows to keep.
     looked_for : str
         The required columns in words, for the message that there are none.
+    headings_of : callable
+        Rows of a table that are headings although they hold numbers ("Code: 90").
 
     Returns
     -------
@@ -145,6 +172,7 @@ def read_bench_file(
     """
     problems: list[Problem] = []
     tables: list[tuple[Block, tuple[Reading, ...]]] = []
+    missed: list[tuple[Sheet, str]] = []
     wrong: Sequence[Problem]
     sheets = sheets_of(path, shown_as)
     if isinstance(sheets, Problem):
@@ -157,17 +185,20 @@ def read_bench_file(
         problems += given.problems
         sheet, search = search_sheet(given, wanted)
         problems += search.problems
-        if not search.blocks and not search.problems and names_seen(sheet):
-            what = f"no {looked_for} here; the sheet was not read. It has {names_seen(sheet)}."
-            problems.append(Problem("note", sheet.place(), what))
+        if not search.blocks and not search.problems and (instead := _instead(sheet)):
+            missed.append((sheet, instead))
         for block in search.blocks:
             problems += _assumed_units(block, wanted)
-            readings, wrong = _readings(block, wanted)
+            readings, wrong = _readings(block, wanted, headings_of(block))
             problems += wrong
             if readings:
                 tables.append((block, readings))
-    if not tables and not any(problem.severity == "error" for problem in problems):
-        problems.append(_nothing(shown_as, wanted, looked_for))
+    if tables or any(problem.severity == "error" for problem in problems):
+        for sheet, instead in missed:
+            what = f"no {looked_for} here; the sheet was not read. It has {instead}."
+            problems.append(Problem("note", sheet.place(), what))
+    else:
+        problems.append(_nothing(shown_as, wanted, looked_for, missed))
     return BenchFile(tuple(tables), tuple(with_one_cause(problems)))
 
 
@@ -185,7 +216,17 @@ def search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
     return turned, BlockSearch(found.blocks, (note, *found.problems))
 
 
-def _nothing(shown_as: str, wanted: Wanted, looked_for: str) -> Problem:
+def _instead(sheet: Sheet) -> str:
+    """Say what a sheet without a table holds."""
+    if names := names_seen(sheet):
+        return names
+    numbers = sum(is_number(cell) for cells in sheet.rows for cell in cells)
+    return f"no column names over its {numbers} numbers" if numbers else ""
+
+
+def _nothing(
+    shown_as: str, wanted: Wanted, looked_for: str, missed: Sequence[tuple[Sheet, str]]
+) -> Problem:
     if wanted.only:
         rows = ", ".join(f'{header} = "{text}"' for header, text in wanted.only.items())
         return Problem(
@@ -195,12 +236,17 @@ def _nothing(shown_as: str, wanted: Wanted, looked_for: str) -> Problem:
             "rows with this text.",
             "Correct it in vehicle.yaml.",
         )
+    it_has = "; ".join(
+        instead if sheet.name is None else f'"{sheet.name}" has {instead}'
+        for sheet, instead in missed
+    )
     return Problem(
         "error",
         Place(shown_as),
-        f"no {looked_for} found on any sheet.",
+        f"no {looked_for} found on any sheet{it_has and f': {it_has}'}.",
         "a row of column names over the numbers, in English or Russian.",
-        f"Name the columns, or state them in vehicle.yaml under columns: {wanted.kind}.",
+        f"Name the columns, or state them in vehicle.yaml by name or by letter:\n  columns:\n"
+        f'    {wanted.kind}:\n      {wanted.required[0][0]}: {{header: "column A"}}',
     )
 
 
@@ -219,7 +265,9 @@ def _assumed_units(block: Block, wanted: Wanted) -> list[Problem]:
     return notes
 
 
-def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[Problem]]:
+def _readings(
+    block: Block, wanted: Wanted, headings: Collection[int]
+) -> tuple[tuple[Reading, ...], list[Problem]]:
     """Read the rows of a table; rows without any required number are headings or blank."""
     readings: list[Reading] = []
     odd: dict[str, list[tuple[int, str]]] = defaultdict(list)
@@ -229,18 +277,22 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
     rows = list(block.rows())
     if not rows:
         return (), []  # no row has the texts that vehicle.yaml asks for
-    for row, cells in rows:
+    required = wanted.required
+    if not block.columns.keys().isdisjoint(_COMMAND):  # a table that has commands has one a row
+        required = tuple(dict.fromkeys((_COMMAND, *required)))
+    for row, cells in (one for one in rows if one[0] not in headings):
         commented = is_commented(cells)
         given = without_comment_mark(cells) if commented else cells
         values, faults = row_numbers(block, row, given, block.columns)
-        if not values and (commented or not is_spoilt(block, cells, faults)):
+        # a code in merged cells goes on over the blank rows under a table
+        is_bare = all(block.is_merged_over(row, quantity) for quantity in values)
+        if is_bare and (commented or not is_spoilt(block, cells, faults)):
             continue  # a heading, a note or a blank row
         seen |= set(values)
-        complete = wanted.is_complete(set(values))
-        marks = (COMMENTED,) if commented else ()
-        if not commented and is_statistics(block, cells):
-            marks = (STATISTICS,)
-            statistics.append(row)
+        complete = all(any(name in values for name in group) for group in required)
+        sums_up = not commented and is_statistics(block, cells)
+        marks = (COMMENTED,) * commented + (STATISTICS,) * sums_up
+        statistics += [row] * sums_up
         if complete:
             readings.append(Reading(row, values, marks))
         if marks:
@@ -248,7 +300,7 @@ def _readings(block: Block, wanted: Wanted) -> tuple[tuple[Reading, ...], list[P
         for quantity, fault in faults.items():
             odd[quantity].append((row, fault))
         if values and not complete:
-            for quantity in _absent(block, wanted, values.keys() | faults.keys()):
+            for quantity in _absent(block, required, values.keys() | faults.keys()):
                 empty[quantity].append(row)
     problems = _faults(block, wanted, odd, empty, seen)
     return tuple(readings), [*problems, *statistics_problems(block, statistics)]
@@ -273,23 +325,43 @@ def row_numbers(
     # in a towing tank the shaft speed is set, too
     held = _SET | {"shaft_speed"} if "speed" in block.columns else _SET
     for quantity in quantities:
+        if quantity in _WORDS:
+            continue
         try:
             value = block.value(cells, quantity)
         except NotANumberError as error:
-            faults[quantity] = str(error)
+            value = None
+            if quantity == "time":  # a clock that was not set is no fault
+                value = _clock_s(block.text(cells, quantity) or "")
+            else:
+                faults[quantity] = str(error)
+        if value is None:
             continue
-        if value is not None and quantity not in held and block.is_merged_over(row, quantity):
+        if quantity not in held and block.is_merged_over(row, quantity):
             faults[quantity] = "stands in a cell that is merged with the one above"
-        elif value is not None and abs(value) > _LARGEST:
+        elif abs(value) > _LARGEST and quantity != "time":
             faults[quantity] = f"{value:.3g} is beyond anything a bench measures"
-        elif value is not None:
+        else:
             values[quantity] = value
     return values, faults
 
 
-def _absent(block: Block, wanted: Wanted, there: AbstractSet[str]) -> list[str]:
+def _clock_s(text: str) -> float | None:
+    """Return the seconds of a clock, of a date since the year 1; None where it was not set."""
+    clock = _CLOCK.search(text)
+    if clock is None:
+        return None
+    try:
+        day = datetime.fromisoformat(clock[1]).toordinal() if clock[1] else 0
+    except ValueError:
+        return None  # e.g. 0000-00-00
+    seconds = float((clock[4] or "0").replace(",", "."))
+    return day * _DAY_S + int(clock[2]) * 3600.0 + int(clock[3]) * 60.0 + seconds
+
+
+def _absent(block: Block, required: Sequence[Sequence[str]], there: AbstractSet[str]) -> list[str]:
     """Return a required quantity of each group of which nothing is there."""
-    groups = [[name for name in group if name in block.columns] for group in wanted.required]
+    groups = [[name for name in group if name in block.columns] for group in required]
     return [group[0] for group in groups if group and not there & set(group)]
 
 
@@ -302,7 +374,7 @@ def _faults(
 ) -> list[Problem]:
     problems: list[Problem] = []
     for quantity, column in block.columns.items():
-        if quantity in seen:
+        if quantity in seen or quantity in _WORDS or quantity == "time":
             continue
         needed = any(
             quantity in group and not seen.intersection(group) for group in wanted.required

@@ -1,48 +1,51 @@
 """What a load-test table says about itself that cannot be true, and what is likely the cause."""
 
+import math
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pipeline.errors import Problem
-from pipeline.ingest.bench_file import COMMENTED
+from pipeline.ingest.bench_file import COMMENTED, Reading
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.load_test_rows import OPTIONAL, LoadTestReading, with_mark
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.statistics_rows import STATISTICS
 from pipeline.ingest.unit_text import factor, unit_worth
 from pipeline.types import FloatArray
 
+_CHANNELS = ("current", "voltage", "input_power", "output_power")
 #: Below this share of the largest torque or speed, its sign means nothing.
 _ZERO_SHARE = 0.03
 _RATIO_TOLERANCE = 0.05
+#: Two curves: readings of one group at least, how far apart of the largest speed, and of the
+#: scatter about each. One curve, parted at its middle, is 2.6 times its scatter apart.
+_LEAST_OF_TWO, _TWO_SHARE, _TWO_SIGMAS = 6, 0.05, 6.0
 _STEADY = 0.05
 
 
-def check_signs(
-    block: Block, readings: Sequence[LoadTestReading]
-) -> tuple[list[LoadTestReading], list[Problem]]:
+def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading], list[Problem]]:
     """Mark readings outside of the motoring quadrant of their code; signs are never changed.
 
     Parameters
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of LoadTestReading
+    readings : sequence of Reading
         Its readings.
 
     Returns
     -------
-    tuple of (list of LoadTestReading, list of Problem)
+    tuple of (list of Reading, list of Problem)
         Readings, those with opposed signs marked, and a warning with the likely cause.
     """
     live = [i for i, one in enumerate(readings) if not {COMMENTED, STATISTICS} & set(one.marks)]
     if not live:
         return list(readings), []
-    torque = np.array([readings[index].torque_nm for index in live])
-    speed = np.array([readings[index].shaft_speed_rpm for index in live])
-    code = np.array([readings[index].code or 0.0 for index in live])
+    torque = np.array([readings[index].values["torque"] for index in live])
+    speed = np.array([readings[index].values["shaft_speed"] for index in live])
+    code = np.array([readings[index].values.get("code", 0.0) for index in live])
     loaded = np.abs(torque) > _ZERO_SHARE * np.abs(torque).max()
     turning = np.abs(speed) > _ZERO_SHARE * np.abs(speed).max()
     # Without a code, or at code 0, the direction of turning is all there is.
@@ -61,39 +64,41 @@ def check_signs(
         # of a table turned round the few points near zero say nothing either
         odd = range(len(live)) if whole else np.flatnonzero(wrong)
         for position in odd:
-            marked[live[position]] = with_mark(marked[live[position]], mark)
+            marked[live[position]] = marked[live[position]].marked(mark)
         rows = [readings[live[position]].row for position in odd]
         problems.append(_sign_problem(block, quantity, rows, whole=whole))
     return marked, problems
 
 
 def with_signs_of_codes(
-    block: Block, readings: Sequence[LoadTestReading]
-) -> tuple[list[LoadTestReading], list[Problem]]:
+    block: Block, readings: Sequence[Reading]
+) -> tuple[list[Reading], list[Problem]]:
     """Give speed and torque the sign of a negative code where both were read without one.
 
     Parameters
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of LoadTestReading
+    readings : sequence of Reading
         Its readings.
 
     Returns
     -------
-    tuple of (list of LoadTestReading, list of Problem)
+    tuple of (list of Reading, list of Problem)
         A drive that motors has both signs of its code: with none of either, nothing else is meant.
         One of them alone without a sign is a size only where positive codes stand beside it.
     """
-    back = [one for one in readings if (one.code or 0.0) < 0.0 and not one.marks]
-    ahead = [one for one in readings if (one.code or 0.0) > 0.0 and not one.marks]
+    back, ahead = (
+        [one for one in readings if sign * one.values.get("code", 0.0) > 0.0 and not one.marks]
+        for sign in (-1.0, 1.0)
+    )
     if not back:
         return list(readings), []
     unsigned = [
         name
-        for name in ("shaft_speed_rpm", "torque_nm")
-        if max(getattr(one, name) for one in back) > 0.0
-        and min(getattr(one, name) for one in (*back, *ahead)) >= 0.0
+        for name in ("shaft_speed", "torque")
+        if max(one.values[name] for one in back) > 0.0
+        and min(one.values[name] for one in (*back, *ahead)) >= 0.0
     ]
     if not unsigned or (len(unsigned) == 1 and not ahead):
         return list(readings), []
@@ -101,8 +106,8 @@ def with_signs_of_codes(
     what = f"{names} stand without sign at the negative codes: given the sign of the code."
     note = Problem("note", block.place(back[0].row), what)
     turned = [
-        replace(one, **{name: -abs(getattr(one, name)) + 0.0 for name in unsigned})
-        if (one.code or 0.0) < 0.0
+        one.with_values(**{name: -abs(one.values[name]) for name in unsigned})
+        if one.values.get("code", 0.0) < 0.0
         else one
         for one in readings
     ]
@@ -142,72 +147,118 @@ def _sense(block: Block) -> str:
 
 
 def drop_dead_channels(
-    block: Block, readings: Sequence[LoadTestReading]
-) -> tuple[list[LoadTestReading], list[Problem]]:
-    """Leave out channels that are zero throughout while the drive is loaded, and empty ones.
+    block: Block, readings: Sequence[Reading]
+) -> tuple[list[Reading], list[Problem]]:
+    """Leave out channels that are zero throughout while the drive is loaded.
 
     Parameters
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of LoadTestReading
+    readings : sequence of Reading
         Its readings.
 
     Returns
     -------
-    tuple of (list of LoadTestReading, list of Problem)
+    tuple of (list of Reading, list of Problem)
         Readings without these channels, and a note or warning about each.
     """
-    problems: list[Problem] = []
-    dead: set[str] = set()
-    for quantity in OPTIONAL:
-        if quantity not in block.columns or not readings:
-            continue
-        name = quantity.replace("_", " ")
-        values = [reading.values[quantity] for reading in readings if quantity in reading.values]
-        if not values:
-            problems.append(
-                Problem(
-                    # a column that may be left away may be left blank, too
-                    "note" if block.is_blank(quantity) else "warning",
-                    block.place(block.first_row, quantity),
-                    f"{name} holds no number in any of the {len(readings)} rows; it is left out.",
-                    "numbers.",
-                    "Fill the column or delete it.",
-                )
-            )
-        elif not any(values) and len(values) > 2:
-            dead.add(quantity)
-            problems.append(
-                Problem(
-                    "note",
-                    block.place(block.first_row, quantity),
-                    f"{name} is 0 throughout: not connected? It is left out.",
-                    "",
-                    "If another column holds it, state its header in vehicle.yaml under "
-                    f"columns: load_test: {quantity}.",
-                )
-            )
-    if not dead:
-        return list(readings), problems
-    kept = [
-        replace(
-            reading,
-            values={name: value for name, value in reading.values.items() if name not in dead},
+    dead = [
+        quantity
+        for quantity in _CHANNELS
+        if len(values := [one.values[quantity] for one in readings if quantity in one.values]) > 2
+        and not any(values)
+    ]
+    problems = [
+        Problem(
+            "note",
+            block.place(block.first_row, quantity),
+            f"{quantity.replace('_', ' ')} is 0 throughout: not connected? It is left out.",
+            "",
+            "If another column holds it, state its header in vehicle.yaml under "
+            f"columns: load_test: {quantity}.",
         )
-        for reading in readings
+        for quantity in dead
+    ]
+    kept = [
+        replace(one, values={name: v for name, v in one.values.items() if name not in dead})
+        for one in readings
     ]
     return kept, problems
 
 
-def check_powers(block: Block, readings: Sequence[LoadTestReading]) -> list[Problem]:
+def two_curves(block: Block, readings: Sequence[Reading]) -> Problem | None:
+    """Refuse a table whose drive turns at two speeds under one torque at most of its codes.
+
+    Parameters
+    ----------
+    block : Block
+        The table, for the message.
+    readings : sequence of Reading
+        Its readings with branches; those of one code, branch and voltage make one curve n(M).
+
+    Returns
+    -------
+    Problem or None
+        Rows that lie on two curves, far apart for how little each scatters, are of two directions,
+        of two drives: nothing in the table tells which.
+    """
+    groups: dict[tuple[object, ...], list[Reading]] = defaultdict(list)
+    for one in readings:
+        volts = one.values.get("voltage")
+        if not one.marks and one.values.get("code", 0.0) != 0.0:
+            group = (one.values["code"], one.branch, volts and round(math.log(abs(volts)) / 0.1))
+            groups[group].append(one)
+    large = [own for own in groups.values() if len(own) >= _LEAST_OF_TWO]
+    parted = [(own, apart) for own in large if (apart := _apart(own))]
+    if not parted or 2 * len(parted) < len(large):
+        return None
+    own, apart = max(parted, key=lambda one: one[1])
+    code = own[0].values["code"]
+    return Problem(
+        "error",
+        block.place(own[0].row, "shaft_speed"),
+        f"at code {code:g} the shaft turns at two speeds under one torque, {apart:.0f} rpm apart "
+        f"({listed([one.row for one in own])}), and so at most codes: something parts the rows, "
+        "such as a direction that no column states. So the table was left out.",
+        "one characteristic in a table.",
+        "Write reverse with negative codes, each test on a sheet of its own, or state the column "
+        "of the direction in vehicle.yaml:\n  columns:\n    load_test:\n      direction: "
+        '{header: "...", reverse: ["..."]}',
+    )
+
+
+def _apart(own: Sequence[Reading]) -> float:
+    """Return how far apart two curves of speed over torque are, 0 where there is one. [rpm]."""
+    torque, speed = (
+        np.abs([one.values[name] for one in own]) for name in ("torque", "shaft_speed")
+    )
+    scale = float(torque.max())
+    if scale == 0.0 or np.ptp(torque) < 0.2 * scale:
+        return 0.0
+    degree = 2 if len(own) >= 2 * _LEAST_OF_TWO else 1
+    above = speed > np.polyval(np.polyfit(torque / scale, speed, degree), torque / scale)
+    if min(above.sum(), (~above).sum()) < degree + 2:
+        return 0.0
+    curves = [np.polyfit(torque[side] / scale, speed[side], degree) for side in (above, ~above)]
+    rest = [
+        speed[side] - np.polyval(curve, torque[side] / scale)
+        for side, curve in zip((above, ~above), curves, strict=True)
+    ]
+    middle = float(np.median(torque / scale))
+    apart = abs(float(np.polyval(curves[0], middle) - np.polyval(curves[1], middle)))
+    scatter = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+    return apart if apart > max(_TWO_SHARE * float(speed.max()), _TWO_SIGMAS * scatter) else 0.0
+
+
+def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
     """Compare the power columns with 2 pi n M and with U I; a constant ratio betrays a unit.
 
     Parameters
     ----------
     block : Block
         The table, for messages and the units that were read.
-    readings : sequence of LoadTestReading
+    readings : sequence of Reading
         Its readings.
 
     Returns
@@ -324,7 +375,7 @@ def _suspects(block: Block, quantity: str, ratio: float, causes: tuple[str, str]
 
 
 def check_magnitudes(
-    block: Block, readings: Sequence[LoadTestReading], density_kgpm3: float, diameter_m: float
+    block: Block, readings: Sequence[Reading], density_kgpm3: float, diameter_m: float
 ) -> list[Problem]:
     """Warn where torque or speed is far from anything that the propeller could take.
 
@@ -332,7 +383,7 @@ def check_magnitudes(
     ----------
     block : Block
         The table, for messages.
-    readings : sequence of LoadTestReading
+    readings : sequence of Reading
         Its readings.
     density_kgpm3 : float
         Density of the water. [kg/m^3]
@@ -347,8 +398,8 @@ def check_magnitudes(
     live = [reading for reading in readings if not reading.marks]
     if len(live) < 3:
         return []
-    torque = max(abs(reading.torque_nm) for reading in live)
-    speed_rps = max(abs(reading.shaft_speed_rpm) for reading in live) / 60.0
+    torque = max(abs(reading.values["torque"]) for reading in live)
+    speed_rps = max(abs(reading.values["shaft_speed"]) for reading in live) / 60.0
     # A screw takes about K_M = 0.03; a bench may go far above and below, but not by 300 times.
     usual = 0.03 * density_kgpm3 * speed_rps**2 * diameter_m**5
     if usual <= 0.0 or 1.0 / 300.0 < torque / usual < 300.0:
@@ -365,11 +416,11 @@ def check_magnitudes(
     ]
 
 
-def _shaft_power(reading: LoadTestReading) -> float:
-    return 2.0 * np.pi * reading.shaft_speed_rpm / 60.0 * reading.torque_nm
+def _shaft_power(reading: Reading) -> float:
+    return 2.0 * np.pi * reading.values["shaft_speed"] / 60.0 * reading.values["torque"]
 
 
-def _values(readings: Sequence[LoadTestReading], quantity: str) -> FloatArray:
+def _values(readings: Sequence[Reading], quantity: str) -> FloatArray:
     return np.array([reading.values.get(quantity, np.nan) for reading in readings], dtype=float)
 
 

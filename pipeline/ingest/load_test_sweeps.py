@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipeline.ingest.load_test_rows import LoadTestReading, with_mark
+from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.load_test_words import Branch
 from pipeline.types import FloatArray
 
@@ -16,21 +16,21 @@ _STEADY_LOAD_SHARE = 0.003
 _LEAST_WARM_UP_ROWS = 6
 
 
-def with_branches(readings: Sequence[LoadTestReading]) -> list[LoadTestReading]:
+def with_branches(readings: Sequence[Reading]) -> list[Reading]:
     """Tell loading from unloading by the torque's rise and fall, where no row says it.
 
     Parameters
     ----------
-    readings : sequence of LoadTestReading
+    readings : sequence of Reading
         One sweep after the other at one code, in the order taken.
 
     Returns
     -------
-    list of LoadTestReading
+    list of Reading
         The same readings, each with a branch.
     """
     unstated = [index for index, reading in enumerate(readings) if reading.branch is None]
-    torque = np.abs([readings[index].torque_nm for index in unstated])
+    torque = np.abs([readings[index].values["torque"] for index in unstated])
     branches = dict(zip(unstated, branches_of(torque), strict=True))
     return [
         replace(reading, branch=branches[index]) if index in branches else reading
@@ -79,7 +79,7 @@ def branches_of(torque: FloatArray) -> list[Branch]:
     return branches + [branch or "loading"] * (count - len(branches))
 
 
-def mark_drift(readings: Sequence[LoadTestReading]) -> tuple[list[LoadTestReading], int]:
+def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
     """Mark a leading run without load in which the speed still drifts.
 
     Only where it is plain: at least six rows at the same lowest torque, and a drift of the speed
@@ -87,17 +87,17 @@ def mark_drift(readings: Sequence[LoadTestReading]) -> tuple[list[LoadTestReadin
 
     Parameters
     ----------
-    readings : sequence of LoadTestReading
+    readings : sequence of Reading
         One sweep after the other at one code, in the order taken.
 
     Returns
     -------
-    tuple of (list of LoadTestReading, int)
+    tuple of (list of Reading, int)
         The readings, and how many were marked.
     """
     if len(readings) < 2 * _LEAST_WARM_UP_ROWS or any("warm-up" in r.marks for r in readings):
         return list(readings), 0
-    torque = np.abs([reading.torque_nm for reading in readings])
+    torque = np.abs([reading.values["torque"] for reading in readings])
     close = np.abs(torque - torque[0]) <= _NO_LOAD_SHARE * np.ptp(torque)
     run = int(np.argmin(close)) if not close.all() else 0
     if run < _LEAST_WARM_UP_ROWS or torque[0] > torque.min() + _NO_LOAD_SHARE * np.ptp(torque):
@@ -106,7 +106,7 @@ def mark_drift(readings: Sequence[LoadTestReading]) -> tuple[list[LoadTestReadin
     moved = abs(float(np.median(torque[run - third : run]) - np.median(torque[:third])))
     if moved > _STEADY_LOAD_SHARE * np.ptp(torque):
         return list(readings), 0  # a slow ramp of the load changes the speed as well
-    speed = np.array([reading.shaft_speed_rpm for reading in readings[:run]])
+    speed = np.array([reading.values["shaft_speed"] for reading in readings[:run]])
     settled = float(np.median(speed[-third:]))
     # Of a smooth drift the second differences hold the scatter alone.
     scatter = float(np.median(np.abs(np.diff(speed, 2)))) / (0.6745 * 6**0.5)
@@ -115,7 +115,7 @@ def mark_drift(readings: Sequence[LoadTestReading]) -> tuple[list[LoadTestReadin
     away = np.abs(speed - settled) > max(0.002 * abs(settled), 4.0 * scatter)
     drifting = int(np.argmin(away)) if not away.all() else 0
     marked = [
-        with_mark(reading, "warm-up") if index < drifting else reading
+        reading.marked("warm-up") if index < drifting else reading
         for index, reading in enumerate(readings)
     ]
     return marked, drifting

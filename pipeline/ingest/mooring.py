@@ -17,14 +17,14 @@ from pipeline.ingest.bench_file import (
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.columns_stated import told_of_columns
+from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
-from pipeline.ingest.mooring_codes import command_in_codes, pwm_note, pwm_problem
 from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis
 from pipeline.ingest.mooring_words import DOWN, LEVER, OF_THE_RIG, UP, VOCABULARY
 from pipeline.ingest.multipliers import factor_in_name
-from pipeline.ingest.row_directions import against_codes, directions_of
+from pipeline.ingest.row_directions import signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_limits import thrust_problem
@@ -38,8 +38,6 @@ from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
 
 __all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
-
-_FORWARD, _REVERSE = words_of("directions", "forward"), words_of("directions", "reverse")
 
 #: Slower than this is rest. [m/s]
 _AT_REST_MPS = 0.05
@@ -83,7 +81,11 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
         mapping=mapped_columns(columns),
         only=columns.only,
         shared=frozenset({"code", "pwm"}),
-        split_words=(*UP, *DOWN, *_REVERSE, *_FORWARD),
+        split_words=tuple(
+            word
+            for name in ("up", "down", "reverse", "forward")
+            for word in words_of("directions", name)
+        ),
     )
     points: list[MooringPoint] = []
     sheets: list[SheetRead] = []
@@ -96,7 +98,7 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
         said = list(found.problems)
         tables = [_table(block, readings, vehicle, said) for block, readings in found.tables]
         tables = [_without_copy(table, seen, said) for table in tables]
-        file = points_of_file(tables, vehicle.drive)
+        file = points_of_file(tables)
         said += file.problems
         drifts += [] if file.tare_drift_n is None else [file.tare_drift_n]
         tables_points = compare_thrusters(
@@ -136,17 +138,23 @@ def _table(
     own = f"{thrust.header} {thrust.group}"
     texts = (own, block.sheet.name or "", heading_text(block.above))
     place = block.place()
-    wrong = _refused(block, readings, vehicle)
-    if wrong is not None:
-        problems.append(wrong)
+    wrong = _lever_unclear(block, vehicle) or pwm_problems(block, readings, vehicle, "thrust")
+    problems += wrong
+    if any(problem.severity == "error" for problem in wrong):
         return MooringTable(place, ())
-    readings = command_in_codes(block, readings, vehicle, problems)
-    steps = settle(place, readings, "thrust")
+    coded = command_in_codes(block, readings, vehicle, "mooring", problems)
+    steps = settle(place, tuple(coded), "thrust")
     problems += steps.problems
     readings = _at_rest(block, steps.readings, problems)
-    readings = _with_directions(block, readings, vehicle, texts, problems)
-    if any(problem.severity == "error" for problem in steps.problems):
-        readings = ()
+    codes = {one.row: one.values["code"] for one in readings if "code" in one.values}
+    signed, said = signed_codes(block, codes, vehicle.columns.mooring.direction, "mooring")
+    problems += said
+    if signed is None or any(problem.severity == "error" for problem in steps.problems):
+        return MooringTable(place, ())
+    coded = [
+        one.with_values(code=signed[one.row]) if one.row in signed else one for one in readings
+    ]
+    readings = tuple(codes_in_range(block, coded, vehicle.drive, problems))
     sense: Sweep | None = None
     if _told(texts, DOWN, UP):
         sense = "down"
@@ -156,7 +164,7 @@ def _table(
     return MooringTable(place, readings, voltage, sense, block.thruster)
 
 
-def _refused(block: Block, readings: Sequence[Reading], vehicle: Vehicle) -> Problem | None:
+def _lever_unclear(block: Block, vehicle: Vehicle) -> list[Problem]:
     """Refuse a table whose numbers need something that only people know."""
     thrust = block.columns["thrust"]
     stated = vehicle.columns.mooring.thrust
@@ -167,17 +175,19 @@ def _refused(block: Block, readings: Sequence[Reading], vehicle: Vehicle) -> Pro
     )
     if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
         header = shorten(thrust.header)
-        return Problem(
-            "error",
-            block.place(block.header_row, "thrust"),
+        what = (
             f'"{shorten(lever)}" speaks of a lever or a factor; whether the numbers hold it is not '
-            "known. So the table was left out.",
-            "the factor from the sensor's force to the thrust.",
+            "known. So the table was left out."
+        )
+        expected = "the factor from the sensor's force to the thrust."
+        remedy = (
             "State it in vehicle.yaml (1 where the numbers hold it already):\n  columns:\n"
             f'    mooring:\n      thrust: {{header: "{header}", unit: {thrust.unit or "..."}, '
-            "scale: ...}",
+            "scale: ...}"
         )
-    return pwm_problem(block, readings, vehicle)
+        place = block.place(block.header_row, "thrust")
+        return [Problem("error", place, what, expected, remedy)]
+    return []
 
 
 def _at_rest(
@@ -198,38 +208,7 @@ def _at_rest(
         )
     )
     rows = set(moving)
-    return tuple(
-        replace(one, marks=(*one.marks, "not at rest")) if one.row in rows else one
-        for one in readings
-    )
-
-
-def _with_directions(
-    block: Block,
-    readings: tuple[Reading, ...],
-    vehicle: Vehicle,
-    texts: Sequence[str],
-    problems: list[Problem],
-) -> tuple[Reading, ...]:
-    """Give codes without signs those of the direction that a column or a heading states."""
-    codes = {one.row: one.values["code"] for one in readings if "code" in one.values}
-    if not codes:
-        return readings
-    stated = vehicle.columns.mooring.direction
-    found = directions_of(block, list(codes), stated, "mooring")
-    problems += found.problems
-    if any(problem.severity == "error" for problem in found.problems):
-        return () if min(codes.values()) >= 0.0 else readings
-    signed, wrong = against_codes(block, codes, found)
-    problems += wrong
-    if not found.signs and min(codes.values()) >= 0.0 and _told(texts, _REVERSE, _FORWARD):
-        signed = {row: -code + 0.0 for row, code in codes.items()}
-        what = "the heading says reverse and no code is negative: codes were given a minus sign."
-        problems.append(Problem("note", block.place(), what))
-    return tuple(
-        replace(one, values={**one.values, "code": signed[one.row]}) if one.row in signed else one
-        for one in readings
-    )
+    return tuple(one.marked("not at rest") if one.row in rows else one for one in readings)
 
 
 def _without_copy(table: MooringTable, seen: TablesSeen, problems: list[Problem]) -> MooringTable:

@@ -1,7 +1,7 @@
 """From the readings of one mooring file to points: code, sign, tare, sweep, and what is odd."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -13,12 +13,9 @@ from pipeline.ingest.rows import listed
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
-from pipeline.vehicle.schema import Drive
 
 #: Share of the largest thrust above which a tare, or its change, is worth a word.
 _LARGE_TARE_SHARE = 0.05
-#: Above it, a "code" that the drive does not know is more likely a pulse width.
-_PULSE_WIDTHS_US = (500.0, 2600.0)
 
 
 @dataclass(frozen=True)
@@ -72,15 +69,13 @@ class _Coded:
         return np.asarray(self.used & (self.codes == 0.0))
 
 
-def points_of_file(tables: Sequence[MooringTable], drive: Drive) -> MooringFile:
+def points_of_file(tables: Sequence[MooringTable]) -> MooringFile:
     """Turn the tables of one file into points.
 
     Parameters
     ----------
     tables : sequence of MooringTable
         In the order of the workbook, which is taken for the order of measurement.
-    drive : Drive
-        Range of the codes.
 
     Returns
     -------
@@ -97,7 +92,7 @@ def points_of_file(tables: Sequence[MooringTable], drive: Drive) -> MooringFile:
     all_coded: list[_Coded | None] = []
     start = 0
     for table in tables:
-        all_coded.append(_with_codes(table, drive, start, problems))
+        all_coded.append(_with_codes(table, start))
         start += len(table.readings)
     coded = [one for one in all_coded if one is not None]
     zeros = [(one.position[one.is_zero], one.thrust_n[one.is_zero]) for one in coded]
@@ -121,10 +116,8 @@ def points_of_file(tables: Sequence[MooringTable], drive: Drive) -> MooringFile:
     return MooringFile(tuple(points), tuple(problems), max(drifts, default=None))
 
 
-def _with_codes(
-    table: MooringTable, drive: Drive, start: int, problems: list[Problem]
-) -> _Coded | None:
-    """Find the code of each reading; None if the table cannot be used."""
+def _with_codes(table: MooringTable, start: int) -> _Coded | None:
+    """Keep the readings with a code and a thrust; None where there are none."""
     kept: list[Reading] = []
     codes: list[float] = []
     position: list[int] = []
@@ -137,25 +130,6 @@ def _with_codes(
         position.append(start + index)
     if not kept:
         return None
-    outside = [not drive.code_min <= code <= drive.code_max for code in codes]
-    if 2 * sum(outside) > len(codes):
-        problems.append(_wrong_range(table.place, codes, drive, pulse="pwm" in kept[0].values))
-        return None
-    if any(outside):
-        rows = [reading.row for reading, out in zip(kept, outside, strict=True) if out]
-        problems.append(
-            Problem(
-                "warning",
-                _at(table.place, rows[0]),
-                f"code beyond the drive's range in {listed(rows)}; left out.",
-                f"{drive.code_min} to {drive.code_max}, as the vehicle file says.",
-                "Correct the code, or the range of the drive in vehicle.yaml.",
-            )
-        )
-        kept = [
-            _marked(reading, "code beyond the drive's range") if out else reading
-            for reading, out in zip(kept, outside, strict=True)
-        ]
     return _Coded(
         table.place,
         tuple(kept),
@@ -164,25 +138,6 @@ def _with_codes(
         np.array(position, float),
         table.nominal_voltage_v,
         table.sense,
-    )
-
-
-def _wrong_range(place: Place, codes: Sequence[float], drive: Drive, *, pulse: bool) -> Problem:
-    low, high = min(codes), max(codes)
-    remedy = "Correct the column, or code_min and code_max of the drive in vehicle.yaml."
-    if pulse:
-        remedy = "Correct columns.mooring.pwm_range (neutral_us, half_range_us) in vehicle.yaml."
-    elif _PULSE_WIDTHS_US[0] <= low and high <= _PULSE_WIDTHS_US[1]:
-        remedy = (
-            "If these are pulse widths, say so in vehicle.yaml: columns: {mooring: {pwm: "
-            "{header: <name of the column>, unit: us}}}."
-        )
-    return Problem(
-        "error",
-        place,
-        f"codes from {low:g} to {high:g}, most of them beyond the drive's range; left out.",
-        f"{drive.code_min} to {drive.code_max}, as the vehicle file says.",
-        remedy,
     )
 
 
@@ -291,10 +246,6 @@ def _copies(table: _Coded) -> list[int]:
         and not reading.marks
         and reading.values == before.values
     ]
-
-
-def _marked(reading: Reading, mark: str) -> Reading:
-    return replace(reading, marks=(*reading.marks, mark))
 
 
 def _at(place: Place, row: int) -> Place:

@@ -21,7 +21,8 @@ _LEAST_EXPLAINED = 0.15
 _MOST_LEFT = 0.75
 _MOST_LEFT_OF_HALF = 0.9
 #: An axis runs against its moments at such a correlation, and such a one in each half of the run.
-_AGAINST, _AGAINST_IN_HALF = -0.85, -0.75
+_AGAINST, _AGAINST_IN_HALF = -0.7, -0.6
+_FLIPS = {"roll": (-1.0, 1.0, 1.0), "pitch": (1.0, -1.0, 1.0), "yaw": (1.0, 1.0, -1.0)}
 
 
 @dataclass(frozen=True)
@@ -59,7 +60,8 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     )
     whole = _axes_of(moments)
     total = sum(axis.power / axis.rows for axis in whole)
-    candidates = _rearranged(arms, moments.names)
+    sign_is_known = "attitude" in run.channels
+    candidates = _rearranged(arms, moments.names, sign_is_known=sign_is_known)
     left = {name: _rest(whole, changed) for name, changed in candidates.items()}
     if not left or total <= 0:
         return []
@@ -78,7 +80,8 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
             f"stated explain {100 * (1 - as_stated / total):.0f} % of the angular acceleration "
             f"that drag and gravity leave, so changed {100 * (1 - left[best] / total):.0f} %.",
             "",
-            "Check the order of the thrusters in the log, their positions and directions.",
+            "Check the order of the thrusters in the log, their positions and directions, and the "
+            "sign of the rates.",
         )
     ]
 
@@ -94,7 +97,7 @@ def _against_moments(
     half = len(moments.effort) // 2
     halves = [_axes_of(moments.part(rows)) for rows in (slice(0, half), slice(half, None))]
     found = []
-    for number, name in enumerate(("roll", "pitch", "yaw")):
+    for number, name in enumerate(_FLIPS):
         arm = arms[:, number]
         correlation = whole[number].correlation(arm)
         if correlation > _AGAINST or any(
@@ -120,9 +123,17 @@ def _in_both_halves(moments: _Moments, stated: FloatArray, changed: FloatArray) 
     return True
 
 
-def _rearranged(arms: FloatArray, names: Sequence[str]) -> dict[str, FloatArray]:
-    """Moment arms with two thrusters exchanged, or one turned round; those that change anything."""
+def _rearranged(
+    arms: FloatArray, names: Sequence[str], *, sign_is_known: bool
+) -> dict[str, FloatArray]:
+    """Moment arms with two thrusters exchanged or one turned round; those that change anything.
+
+    Where no attitude tells the sign of a rate, one of the rates or all of them may be turned, too.
+    """
     found: dict[str, FloatArray] = {}
+    if not sign_is_known:
+        found = {f"the {name} rate is reversed": arms * flip for name, flip in _FLIPS.items()}
+        found["the rates are all reversed"] = -arms
     for i, j in combinations(range(len(arms)), 2):
         changed = arms.copy()
         changed[[i, j]] = changed[[j, i]]

@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import PurePath
 
 from pipeline.errors import Problem
-from pipeline.ingest.blocks import Block
+from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
+from pipeline.ingest.mooring_words import OF_THE_RIG
 from pipeline.ingest.rows import listed
 from pipeline.ingest.vocabulary import plain, split_header
 from pipeline.ingest.word_lists import words_of
@@ -219,24 +221,67 @@ def _filled(signs: Mapping[int, int], rows: Sequence[int]) -> dict[int, int]:
     return filled
 
 
-def against_codes(
-    block: Block, codes: Mapping[int, float], directions: RowDirections
-) -> tuple[dict[int, float], list[Problem]]:
-    """Return the codes with the sign of their direction.
+def signed_codes(
+    block: Block, codes: Mapping[int, float], stated: Direction | None, kind: str
+) -> tuple[dict[int, float] | None, list[Problem]]:
+    """Return the codes with the sign of their direction, where anything tells one.
 
-    Codes that have signs already keep them; rows in which the two contradict are named.
+    Parameters
+    ----------
+    block : Block
+        The table.
+    codes : mapping of int to float
+        Code of each row that has one.
+    stated : Direction or None
+        What vehicle.yaml says of a column of directions.
+    kind : str
+        Section of vehicle.yaml.
+
+    Returns
+    -------
+    tuple of (dict of int to float or None, list of Problem)
+        Codes that have signs already keep them, and rows in which the two contradict are named.
+        None where a column parts the rows and nobody knows how.
     """
-    signs = directions.signs
-    if all(code >= 0.0 for code in codes.values()):
-        return {row: code * signs.get(row, 1) + 0.0 for row, code in codes.items()}, []
-    wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
-    if not wrong:
-        return dict(codes), []
-    what = f"the direction and the sign of the code contradict in {listed(wrong)}."
-    letter = None if directions.column is None else column_letter(directions.column)
-    place = block.sheet.place(wrong[0], letter)
-    remedy = "Correct the rows, or rename the column if it is no direction of thrust."
-    return dict(codes), [Problem("warning", place, what, "one direction a row.", remedy)]
+    if not codes:
+        return {}, []
+    found = directions_of(block, list(codes), stated, kind)
+    problems = list(found.problems)
+    signs, unsigned = found.signs, min(codes.values()) >= 0.0
+    if any(problem.severity == "error" for problem in problems):
+        return (None if unsigned else dict(codes)), problems
+    if not unsigned:
+        wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
+        if wrong:
+            what = f"the direction and the sign of the code contradict in {listed(wrong)}."
+            letter = None if found.column is None else column_letter(found.column)
+            place = block.sheet.place(wrong[0], letter)
+            remedy = "Correct the rows, or rename the column if it is no direction of thrust."
+            problems.append(Problem("warning", place, what, "one direction a row.", remedy))
+        return dict(codes), problems
+    told = "" if signs else _told_reverse(block, kind)
+    if told:
+        signs = dict.fromkeys(codes, -1)
+        what = f'"{shorten(told)}" says reverse and no code is negative: codes were given a minus.'
+        problems.append(Problem("note", block.place(), what))
+    return {row: code * signs.get(row, 1) + 0.0 for row, code in codes.items()}, problems
+
+
+def _told_reverse(block: Block, kind: str) -> str:
+    """Return what says that a whole table is of reverse; empty where nothing does."""
+    column = block.columns["torque" if kind == "load_test" else "thrust"]
+    no_words = _BRANCHES if kind == "load_test" else frozenset()
+    stem = PurePath(block.sheet.file).stem
+    for shown, text in (
+        (f"{column.header} {column.group}",) * 2,
+        (block.sheet.name or "",) * 2,
+        (heading_text(block.above),) * 2,
+        (stem, " ".join(word for word in plain(stem).split() if word in _IN_FILE_NAMES)),
+    ):
+        sign = _section_sign(OF_THE_RIG.sub(" ", plain(text)), no_words)
+        if sign:
+            return shown if sign < 0 else ""
+    return ""
 
 
 def _key(text: str) -> str:
@@ -249,6 +294,7 @@ _BRANCHES = frozenset(map(plain, ("прямой", "прямое", "обратн�
 _PLAIN_NAMES, _PLAIN_FORWARD, _PLAIN_REVERSE = (
     frozenset(map(plain, words_of("directions", name))) for name in ("names", "forward", "reverse")
 )
+_IN_FILE_NAMES = frozenset(map(plain, words_of("directions", "in_file_names")))
 _WORDS = {
     **dict.fromkeys(_PLAIN_FORWARD, 1),
     **dict.fromkeys(_PLAIN_REVERSE, -1),

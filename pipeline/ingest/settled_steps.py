@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.rows import counted, listed
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 
 SETTLING = "settling"
 AVERAGED = "averaged"
@@ -25,6 +25,11 @@ _LATE = 0.05
 #: A log that is written faster than this, and whose command never rests, is a ramp.
 _RAMP_PERIOD_S = 0.5
 _LEAST_RAMP_ROWS = 40
+#: Of a load test's log: what the speed may move in a second, of its largest, over which time it is
+#: told, and the least share of rows in which it rests.
+_MOST_PER_S, _WINDOW_S, _LEAST_STEADY = 0.03, 0.25, 0.25
+#: Of the largest speed: what a speed is measured by at a command at which it all but stands.
+_SMALL = 0.1
 
 
 @dataclass(frozen=True)
@@ -84,6 +89,94 @@ def settle(place: Place, readings: tuple[Reading, ...], quantity: str) -> Steps:
             done[at] = replace(done[at], marks=(AVERAGED,))
         done[live[start]] = _mean([readings[at] for at in live[start:last]])
     return Steps(tuple(done), tuple(_said(place, len(runs), float(np.median(lengths)), moving)))
+
+
+def settle_loads(place: Place, readings: Sequence[Reading]) -> Steps:
+    """Leave of a load test's log in time what is steady: steps of the load, or a slow ramp of it.
+
+    Parameters
+    ----------
+    place : Place
+        The table, for messages.
+    readings : sequence of Reading
+        With shaft speed and torque, in the order of time.
+
+    Returns
+    -------
+    Steps
+        The readings as they are where no times are there or the rows come seldom: each is a
+        reading then. Rows in which speed or torque still move are marked, the rows of a step are
+        averaged. An error where the command never rests or little else is steady.
+    """
+    live = [at for at, one in enumerate(readings) if not one.marks]
+    time_s = np.array([readings[at].values.get("time", np.nan) for at in live])
+    period_s = float(np.median(np.diff(time_s))) if len(live) > 1 else np.inf
+    if len(live) < _LEAST_RAMP_ROWS or not 0.0 < period_s < _RAMP_PERIOD_S:
+        return Steps(tuple(readings), ())
+    runs = _runs([_command(readings[at]) for at in live])
+    if float(np.median([last - first for first, last in runs])) < _LEAST_ROWS:
+        return Steps((), (_ramp(place, period_s),))
+    signals = np.array(
+        [[readings[at].values[name] for name in ("shaft_speed", "torque")] for at in live]
+    )
+    largest = np.abs(signals).max(axis=0) + 1e-12
+    done = [one if one.marks else one.marked(SETTLING) for one in readings]
+    steady, steps = 0, 0
+    for first, last in runs:
+        own = signals[first:last]
+        scale = np.maximum(np.abs(own).max(axis=0), _SMALL * largest)
+        for part in _stretches(_rests(own[:, 0] / scale[0], period_s), period_s):
+            at = [live[first + index] for index in part]
+            steady += len(at)
+            as_step = _is_step(own[part] / scale)
+            steps += as_step
+            for index in at:
+                done[index] = readings[index].marked(*[AVERAGED] * as_step)
+            if as_step:
+                done[at[0]] = _mean([readings[index] for index in at])
+    if steady < _LEAST_STEADY * len(live):
+        what = (
+            f"a log in time, a row every {period_s:.3g} s, whose speed rests in {steady} of "
+            f"{len(live)} rows only: it lags behind command and load. So the table was left out."
+        )
+        expected = "steps of the load that are held until the speed rests, or a slow ramp of it."
+        remedy = "Hold each load for some seconds; or write one settled row for each load."
+        return Steps((), (Problem("error", place, what, expected, remedy),))
+    what = (
+        f"a log in time: in {steady} of {len(live)} rows the speed rests; "
+        f"{counted(steps, 'step')} of these count once each, as the mean."
+    )
+    said = [Problem("note", place, what)] if steps or steady < len(live) else []
+    return Steps(tuple(done), tuple(said))
+
+
+def _rests(speed: FloatArray, period_s: float) -> BoolArray:
+    """Tell in which rows the speed, a share of the largest, moves by no more than some per cent.
+
+    In a second: times the time constant of a drive, some tenths of a second, it is the error. The
+    load may move: what lags is the speed.
+    """
+    half = max(2, round(_WINDOW_S / period_s))
+    if len(speed) <= 2 * half:
+        return np.zeros(len(speed), np.bool_)
+    sums = np.concatenate([[0.0], np.cumsum(speed)])
+    step = (sums[2 * half :] - 2.0 * sums[half:-half] + sums[: -2 * half]) / half
+    noise = 3.0 * _noise(speed) * (2.0 / half) ** 0.5
+    rests = np.abs(step) <= max(_MOST_PER_S * half * period_s, noise)
+    return np.pad(rests, (half, len(speed) - half - len(rests)), mode="edge")
+
+
+def _stretches(rests: BoolArray, period_s: float) -> list[IntArray]:
+    """Return the rows of each stretch of rest; a short one is a turn between two moves."""
+    quiet = np.flatnonzero(rests)
+    parts = np.split(quiet, np.flatnonzero(np.diff(quiet) > 1) + 1)
+    return [part for part in parts if len(part) >= max(_LEAST_ROWS, 2.0 * _WINDOW_S / period_s)]
+
+
+def _is_step(shares: FloatArray) -> bool:
+    """Tell whether a stretch of steady rows is a step, no slow ramp."""
+    parts = [part.mean(axis=0) for part in np.array_split(shares, _LEAST_ROWS)]
+    return bool((np.ptp(parts, axis=0) <= 2.0 * _TOLERANCE).all())
 
 
 def _begin_late(values: FloatArray, runs: Sequence[tuple[int, int]]) -> bool:
@@ -173,8 +266,8 @@ def _ramp(place: Place, period_s: float) -> Problem:
     return Problem(
         "error",
         place,
-        f"a log in time, a row every {period_s:g} s, whose command never rests: the thrust lags "
-        "behind it. So the table was left out.",
-        "steps that are held until the thrust rests.",
+        f"a log in time, a row every {period_s:.3g} s, whose command never rests: what is measured "
+        "lags behind it. So the table was left out.",
+        "steps that are held until the readings rest.",
         "Sweep in steps of a second or more.",
     )

@@ -160,7 +160,10 @@ def choose_sheets(
     wanted = {plain(name) for name in names}
     kept = tuple(sheet for sheet in sheets if plain(sheet.name or "") in wanted)
     if kept or not sheets:
-        return kept, ()
+        skipped = ", ".join(f'"{sheet.name}"' for sheet in sheets if sheet not in kept)
+        what = f"not read, because vehicle.yaml restricts the sheets: {skipped}."
+        place = replace(sheets[0].place(), sheet=None) if sheets else None
+        return kept, (Problem("note", place, what),) if skipped and place else ()
     problem = Problem(
         "warning",
         replace(sheets[0].place(), sheet=None),

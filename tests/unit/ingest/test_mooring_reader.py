@@ -213,8 +213,10 @@ def test_one_code_beyond_the_range_is_marked(tmp_path: Path) -> None:
     rows = [("Code", "Thrust, N"), *UP, (130, 44.0)]
     record = read(make_vehicle(), xlsx(tmp_path / "a.xlsx", run=rows))
     message = one(of_severity(record, "warning"))
-    assert message.startswith('a.xlsx, sheet "run", row 7: code beyond the drive\'s range')
-    assert record.points[-1].marks == ("code beyond the drive's range",)
+    assert message.startswith(
+        'a.xlsx, sheet "run", row 7, column A: code outside of the drive\'s range'
+    )
+    assert record.points[-1].marks == ("code out of range",)
     assert len(fitted(record)) == len(UP) - 1
 
 
@@ -293,7 +295,7 @@ def test_forward_and_reverse_beside_one_code_column(tmp_path: Path) -> None:
         (80.0, 20.0),
         (127.0, 42.0),
     ]
-    assert any("heading says reverse" in p.what for p in of_severity(record, "note"))
+    assert any("says reverse" in p.what for p in of_severity(record, "note"))
 
 
 # --- tare, sweeps, hysteresis --------------------------------------------------------------------

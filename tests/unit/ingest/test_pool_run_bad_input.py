@@ -193,7 +193,7 @@ def test_a_good_log_shows_what_was_understood(folder: Path) -> None:
             0,
             "lie outside of the drive's range, -100 to 100: port 967 (-180 to 180)",
         ),
-        (swapped, 0, "port and starboard are swapped against the vehicle file"),
+        (swapped, 0, "port and starboard are swapped"),
         (clock_jumps, 0, "marked clock jump: its clock jumped here"),
         (not_numbers, 0, "30 of 1500 readings (2 %) are marked not a number"),
         (constant, 0, "depth (/depth) never changes: the sensor is dead or not connected"),

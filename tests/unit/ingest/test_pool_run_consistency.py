@@ -63,15 +63,28 @@ def test_a_run_as_stated_is_not_suspected(tmp_path: Path, seed: int) -> None:
 def test_two_thrusters_that_are_swapped_are_named(tmp_path: Path, seed: int) -> None:
     codes, rate = excited(seed)
     text = warnings_of(tmp_path, topics_of(codes[:, [1, 0, 2, 3]], rate))
-    assert "port and starboard are swapped against the vehicle file" in text
+    assert "port and starboard are swapped" in text
     text = warnings_of(tmp_path, topics_of(codes[:, [0, 2, 1, 3]], rate))
     assert "starboard and bow are swapped" in text
+
+
+@pytest.mark.parametrize(
+    ("signs", "says"),
+    [((1, 1, -1), "the yaw rate is reversed"), ((-1, -1, -1), "the rates are all reversed")],
+)
+def test_without_an_attitude_the_moments_tell_the_sign_of_a_rate(
+    tmp_path: Path, signs: tuple[int, int, int], says: str
+) -> None:
+    codes, rate = excited()
+    assert f"{says} against the vehicle file" in warnings_of(
+        tmp_path, topics_of(codes, rate * signs)
+    )
 
 
 def test_a_thruster_that_is_reversed_is_named(tmp_path: Path) -> None:
     codes, rate = excited()
     text = warnings_of(tmp_path, topics_of(codes * [1, 1, -1, 1], rate))
-    assert "bow is reversed against the vehicle file" in text
+    assert "bow is reversed" in text
 
 
 def test_rates_that_have_nothing_to_do_with_the_commands_say_nothing(tmp_path: Path) -> None:

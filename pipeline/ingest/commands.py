@@ -1,0 +1,221 @@
+"""Commands of a bench test in codes: codes, per cent, shares of full throttle, pulse widths."""
+
+import re
+from collections.abc import Sequence
+
+from pipeline.errors import Place, Problem
+from pipeline.ingest.bench_file import Reading
+from pipeline.ingest.blocks import Block, heading_text
+from pipeline.ingest.code_units import command_scale, fractional_codes
+from pipeline.ingest.rows import listed
+from pipeline.ingest.unit_text import is_percent
+from pipeline.vehicle.bench_schema import Pwm
+from pipeline.vehicle.schema import Drive, Vehicle
+
+OUT_OF_RANGE = "code out of range"
+#: Of the range: pulses that go further were made for another one, and so, maybe, those that end
+#: well within one that is stated.
+_BEYOND, _WITHIN = 1.02, 0.85
+_RANGE = re.compile(
+    r"(?<![\d.,])(\d{3,4})\s*(?:-|\u2013|\u2014|\.{2,3}|\u2026|to|до)\s*(\d{3,4})(?![\d.,])"
+)
+#: Beyond these it is no pulse width at all, which has its own message.
+_SHORTEST_US, _LONGEST_US = 500.0, 2600.0
+#: Thrust at the neutral pulse, over the largest, above which it is not neutral.
+_NEUTRAL_SHARE = 0.1
+
+
+def code_from_pwm(pulse_width_us: float, pwm: Pwm, code_max: int) -> float:
+    """Return the code that a pulse width stands for.
+
+    >>> code_from_pwm(1700.0, Pwm(neutral_us=1500.0, half_range_us=400.0), 127)
+    63.5
+    """
+    return (pulse_width_us - pwm.neutral_us) * code_max / pwm.half_range_us
+
+
+def command_in_codes(
+    block: Block, readings: Sequence[Reading], vehicle: Vehicle, kind: str, problems: list[Problem]
+) -> list[Reading]:
+    """Return the readings with a code each, whatever the command was counted in.
+
+    Parameters
+    ----------
+    block : Block
+        The table.
+    readings : sequence of Reading
+        As the cells stand.
+    vehicle : Vehicle
+        Range of the codes and of the pulse widths.
+    kind : str
+        Section of vehicle.yaml, for messages.
+    problems : list of Problem
+        What was assumed is added here.
+    """
+    pwm, code_max = vehicle.columns.mooring.pwm_range, vehicle.drive.code_max
+    scale = 1.0
+    if "code" in block.columns:
+        numbers = [
+            (one.row, one.values["code"])
+            for one in readings
+            if "code" in one.values and not one.marks
+        ]
+        scale = command_scale(block, [number for _, number in numbers], code_max, problems)
+        if scale == 1.0 and not is_percent(block.columns["code"].unit):
+            problems += fractional_codes(numbers, lambda row: block.place(row, "code"), kind)
+    done: list[Reading] = []
+    for one in readings:
+        values = one.values
+        code = values["code"] * scale if "code" in values else None
+        if code is None and "pwm" in values:
+            code = code_from_pwm(values["pwm"], pwm, code_max)
+        done.append(one if code is None else one.with_values(code=round(code, 9)))
+    return done
+
+
+def codes_in_range(
+    block: Block, readings: Sequence[Reading], drive: Drive, problems: list[Problem]
+) -> list[Reading]:
+    """Mark the readings beyond the drive's range; none are left where most are."""
+    codes = [one.values["code"] for one in readings if "code" in one.values]
+    known = (
+        f"codes from {drive.code_min} to {drive.code_max}, as vehicle.yaml states for the drive."
+    )
+    remedy = "Correct the code in the file, or code_min and code_max in vehicle.yaml."
+    rows = {
+        one.row
+        for one in readings
+        if "code" in one.values and not drive.code_min <= one.values["code"] <= drive.code_max
+    }
+    if not rows:
+        return list(readings)
+    low, high = min(codes), max(codes)
+    if 2 * len(rows) > len(codes):
+        if "pwm" in block.columns and "code" not in block.columns:
+            remedy = "Correct columns: mooring: pwm_range (neutral_us, half_range_us) there."
+        elif low >= _SHORTEST_US and high <= _LONGEST_US:
+            remedy = (
+                "If these are pulse widths, say so in vehicle.yaml: columns: {mooring: {pwm: "
+                "{header: <name of the column>, unit: us}}}."
+            )
+        what = (
+            f"codes from {low:g} to {high:g}, most of them outside of the drive's range; left out."
+        )
+        problems.append(Problem("error", block.place(None, "code"), what, known, remedy))
+        return []
+    what = f"code outside of the drive's range in {listed(sorted(rows))}; kept but not fitted."
+    problems.append(Problem("warning", block.place(min(rows), "code"), what, known, remedy))
+    return [one.marked(OUT_OF_RANGE) if one.row in rows else one for one in readings]
+
+
+def pwm_problems(
+    block: Block, readings: Sequence[Reading], vehicle: Vehicle, quantity: str
+) -> list[Problem]:
+    """Say where pulse widths are not of the range that is taken: one-way controllers, other ends.
+
+    Parameters
+    ----------
+    block : Block
+        The table; its headings may state a range.
+    readings : sequence of Reading
+        Its readings, still with pulse widths.
+    vehicle : Vehicle
+        The range of vehicle.yaml, or the assumed one.
+    quantity : str
+        What is 0 at rest: "thrust", "shaft_speed".
+
+    Returns
+    -------
+    list of Problem
+        An error where nothing states how the pulse widths are to be read, a warning where they end
+        far within the range that is stated.
+    """
+    pwm = vehicle.columns.mooring.pwm_range
+    pairs = [
+        (one.values["pwm"], abs(one.values[quantity]))
+        for one in readings
+        if "pwm" in one.values and quantity in one.values and not one.marks
+    ]
+    if "code" in block.columns or not pairs:
+        return []
+    stated = {"neutral_us", "half_range_us"} <= pwm.model_fields_set
+    low, high = min(one for one, _ in pairs), max(one for one, _ in pairs)
+    ends = pwm.neutral_us - pwm.half_range_us, pwm.neutral_us + pwm.half_range_us
+    largest = max(value for _, value in pairs)
+    at_neutral = [value for width, value in pairs if abs(width - pwm.neutral_us) < 1.0]
+    at_low = [value for width, value in pairs if width == low]
+    reach = max(high - pwm.neutral_us, pwm.neutral_us - low)
+    said = range_in_text(f"{block.columns['pwm'].header} {heading_text(block.above)}")
+    taken = f"{ends[0]:g} to {ends[1]:g} us"
+    neutral = (low + high) / 2.0
+    if said is not None and not stated and said != ends:
+        why = (
+            f"the heading says pulse widths from {said[0]:g} to {said[1]:g} us, and {taken} is "
+            "assumed"
+        )
+        low, high = said
+        neutral = (low + high) / 2.0
+    elif (
+        not stated
+        and reach > _BEYOND * pwm.half_range_us
+        and (high < _LONGEST_US and low > _SHORTEST_US)
+    ):
+        why = f"pulse widths from {low:g} to {high:g} us go beyond the assumed range of {taken}"
+    elif (
+        at_neutral
+        and largest > 0.0
+        and min(at_neutral) > _NEUTRAL_SHARE * largest
+        and min(at_low) < 0.5 * min(at_neutral)
+        and low < pwm.neutral_us - 1.0
+    ):
+        name, unit = quantity.replace("_", " "), "N" if quantity == "thrust" else "rpm"
+        why = (
+            f"at {pwm.neutral_us:g} us, which is taken for neutral, {name} is "
+            f"{min(at_neutral):.3g} {unit}, and at {low:g} us {min(at_low):.3g} {unit}"
+        )
+    elif stated and said not in {None, ends}:
+        why = f"the heading says pulse widths of another range than vehicle.yaml, {taken}"
+        return [Problem("warning", block.place(block.header_row, "pwm"), f"{why}.")]
+    elif stated and reach < _WITHIN * pwm.half_range_us:
+        why = f"pulse widths from {low:g} to {high:g} us end far within the stated range of {taken}"
+        what = f"{why}: full command was not tested, or the range is another."
+        remedy = "Correct columns: mooring: pwm_range in vehicle.yaml if it is."
+        return [Problem("warning", block.place(block.header_row, "pwm"), what, "", remedy)]
+    else:
+        return []
+    one_way = low < pwm.neutral_us - 1.0 and min(at_low, default=largest) < _NEUTRAL_SHARE * largest
+    neutral = low if one_way else neutral
+    return [
+        Problem(
+            "error",
+            block.place(block.header_row, "pwm"),
+            f"{why}. So the table was left out.",
+            "the pulse width of rest, and how far from it full throttle is.",
+            "State it in vehicle.yaml:\n  columns:\n    mooring:\n      pwm_range: "
+            f"{{neutral_us: {neutral:g}, half_range_us: {high - neutral:g}}}"
+            + (" # one way: it rests at the shortest pulse" if one_way else ""),
+        )
+    ]
+
+
+def range_in_text(text: str) -> tuple[float, float] | None:
+    """Return the range of pulse widths that a heading states.
+
+    >>> range_in_text("PWM (1000-2000), us"), range_in_text("ШИМ от 1100 до 1900")
+    ((1000.0, 2000.0), (1100.0, 1900.0))
+    """
+    found = {(float(low), float(high)) for low, high in _RANGE.findall(text)}
+    good = [one for one in found if _SHORTEST_US <= one[0] < one[1] <= _LONGEST_US]
+    return good[0] if len(good) == 1 else None
+
+
+def pwm_note(file: str, vehicle: Vehicle) -> Problem:
+    """Say how pulse widths become codes."""
+    pwm = vehicle.columns.mooring.pwm_range
+    stated = {"neutral_us", "half_range_us"} <= pwm.model_fields_set
+    what = (
+        f"pulse width becomes a code by (pwm - {pwm.neutral_us:g} us) / {pwm.half_range_us:g} us "
+        f"* {vehicle.drive.code_max}{'' if stated else ', which is assumed'}."
+    )
+    remedy = "" if stated else "State columns: mooring: pwm_range in vehicle.yaml."
+    return Problem("note", Place(file), what, "", remedy)
