@@ -24,6 +24,9 @@ _TRIED, _TRIED_LOUD, _QUIET = 4, 1, 4.0
 #: Where none of these explains the runs all others are seen from where they lead to; so many of
 #: them are followed.
 _TRIED_LATER = 2
+#: Log evidence that an effect must promise before any is gone to, where an ordinary force explains
+#: the readings: what is less shows around the nominal model as well.
+_PROMISED = 3.0
 #: Sizes of the departures to which the first secants are taken: of the weak and of the strong.
 _WEAK, _STRONG = 0.1, 1.0
 #: Linearisations on the way to an effect's own point, and further ones for the best.
@@ -88,6 +91,12 @@ def approach(
     wanted: list[tuple[Judged, Finding | None]] = [(alone, None), (alone, None)]
     # under a small force an effect must explain the readings by itself, as a true one does
     loud = [*judged, *far]
+    promised = [value_of(Trial(neutral, *row)) for row in _strongest_effects(loud, 1)]
+    if alone.level.ordinary and max(promised, default=-np.inf) < best.value + _PROMISED:
+        stated = [Trial(neutral, alone, None, far=True), Trial(neutral, alone, None)]
+        best = follow.best_of(best, stated, _STEPS)
+        departures = recounted(every, by_weight, best.departures)
+        return Near(departures, best.best.level, prior, moved_by, _STEPS)
     quiet = [one for one in loud if one.level.size <= _QUIET]
     for some, most in ((quiet, _TRIED), (loud, _TRIED_LOUD)):
         found = _strongest_effects(some, most)
