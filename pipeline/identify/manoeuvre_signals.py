@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
@@ -59,13 +60,10 @@ def signals_of(run: RunTable, code_max: FloatArray | None) -> Signals | None:
     size = np.abs(command).max(initial=0.0) if code_max is None else np.asarray(code_max, float)
     command = command / np.maximum(size, 1e-9)
     heading, pitch, roll = _angles(run, time_s)
-    velocity = _smooth(_filled(run, "velocity", time_s))
-    depth = _smooth(_filled(run, "depth", time_s))
-    if depth is None:
-        position = _smooth(_filled(run, "position", time_s))
-        depth = None if position is None else position[:, 2:]
-    surge = None if velocity is None else velocity[:, 0]
-    deep = None if depth is None else depth[:, 0]
+    velocity, depth = _filled(run, "velocity", time_s), _filled(run, "depth", time_s)
+    if depth is None and (position := _filled(run, "position", time_s)) is not None:
+        depth = position[:, 2:]
+    surge, deep = (None if one is None else _smooth(one)[:, 0] for one in (velocity, depth))
     return Signals(time_s, command, known, heading, pitch, roll, surge, deep)
 
 
@@ -80,10 +78,8 @@ def _filled(run: RunTable, quantity: str, time_s: FloatArray) -> FloatArray | No
     return np.stack([np.interp(time_s, run.time_s[good], column) for column in columns], axis=1)
 
 
-def _smooth(values: FloatArray | None) -> FloatArray | None:
+def _smooth(values: FloatArray) -> FloatArray:
     """Return the moving mean over a second."""
-    if values is None:
-        return None
     from scipy.ndimage import uniform_filter1d
 
     return np.asarray(uniform_filter1d(values, round(_SMOOTH_S / PERIOD_S), axis=0, mode="nearest"))
@@ -97,14 +93,13 @@ def _angles(
     if quaternion is not None:
         good = run.valid["attitude"] & np.isfinite(quaternion).all(axis=1)
         if good.mean() >= _LEAST_VALID:
-            w, x, y, z = quaternion[good].T
-            heading = np.unwrap(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-            pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-            roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-            columns = [np.interp(time_s, run.time_s[good], one) for one in (heading, pitch, roll)]
+            roll, pitch, heading = angles(quaternion[good]).T
+            columns = [
+                np.interp(time_s, run.time_s[good], one)
+                for one in (np.unwrap(heading), pitch, roll)
+            ]
             smooth = _smooth(np.stack(columns, axis=1))
-            if smooth is not None:
-                return smooth[:, 0], smooth[:, 1], smooth[:, 2]
+            return smooth[:, 0], smooth[:, 1], smooth[:, 2]
     rate = _filled(run, "angular_velocity", time_s)
     if rate is None:
         return None, None, None

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
@@ -50,7 +51,7 @@ class RunMotion:
     @property
     def down(self) -> FloatArray:
         """Direction of down in body axes (m, 3)."""
-        return _down(self.attitude)
+        return down_axis(self.attitude)
 
     @property
     def measured_nu(self) -> FloatArray:
@@ -91,7 +92,7 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
         force = np.nan_to_num(run.values["specific_force"])
         felt = run.valid["specific_force"] & upright & turning
         # of the origin but for the part by the angular acceleration, which adds up to omega x r
-        plain = force + packed.context.gravity_mps2 * _down(attitude)
+        plain = force + packed.context.gravity_mps2 * down_axis(attitude)
         plain -= np.cross(omega, np.cross(omega, lever) + np.where(moving, velocity, 0.0))
         plain = np.where(felt[:, None], plain, 0.0)
         run_up = period * np.cumsum(plain, axis=0) - np.cross(omega, lever)
@@ -149,12 +150,6 @@ def _attitude(run: RunTable) -> tuple[FloatArray, BoolArray]:
     return np.where(there[:, None], np.nan_to_num(values), level), there
 
 
-def _down(attitude: FloatArray) -> FloatArray:
-    """Return the direction of down in body axes (m, 3)."""
-    w, x, y, z = attitude.T
-    return np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
-
-
 def _rates(
     run: RunTable, attitude: FloatArray, upright: BoolArray, period: float
 ) -> tuple[FloatArray, BoolArray, str]:
@@ -199,7 +194,7 @@ def _velocity(  # noqa: PLR0917  what a velocity is made of
         return _into_body(attitude, rate), np.repeat(there[:, None], 3, axis=1), "position"
     if "depth" in run.values and _is_dense(run, "depth"):
         climb = np.gradient(np.nan_to_num(run.values["depth"][:, 0]), period)
-        along = _down(attitude)[:, 2]
+        along = down_axis(attitude)[:, 2]
         there = run.valid["depth"] & upright & (along > _LEAST_UPRIGHT)
         values, known, _ = nothing
         values[:, 2] = np.where(there, climb / np.maximum(along, _LEAST_UPRIGHT), 0.0)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.identify.smoothing import moving_average, smooth
+from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
 
@@ -82,9 +83,5 @@ def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[S
 def _level(run: RunTable) -> BoolArray:
     if "attitude" not in run.values:
         return np.ones(run.time_s.size, bool)
-    w, x, y, z = run.values["attitude"].T
-    pitch = np.arcsin(np.clip(2 * (w * y - x * z), -1, 1))
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    return np.asarray(
-        run.valid["attitude"] & (np.abs(pitch) <= TILT_RAD) & (np.abs(roll) <= TILT_RAD)
-    )
+    tilt = np.abs(angles(run.values["attitude"])[:, :2]).max(axis=1)
+    return np.asarray(run.valid["attitude"] & (tilt <= TILT_RAD))

@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.identify.channel_noise import was_measured
 from pipeline.physics.parameters import read
+from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray
@@ -70,9 +71,7 @@ def omitted_terms(
     terms["linear drag"] = -v
     terms["quadratic drag"] = -v * np.abs(v)
     if was_measured(run, "attitude"):
-        w, i, j, k = np.nan_to_num(run.values["attitude"]).T
-        down = (2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j))
-        terms[WEIGHT] = down[along]
+        terms[WEIGHT] = down_axis(np.nan_to_num(run.values["attitude"]))[:, along]
     walls = int(read(packed.vector, "wall_count"))
     if walls and was_measured(run, "position"):
         points = read(packed.vector, "wall_point")[:walls]

@@ -13,6 +13,7 @@ import numpy as np
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.windows import Window
 from pipeline.physics.cross_matrix import cross_matrix
+from pipeline.records.run_components import down_axis
 from pipeline.simulate.kernel import RK4
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pieces import Pieces
@@ -262,15 +263,20 @@ def innovations(
     run_of = np.array([window.run for window in stack.windows])
     found = []
     for rows, lines in zip(stack.rows, stack.lines, strict=True):
-        found.append(
-            rows.measured - predicted_reading(rows.channel, lines, state, rate, gravity)
-            if rows.channel.quantity != "attitude"
-            else turn_between(lines.at(state[:, 3:7]), rows.measured)
-        )
+        found.append(innovation(rows, lines, state, rate, gravity))
         if offsets is not None and rows.channel.quantity in OFFSETS:
             columns = OFFSETS[rows.channel.quantity]
             found[-1] = found[-1] - offsets[run_of[rows.window], columns]
     return found
+
+
+def innovation(
+    rows: Rows, lines: Lines, state: FloatArray, rate: FloatArray, gravity: float
+) -> FloatArray:
+    """Measured minus predicted (k, c) of a channel; attitude as a body rotation."""
+    if rows.channel.quantity == "attitude":
+        return turn_between(lines.at(state[:, 3:7]), rows.measured)
+    return rows.measured - predicted_reading(rows.channel, lines, state, rate, gravity)
 
 
 def lines_of(rows: Rows, stretch: IntArray) -> Lines:
@@ -304,7 +310,7 @@ def predicted_reading(
     if quantity == "velocity":
         nu = lines.at(state[:, 7:13])
         return np.asarray(nu[:, :3] + nu[:, 3:] @ cross_matrix(place))
-    down = _down(lines.at(state[:, 3:7]))
+    down = down_axis(lines.at(state[:, 3:7]))
     if quantity == "depth":
         return np.asarray(lines.at(state[:, 2:3]) + down @ place[:, None])
     nu, nu_dot = lines.at(state[:, 7:13]), lines.at(rate)
@@ -315,12 +321,6 @@ def predicted_reading(
         found[:, axis] += nu[:, 3 + b] * velocity[:, c] - nu[:, 3 + c] * velocity[:, b]
     found -= gravity * down
     return found
-
-
-def _down(attitude: FloatArray) -> FloatArray:
-    """Down axis in body axes (k, 3), the rotation matrix's last row, of quaternions (k, 4)."""
-    w, i, j, k = attitude.T
-    return np.stack([2 * (i * k - w * j), 2 * (j * k + w * i), 1 - 2 * (i * i + j * j)], axis=1)
 
 
 def turn_between(predicted: FloatArray, measured: FloatArray) -> FloatArray:

@@ -137,15 +137,6 @@ def known_units(quantity: str) -> tuple[str, ...]:
     return tuple(texts[0] for texts in data_of("units")[quantity].values())
 
 
-def record_unit(quantity: str) -> str:
-    """Return the unit of the records, as a text.
-
-    >>> record_unit("torque"), record_unit("shaft_speed")
-    ('N m', 'rpm')
-    """
-    return known_units(quantity)[0]
-
-
 def unit_worth(quantity: str, worth: float, tolerance: float = 0.02) -> str | None:
     """Return the unit that is worth about so much in the unit of the records, None if none is.
 

@@ -19,6 +19,7 @@ from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.measured.inject import injected, mass_of, thrust_wrench
 from pipeline.measured.motion import measured_motion
+from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
@@ -146,10 +147,7 @@ def _sampled(
     change[:, ~known] = np.nan
     now = nu[rows][:, known]
     first, second = np.triu_indices(now.shape[1], 1)
-    w, x, y, z = motion.state[rows, 3:7].T
-    down = np.stack(
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1
-    )
+    down = down_axis(motion.state[rows, 3:7])
     shared = np.concatenate([now, np.abs(now) * now, now[:, first] * now[:, second], down], axis=1)
     own = _halves(packed, thrust_wrench(packed, run, motion), run)
     every = np.repeat(shared[:, :, None], 6, axis=2)

@@ -33,8 +33,3 @@ class Glance(Record):
     fly_next: str = ""
     last_advice: str = ""
     """What became of what the day before advised."""
-
-
-def worst(glances: tuple[Glance, ...]) -> Glance | None:
-    """Return the first of the worst; None of none."""
-    return min(glances, key=lambda one: LIGHTS.index(one.light), default=None)

@@ -34,6 +34,12 @@ def angles(quaternion: FloatArray) -> FloatArray:
     return found
 
 
+def down_axis(quaternion: FloatArray) -> FloatArray:
+    """Down in body axes (m, 3), the last row of the rotation matrix, of quaternions (m, 4)."""
+    w, x, y, z = quaternion.T
+    return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
+
+
 def components(table: RunTable, quantity: str) -> FloatArray:
     """Values (m, k) of what is compared; attitude as angles."""
     values = table.values[quantity]

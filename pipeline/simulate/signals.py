@@ -5,11 +5,6 @@ import numpy as np
 from pipeline.types import FloatArray
 
 
-def step(time_s: FloatArray, start_s: float) -> FloatArray:
-    """0 before `start_s`, 1 from it on."""
-    return np.where(time_s >= start_s, 1.0, 0.0)
-
-
 def ramp(time_s: FloatArray, start_s: float, rise_s: float) -> FloatArray:
     """0 before `start_s`, then a line to 1 within `rise_s`."""
     return np.clip((time_s - start_s) / rise_s, 0.0, 1.0)

@@ -1,6 +1,6 @@
 """Which regimes and times carry the gap, and what the leftover force goes with."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -8,10 +8,10 @@ import numpy as np
 
 from pipeline.diagnose.gap.forecast import Forecast
 from pipeline.diagnose.linear.linear_model import Setting
-from pipeline.identify.windows import Window
 from pipeline.physics.parameters import read
 from pipeline.records.diagnosis import RegimeShare, TimeShare
 from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 
 #: A regime is named when its share of the gap is that many times its share of the time, and large;
@@ -37,35 +37,34 @@ def regressors(setting: Setting, runs: Sequence[RunTable]) -> list[Regressor]:
     count = len(packed.thruster_names)
     largest = read(packed.vector, "code_max")[:count]
 
-    def mean(quantity: str, column: int, *, size: bool = False) -> FloatArray:
-        found = []
-        for window in windows:
+    def mean(quantity: str, made: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """Mean over each window of what is made of the rows (k, c) of a quantity."""
+        found = np.full(len(windows), np.nan)
+        for number, window in enumerate(windows):
             run = runs[window.run]
             if quantity not in run.values:
-                found.append(np.nan)
                 continue
-            inside = (run.time_s >= window.begin_s) & (
-                run.time_s < window.begin_s + window.duration_s
-            )
-            inside &= run.valid[quantity]
-            values = run.values[quantity][inside, column]
+            end_s = window.begin_s + window.duration_s
+            inside = (run.time_s >= window.begin_s) & (run.time_s < end_s) & run.valid[quantity]
+            values = made(run.values[quantity][inside])
             values = values[np.isfinite(values)]
-            found.append(
-                float(np.mean(np.abs(values) if size else values)) if values.size else np.nan
-            )
-        return np.array(found)
+            if values.size:
+                found[number] = values.mean()
+        return found
 
     level = np.array([float(np.mean(np.abs(w.command) / largest)) for w in windows])
     sign = np.array([float(np.mean(np.sign(w.command))) for w in windows])
     every = [
-        Regressor("speed_mps", "m/s", _speed(windows, runs)),
-        Regressor("surge_mps", "m/s", mean("velocity", 0)),
-        Regressor("turn_rate_radps", "rad/s", mean("angular_velocity", 2, size=True)),
-        Regressor("depth_m", "m", mean("depth", 0)),
+        Regressor("speed_mps", "m/s", mean("velocity", lambda nu: np.linalg.norm(nu, axis=1))),
+        Regressor("surge_mps", "m/s", mean("velocity", lambda nu: nu[:, 0])),
+        Regressor(
+            "turn_rate_radps", "rad/s", mean("angular_velocity", lambda pqr: np.abs(pqr[:, 2]))
+        ),
+        Regressor("depth_m", "m", mean("depth", lambda depth: depth[:, 0])),
         Regressor("command_level", "1", level),
         Regressor("command_sign", "1", sign),
-        Regressor("voltage_v", "V", mean("voltage", 0)),
-        Regressor("wall_distance_m", "m", _wall_distance(setting, runs)),
+        Regressor("voltage_v", "V", mean("voltage", lambda supply: supply[:, 0])),
+        Regressor("wall_distance_m", "m", mean("position", _wall_distance(packed))),
         Regressor("time_s", "s", np.array([w.begin_s + w.duration_s / 2 for w in windows])),
     ]
     return [
@@ -75,40 +74,17 @@ def regressors(setting: Setting, runs: Sequence[RunTable]) -> list[Regressor]:
     ]
 
 
-def _speed(windows: Sequence[Window], runs: Sequence[RunTable]) -> FloatArray:
-    """Mean size of the velocity in each window (windows,). [m/s]."""
-    found = []
-    for window in windows:
-        run = runs[window.run]
-        if "velocity" not in run.values:
-            found.append(np.nan)
-            continue
-        inside = (run.time_s >= window.begin_s) & (run.time_s < window.begin_s + window.duration_s)
-        sizes = np.linalg.norm(run.values["velocity"][inside & run.valid["velocity"]], axis=1)
-        sizes = sizes[np.isfinite(sizes)]
-        found.append(float(sizes.mean()) if sizes.size else np.nan)
-    return np.array(found)
+def _wall_distance(packed: PackedVehicle) -> Callable[[FloatArray], FloatArray]:
+    """Return what makes distances from the nearest wall (k,) of places (k, 3)."""
+    count = int(read(packed.vector, "wall_count"))
+    points = read(packed.vector, "wall_point")[:count]
+    normals = read(packed.vector, "wall_normal")[:count]
 
-
-def _wall_distance(setting: Setting, runs: Sequence[RunTable]) -> FloatArray:
-    vector = setting.bench.stack.packed.vector
-    count = int(read(vector, "wall_count"))
-    points, normals = read(vector, "wall_point")[:count], read(vector, "wall_normal")[:count]
-    found = []
-    for window in setting.bench.stack.windows:
-        run = runs[window.run]
-        if not count or "position" not in run.values:
-            found.append(np.nan)
-            continue
-        inside = (run.time_s >= window.begin_s) & (run.time_s < window.begin_s + window.duration_s)
-        place = run.values["position"][inside & run.valid["position"]]
-        place = place[np.isfinite(place).all(axis=1)]
-        if not len(place):
-            found.append(np.nan)
-            continue
+    def nearest(place: FloatArray) -> FloatArray:
         away = np.einsum("kij,ij->ki", place[:, None, :] - points, normals)
-        found.append(float(np.mean(away.min(axis=1))))
-    return np.array(found)
+        return np.asarray(away.min(axis=1)) if count else np.zeros(0)
+
+    return nearest
 
 
 def excess(

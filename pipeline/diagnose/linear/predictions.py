@@ -17,9 +17,8 @@ from pipeline.identify.window_outputs import (
     Lines,
     Rows,
     WindowStack,
+    innovation,
     lines_of,
-    predicted_reading,
-    turn_between,
 )
 from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.physics.parameters import offset, read, slot
@@ -230,15 +229,12 @@ def innovations(bench: Bench, vector: FloatArray, motion: Motion) -> list[FloatA
     found = []
     for rows, lines in zip(stack.rows, bench.lines, strict=True):
         quantity = rows.channel.quantity
-        if quantity == "attitude":
-            found.append(turn_between(lines.at(motion.state[:, 3:7]), rows.measured))
-        elif quantity == "velocity":
+        if quantity == "velocity":
             found.append(rows.measured - _velocity(bench, vector, motion, rows, lines))
         elif quantity == "voltage":
             found.append(rows.measured - _voltage(bench, vector)[rows.sample])
         else:
-            read_there = predicted_reading(rows.channel, lines, motion.state, motion.rate, gravity)
-            found.append(rows.measured - read_there)
+            found.append(innovation(rows, lines, motion.state, motion.rate, gravity))
     return found
 
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from paper_static import StaticTable, code_from_thrust
 
-from pipeline.physics.thruster_static import StaticTable, code_from_thrust
 from pipeline.records.fits import (
     FirmwareBranch,
     FirmwareCharacteristic,

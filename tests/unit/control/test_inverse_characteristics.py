@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from paper_static import StaticTable
 
 from pipeline.control.inverse import (
     MooringCubic,
@@ -12,7 +13,6 @@ from pipeline.control.inverse import (
     speed_cubic,
 )
 from pipeline.errors import CannotComputeError
-from pipeline.physics.thruster_static import StaticTable
 from pipeline.records.fits import InverseCharacteristic
 
 

@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from paper_static import StaticTable
 
 from pipeline.control.real_thrust import RealThruster
 from pipeline.errors import CannotComputeError
-from pipeline.physics.thruster_static import StaticTable, dead_zone_code
+from pipeline.physics.thruster_static import dead_zone_code
 from pipeline.records.fits import StaticCharacteristic
 
 

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 
-from pipeline.simulate.signals import chirp, multisine, prbs, ramp, step
+from pipeline.simulate.signals import chirp, multisine, prbs, ramp
 
 
 def test_step_and_ramp_by_hand() -> None:
     time_s = np.array([0.0, 1.0, 2.0, 3.0, 4.0, 5.0])
-    assert step(time_s, 2.0).tolist() == [0, 0, 1, 1, 1, 1]
     assert ramp(time_s, 1.0, 2.0).tolist() == [0.0, 0.0, 0.5, 1.0, 1.0, 1.0]
 
 
