@@ -287,7 +287,10 @@ class _Joint:
         if one.shift.kind != "parameter" and values.size:
             values, stds = values[stds < _WIDEST_GAIN], stds[stds < _WIDEST_GAIN]
         size = float(np.abs(one.shift.direction).max())
-        between = max(float(np.mean(values**2 - stds**2)) if values.size else 0.0, 0.0)
+        # by weight, so that a run that hardly shows it does not decide (DerSimonian and Laird 1986)
+        weights = 1.0 / stds**2
+        excess = float(np.sum(weights * values**2)) - values.size
+        between = max(excess, 0.0) / float(weights.sum()) if values.size else 0.0
         ordinary = _ORDINARY_GAIN if one.shift.kind != "parameter" else _ORDINARY_SHARE / size
         std = (one.std**2 + between / len(one.shift.runs) + ordinary**2) ** 0.5
         windows = sum(len(self.runs[k].problem.stack.windows) for k in one.shift.runs)
