@@ -57,6 +57,7 @@ def plan(  # noqa: PLR0917 - click passes every option by its name
     found = None if pool is None else _POOL.fullmatch(pool.lower().replace(",", "."))
     if pool is not None and found is None:
         raise click.UsageError(f"--pool {pool}: metres as LxWxD are expected, e.g. 25x10x3.")
+    from pipeline.report.plain_words import manoeuvre_words
     from pipeline.report.pool_day_page import plan_sentence
     from pipeline.stages.pool_day import plan_day
 
@@ -74,7 +75,8 @@ def plan(  # noqa: PLR0917 - click passes every option by its name
         click.echo(translate(f"last plan: {one.text}"))
     click.echo(translate(plan_sentence(made.record)))
     for run in made.record.runs:
-        what = ", ".join(run.what_for)
-        click.echo(translate(f"  {run.number}. {run.manoeuvre}, {run.duration_s:.0f} s: {what}"))
+        what = ", ".join(name.replace("_", " ") for name in run.what_for) or "all together"
+        name = manoeuvre_words(run.manoeuvre)
+        click.echo(translate(f"  {run.number}. {name}, {run.duration_s:.0f} s: {what}"))
     click.echo(str(made.result))
     click.echo(translate(f"report: {made.page}"))

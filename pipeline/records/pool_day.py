@@ -4,7 +4,7 @@ from pipeline.records.base import Record
 
 
 class PlannedRun(Record):
-    """One manoeuvre of the list: how it is flown, its room and charge, what it is for."""
+    """One manoeuvre of the list: how it is flown, its room, what it is for."""
 
     number: int
     manoeuvre: str
@@ -12,7 +12,6 @@ class PlannedRun(Record):
     duration_s: float
     room_m: tuple[float, float, float]
     """Extent of the track: north, east, down."""
-    energy_wh: float | None
     what_for: tuple[str, ...]
     log: str
     codes: str
@@ -37,6 +36,7 @@ class PoolDay(Record):
     vehicle: str
     vehicle_file_sha256: str
     minutes: float
+    """At most: what was asked for, or what the battery lasts where that is less."""
     pool_m: tuple[float, float, float] | None
     runs: tuple[PlannedRun, ...]
     promises: tuple[Promise, ...]

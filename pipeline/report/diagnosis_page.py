@@ -69,7 +69,7 @@ def diagnosis_page(
         next_section(record) if glance is None else fold(next_section(record)),
         fold(notes_section(record)),
         fold(evidence_section(record)),
-        files_section(record, files),
+        fold(files_section(record, files)),
     )
     return render(
         "diagnosis.html.j2",

@@ -28,7 +28,8 @@ _LOOK = {
 _INSTRUMENT = "Check how the velocity log is mounted and set, and its entries in the file."
 _HULL = "Look at the hull: growth, an open hatch, anything added or lost."
 _INSTRUMENTS = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl_scale"})
-#: Manoeuvre of the library -> what it is called.
+#: Manoeuvre of the library -> what it is called, where its name does not say it.
+_MANOEUVRES = {"zig_zag": "zig-zag", "prbs": "pseudo-random steps"}
 _ALMOST_ONE = 0.99
 #: Probability below which an answer is not called sure.
 _HALF = 0.5
@@ -40,7 +41,7 @@ def manoeuvre_words(name: str) -> str:
     >>> manoeuvre_words("zig_zag")
     'zig-zag'
     """
-    return "zig-zag" if name == "zig_zag" else name.replace("_", " ")
+    return _MANOEUVRES.get(name, name.replace("_", " "))
 
 
 def finding_sentence(one: DayFinding, flown: Sequence[str] = (), only: bool = False) -> str:
@@ -150,7 +151,7 @@ def _sureness(one: DayFinding) -> str:
     else:
         sure = f"sure to {fixed(one.probability, 2)}"
     others = [effect_words(name) for name in one.ambiguous_with[:2]]
-    return f"{sure}, or it is this: {' or '.join(others)}" if others else sure
+    return f"{sure}; perhaps instead: {' or '.join(others)}" if others else sure
 
 
 def _said(name: str, one: DayFinding) -> str:

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.language import as_it_is
+from pipeline.language import as_it_is, translate
 from pipeline.records.pool_day import FlownOfPlan, PoolDay
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Bullets, Details, Links, Section, Table
+from pipeline.report.diagnosis_words import unit_text
 from pipeline.report.html import render, write_page
+from pipeline.report.numbers import general, plural
 from pipeline.report.panels import Panel, Trace
+from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.zoomable import zoomable_figure
 from pipeline.simulate.run import Trajectory
 
@@ -16,10 +19,10 @@ from pipeline.simulate.run import Trajectory
 def plan_sentence(record: PoolDay) -> str:
     """Say the plan in one sentence."""
     reached = sum(one.reached for one in record.promises)
-    names = ", ".join(one.manoeuvre for one in record.runs)
+    names = ", ".join(manoeuvre_words(one.manoeuvre) for one in record.runs)
     return (
-        f"Fly {len(record.runs)} runs, {record.total_s / 60.0:.1f} minutes: {names}. "
-        f"{reached} of {len(record.promises)} parameters reach the wanted interval."
+        f"Fly {plural(len(record.runs), 'run')}, {record.total_s / 60.0:.1f} minutes: {names}. "
+        f"{reached} of {len(record.promises)} parameters will be known as well as wanted."
     )
 
 
@@ -53,8 +56,8 @@ def pool_day_page(
         "answer.html.j2",
         title=f"The next pool day of {as_it_is(record.vehicle)}",
         under=(
-            f"On average {shares[0]} of what is uncertain now is left; the usual set of the same "
-            f"length leaves {shares[1]}."
+            f"On average an interval shrinks to {shares[0]} of what it is now; the usual set of "
+            f"the same length would shrink it to {shares[1]}."
         ),
         crumbs=(),
         sentence=plan_sentence(record).partition(": "),
@@ -69,20 +72,21 @@ def _runs(record: PoolDay) -> Table:
     rows = tuple(
         (
             str(one.number),
-            one.manoeuvre.replace("_", " "),
-            f"{one.amplitude:g}",
+            manoeuvre_words(one.manoeuvre),
+            f"{100 * one.amplitude:.0f} %",
             f"{one.duration_s:.0f}",
-            " x ".join(f"{side:.1f}" for side in one.room_m),
+            " × ".join(f"{side:.1f}" for side in one.room_m),
             ", ".join(name.replace("_", " ") for name in one.what_for) or "all together",
         )
         for one in record.runs
     )
     return Table(
         "Runs in their order",
-        ("No.", "Manoeuvre", "Size", "Length [s]", "Room [m]", "What it is for"),
+        ("No.", "Manoeuvre", "Size", "Length [s]", "Room needed [m]", "What it is for"),
         rows,
         text_columns=frozenset({1, 5}),
-        note="Room: north, east, down, from the simulated track; turn the vehicle round to fit.",
+        note="Size: of the largest commands. Room: north × east × depth of the simulated track; "
+        "turn the vehicle round to fit.",
     )
 
 
@@ -90,17 +94,17 @@ def _promises(record: PoolDay) -> Table:
     rows = tuple(
         (
             one.name.replace("_", " "),
-            one.unit,
-            f"{one.value:.3g}",
-            f"{one.half_width_before:.2g}",
-            f"{one.half_width:.2g}",
+            unit_text(one.unit),
+            general(one.value),
+            f"± {general(one.half_width_before, 2)}",
+            f"± {general(one.half_width, 2)}",
             "yes" if one.reached else "no",
         )
         for one in record.promises
     )
     return Table(
-        "Half-widths of 95 % intervals, now and after the day",
-        ("Parameter", "Unit", "Vehicle file", "+- now", "+- after", "As wanted"),
+        "95 % intervals now, and after the day",
+        ("Parameter", "Unit", "Vehicle file", "Now", "After the day", "As wanted"),
         rows,
         text_columns=frozenset({1}),
     )
@@ -112,7 +116,7 @@ def _tracks(record: PoolDay, tracks: Sequence[Trajectory]) -> Block:
     for label, column in (("north  [m]", 0), ("east  [m]", 1), ("depth  [m]", 2)):
         traces = tuple(
             Trace(
-                f"{run.number}. {run.manoeuvre}",
+                f"{run.number}. {translate(manoeuvre_words(run.manoeuvre))}",
                 track.time_s[::10],
                 track.position_ned_m[::10, column],
                 colour,

@@ -16,6 +16,7 @@ from pipeline.ingest.mcap_start import log_start_ns
 from pipeline.plan import POOL
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay, Promise
+from pipeline.report.plain_words import manoeuvre_words
 from pipeline.simulate.context import model_of
 from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 
@@ -58,6 +59,8 @@ def plan_day(  # noqa: PLR0917 - what the command is given
             f"{one.file} has no sensors: section, so nobody can say what a run would tell. State "
             "what measures."
         )
+    lasts = one.vehicle.battery_minutes
+    minutes = minutes if lasts is None else min(minutes, lasts)
     result = out / "processed" / one.name / RESULT
     flown = flown_of_plan(result, one)
     chosen = plan_pool_day(
@@ -115,7 +118,7 @@ def flown_of_plan(file: Path, one: SimulatedVehicle) -> tuple[FlownOfPlan, ...]:
         own = next((log for log in logs if name in run_of(log).replace("_", "-")), None)
         if own is not None:
             logs.remove(own)
-        text = f"{planned.number}. {planned.manoeuvre}: "
+        text = f"{planned.number}. {manoeuvre_words(planned.manoeuvre)}: "
         text += f"flown as {run_of(own)}." if own is not None else "not flown."
         found.append(
             FlownOfPlan(
@@ -144,7 +147,6 @@ def _record(
                 amplitude=run.amplitude,
                 duration_s=run.duration_s,
                 room_m=(float(run.room_m[0]), float(run.room_m[1]), float(run.room_m[2])),
-                energy_wh=None,
                 what_for=tuple(chosen.parameters[k].name for k in helps),
                 log=f"{stem}.mcap",
                 codes=f"{stem}.csv",
@@ -179,7 +181,9 @@ def _record(
         mean_share=float(np.mean(chosen.after)),
         left_out=chosen.left_out,
         notes=(
-            "The vehicle file states no battery, so charge is not counted.",
+            "The vehicle file states no battery_minutes, so charge is not counted."
+            if one.vehicle.battery_minutes is None
+            else f"One charge lasts {one.vehicle.battery_minutes:g} minutes: no plan is longer.",
             *(["No pool was given, so the room of the tracks is not counted."] * (pool_m is None)),
         ),
     )

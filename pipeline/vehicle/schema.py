@@ -215,6 +215,8 @@ class Vehicle(Section):
     """Trial days on which the vehicle was well; their runs are what it is compared with later."""
     diagnose: bool = True
     """Whether every pool day is diagnosed by `rig2sea run`."""
+    battery_minutes: Annotated[float, Field(gt=0.0, le=10_000.0)] | None = None
+    """How long one charge lasts in the pool: no plan asks for more. [min]"""
     published: Published | None = None
     accept: dict[Gate, Annotated[str, Field(min_length=10, max_length=400)]] = Field(
         default_factory=dict

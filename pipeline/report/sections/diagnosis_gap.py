@@ -18,8 +18,6 @@ from pipeline.report.diagnosis_words import (
 from pipeline.report.numbers import MINUS, fixed, general, percent, plural
 from pipeline.report.sections.diagnosis_curves import curves_in_order, resolution, run_figure
 
-#: Figures in the open where no channel carries the gap, and at most; the others are folded away.
-_FIRST_FIGURES, _MOST_FIGURES = 2, 2
 #: Figures of a page at most: each costs some 60 kB and a fifth of a second.
 MOST_DRAWN = 36
 #: A floor with the answer this many times the other is shown.
@@ -183,12 +181,11 @@ def shrink_section(record: DiagnosisRecord) -> Section:
     runs = every[:MOST_DRAWN]
     detail = resolution(len(runs))
     figures = [run_figure(record, one, number, detail) for number, one in enumerate(runs)]
-    carrying = record.gap.where.channels
-    first = sum(one.channel in carrying for one in runs) or _FIRST_FIGURES
-    first = min(first, _MOST_FIGURES)
-    blocks.append(Gallery(tuple(figures[:first]), level=False))
+    # the first of pool runs stands at the top of the page
+    first = 1 if of_bench(record) else 0
+    blocks += figures[:first]
     if figures[first:]:
-        more = plural(len(figures) - first, "more figure")
+        more = plural(len(figures) - first, "figure") + ": measured, before and after"
         blocks.append(Details(more, (Gallery(tuple(figures[first:]), level=False),)))
     if every[MOST_DRAWN:]:
         names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})

@@ -63,7 +63,7 @@ def test_where_the_effect_sits_is_said_in_words(record: DiagnosisRecord) -> None
 def test_the_verdict_comes_first_and_the_notes_before_the_rest(
     page: str, record: DiagnosisRecord
 ) -> None:
-    anchors = ("ranking", "shrink", "files", "gap", "confusable", "next", "notes", "evidence")
+    anchors = ("ranking", "shrink", "gap", "confusable", "next", "notes", "evidence", "files")
     places = [page.index('class="matter"'), *(page.index(f'id="{one}"') for one in anchors)]
     assert places == sorted(places)
     assert record.verdict.sentence.split(":")[0] in page

@@ -13,6 +13,7 @@ from pipeline.cli import cli
 from pipeline.errors import CannotComputeError
 from pipeline.identify import pool_plan
 from pipeline.identify.pool_plan import MARGIN, WANTED
+from pipeline.report.plain_words import manoeuvre_words
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.stages.pool_day import PoolDayFiles, plan_day
 
@@ -29,6 +30,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         cli, ["new", "fish", "--like", "remus100", "--raw", str(folder / "raw")]
     )
     assert made.exit_code == 0, made.output
+    with (folder / "raw/fish/vehicle.yaml").open("a", encoding="utf-8") as file:
+        file.write("\nbattery_minutes: 0.2\n")
     few = {name: MANOEUVRES[name] for name in ("straight", "surge_ramp", "zig_zag")}
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pool_plan, "MANOEUVRES", few)
@@ -37,11 +40,12 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
 
 @pytest.fixture(scope="module")
 def made(folder: Path) -> PoolDayFiles:
-    return plan_day("fish", 0.2, None, None, folder / "raw", folder, quiet)
+    return plan_day("fish", 5.0, None, None, folder / "raw", folder, quiet)
 
 
 def test_the_list_is_the_shortest_that_reaches_what_is_wanted(made: PoolDayFiles) -> None:
     record = made.record
+    assert record.minutes == 0.2, "the battery lasts no longer"
     assert record.total_s <= 60.0 * record.minutes
     assert 0.0 < record.mean_share <= record.usual_mean_share
     for one in record.promises:
@@ -60,7 +64,7 @@ def test_codes_and_a_log_to_play_lie_beside_the_page(made: PoolDayFiles) -> None
     assert np.all(np.diff(codes[:, 0]) > 0.0)
     assert np.abs(codes[:, 1]).max() <= 100.0
     assert (made.page.parent / run.log).stat().st_size > 1000
-    assert run.manoeuvre.replace("_", " ") in made.page.read_text(encoding="utf-8")
+    assert manoeuvre_words(run.manoeuvre) in made.page.read_text(encoding="utf-8")
 
 
 def test_the_second_plan_says_what_was_flown_of_the_first(folder: Path, made: PoolDayFiles) -> None:
