@@ -1,17 +1,11 @@
 """Horizontal bars with intervals: one drawing for gains, probabilities and loads."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from pipeline.language import translate
-from pipeline.report import plotting
+from pipeline.language import as_it_is, translate
 from pipeline.report.blocks import Figure
-
-if TYPE_CHECKING:
-    import matplotlib.figure
+from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, Canvas, Frame, Scale
 
 #: Gains beyond this are drawn at the edge; the table has the number.
 _GAINS = (-1.5, 2.5)
@@ -24,7 +18,7 @@ class Bar:
     label: str
     value: float
     ci95: tuple[float, float] | None = None
-    colour: str = plotting.BLUE
+    colour: str = BLUE
     text: str = ""
     """Written at its end."""
 
@@ -58,37 +52,29 @@ def bars_figure(
         Where a dashed line stands.
     """
     low, high = x_range
-
-    def inside(value: float) -> float:
-        return min(max(value, low), high)
-
-    def paint(figure: matplotlib.figure.Figure) -> None:
-        axes = figure.subplots()
-        for row, bar in enumerate(bars):
-            axes.barh(row, inside(bar.value), color=bar.colour, height=0.55)
-            if bar.ci95 is not None:
-                ends = [inside(end) for end in bar.ci95]
-                axes.plot(ends, [row, row], "|-", color=plotting.INK, lw=1.2, ms=6)
-            if bar.text:
-                axes.annotate(
-                    bar.text,
-                    (inside(bar.value), row),
-                    xytext=(3, 0),
-                    textcoords="offset points",
-                    va="center",
-                    fontsize=8,
-                )
-        if mark is not None:
-            axes.axvline(mark, color=plotting.SOFT, lw=1.0, ls="--")
-        axes.axvline(0.0, color=plotting.SOFT, lw=0.8)
-        axes.set_yticks(range(len(bars)), [bar.label for bar in bars], fontsize=8)
-        axes.set(xlabel=x_label, xlim=x_range)
-        axes.invert_yaxis()
-        axes.grid(visible=False, axis="y")
-
-    lines = sum(1 + 0.55 * bar.label.count("\n") for bar in bars)
-    svg = plotting.draw(name, alt, paint, height_in=0.8 + 0.27 * lines)
-    return Figure(name, lead, svg, caption)
+    labels = [translate(bar.label).split("\n") for bar in bars]
+    left = 12.0 + 4.9 * max((len(line) for lines in labels for line in lines), default=0)
+    rows = [14.0 + 9.0 * len(lines) for lines in labels]
+    canvas = Canvas(sum(rows) + 34.0)
+    across = Scale(low, high, min(left, 0.55 * WIDTH), WIDTH - 8.0)
+    frame = Frame(canvas, across, Scale(0.0, 1.0, sum(rows) + 4.0, 4.0))
+    inside, zero, top = frame.inside, float(across.at(min(max(0.0, low), high))), 4.0
+    for bar, lines, room in zip(bars, labels, rows, strict=True):
+        middle, end = top + room / 2, float(across.at(min(max(bar.value, low), high)))
+        inside.area(f"M{zero:.1f} {middle - 6:g}H{end:.1f}v12H{zero:.1f}", bar.colour)
+        if bar.ci95 is not None:
+            a, b = across.at([min(max(one, low), high) for one in bar.ci95])
+            inside.line(f"M{a:.1f} {middle:g}H{b:.1f}m0-4v8M{a:.1f} {middle - 4:g}v8", INK, 1.2)
+        if bar.text:
+            inside.text(end + 4, middle + 3, bar.text, size=8.0)
+        for number, line in enumerate(lines):
+            level = middle + 3 + 9.0 * (number - (len(lines) - 1) / 2)
+            canvas.text(across.start - 5, level, as_it_is(line), "end", 8.0)
+        top += room
+    for value, dash in ((0.0, ""), *(() if mark is None else ((mark, "dash"),))):
+        inside.line(f"M{float(across.at(value)):.1f} 4V{top:g}", SOFT, 0.8, dash)
+    frame.close(x_label, grid=False)
+    return Figure(name, lead, canvas.finish(alt), caption)
 
 
 def gains_figure(
@@ -115,7 +101,7 @@ def gains_figure(
             label,
             value,
             ci95,
-            plotting.BLUE if ci95[0] <= 1.0 <= ci95[1] else plotting.ORANGE,
+            BLUE if ci95[0] <= 1.0 <= ci95[1] else ORANGE,
         )
         for label, value, ci95 in gains
         if value is not None and ci95 is not None

@@ -1,14 +1,10 @@
 """Pictures of a blind check: which truth got which answer, and rates with their bounds."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, draw
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from pipeline.report.plotting import BLUE, ORANGE, SOFT, WIDTH, Canvas, Frame, Scale
 
 
 def confusion_picture(
@@ -31,24 +27,25 @@ def confusion_picture(
     table = np.array(counts, float).reshape(len(truths), len(answers))
     shares = table / np.maximum(table.sum(axis=1, keepdims=True), 1.0)
 
-    def paint(figure: "Figure") -> None:
-        axes = figure.subplots()
-        axes.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.0, aspect="auto")
-        axes.grid(visible=False)
-        axes.set_xticks(range(len(answers)), answers, rotation=90, fontsize=5.5)
-        axes.set_yticks(range(len(truths)), truths, fontsize=5.5)
-        axes.set_xlabel("answer")
-        axes.set_ylabel("truth")
-        for i, j in zip(*np.nonzero(table), strict=True):
-            colour = "white" if shares[i, j] > 0.6 else INK
-            axes.text(
-                j, i, f"{table[i, j]:.0f}", ha="center", va="center", fontsize=5, color=colour
+    left, top, cell = 12.0 + 3.2 * max(map(len, truths)), 8.0, 9.4
+    wide = (WIDTH - left - 4.0) / max(len(answers), 1)
+    bottom = top + cell * len(truths)
+    canvas = Canvas(bottom + 16.0 + 3.2 * max(map(len, answers)))
+    for i, name in enumerate(truths):
+        level = top + cell * (i + 0.7)
+        canvas.text(left - 3, level, name, "end", 5.5)
+        for j in np.flatnonzero(table[i]).tolist():
+            x, y = left + wide * j, top + cell * i
+            canvas.area(
+                f"M{x:.1f} {y:.1f}h{wide:.1f}v{cell}h{-wide:.1f}", BLUE, float(shares[i, j])
             )
-
-    height = 1.6 + 0.13 * len(truths)
-    return _as_file(
-        draw("blind-confusion", "Which answer each truth got.", paint, height_in=height)
-    )
+            canvas.text(x + wide / 2, level, f"{table[i, j]:.0f}", "middle", 5.0)
+    for j, name in enumerate(answers):
+        canvas.text(left + wide * (j + 0.7), bottom + 4, name, "end", 5.5, -90.0)
+    canvas.line(f"M{left:g} {top:g}V{bottom:g}H{WIDTH - 4:g}", SOFT)
+    canvas.text((left + WIDTH) / 2, canvas.height - 4, "answer", "middle")
+    canvas.text(9, (top + bottom) / 2, "truth", "middle", turned=-90.0)
+    return canvas.finish("Which answer each truth got.")
 
 
 def rates_picture(rows: Sequence[tuple[str, float, float, float, bool]]) -> str:
@@ -64,26 +61,15 @@ def rates_picture(rows: Sequence[tuple[str, float, float, float, bool]]) -> str:
     str
         SVG.
     """
-
-    def paint(figure: "Figure") -> None:
-        axes = figure.subplots()
-        for k, (_, share, low, high, met) in enumerate(rows):
-            axes.plot([low, high], [k, k], color=SOFT, linewidth=1.2)
-            axes.plot([share], [k], "o", color=BLUE if met else ORANGE)
-        axes.set_yticks(range(len(rows)), [row[0] for row in rows], fontsize=5)
-        axes.invert_yaxis()
-        axes.set_xlim(-0.02, 1.02)
-        axes.set_xlabel("rate with 95 % bounds")
-
-    height = 1.0 + 0.14 * max(len(rows), 1)
-    return _as_file(draw("blind-rates", "Rates with their bounds.", paint, height_in=height))
-
-
-def _as_file(svg: str) -> str:
-    """Give an inline picture the name space that a file of its own needs."""
-    text = str(svg)
-    if 'xmlns="' not in text[:1000]:
-        text = text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
-    if "xmlns:xlink=" not in text[:1000] and "xlink:" in text:
-        text = text.replace("<svg", '<svg xmlns:xlink="http://www.w3.org/1999/xlink"', 1)
-    return text
+    canvas = Canvas(38.0 + 10.0 * max(len(rows), 1))
+    left = 12.0 + 3.0 * max((len(row[0]) for row in rows), default=0)
+    scale = Scale(-0.02, 1.02, min(left, 0.6 * WIDTH), WIDTH - 8.0)
+    frame = Frame(canvas, scale, Scale(0.0, 1.0, canvas.height - 30.0, 4.0))
+    for k, (name, share, low, high, met) in enumerate(rows):
+        level = 10.0 + 10.0 * k
+        a, b = scale.at([low, high])
+        frame.inside.line(f"M{a:.1f} {level:g}H{b:.1f}", SOFT, 1.2)
+        frame.inside.marks(scale.at([share]), np.array([level]), BLUE if met else ORANGE)
+        canvas.text(scale.start - 3, level + 2, name, "end", 5.0)
+    frame.close("rate with 95 % bounds", grid=False)
+    return canvas.finish("Rates with their bounds.")

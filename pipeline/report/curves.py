@@ -16,7 +16,8 @@ from pipeline.records.fits import (
 )
 from pipeline.records.intervals import interval_factor
 from pipeline.report import plotting
-from pipeline.report.panels import Mark, Trace
+from pipeline.report.panels import Trace
+from pipeline.report.plotting import Mark
 from pipeline.types import ArrayLike, FloatArray
 
 

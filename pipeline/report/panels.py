@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 
 from pipeline.report.decimate import BUCKETS
+from pipeline.report.plotting import Mark
 from pipeline.types import FloatArray
 
 #: Stretches of the axis whose lowest and highest value the interactive figure keeps.
@@ -16,7 +17,6 @@ STILL_POINTS, ZOOM_POINTS = 32_000, 90_000
 
 Style = Literal["line", "steps", "points", "both"]
 Dash = Literal["", "dash", "dot"]
-Mark = Literal[".", "o", "x", "^", "v", "s", "D"]
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,6 @@ class Panel:
 
     A grey band of +-`band` around `middle` is drawn where it is given; `limits` are dotted lines
     across, `spans` shaded from bottom to top. The axis is logarithmic where `log`, and begins at
-    zero where `from_zero`. The axis is logarithmic where `log`, and begins at
     zero where `from_zero`.
     """
 
@@ -71,6 +70,14 @@ class Panel:
     spans: tuple[Span, ...] = ()
     log: bool = False
     from_zero: bool = False
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The horizontal axis: its ends, and names of 0, 1, 2 ... where it counts things."""
+
+    ends: tuple[float, float] | None = None
+    names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

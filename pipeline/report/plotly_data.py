@@ -2,7 +2,6 @@
 
 import base64
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,8 @@ from markupsafe import escape
 from pipeline.language import ENGLISH, current, translate
 from pipeline.report import plotting
 from pipeline.report.decimate import thinned
-from pipeline.report.panels import ZOOM_BUCKETS, Mark, Panel, Trace, label_lines
+from pipeline.report.panels import ZOOM_BUCKETS, Axis, Panel, Trace, label_lines
+from pipeline.report.plotting import Mark
 from pipeline.types import FloatArray
 
 _PANEL_PX = 170
@@ -27,14 +27,6 @@ _SYMBOLS: dict[Mark, str] = {
     "D": "diamond",
 }
 _INK, _GRID = plotting.INK, "#dfe3e8"
-
-
-@dataclass(frozen=True)
-class Axis:
-    """The horizontal axis: its ends, and names of 0, 1, 2 ... where it counts things."""
-
-    ends: tuple[float, float] | None = None
-    names: tuple[str, ...] = ()
 
 
 def plotly_figure(

@@ -1,26 +1,17 @@
 """Where the vehicle went, from above and in depth, the gap to the simulation in colour."""
 
-from __future__ import annotations
-
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import general
+from pipeline.report.plotting import BLUE, INK, WIDTH, Canvas, Frame, Scale, path, shades
 from pipeline.report.run_results import RunResults
 from pipeline.types import BoolArray, FloatArray
 
-if TYPE_CHECKING:
-    import matplotlib.figure
-    from matplotlib.axes import Axes
-    from matplotlib.collections import LineCollection
-
 #: Pieces of the track; each has one colour.
 _PIECES = 240
-_COLOURS = "viridis"
 
 
 def track_figure(results: RunResults) -> Figure | None:
@@ -40,20 +31,28 @@ def track_figure(results: RunResults) -> Figure | None:
     top = None if colour is None or not np.isfinite(colour).any() else float(np.nanmax(colour))
     plane = None if position is None else position[rows, :2]
 
-    def paint(figure: matplotlib.figure.Figure) -> None:
-        count = 1 if plane is None else 2
-        places = figure.subplots(1, count, squeeze=False)[0]
-        if plane is not None:
-            _line(places[0], plane[:, 1], plane[:, 0], colour, top)
-            places[0].plot(*plane[0, ::-1], "o", color=plotting.INK, ms=4)
-            places[0].set_aspect("equal", adjustable="datalim")
-            places[0].set(xlabel="east  [m]", ylabel="north  [m]")
-        shown = _line(places[-1], time_s, down, colour, top)
-        places[-1].invert_yaxis()
-        places[-1].set(xlabel="time  [s]", ylabel="depth  [m]")
-        if shown is not None:
-            figure.colorbar(shown, ax=list(places), label="gap in speed  [m/s]", pad=0.02)
-
+    canvas = Canvas(152.0)
+    right = WIDTH - (50.0 if top is not None else 6.0)
+    ends = (0.40 * right, 0.56 * right) if plane is not None else (0.0, 52.0)
+    if plane is not None:
+        # one metre is as long to the east as to the north
+        low, high = np.nanmin(plane, axis=0), np.nanmax(plane, axis=0)
+        middle, wide, tall = (low + high) / 2, ends[0] - 48.0, 112.0
+        metres = 1.1 * max(float((high - low)[1]) / wide, float((high - low)[0]) / tall, 1e-3)
+        half = metres * np.array([tall, wide]) / 2
+        east = Scale(middle[1] - half[1], middle[1] + half[1], 48.0, ends[0])
+        north = Scale(middle[0] - half[0], middle[0] + half[0], 122.0, 10.0)
+        frame = Frame(canvas, east, north)
+        _line(frame, plane[:, 1], plane[:, 0], colour, top)
+        frame.inside.marks(east.at(plane[:1, 1]), north.at(plane[:1, 0]), INK)
+        frame.close("east  [m]", "north  [m]", most=3)
+    room = 0.05 * float(np.nanmax(down) - np.nanmin(down)) + 1e-6
+    deep = Scale(float(np.nanmax(down)) + room, float(np.nanmin(down)) - room, 122.0, 10.0)
+    frame = Frame(canvas, Scale(float(time_s[0]), float(time_s[-1]), ends[1], right), deep)
+    _line(frame, time_s, down, colour, top)
+    frame.close("time  [s]", "depth  [m]", most=3)
+    if top is not None:
+        _colour_bar(canvas, right + 14.0, top)
     lead = (
         "Where the vehicle went."
         if top is None
@@ -62,12 +61,9 @@ def track_figure(results: RunResults) -> Figure | None:
     return Figure(
         "fig-track",
         lead,
-        plotting.draw(
-            "fig-track",
+        canvas.finish(
             "Track of the vehicle from above, and its depth against time; bright where the "
-            "simulation is off.",
-            paint,
-            height_in=2.2,
+            "simulation is off."
         ),
         "Left: from above, the dot is the start. Right: depth. Bright: measured and simulated "
         "velocity differ."
@@ -104,19 +100,21 @@ def _largest(values: FloatArray) -> float:
 
 
 def _line(
-    axes: Axes, x: FloatArray, y: FloatArray, colour: FloatArray | None, top: float | None
-) -> LineCollection | None:
-    from matplotlib.collections import LineCollection
-
+    frame: Frame, x: FloatArray, y: FloatArray, colour: FloatArray | None, top: float | None
+) -> None:
+    """Draw a track, each piece in the colour of its gap."""
+    at, levels = frame.x.at(x), frame.y.at(y)
     if colour is None or top is None:
-        axes.plot(x, y, color=plotting.BLUE, lw=1.4)
-        return None
-    points = np.column_stack([x, y])
-    pieces = np.stack([points[:-1], points[1:]], axis=1)
-    whole = np.isfinite(pieces).all(axis=(1, 2))
-    lines = LineCollection(list(pieces[whole]), cmap=_COLOURS, linewidths=1.8)
-    lines.set_array(np.nan_to_num(colour[whole]))
-    lines.set_clim(0.0, top)
-    axes.add_collection(lines)
-    axes.autoscale()
-    return lines
+        frame.inside.line(path(at, levels), BLUE, 1.4)
+        return
+    for k, shade in enumerate(shades(np.nan_to_num(colour) / max(top, 1e-12))):
+        frame.inside.line(path(at[k : k + 2], levels[k : k + 2]), shade, 1.8)
+
+
+def _colour_bar(canvas: Canvas, left: float, top: float) -> None:
+    scale = Scale(0.0, top, 122.0, 10.0)
+    for k, shade in enumerate(shades(np.linspace(0.0, 1.0, 28))):
+        canvas.area(f"M{left:g} {122 - 4 * k:g}h6v-4h-6", shade)
+    for value, text in scale.ticks(4):
+        canvas.text(left + 9, float(scale.at(value)) + 3, text, size=8.0)
+    canvas.text(left - 4, 66, "gap in speed  [m/s]", "middle", 8.0, -90.0)

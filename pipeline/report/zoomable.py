@@ -8,39 +8,24 @@ of an interactive figure that takes its place once the plotting library has load
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
-from pipeline.report import plotting
+from pipeline.language import translate
 from pipeline.report.blocks import Figure
 from pipeline.report.decimate import thinned
-from pipeline.report.panels import Panel, Resolution, Span, Style, Trace, label_lines
-from pipeline.report.plotly_data import Axis, plotly_figure
+from pipeline.report.panels import Axis, Panel, Resolution, Trace, label_lines
+from pipeline.report.plotly_data import plotly_figure
+from pipeline.report.plotting import SOFT, VERMILLION, WIDTH, Canvas, Frame, Scale, path
+from pipeline.types import FloatArray
 
-if TYPE_CHECKING:
-    import matplotlib.figure
-    from matplotlib.axes import Axes
-
-__all__ = [
-    "Axis",
-    "Panel",
-    "Resolution",
-    "Span",
-    "Style",
-    "Trace",
-    "plotly_figure",
-    "zoomable_figure",
-]
-
-_LEFT_IN, _RIGHT_IN, _TOP_IN, _BOTTOM_IN, _ROW_IN = 0.68, 0.08, 0.32, 0.46, 1.35
-#: Of the legend: names in a line, letters that fit into one, height of a further line.
-_COLUMNS, _LETTERS, _LEGEND_IN = 4, 44, 0.17
-#: Room for each line of a panel's label beyond the second.
-_LINE_IN = 0.3
+#: Room beside and below the panels, height of one, and of that what parts it from the next. [pt]
+_LEFT, _BOTTOM, _ROW, _GAP = 54.0, 20.0, 97.0, 9.0
+#: Room for each line of a panel's label beyond the second. [pt]
+_LINE = 10.5
 
 
 def zoomable_figure(
@@ -78,126 +63,111 @@ def zoomable_figure(
     """
     chosen = resolution if resolution is not None else Resolution()
     axis = x_axis if x_axis is not None else Axis()
-    names = dict.fromkeys(trace.name for panel in panels for trace in panel.traces if trace.name)
-    columns = max(min(_COLUMNS, _LETTERS // (max(map(len, names), default=1) + 4)), 1)
-    top_in = _TOP_IN + _LEGEND_IN * max(-(-len(names) // columns) - 1, 0)
-    rows_in = _ROW_IN * sum(panel.height for panel in panels)
-    height_in = top_in + _BOTTOM_IN + (0.3 if axis.names else 0.0) + rows_in
-    frame = _Frame(x_label, axis, chosen.still, height_in, top_in, columns)
-    svg = plotting.draw(name, alt, _painter(panels, frame), height_in=height_in)
     data = plotly_figure(panels, x_label, chosen.zoom, x_axis=axis)
-    return Figure(name, lead, svg, caption, zoom=_data_block(data))
+    still = _still(panels, x_label, axis, chosen.still).finish(alt)
+    return Figure(name, lead, still, caption, zoom=_data_block(data))
 
 
-@dataclass(frozen=True)
-class _Frame:
-    """What stands around the panels."""
-
-    x_label: str
-    axis: Axis
-    buckets: int
-    height_in: float
-    top_in: float
-    columns: int
-
-
-def _painter(panels: Sequence[Panel], frame: _Frame) -> Callable[[matplotlib.figure.Figure], None]:
-    axis, height_in = frame.axis, frame.height_in
-
-    def paint(figure: matplotlib.figure.Figure) -> None:
-        # margins by hand: finding the room for every label takes seconds a page
-        figure.set_layout_engine(None)
-        left_in = _LEFT_IN + _LINE_IN * max(label_lines(panels) - 2, 0)
-        figure.subplots_adjust(
-            left=left_in / plotting.WIDTH_IN,
-            right=1.0 - _RIGHT_IN / plotting.WIDTH_IN,
-            top=1.0 - frame.top_in / height_in,
-            bottom=(_BOTTOM_IN + (0.3 if axis.names else 0.0)) / height_in,
-            hspace=0.14,
-        )
-        rows = figure.subplots(
-            len(panels),
-            1,
-            sharex=True,
-            squeeze=False,
-            height_ratios=[panel.height for panel in panels],
-        )[:, 0]
-        named: dict[str, Any] = {}
-        for axes, panel in zip(rows, panels, strict=True):
-            _paint_panel(axes, panel, frame.buckets, named)
-        rows[-1].set_xlabel(frame.x_label)
-        rows[-1].margins(x=0.01)
-        if axis.ends is not None:
-            rows[-1].set_xlim(axis.ends)
-        if axis.names:
-            rows[-1].set_xticks(range(len(axis.names)), axis.names, rotation=30, ha="right")
-        figure.legend(
-            named.values(),
-            named.keys(),
-            loc="upper left",
-            ncols=frame.columns,
-            bbox_to_anchor=(0.0, 1.0),
-        )
-
-    return paint
+def _still(panels: Sequence[Panel], x_label: str, axis: Axis, buckets: int) -> Canvas:
+    legend = {one.name: one for panel in panels for one in reversed(panel.traces) if one.name}
+    legend = {name: legend[name] for name in _names(panels)}
+    canvas = Canvas(0.0)
+    top = _legend(canvas, legend) + 6.0
+    bottom = _BOTTOM + (22.0 if axis.names else 0.0)
+    canvas.height = top + bottom + sum(_ROW * panel.height for panel in panels)
+    left = _LEFT + _LINE * max(label_lines(panels) - 2, 0)
+    ends = any(trace.end for panel in panels for trace in panel.traces)
+    low, high = axis.ends or _range([trace.x for panel in panels for trace in panel.traces], 0.01)
+    across = Scale(low, high, left, WIDTH - (22.0 if ends else 6.0))
+    names = [(float(k), name) for k, name in enumerate(axis.names) if name] or None
+    for panel in panels:
+        end = top + _ROW * panel.height
+        frame = Frame(canvas, across, Scale(*_heights(panel), end - _GAP, top, log=panel.log))
+        _paint(frame, panel, buckets)
+        frame.close(x_label if panel is panels[-1] else None, panel.label, x_ticks=names)
+        top = end
+    return canvas
 
 
-def _paint_panel(axes: Axes, panel: Panel, buckets: int, named: dict[str, Any]) -> None:
-    from matplotlib.ticker import MaxNLocator
+def _names(panels: Sequence[Panel]) -> list[str]:
+    names = (trace.name for panel in panels for trace in panel.traces if trace.name)
+    return list(dict.fromkeys(names))
 
-    for span in panel.spans:
-        axes.axvspan(span.start, span.end, color=span.colour, alpha=0.10, lw=0)
-    if panel.band is not None:
-        low, high = panel.middle - panel.band, panel.middle + panel.band
-        axes.axhspan(low, high, color=plotting.SOFT, alpha=0.22, lw=0)
-        axes.axhline(panel.middle, color=plotting.SOFT, lw=0.7)
-    for limit in panel.limits:
-        axes.axhline(limit, color=plotting.VERMILLION, lw=0.6, ls=":")
-    for trace in panel.traces:
-        _paint_trace(axes, trace, buckets, named)
+
+def _legend(canvas: Canvas, legend: dict[str, Trace]) -> float:
+    """Write the names of the curves from left to right; return where their last line ends."""
+    x, y = 4.0, 10.0
+    for name, trace in legend.items():
+        room = 26.0 + 5.4 * len(translate(name))
+        if x > 4.0 and x + room > WIDTH:
+            x, y = 4.0, y + 12.0
+        at = x + np.array([6.5] if trace.style == "points" else [0.0, 13.0])
+        _stroke(canvas, trace, at, np.full(at.size, y - 3.0))
+        canvas.text(x + 17.0, y, name, size=8.5)
+        x += room
+    return y if legend else 0.0
+
+
+def _range(values: Sequence[FloatArray], margin: float) -> tuple[float, float]:
+    every = np.concatenate([np.ravel(one) for one in values]) if values else np.zeros(0)
+    every = every[np.isfinite(every)]
+    low, high = (float(every.min()), float(every.max())) if every.size else (0.0, 1.0)
+    room = margin * (high - low) or 0.05 * abs(high) or 1.0
+    return low - room, high + room
+
+
+def _heights(panel: Panel) -> tuple[float, float]:
+    """Return the ends of a panel's vertical axis: all that is drawn on it, with some room."""
     if panel.y_range is not None:
-        axes.set_ylim(panel.y_range)
-    elif panel.from_zero:
-        axes.set_ylim(bottom=0.0)
-    axes.set_ylabel(panel.label)
-    axes.yaxis.set_label_coords(-0.14, 0.5)
+        return panel.y_range
+    found = [one.values for one in panel.traces]
+    found += [one for trace in panel.traces for one in (trace.band, trace.bars) if one is not None]
+    found += [np.array([one]) for one in panel.limits]
+    if panel.band is not None:
+        found.append(panel.middle + np.array([-panel.band, panel.band]))
     if panel.log:
-        plotting.plain_log_axis(axes)
-    else:
-        axes.yaxis.set_major_locator(MaxNLocator(nbins=4, steps=[1, 2, 5, 10], min_n_ticks=2))
+        low, high = _range([np.log10(one[one > 0.0]) for one in found], 0.05)
+        return 10.0**low, 10.0**high
+    low, high = _range(found, 0.05)
+    return (0.0 if panel.from_zero and high > 0.0 else low), high
 
 
-def _paint_trace(axes: Axes, trace: Trace, buckets: int, named: dict[str, Any]) -> None:
-    rising = trace.style in {"line", "steps"}
-    x, values = thinned(trace.x, trace.values, buckets) if rising else (trace.x, trace.values)
-    if trace.band is not None:
-        axes.fill_between(trace.x, *trace.band, color=trace.colour, alpha=0.22, lw=0)
-    (line,) = axes.plot(
-        x,
-        values,
-        color=trace.colour,
-        lw=0.8 * trace.width,
-        ls="" if trace.style == "points" else {"": "-", "dash": "--", "dot": ":"}[trace.dash],
-        marker="" if rising else trace.mark,
-        mfc="white" if trace.hollow else trace.colour,
-        ms=3 if trace.mark == "." else 4,
-        drawstyle="steps-post" if trace.style == "steps" else "default",
-        rasterized=len(x) > plotting.VECTOR_POINTS_MAX and not rising,
-    )
-    if trace.bars is not None:
-        axes.errorbar(
-            trace.x,
-            trace.values,
-            yerr=np.abs(trace.bars - trace.values),
-            fmt="none",
-            ecolor=trace.colour,
-            elinewidth=1.2,
-            capsize=2,
-        )
-    if trace.end and len(x):
-        plotting.line_end_label(axes, x, values, trace.end)
-    if trace.name:
-        named.setdefault(trace.name, line)
+def _paint(frame: Frame, panel: Panel, buckets: int) -> None:
+    inside, x, y = frame.inside, frame.x, frame.y
+    for span in panel.spans:
+        frame.down(span.start, span.end, span.colour, 0.1)
+    if panel.band is not None:
+        frame.across(panel.middle - panel.band, panel.middle + panel.band, SOFT, 0.22)
+        inside.line(f"M{x.start:g} {float(y.at(panel.middle)):.1f}H{x.end:g}", SOFT, 0.7)
+    for limit in panel.limits:
+        inside.line(f"M{x.start:g} {float(y.at(limit)):.1f}H{x.end:g}", VERMILLION, 0.6, "dot")
+    for trace in panel.traces:
+        rising = trace.style in {"line", "steps"}
+        own = thinned(trace.x, trace.values, buckets) if rising else (trace.x, trace.values)
+        at, levels = x.at(own[0]), y.at(own[1])
+        if trace.band is not None:
+            there = np.isfinite(trace.band).all(axis=0)
+            edge, (low, high) = x.at(trace.x[there]), (y.at(one[there]) for one in trace.band)
+            around = np.concatenate([edge, edge[::-1]]), np.concatenate([low, high[::-1]])
+            inside.area(path(*around), trace.colour, 0.22)
+        if trace.bars is not None:
+            for a, low, high in zip(x.at(trace.x), *(y.at(one) for one in trace.bars), strict=True):
+                inside.line(
+                    f"M{a:.1f} {low:.1f}V{high:.1f}m-2 0h4M{a - 2:.1f} {low:.1f}h4", trace.colour
+                )
+        _stroke(inside, trace, at, levels)
+        if trace.end and np.isfinite(levels).any():
+            last = np.flatnonzero(np.isfinite(levels))[-1]
+            frame.canvas.text(float(at[last]) + 3, float(levels[last]) + 3, trace.end, size=8.0)
+
+
+def _stroke(canvas: Canvas, trace: Trace, at: FloatArray, levels: FloatArray) -> None:
+    """Draw a curve as its style says, at places on the canvas."""
+    if trace.style != "points":
+        d = path(at, levels, steps=trace.style == "steps")
+        canvas.line(d, trace.colour, trace.width, trace.dash)
+    if trace.style in {"points", "both"}:
+        canvas.marks(at, levels, trace.colour, trace.mark, trace.hollow)
 
 
 def _data_block(figure: dict[str, Any]) -> Markup:

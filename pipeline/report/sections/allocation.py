@@ -6,7 +6,8 @@ from pipeline.records.allocation import AllocationMap
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.numbers import fixed, percent, speed
-from pipeline.report.panels import Mark, Panel, Trace
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import explained
 from pipeline.report.zoomable import zoomable_figure

@@ -6,7 +6,8 @@ from pipeline.records.design import PropellerDesign, PropellerPoint
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general
-from pipeline.report.panels import Mark, Panel, Trace
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.plotting import Mark
 from pipeline.report.zoomable import zoomable_figure
 
 

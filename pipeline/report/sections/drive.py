@@ -12,7 +12,8 @@ from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.curves import drive_torque
 from pipeline.report.numbers import code, fixed, general, percent, plural, signed
-from pipeline.report.panels import Mark, Panel, Trace
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import quality_line
 from pipeline.report.zoomable import zoomable_figure

@@ -12,7 +12,8 @@ from pipeline.report import plotting
 from pipeline.report.blocks import Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.curves import speed_index, static_std, static_thrust
 from pipeline.report.numbers import code, fixed, signed
-from pipeline.report.panels import Mark, Panel, Trace
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
 from pipeline.report.zoomable import zoomable_figure
 

@@ -19,6 +19,7 @@ from pipeline.report.blocks import (
 )
 from pipeline.report.channels import channel_name, shown_unit
 from pipeline.report.numbers import fixed, general, plural, signed
+from pipeline.report.panels import Resolution
 from pipeline.report.run_results import RunResults
 from pipeline.report.sections.run_channels import (
     CURVES,
@@ -27,7 +28,6 @@ from pipeline.report.sections.run_channels import (
     command_figure,
     figure_name,
 )
-from pipeline.report.zoomable import Resolution
 from pipeline.types import FloatArray
 
 #: Quantities that are drawn in the open; the others are folded away.

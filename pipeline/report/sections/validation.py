@@ -17,7 +17,8 @@ from pipeline.report.blocks import (
     not_computed,
 )
 from pipeline.report.numbers import code, fixed, general, percent, speed
-from pipeline.report.panels import Mark, Panel, Trace
+from pipeline.report.panels import Panel, Trace
+from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.tables import explained
 from pipeline.report.zoomable import zoomable_figure

@@ -11,15 +11,11 @@ import pytest
 from pipeline.errors import InputError
 from pipeline.report import assets
 from pipeline.report.decimate import thinned
+from pipeline.report.panels import Panel, Resolution, Trace
+from pipeline.report.plotly_data import plotly_figure
 from pipeline.report.sections.diagnosis_curves import resolution
 from pipeline.report.sections.diagnosis_gap import MOST_DRAWN
-from pipeline.report.zoomable import (
-    Panel,
-    Resolution,
-    Trace,
-    plotly_figure,
-    zoomable_figure,
-)
+from pipeline.report.zoomable import zoomable_figure
 from pipeline.types import FloatArray
 
 EVIL = '</script><img src=x onerror="alert(1)">&<b>'
