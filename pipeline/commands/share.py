@@ -44,4 +44,4 @@ def share(page: str, to: Path, as_json: bool, out: Path) -> None:
         record = {"schema": "rig2sea/share/1", "page": str(found), "file": str(to), "bytes": size}
         click.echo(json.dumps(record, indent=1))
         return
-    click.echo(translate(f"{to}: {found}, {size / 1e6:.1f} MB"))
+    click.echo(translate(f"{to}: {found}, {size / 1e6:.2f} MB"))

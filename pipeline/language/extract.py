@@ -35,6 +35,7 @@ _SILENT = (
     "ingest/load_test_words.py",
     "ingest/mooring_words.py",
     "physics/parameters.py",
+    "report/plotting.py",
     "stages/blind_page.py",
     "stages/measured_page.py",
     "stages/measured_score.py",

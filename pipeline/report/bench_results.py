@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipeline.control.inverse import thrust_grid
+from pipeline.language import as_it_is
 from pipeline.physics.thrust_grid import thrust_from_code
 from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
 from pipeline.records.measurements import MooringRecord
@@ -38,7 +39,8 @@ def bench_line(
     made = inverse.firmware
     ahead, astern = made.positive, made.negative
     volts = made.supply_voltage_v
-    where = f"{title} at {volts:g} V" if volts is not None else title
+    name = as_it_is(title)
+    where = f"{name} at {volts:g} V" if volts is not None else name
     parts = [
         f"{fixed(ahead.thrust_max_n[0], 1)} / {fixed(-astern.thrust_max_n[0], 1)} N at rest",
         f"dead zone to code {code(round(ahead.code[0][0]))}",

@@ -151,7 +151,7 @@ def _sureness(one: DayFinding) -> str:
     else:
         sure = f"sure to {fixed(one.probability, 2)}"
     others = [effect_words(name) for name in one.ambiguous_with[:2]]
-    return f"{sure}; perhaps instead: {' or '.join(others)}" if others else sure
+    return f"{sure}, or perhaps: {' or '.join(others)}" if others else sure
 
 
 def _said(name: str, one: DayFinding) -> str:

@@ -32,8 +32,8 @@ def track_figure(results: RunResults) -> Figure | None:
     plane = None if position is None else position[rows, :2]
 
     canvas = Canvas(152.0)
-    right = WIDTH - (50.0 if top is not None else 6.0)
-    ends = (0.40 * right, 0.56 * right) if plane is not None else (0.0, 52.0)
+    right = WIDTH - (58.0 if top is not None else 6.0)
+    ends = (0.44 * right, 0.64 * right) if plane is not None else (0.0, 52.0)
     if plane is not None:
         # one metre is as long to the east as to the north
         low, high = np.nanmin(plane, axis=0), np.nanmax(plane, axis=0)
@@ -44,15 +44,16 @@ def track_figure(results: RunResults) -> Figure | None:
         north = Scale(middle[0] - half[0], middle[0] + half[0], 122.0, 10.0)
         frame = Frame(canvas, east, north)
         _line(frame, plane[:, 1], plane[:, 0], colour, top)
-        frame.inside.marks(east.at(plane[:1, 1]), north.at(plane[:1, 0]), INK)
-        frame.close("east  [m]", "north  [m]", most=3)
+        start = plane[np.isfinite(plane).all(axis=1)][:1]
+        frame.inside.marks(east.at(start[:, 1]), north.at(start[:, 0]), INK)
+        frame.close("east  [m]", "north  [m]", most=2)
     room = 0.05 * float(np.nanmax(down) - np.nanmin(down)) + 1e-6
     deep = Scale(float(np.nanmax(down)) + room, float(np.nanmin(down)) - room, 122.0, 10.0)
     frame = Frame(canvas, Scale(float(time_s[0]), float(time_s[-1]), ends[1], right), deep)
     _line(frame, time_s, down, colour, top)
-    frame.close("time  [s]", "depth  [m]", most=3)
+    frame.close("time  [s]", "depth  [m]", most=4)
     if top is not None:
-        _colour_bar(canvas, right + 14.0, top)
+        _colour_bar(canvas, right + 24.0, top)
     lead = (
         "Where the vehicle went."
         if top is None

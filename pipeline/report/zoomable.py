@@ -78,7 +78,7 @@ def _still(panels: Sequence[Panel], x_label: str, axis: Axis, buckets: int) -> C
     left = _LEFT + _LINE * max(label_lines(panels) - 2, 0)
     ends = any(trace.end for panel in panels for trace in panel.traces)
     low, high = axis.ends or _range([trace.x for panel in panels for trace in panel.traces], 0.01)
-    across = Scale(low, high, left, WIDTH - (22.0 if ends else 6.0))
+    across = Scale(low, high, left, WIDTH - (22.0 if ends else 10.0))
     names = [(float(k), name) for k, name in enumerate(axis.names) if name] or None
     for panel in panels:
         end = top + _ROW * panel.height

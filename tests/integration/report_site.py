@@ -33,7 +33,7 @@ KINDS = tuple(PLACES)
 GLANCE = Glance(
     light="red",
     matter="The upper thruster gives 69 % of its thrust (63 to 76 %), only in zig-zag; sure to "
-    "0.89; perhaps instead: thrust astern differs from the stated one.",
+    "0.89, or perhaps: thrust astern differs from the stated one.",
     short="the upper thruster gives 69 % of its thrust (63 to 76 %)",
     do=(
         Advice(text="Look at its propeller and shaft: weed, a chipped blade, a loose hub."),

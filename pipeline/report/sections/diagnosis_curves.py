@@ -153,12 +153,14 @@ def finding_figure(finding: DayFinding) -> Figure | None:
     _, factor = shown_unit(finding.shown[0].unit)
     floor = None if finding.shown_floor is None else factor * finding.shown_floor
     before, after = (f"{general(error, 2)} {one.unit}" for error in one.errors)
-    said = f"{channel_name(one.channel)} in {as_it_is(one.run)}: the simulation is off by {before}"
+    what = f"{_capital(channel_name(one.channel))} in {as_it_is(one.run)}"
+    said = f"{what}: the simulation is off by {before}."
     if not finding.is_sound and not np.array_equal(one.before, one.after, equal_nan=True):
-        said += f" as the file says, and by {after} with this cause"
+        said = f"{what}: the simulation is off by {before}, with this cause by {after}."
     elif floor is not None:
-        said += f"; a sound vehicle leaves {general(floor, 2)} {one.unit}"
-    return _figure("fig-shown", f"{_capital(said)}.", one, floor, Resolution())
+        ordinary = f"{general(floor, 2)} {one.unit}"
+        said = f"{what}: the simulation is off by {before}; a sound vehicle leaves {ordinary}."
+    return _figure("fig-shown", said, one, floor, Resolution())
 
 
 def _event_figure(event: RunEvent) -> Figure:

@@ -185,7 +185,7 @@ def shrink_section(record: DiagnosisRecord) -> Section:
     first = 1 if of_bench(record) else 0
     blocks += figures[:first]
     if figures[first:]:
-        more = plural(len(figures) - first, "figure") + ": measured, before and after"
+        more = f"Measured, before and after: {plural(len(figures) - first, 'figure')}"
         blocks.append(Details(more, (Gallery(tuple(figures[first:]), level=False),)))
     if every[MOST_DRAWN:]:
         names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})

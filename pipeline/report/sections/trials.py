@@ -1,5 +1,6 @@
 """The vehicle's page: where the pages of its trial days and pool runs are."""
 
+from pipeline.language import as_it_is, translate
 from pipeline.report.blocks import Block, Details, Heading, Links, Paragraph, Section
 from pipeline.report.first_screen import SIGNS
 from pipeline.report.numbers import plural
@@ -50,9 +51,10 @@ def _day(day: TrialDayLink) -> list[Block]:
 
 
 def _said(day: TrialDayLink) -> str:
-    if day.glance is None:
-        return f"{day.title}: {day.line}"
-    return f"{SIGNS[day.glance.light][0]} {day.title}: {day.glance.short}; {day.line}"
+    # piece by piece: the whole has too many parts to be found again for translation
+    sign = "" if day.glance is None else f"{SIGNS[day.glance.light][0]} "
+    parts = [day.line] if day.glance is None else [day.glance.short, day.line]
+    return as_it_is(f"{sign}{translate(day.title)}: {'; '.join(map(translate, parts))}")
 
 
 def _runs(day: TrialDayLink) -> list[tuple[str, str]]:

@@ -18,10 +18,10 @@ def results() -> VehicleResults:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the pictures out where a test is about words."""
 
-    def frame(name: str, alt: str, _paint: object, **_: object) -> Markup:
-        return Markup('<svg class="plot" id="{}" aria-label="{}"></svg>').format(name, alt)
+    def frame(_: object, alt: str) -> Markup:
+        return Markup('<svg class="plot" aria-label="{}"></svg>').format(alt)
 
-    monkeypatch.setattr(plotting, "draw", frame)
+    monkeypatch.setattr(plotting.Canvas, "finish", frame)
 
 
 @pytest.fixture(scope="session")

@@ -171,8 +171,8 @@ def test_the_picture_of_a_finding_takes_the_place_of_the_pages_own() -> None:
     picture = finding_figure(FAULT.model_copy(update={"shown": (seen,), "shown_floor": 0.02}))
     assert picture is not None
     assert picture.lead == (
-        "Heave velocity w in turns: the simulation is off by 0.10 m/s as the file says, and by "
-        "0.0082 m/s with this cause."
+        "Heave velocity w in turns: the simulation is off by 0.10 m/s, with this cause by "
+        "0.0082 m/s."
     )
     page = "<!--picture-->track<!--/picture--><h2>Manoeuvres</h2><!--spare-->"
     glance = day_glance("b", "d", DAY, FLOWN)
