@@ -26,7 +26,6 @@ class Bar:
 def bars_figure(
     name: str,
     lead: str,
-    alt: str,
     caption: str,
     bars: Sequence[Bar],
     *,
@@ -40,8 +39,8 @@ def bars_figure(
     ----------
     name : str
         Unique on the page, of letters, digits and hyphens.
-    lead, alt, caption : str
-        The sentence above, the text for those who do not see the picture, and what is drawn how.
+    lead, caption : str
+        The sentence above, and what is drawn how, for those who do not see it as well.
     bars : sequence of Bar
         From top to bottom.
     x_label : str
@@ -74,7 +73,7 @@ def bars_figure(
     for value, dash in ((0.0, ""), *(() if mark is None else ((mark, "dash"),))):
         inside.line(f"M{float(across.at(value)):.1f} 4V{top:g}", SOFT, 0.8, dash)
     frame.close(x_label, grid=False)
-    return Figure(name, lead, canvas.finish(alt), caption)
+    return Figure(name, lead, canvas.finish(caption), caption)
 
 
 def gains_figure(
@@ -115,8 +114,6 @@ def gains_figure(
     return bars_figure(
         name,
         lead,
-        f"Bars: what each thruster gives; lines: 95 % intervals; dashed: {own}. "
-        "The same numbers are in the table.",
         f"Bar: thrust given; line: 95 % interval. Dashed: {own}. Orange: the interval does not "
         "hold 1.",
         bars,

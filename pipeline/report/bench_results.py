@@ -70,7 +70,6 @@ def thrust_figure(results: VehicleResults) -> Figure | None:
     return zoomable_figure(
         "fig-thrust",
         f"{bench_line(results.vehicle.title, inverse, results.mooring)}.",
-        "Thrust against control code at rest: the tables as a line, measured points beside it.",
         "Line: the firmware's tables; points: the mooring test. Thrust astern is negative.",
         (Panel("thrust  [N]", tuple(traces), height=1.3),),
         x_label="control code  [–]",

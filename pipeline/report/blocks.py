@@ -6,9 +6,9 @@ markup, and they come from `pipeline.report.plotting` and `pipeline.report.zooma
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from markupsafe import Markup
 
@@ -61,6 +61,12 @@ class Table:
     links: Mapping[tuple[int, int], str] = field(default_factory=dict)
     cell_classes: Mapping[tuple[int, int], str] = field(default_factory=dict)
     kind: ClassVar[str] = "table"
+
+    @classmethod
+    def of(cls, caption: str, rows: Sequence[Mapping[str, str]], **more: Any) -> Table:  # noqa: ANN401
+        """Return the table of rows that name their columns, all the same ones."""
+        header = tuple(rows[0]) if rows else ()
+        return cls(caption, header, tuple(tuple(one.values()) for one in rows), **more)
 
     def __post_init__(self) -> None:
         """Refuse ragged rows (a shifted column is worse than a stop) and links to elsewhere."""

@@ -89,7 +89,6 @@ def _curves(curves: tuple[Curve, ...]) -> Figure:
     return zoomable_figure(
         "fig-curves",
         as_it_is(curves[0].title),
-        "Curves of A and of B over each other; the numbers are in the JSON beside the page.",
         "Blue: A. Orange: B.",
         tuple(panels),
         x_label=curves[0].x_label,

@@ -127,7 +127,6 @@ def _tracks(record: PoolDay, tracks: Sequence[Trajectory]) -> Block:
     return zoomable_figure(
         "fig-tracks",
         "Where each run goes",
-        "North, east and depth of each run over time, as simulated.",
         "As simulated with the vehicle file, from the start of each run.",
         tuple(panels),
         x_label="time  [s]",

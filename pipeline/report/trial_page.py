@@ -282,40 +282,27 @@ def _quality(results: DayResults) -> Section:
         "quality",
         title,
         (
-            Table(
+            Table.of(
                 f"Root mean square errors over {general(fit.quality[0].horizon_s, 2)} s",
-                (
-                    "Channel",
-                    "Unit",
-                    "Readings",
-                    "Sensor noise",
-                    "Fit",
-                    "Corrected file",
-                    "Vehicle file",
-                    "Last value kept",
-                    "Plain linear model",
-                ),
-                tuple(
-                    (
-                        one.channel.replace("_", " "),
-                        one.unit,
-                        str(one.readings),
-                        general(one.sensor_noise, 2),
-                        number(one.rmse_identified),
-                        number(one.rmse_corrected_file),
-                        number(one.rmse_vehicle_file),
-                        number(one.rmse_last_value),
-                        number(one.rmse_black_box),
-                    )
+                [
+                    {
+                        "Channel": one.channel.replace("_", " "),
+                        "Unit": one.unit,
+                        "Readings": str(one.readings),
+                        "Sensor noise": general(one.sensor_noise, 2),
+                        "Fit": number(one.rmse_identified),
+                        "Corrected file": number(one.rmse_corrected_file),
+                        "Vehicle file": number(one.rmse_vehicle_file),
+                        "Last value kept": number(one.rmse_last_value),
+                        "Plain linear model": number(one.rmse_black_box),
+                    }
                     for one in fit.quality
-                ),
+                ],
                 text_columns=frozenset({1}),
-                note=(
-                    "A model earns its place where it beats both baselines on the right. The "
-                    "corrected file has the parameters found, but not the thrust that was fitted "
-                    "beside them. Sensor noise: of one reading, without the sensor's offset, which "
-                    "was estimated and taken off; pages of runs show both together."
-                ),
+                note="A model earns its place where it beats both baselines on the right. The "
+                "corrected file has the parameters found, but not the thrust that was fitted "
+                "beside them. Sensor noise: of one reading, without the sensor's offset, which "
+                "was estimated and taken off; pages of runs show both together.",
             ),
         ),
     )

@@ -31,7 +31,6 @@ _LINE = 10.5
 def zoomable_figure(
     name: str,
     lead: str,
-    alt: str,
     caption: str,
     panels: Sequence[Panel],
     *,
@@ -45,8 +44,8 @@ def zoomable_figure(
     ----------
     name : str
         Unique on the page, of letters, digits and hyphens.
-    lead, alt, caption : str
-        The sentence above, the text for those who do not see the picture, and what is drawn how.
+    lead, caption : str
+        The sentence above, and what is drawn how, for those who do not see it as well.
     panels : sequence of Panel
         From above to below; curves of one name share a line of the legend.
     x_label : str
@@ -64,7 +63,7 @@ def zoomable_figure(
     chosen = resolution if resolution is not None else Resolution()
     axis = x_axis if x_axis is not None else Axis()
     data = plotly_figure(panels, x_label, chosen.zoom, x_axis=axis)
-    still = _still(panels, x_label, axis, chosen.still).finish(alt)
+    still = _still(panels, x_label, axis, chosen.still).finish(caption or lead)
     return Figure(name, lead, still, caption, zoom=_data_block(data))
 
 

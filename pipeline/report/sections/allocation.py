@@ -84,7 +84,6 @@ def _figure(allocation: AllocationMap) -> Figure:
         f"available range at {speed(first.speed_mps)} m/s to {percent(last.worst)} at "
         f"{speed(last.speed_mps)} m/s; with it, it stays at or below "
         f"{percent(max(error.worst for error in allocation.compensated))}.",
-        "Worst and rms wrench error against speed with and without speed compensation.",
         "One number for each speed, over surge, pitch and yaw demands within reach that need no "
         "thrust against the motion.",
         (Panel("wrench error\n[% of range]", tuple(traces), height=1.9, log=True),),
@@ -93,29 +92,20 @@ def _figure(allocation: AllocationMap) -> Figure:
 
 
 def _error_table(allocation: AllocationMap) -> Table:
-    return Table(
+    return Table.of(
         "Wrench error in percent of the available range",
-        (
-            "Speed, m/s",
-            "Worst, mooring inverse",
-            "Worst, compensated",
-            "Rms, mooring inverse",
-            "Rms, compensated",
-            "Demands within reach",
-            "Within reach, opposed to motion",
-        ),
-        tuple(
-            (
-                speed(moored.speed_mps),
-                percent(moored.worst),
-                percent(compensated.worst),
-                percent(moored.rms),
-                percent(compensated.rms),
-                percent(compensated.reachable_share),
-                percent(compensated.opposed_share),
-            )
+        [
+            {
+                "Speed, m/s": speed(moored.speed_mps),
+                "Worst, mooring inverse": percent(moored.worst),
+                "Worst, compensated": percent(compensated.worst),
+                "Rms, mooring inverse": percent(moored.rms),
+                "Rms, compensated": percent(compensated.rms),
+                "Demands within reach": percent(compensated.reachable_share),
+                "Within reach, opposed to motion": percent(compensated.opposed_share),
+            }
             for moored, compensated in zip(allocation.mooring, allocation.compensated, strict=True)
-        ),
+        ],
         note="One-sided range: the largest surge force, pitch and yaw moment that the thrusters "
         "can make at that speed. Opposed demands need thrust against the motion and are scored "
         "apart. Both shares are of all demands. The worst demands themselves are in "

@@ -79,7 +79,6 @@ def loads_figure(found: BalanceDesign) -> Figure:
     return bars_figure(
         "loads",
         f"The {most.thruster} thruster carries most, {fixed(most.thrust_n, 1)} N.",
-        "Bars: thrust of each stern thruster, exact.",
         f"Exact form. Limit: {found.limit_kind}."
         if found.limit_kind
         else "Exact form; no limit is stated.",
@@ -96,33 +95,22 @@ def _loads(state: SteadyState) -> Table:
     def text(value: float | None, decimals: int) -> str:
         return "–" if value is None else fixed(value, decimals)
 
-    return Table(
+    return Table.of(
         "Loads of the exact form",
-        (
-            "Thruster",
-            "thrust, N",
-            "inflow, m/s",
-            "code",
-            "shaft speed, rpm",
-            "torque, N m",
-            "power, W",
-            "limit, N",
-            "use",
-        ),
-        tuple(
-            (
-                load.thruster,
-                fixed(load.thrust_n, 1),
-                fixed(load.inflow_mps, 2),
-                text(load.code, 1),
-                text(load.shaft_speed_rpm, 0),
-                text(load.torque_nm, 3),
-                text(load.power_w, 0),
-                text(load.limit_n, 1),
-                use_of_limit(load.use),
-            )
+        [
+            {
+                "Thruster": load.thruster,
+                "thrust, N": fixed(load.thrust_n, 1),
+                "inflow, m/s": fixed(load.inflow_mps, 2),
+                "code": text(load.code, 1),
+                "shaft speed, rpm": text(load.shaft_speed_rpm, 0),
+                "torque, N m": text(load.torque_nm, 3),
+                "power, W": text(load.power_w, 0),
+                "limit, N": text(load.limit_n, 1),
+                "use": use_of_limit(load.use),
+            }
             for load in state.loads
-        ),
+        ],
         note="Inflow is the speed of the water along the thruster. Code, shaft speed and torque "
         "need a vehicle with bench tables; power without them is by eq. (10).",
     )
@@ -192,7 +180,6 @@ def use_figure(found: BalanceDesign) -> Figure:
     return zoomable_figure(
         "use-map",
         _of_the_map(least, top, judged=judged, empty=not there.size),
-        "Use of the most loaded thruster over speed, a line for each residual buoyancy.",
         f"Thrusters at {general(envelope.angle_deg[k])} deg, the nearest of the envelope to the "
         f"design's {general(found.angle_deg)} deg; one line for each residual buoyancy.{limit}",
         (panel,),
@@ -234,7 +221,6 @@ def angle_figure(found: BalanceDesign) -> Figure:
     return zoomable_figure(
         "angle",
         "A larger angle gives more vertical force for the same thrust and costs thrust ahead.",
-        "Largest load over the thrusters' angle, by buoyancy.",
         f"At {general(envelope.speed_mps[i])} m/s; one line for each residual buoyancy. The "
         f"design's angle is {general(found.angle_deg)} deg.",
         (Panel("largest load  [N]", traces, height=1.9),),

@@ -44,41 +44,26 @@ def propeller_sections(found: PropellerDesign) -> tuple[Section, ...]:
 
 
 def _table(found: PropellerDesign, points: tuple[PropellerPoint, ...]) -> Table:
-    return Table(
+    return Table.of(
         "Propellers ranked by shaft power",
-        (
-            "Propeller",
-            "blades",
-            "D, m",
-            "P/D",
-            "A_E/A_0",
-            "rpm",
-            "J",
-            "K_T",
-            "10 K_Q",
-            "thrust, N",
-            "torque, N m",
-            "power, W",
-            "efficiency",
-        ),
-        tuple(
-            (
-                p.label,
-                str(p.blades),
-                fixed(p.diameter_m, 4),
-                fixed(p.pitch_ratio, 3),
-                fixed(p.area_ratio, 3),
-                fixed(p.shaft_speed_rpm, 0),
-                fixed(p.advance_ratio, 3),
-                fixed(p.thrust_coefficient, 4),
-                fixed(10 * p.torque_coefficient, 4),
-                general(p.thrust_n, 4),
-                general(p.torque_nm, 4),
-                general(p.power_w, 4),
-                fixed(p.efficiency, 3),
-            )
+        [
+            {
+                "Propeller": p.label,
+                "blades": str(p.blades),
+                "D, m": fixed(p.diameter_m, 4),
+                "P/D": fixed(p.pitch_ratio, 3),
+                "A_E/A_0": fixed(p.area_ratio, 3),
+                "rpm": fixed(p.shaft_speed_rpm, 0),
+                "J": fixed(p.advance_ratio, 3),
+                "K_T": fixed(p.thrust_coefficient, 4),
+                "10 K_Q": fixed(10 * p.torque_coefficient, 4),
+                "thrust, N": general(p.thrust_n, 4),
+                "torque, N m": general(p.torque_nm, 4),
+                "power, W": general(p.power_w, 4),
+                "efficiency": fixed(p.efficiency, 3),
+            }
             for p in points
-        ),
+        ],
         row_classes=tuple(
             "chosen" if k == 0 else "published" if p is found.candidate else ""
             for k, p in enumerate(points)
@@ -97,29 +82,20 @@ def _cavitation(points: tuple[PropellerPoint, ...]) -> Section:
                 "Burrill: the loading of the projected area must stay below the line of 5 % back "
                 "cavitation."
             ),
-            Table(
+            Table.of(
                 "Cavitation",
-                (
-                    "Propeller",
-                    "A_E/A_0",
-                    "least, Keller",
-                    "loading",
-                    "limit, Burrill",
-                    "Rn",
-                    "verdict",
-                ),
-                tuple(
-                    (
-                        p.label,
-                        fixed(p.area_ratio, 3),
-                        fixed(p.keller_area_ratio, 3),
-                        fixed(p.burrill_loading, 3),
-                        fixed(p.burrill_limit, 3),
-                        general(p.reynolds, 2),
-                        "cavitates" if p.cavitates else "free",
-                    )
+                [
+                    {
+                        "Propeller": p.label,
+                        "A_E/A_0": fixed(p.area_ratio, 3),
+                        "least, Keller": fixed(p.keller_area_ratio, 3),
+                        "loading": fixed(p.burrill_loading, 3),
+                        "limit, Burrill": fixed(p.burrill_limit, 3),
+                        "Rn": general(p.reynolds, 2),
+                        "verdict": "cavitates" if p.cavitates else "free",
+                    }
                     for p in points
-                ),
+                ],
                 text_columns=frozenset({6}),
                 row_classes=tuple("warning" if p.cavitates else "" for p in points),
             ),
@@ -156,7 +132,6 @@ def open_water_figure(found: PropellerDesign) -> Figure:
         "open-water",
         f"The best propeller works at J = {fixed(best.advance_ratio, 2)} with an efficiency of "
         f"{fixed(best.efficiency, 3)}.",
-        "Open-water curves of the best propeller.",
         f"B{best.blades}, P/D = {fixed(best.pitch_ratio, 3)}, A_E/A_0 = "
         f"{fixed(best.area_ratio, 3)}; dots: the operating point.",
         (Panel("coefficients  [–]", tuple(traces), height=2.2, from_zero=True),),
@@ -197,7 +172,6 @@ def drive_figure(found: PropellerDesign) -> Figure:
         f"At {fixed(best.shaft_speed_rpm, 0)} rpm the best propeller needs "
         f"{fixed(best.torque_nm, 3)} N m of the drive's "
         f"{fixed(found.drive_torque_at_point_nm, 3)} N m.",
-        "Torque and thrust over shaft speed.",
         f"At an advance speed of {fixed(found.advance_speed_mps, 2)} m/s; dotted: the required "
         f"{fixed(found.thrust_n, 1)} N. Drive: {found.drive}.",
         (

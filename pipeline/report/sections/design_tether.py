@@ -170,7 +170,6 @@ def _pull_figure(found: TetherDesign) -> Figure:
         "pull",
         f"The cable pulls hardest at {fixed(worst[0], 0)} deg: {fixed(worst[1], 1)} N with the "
         f"flow '{found.variant}'.",
-        "Pull of the cable on the vehicle around the footprint.",
         f"Angle from Z (starboard) towards X (ahead).{more}",
         (Panel("pull on the\nvehicle  [N]", tuple(traces), height=1.9, from_zero=True),),
         x_label="place on the edge, angle  [deg]",
@@ -195,7 +194,6 @@ def _shapes_figure(found: TetherDesign) -> Figure:
     return zoomable_figure(
         "shapes",
         "The flow carries the slack of the cable away; the ends pull along the last metres of it.",
-        "Cable from above and from the side.",
         "The garage is at zero; dots: the vehicle. Dashed: the footprint's edge. Above: from "
         f"above; below: from the side. Flow '{found.variant}'.",
         (
@@ -215,7 +213,6 @@ def _held_figure(held: HeldFootprint) -> Figure:
         "held",
         f"{held.vehicle} holds {fixed(float(radius.min()), 1)} m in the worst direction and "
         f"{fixed(float(radius.max()), 1)} m in the best.",
-        "Radius that the thrusters hold around the footprint.",
         "Within this radius the thrusters hold cable, current and buoyancy. Angle from Z "
         "(starboard) towards X (ahead).",
         (Panel("radius  [m]", (trace,), height=1.7, from_zero=True),),

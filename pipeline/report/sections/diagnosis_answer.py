@@ -118,7 +118,6 @@ def _figure(ranking: list[RankedEffect], record: DiagnosisRecord) -> Figure:
     return bars_figure(
         "fig-ranking",
         text[0].upper() + text[1:] + ".",
-        "Bars: probability of each answer. The same numbers are in the table below.",
         "Blue: the verdict. Orange: what these data cannot tell from it.",
         bars,
         x_label="probability  [%]",

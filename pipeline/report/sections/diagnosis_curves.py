@@ -172,8 +172,6 @@ def _event_figure(event: RunEvent) -> Figure:
     return zoomable_figure(
         "fig-shown",
         lead,
-        f"{_capital(what)} that the vehicle file lacks, over time: a step at "
-        f"{general(event.at_s, 3)} s.",
         f"{lead} Black (white on a dark page): by the measured motion. Blue: its mean before and "
         "after.",
         (
@@ -229,15 +227,12 @@ def _figure(
     )
     relative = one.channel in _ANGLES and not np.any(one.measured[np.isfinite(one.measured)])
     turned = " Shown is the rotation away from the measured attitude." if relative else ""
-    over = "over the control code" if bench else "over time"
     channel, run = channel_name(one.channel), as_it_is(one.run)
     added = "" if same else " Blue: with the answer added."
     grey = "; grey: twice what a sound vehicle leaves" if band is not None else ""
     return zoomable_figure(
         name,
         lead,
-        f"{channel} in {run} {over}: measured, predicted before and after the answer is added; "
-        "below, what either leaves.",
         f"{_capital(channel)} in {run}. Black (white on a dark page): measured. Orange: the "
         f"vehicle file's model.{added} Below: measured less model{grey}.{turned}",
         panels,

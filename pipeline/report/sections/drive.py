@@ -74,7 +74,6 @@ def _raw(points: Sequence[LoadTestPoint]) -> Figure:
         "fig-drive-raw",
         f"The bench covers {general(strongest)} N m and {fixed(fastest, 0)} rpm with "
         f"{plural(len(points), 'point')}; they stand here as measured, nothing is fitted to them.",
-        "Torque against shaft speed of all usable points of the bench.",
         "Magnitudes of torque and shaft speed of every usable point.",
         (Panel("torque M  [N m]", (trace,), height=1.8, from_zero=True),),
         x_label="shaft speed n  [rpm]",
@@ -124,8 +123,6 @@ def _family(
         f"{fixed(top.shaft_speed_rpm[1], 0)} rpm; one smooth surface follows the "
         f"{plural(len(fit.codes), 'measured code')} with a residual of "
         f"{fixed(1000 * fit.quality.residual_std, 1)} mN m.",
-        "Torque against shaft speed for each control code: bench points and the fitted surface; "
-        "below, measured less fitted torque.",
         "Mechanical characteristics (fig. 4, b of Kostenko 2023); the number at a line is its "
         "code. Bands: 95 % of the surface. Reverse sweeps are shown by their magnitudes.",
         (
@@ -182,27 +179,19 @@ def _spread_table(fit: DriveFit) -> Table:
     def ends(pair: tuple[float, float], decimals: int) -> str:
         return f"{fixed(pair[0], decimals)} to {fixed(pair[1], decimals)}"
 
-    return Table(
+    return Table.of(
         "Scatter about the surface, by code",
-        (
-            "Code",
-            "Points",
-            "Shaft speed, rpm",
-            "Torque, N m",
-            "Residual std, mN m",
-            "Rising less falling load, mN m",
-        ),
-        tuple(
-            (
-                code(spread.code),
-                str(spread.points),
-                ends(spread.shaft_speed_rpm, 0),
-                ends(spread.torque_nm, 3),
-                fixed(1000 * spread.residual_std_nm, 2),
-                "–"
+        [
+            {
+                "Code": code(spread.code),
+                "Points": str(spread.points),
+                "Shaft speed, rpm": ends(spread.shaft_speed_rpm, 0),
+                "Torque, N m": ends(spread.torque_nm, 3),
+                "Residual std, mN m": fixed(1000 * spread.residual_std_nm, 2),
+                "Rising less falling load, mN m": "–"
                 if spread.loading_minus_unloading_nm is None
                 else signed(1000 * spread.loading_minus_unloading_nm, 2),
-            )
+            }
             for spread in fit.codes
-        ),
+        ],
     )

@@ -117,27 +117,19 @@ def _scatter(points: Sequence[MooringPoint]) -> float:
 
 
 def _table(gaps: tuple[CodeGap, ...]) -> Table:
-    return Table(
+    return Table.of(
         "Thrust at rest by both routes",
-        (
-            "Code",
-            "Points",
-            "Mooring test, N",
-            "Calculated, N",
-            "± 95 %, N",
-            "Measured less calculated, N",
-        ),
-        tuple(
-            (
-                code(gap.code),
-                str(gap.points),
-                fixed(gap.measured_n, 2),
-                fixed(gap.calculated_n, 2),
-                fixed(gap.half_width_n, 2),
-                signed(gap.gap_n, 2),
-            )
+        [
+            {
+                "Code": code(gap.code),
+                "Points": str(gap.points),
+                "Mooring test, N": fixed(gap.measured_n, 2),
+                "Calculated, N": fixed(gap.calculated_n, 2),
+                "± 95 %, N": fixed(gap.half_width_n, 2),
+                "Measured less calculated, N": signed(gap.gap_n, 2),
+            }
             for gap in gaps
-        ),
+        ],
         note="Thrusts as magnitudes; the calculation holds for both signs.",
     )
 
@@ -180,8 +172,6 @@ def _figure(
         f"At rest the mooring test measured {measured}; "
         f"load test and open-water curves together give {fixed(top.calculated_n, 1)} N. "
         f"The largest gap, {fixed(abs(worst.gap_n), 2)} N, is at code {code(worst.code)}.",
-        "Thrust at rest against code: mooring points of both sweeps over the calculated curve; "
-        "below, measured less calculated with the 95 % interval of both.",
         "Thrust at rest (fig. 7, a of Kostenko 2023). Below, as magnitudes: mean of the mooring "
         "points at each code less the calculation; band: 95 % of both.",
         (

@@ -144,8 +144,6 @@ def _at_rest(sides: Sequence[Side]) -> Figure:
         "fig-inverse-rest",
         f"The cubics follow {plural(points, 'mooring point')} with a residual of "
         f"{fixed(spread, 2)} codes; the dead zone ends at about code {' and '.join(dead)} thrust.",
-        "Code against thrust at rest for both signs: mooring points, cubic fits with 95 % bands, "
-        "published cubics dashed, residuals below.",
         "Inverse mooring characteristic (fig. 9 of Kostenko 2023). Below: measured less fitted "
         "code.",
         (
@@ -237,7 +235,6 @@ def _under_way(
         "fig-inverse-family",
         f"For {fixed(probe, 0)} N the code must rise from {fixed(first, 0)} to {fixed(last, 0)} "
         f"between {speed(rows[0].speed_mps)} and {speed(fastest)} m/s{kept}.",
-        "Code against thrust, one curve for each speed; published curves dashed.",
         "Inverse family (fig. 10 of Kostenko 2023). Solid: cubic of Table 4; dots: the family "
         "itself; dashed: published Table 4. Below, in codes: how far the cubic is off the family.",
         (

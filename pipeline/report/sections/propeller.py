@@ -96,8 +96,6 @@ def _figure(
         "fig-propeller",
         f"K_T falls from {fixed(float(k_t[0]), 3)} to {fixed(float(k_t[-1]), 3)} between "
         f"J = {fixed(float(j[0]), 2)} and {fixed(float(j[-1]), 2)}{best_text}.",
-        "Thrust and torque coefficients and efficiency against the advance ratio: measured points, "
-        "fits with 95 % bands, published curves dashed, residuals below.",
         "Open-water curves (fig. 2 of Kostenko 2023). Points: data; lines: fits; bands: 95 % of "
         "the fit; dashed: published; crosses: outliers. Below: residuals on the same axis.",
         (

@@ -52,11 +52,9 @@ def channel_figure(
 ) -> Figure:
     """Draw a quantity: above measured, predicted over windows and flown freely; below the error."""
     panels = tuple(panel for one in series for panel in _panels(one))
-    alt = f"{TITLES[quantity]}: measured and simulated against time, and the difference below."
     return zoomable_figure(
         figure_name(quantity),
         _lead(quantity, series),
-        alt,
         f"{TITLES[quantity]}. Black (white on a dark page): readings. Blue: predicted from the "
         "commands, time and again from a start that was estimated just before. Orange: one "
         "free run from the start of the log, as far as the axis reaches. Lower panels: reading "
@@ -151,7 +149,6 @@ def command_figure(
     return zoomable_figure(
         "fig-commands",
         lead,
-        "Commanded code of each thruster against time.",
         "Commanded codes [–], one panel a thruster. Dotted: ends of the range, where the vehicle "
         "file gives it. Shaded: the manoeuvres of the table.",
         panels,

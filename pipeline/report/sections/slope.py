@@ -25,6 +25,6 @@ def slope_figure(found: StraightLineIdentification) -> Markup:
     for label, mass, colour in lines:
         level = acceleration.mean() + (ends - thrust.mean()) / mass
         traces.append(Trace(label, ends, level, colour))
-    alt = f"acceleration against thrust, {found.axis}, {len(found.segments)} straight stretches"
+    said = f"acceleration against thrust, {found.axis}, {len(found.segments)} straight stretches"
     panel = Panel("acceleration  [m/s²]", tuple(traces), height=2.0)
-    return zoomable_figure("", "", alt, "", [panel], x_label="thrust along the axis  [N]").svg
+    return zoomable_figure("", "", said, [panel], x_label="thrust along the axis  [N]").svg

@@ -95,8 +95,6 @@ def _family(
         f"Thrust at code {code(largest)} falls from {fixed(static.thrust_n[first[1]][-1], 1)} to "
         f"{fixed(static.thrust_n[last[1]][-1], 1)} N between {speed(first[0])} and "
         f"{speed(last[0])} m/s; {_mooring_promise(results, largest)}",
-        "Thrust against code, one curve for each speed with its 95 % band; the published curves "
-        "dashed; flat at zero inside the dead zone.",
         "Static family (fig. 7, b of Kostenko 2023). Solid: working points within the bench's "
         "range; dotted: extrapolated; at zero: dead zone; bands: 95 %. Thrust and motion have the "
         "same sign. "

@@ -71,7 +71,6 @@ def trend_figure(days: Days, names: tuple[str, ...]) -> Figure:
     return zoomable_figure(
         "fig-trend",
         lead,
-        "Identified parameters for each trial day with their 95 % intervals.",
         f"From above to below: {', '.join(name.replace('_', ' ') for name in names)}. Points and "
         "bars: value and 95 % interval of the day's fit. Grey line and band: the vehicle file's "
         "value and its 95 % range, as far as the axis reaches.",

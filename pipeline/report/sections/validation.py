@@ -131,7 +131,6 @@ def _errors_figure(validation: AllocatorValidation) -> Figure:
         f"{fixed(moored.heading_error_deg, 2)} and {fixed(compensated.heading_error_deg, 2)} deg, "
         f"the depth by {fixed(100 * moored.depth_error_m, 1)} and "
         f"{fixed(100 * compensated.depth_error_m, 1)} cm.",
-        "Rms errors of speed, course and depth over the speed, three lines each.",
         f"Root mean square over {validation.flight_s:g} s. The disturbance is the same at every "
         "speed and for everyone; ideal thrusters exert exactly the wrench that the autopilot "
         "wants, so their line is what the autopilot itself leaves.",
@@ -157,7 +156,6 @@ def _traces_figure(validation: AllocatorValidation) -> Figure:
         "fig-flight-traces",
         f"At {speed(at)} m/s the mooring inverse lets the speed fall to {fixed(lowest, 2)} m/s "
         "before the integral of the autopilot makes up for it.",
-        "Speed, course and depth over time with ideal thrusters and both inverses.",
         f"The flights at {speed(at)} m/s. Depth downwards from the one to be kept.",
         _three_panels(zip(_LABELS, rows, strict=True), from_zero=False),
         x_label="time  [s]",
@@ -165,32 +163,23 @@ def _traces_figure(validation: AllocatorValidation) -> Figure:
 
 
 def _keeping_table(validation: AllocatorValidation) -> Table:
-    return Table(
+    return Table.of(
         "Keeping speed, course, depth and pitch: rms errors",
-        (
-            "Speed, m/s",
-            "Flown with",
-            "Reached, m/s",
-            "Speed error, m/s",
-            "Course error, deg",
-            "Depth error, m",
-            "Pitch error, deg",
-            "Wrench error: surge, heave, pitch, yaw",
-        ),
-        tuple(
-            (
-                speed(one.speed_mps),
-                _NAMES[one.variant],
-                fixed(one.reached_mps, 2),
-                fixed(one.speed_error_mps, 4),
-                fixed(one.heading_error_deg, 2),
-                fixed(one.depth_error_m, 3),
-                fixed(one.pitch_error_deg, 2),
-                # what is not a thousandth of a percent is none
-                ", ".join(percent(share if share > 1e-5 else 0.0) for share in one.wrench_error),
-            )
+        [
+            {
+                "Speed, m/s": speed(one.speed_mps),
+                "Flown with": _NAMES[one.variant],
+                "Reached, m/s": fixed(one.reached_mps, 2),
+                "Speed error, m/s": fixed(one.speed_error_mps, 4),
+                "Course error, deg": fixed(one.heading_error_deg, 2),
+                "Depth error, m": fixed(one.depth_error_m, 3),
+                "Pitch error, deg": fixed(one.pitch_error_deg, 2),
+                "Wrench error: surge, heave, pitch, yaw": ", ".join(
+                    percent(share if share > 1e-5 else 0.0) for share in one.wrench_error
+                ),
+            }
             for one in validation.keeping
-        ),
+        ],
         text_columns=frozenset({1}),
         note="Wrench error: what the codes give when settled less what was wanted after portions "
         "and limits, rms, in percent of the largest that the thrusters can make on that axis at "
@@ -206,38 +195,25 @@ def _cost_table(validation: AllocatorValidation) -> Table:
         power = one.shaft_power_w if one.electrical_power_w is None else one.electrical_power_w
         return "–" if power is None or one.reached_mps < 0.05 else fixed(power / one.reached_mps, 0)
 
-    return Table(
+    return Table.of(
         "Limits and power of the same flights",
-        (
-            "Speed, m/s",
-            "Flown with",
-            "Demands cut",
-            "of surge",
-            "Code at its end",
-            "Largest code",
-            "Against the flow",
-            "Thrust x inflow, W",
-            "At the shafts, W",
-            "At the supply, W",
-            "J per metre",
-        ),
-        tuple(
-            (
-                speed(one.speed_mps),
-                _NAMES[one.variant],
-                percent(one.cut_share),
-                percent(one.cut_surge_share),
-                percent(one.code_end_share),
-                code(one.largest_code),
-                percent(one.opposed_share),
-                fixed(one.thrust_power_w, 1),
-                watts(one.shaft_power_w),
-                watts(one.electrical_power_w),
-                per_metre(one),
-            )
+        [
+            {
+                "Speed, m/s": speed(one.speed_mps),
+                "Flown with": _NAMES[one.variant],
+                "Demands cut": percent(one.cut_share),
+                "of surge": percent(one.cut_surge_share),
+                "Code at its end": percent(one.code_end_share),
+                "Largest code": code(one.largest_code),
+                "Against the flow": percent(one.opposed_share),
+                "Thrust x inflow, W": fixed(one.thrust_power_w, 1),
+                "At the shafts, W": watts(one.shaft_power_w),
+                "At the supply, W": watts(one.electrical_power_w),
+                "J per metre": per_metre(one),
+            }
             for one in validation.keeping
             if one.variant != "ideal"
-        ),
+        ],
         text_columns=frozenset({1}),
         note="Against the flow: share of the time with a thruster that pushes against more than "
         "0.1 m/s, where the row at rest is a model. "

@@ -78,8 +78,6 @@ def _figure(
     return zoomable_figure(
         "fig-working-points",
         _lead(model, speeds, codes[-1] if codes else None, top, float(rpm[-1])),
-        "Torque and thrust of the propeller against shaft speed for each speed of the vehicle, the "
-        "drive's falling torque lines for several codes, circles where they meet.",
         "Torque balance (figs. 3, 5 and 6 of Kostenko 2023). Grey: drive at the code written "
         "beside it, over the shaft speeds of the bench; coloured: propeller at each speed; "
         "circles: working points (open where extrapolated).",

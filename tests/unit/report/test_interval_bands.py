@@ -23,9 +23,7 @@ def bands(monkeypatch: pytest.MonkeyPatch) -> list[float]:
     """Largest height of every band that is drawn, in the order of drawing."""
     heights: list[float] = []
 
-    def figure(
-        name: str, lead: str, _alt: str, caption: str, panels: Sequence[Panel], **_: object
-    ) -> Figure:
+    def figure(name: str, lead: str, caption: str, panels: Sequence[Panel], **_: object) -> Figure:
         drawn = [trace.band for panel in panels for trace in panel.traces]
         heights.extend(float(np.nanmax(one[1] - one[0])) for one in drawn if one is not None)
         return Figure(name, lead, Markup(""), caption)

@@ -47,7 +47,7 @@ def test_peaks_and_gaps_survive_in_the_data() -> None:
 def test_the_still_picture_keeps_the_peaks_too() -> None:
     time_s, values = peaked()
     figure = zoomable_figure(
-        "f", "See.", "Curve.", "", [Panel("u", (Trace("m", time_s, values, "#123456"),))],
+        "f", "See.", "Curve.", [Panel("u", (Trace("m", time_s, values, "#123456"),))],
         x_label="t", resolution=Resolution(still=50, zoom=100),
     )  # fmt: skip
     svg = str(figure.svg)
@@ -74,7 +74,7 @@ def test_windows_stay_apart_where_points_are_left_out() -> None:
 def test_texts_cannot_leave_the_data_block_or_become_markup() -> None:
     x = np.arange(4.0)
     figure = zoomable_figure(
-        "f", EVIL, EVIL, EVIL, [Panel(EVIL, (Trace(EVIL, x, x, "#000"),))], x_label=EVIL
+        "f", EVIL, EVIL, [Panel(EVIL, (Trace(EVIL, x, x, "#000"),))], x_label=EVIL
     )
     block = str(figure.zoom)
     inside = block.removeprefix('<script type="application/json" class="zoom-data">')
@@ -106,7 +106,7 @@ def test_a_page_of_many_long_figures_stays_below_3_mb(count: int) -> None:
 
     panels = [Panel("u", traces("abc")), Panel("e", traces("bc"))]
     detail = resolution(count)
-    one = zoomable_figure("f", "", "", "", panels, x_label="t", resolution=detail)
+    one = zoomable_figure("f", "", "", panels, x_label="t", resolution=detail)
     assert count * (len(one.svg) + len(one.zoom)) < 2.5e6
 
 
