@@ -1,10 +1,8 @@
 """The page of a design calculation: one self-contained file, made from its record alone."""
 
-from pathlib import Path
-
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign
 from pipeline.report.blocks import Section
-from pipeline.report.html import render, write_page
+from pipeline.report.html import render
 from pipeline.report.sections.design_balance import balance_sections
 from pipeline.report.sections.design_printed import printed_sections
 from pipeline.report.sections.design_propeller import propeller_sections
@@ -34,14 +32,3 @@ def design_page(found: Design, crumbs: tuple[tuple[str, str], ...] = ()) -> str:
         warnings=found.warnings,
         sections=(*sections, *printed_sections(found.printed)),
     )
-
-
-def write_design_page(found: Design, path: Path, crumbs: tuple[tuple[str, str], ...] = ()) -> None:
-    """Write the page, whole or not at all.
-
-    Raises
-    ------
-    InputError
-        If the file cannot be written.
-    """
-    write_page(design_page(found, crumbs), path)

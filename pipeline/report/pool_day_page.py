@@ -1,14 +1,13 @@
 """The page of a planned pool day: what to fly, what it promises, what became of the last plan."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from pipeline.language import as_it_is, translate
 from pipeline.records.pool_day import FlownOfPlan, PoolDay
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Bullets, Details, Links, Section, Table
 from pipeline.report.diagnosis_words import unit_text
-from pipeline.report.html import render, write_page
+from pipeline.report.html import render
 from pipeline.report.numbers import general, plural
 from pipeline.report.panels import Panel, Trace
 from pipeline.report.plain_words import manoeuvre_words
@@ -24,13 +23,6 @@ def plan_sentence(record: PoolDay) -> str:
         f"Fly {plural(len(record.runs), 'run')}, {record.total_s / 60.0:.1f} minutes: {names}. "
         f"{reached} of {len(record.promises)} parameters will be known as well as wanted."
     )
-
-
-def write_pool_day_page(
-    record: PoolDay, flown: Sequence[FlownOfPlan], tracks: Sequence[Trajectory], path: Path
-) -> None:
-    """Write the page, whole or not at all; raises `InputError`."""
-    write_page(pool_day_page(record, flown, tracks), path)
 
 
 def pool_day_page(

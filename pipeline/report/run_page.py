@@ -1,15 +1,13 @@
 """The page of one pool run: warnings first, then the run, its data, its comparison."""
 
 from dataclasses import replace
-from pathlib import Path
 
 from pipeline.language import as_it_is
 from pipeline.records.glance import Glance
-from pipeline.report.assets import placed
 from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, absent, arranged, fold
 from pipeline.report.day_results import DayResults
 from pipeline.report.first_screen import first_screen
-from pipeline.report.html import render, write_page
+from pipeline.report.html import render
 from pipeline.report.numbers import fixed, plural
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import VehicleResults
@@ -95,17 +93,6 @@ def data_section(results: RunResults | DayResults | VehicleResults) -> Section:
     if not results.provenance:
         return Section("provenance", "Provenance", (Paragraph("No provenance was recorded."),))
     return Section("provenance", "Provenance", (provenance_table(results.provenance),))
-
-
-def write_run_page(
-    results: RunResults,
-    glance: Glance,
-    path: Path,
-    crumbs: tuple[tuple[str, str], ...],
-    assets: Path | None = None,
-) -> None:
-    """Write the page, whole or not at all, and the scripts in `assets`; raises `InputError`."""
-    write_page(run_page(results, crumbs, placed(assets, path), glance), path)
 
 
 def status_text(errors: int, warnings: int) -> str:

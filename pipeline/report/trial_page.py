@@ -1,12 +1,10 @@
 """The page of one trial day: warnings, runs, identified parameters and their trend, the tables."""
 
 from dataclasses import replace
-from pathlib import Path
 
 from pipeline.language import as_it_is
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.records.trial import PageReceipt, TrialDay
-from pipeline.report.assets import placed
 from pipeline.report.blocks import (
     Block,
     Bullets,
@@ -23,7 +21,7 @@ from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.diagnosis_words import unit_text
 from pipeline.report.first_screen import SIGNS, first_screen
 from pipeline.report.glance import rank
-from pipeline.report.html import render, write_page
+from pipeline.report.html import render
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
 from pipeline.report.run_page import data_section, first_figure
 from pipeline.report.sections.diagnosis_curves import finding_figure
@@ -76,16 +74,6 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
         absent=absent(sections),
         assets=assets,
     )
-
-
-def write_day_page(
-    results: DayResults,
-    path: Path,
-    crumbs: tuple[tuple[str, str], ...],
-    assets: Path | None = None,
-) -> None:
-    """Write the page, whole or not at all, and the scripts in `assets`; raises `InputError`."""
-    write_page(day_page(results, crumbs, placed(assets, path)), path)
 
 
 def day_counts(results: DayResults) -> tuple[int, int]:

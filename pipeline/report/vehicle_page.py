@@ -1,13 +1,10 @@
 """The page of one vehicle: warnings first, then every step from the raw files to the firmware."""
 
-from pathlib import Path
-
-from pipeline.report.assets import placed
 from pipeline.report.bench_results import thrust_figure
 from pipeline.report.blocks import absent, arranged, fold
 from pipeline.report.first_screen import first_screen
 from pipeline.report.glance import vehicle_glance
-from pipeline.report.html import render, write_page
+from pipeline.report.html import render
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import data_section
 from pipeline.report.sections.allocation import allocation_section
@@ -28,7 +25,7 @@ from pipeline.report.sections.validation import validation_section
 from pipeline.report.sections.warnings import warnings_section
 from pipeline.report.sections.working_points import working_points_section
 
-__all__ = ["VehicleResults", "vehicle_page", "write_vehicle_page"]
+__all__ = ["VehicleResults", "vehicle_page"]
 
 #: The page stands in a folder of its own beside the index.
 INDEX_HREF = "../index.html"
@@ -90,20 +87,3 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: 
         absent=absent(sections),
         assets=assets,
     )
-
-
-def write_vehicle_page(
-    results: VehicleResults,
-    path: Path,
-    index_href: str = INDEX_HREF,
-    *,
-    assets: Path | None = None,
-) -> None:
-    """Write the page, whole or not at all, and in `assets` the scripts where it has any.
-
-    Raises
-    ------
-    InputError
-        If a folder cannot be written to.
-    """
-    write_page(vehicle_page(results, index_href, placed(assets, path)), path)

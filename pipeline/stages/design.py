@@ -199,13 +199,15 @@ def write_design(request: DesignRequest, found: Design, to: Path) -> tuple[Path,
     InputError
         If the folder cannot be written to.
     """
-    from pipeline.report.design_page import write_design_page
+    from pipeline.report.design_page import design_page
+    from pipeline.report.html import write_page
 
     page = to / f"{found.name}-{request.calculator}.html"
     data = page.with_suffix(".json")
     # among the reports the page leads back to the index, which leads to it
     listed = to.resolve() == (request.out / "reports/design").resolve()
-    write_design_page(found, page, (("All vehicles", "../index.html"),) if listed else ())
+    crumbs = (("All vehicles", "../index.html"),) if listed else ()
+    write_page(design_page(found, crumbs), page)
     beside = data.with_name(f".{data.name}.part")
     try:
         beside.write_text(json.dumps(design_json(request, found), indent=1), encoding="utf-8")

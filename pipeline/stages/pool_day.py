@@ -85,10 +85,11 @@ def plan_day(  # noqa: PLR0917 - what the command is given
             metadata={"planned": planned.manoeuvre},
         )
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
-    from pipeline.report.pool_day_page import write_pool_day_page
+    from pipeline.report.html import write_page
+    from pipeline.report.pool_day_page import pool_day_page
 
     page = folder / PAGE
-    write_pool_day_page(record, flown, [run.trajectory for run in chosen.runs], page)
+    write_page(pool_day_page(record, flown, [run.trajectory for run in chosen.runs]), page)
     return PoolDayFiles(record, result, page, flown)
 
 

@@ -8,10 +8,11 @@ from pipeline.provenance import Envelope, file_digest
 from pipeline.records.glance import Glance
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, PageReceipt, RunTrial, StoredRun
+from pipeline.report.assets import placed
 from pipeline.report.glance import Flown, run_glance
 from pipeline.report.html import write_page
 from pipeline.report.links import address_from
-from pipeline.report.run_page import run_line, write_run_page
+from pipeline.report.run_page import run_line, run_page
 from pipeline.report.run_results import RunResults
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.page_provenance import page_provenance
@@ -40,7 +41,8 @@ def run(job: Job) -> str:
             unreadable=results.why_not_read,
         )
         said.append(glance)
-        write_run_page(results, glance, page, _crumbs(job, page, day), page.parents[2] / "assets")
+        assets = placed(page.parents[2] / "assets", page)
+        write_page(run_page(results, _crumbs(job, page, day), assets, glance), page)
         write_page(page.read_text(encoding="utf-8"), kept)
         return PageReceipt(
             kind="run",

@@ -10,6 +10,7 @@ from pipeline.records.day_diagnosis import DayDiagnosis
 from pipeline.records.gains import PooledGain
 from pipeline.records.glance import Glance
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
+from pipeline.report.assets import placed
 from pipeline.report.day_results import DayResults
 from pipeline.report.first_screen import with_glance
 from pipeline.report.glance import FOLLOWS, Flown, day_glance, rank, run_glance
@@ -18,7 +19,7 @@ from pipeline.report.links import address_from
 from pipeline.report.numbers import plural
 from pipeline.report.run_page import status_text
 from pipeline.report.sections.diagnosis_curves import finding_figure
-from pipeline.report.trial_page import day_counts, write_day_page
+from pipeline.report.trial_page import day_counts, day_page
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.page_provenance import page_provenance
 
@@ -68,7 +69,7 @@ def run(job: Job) -> str:
             ("All vehicles", address_from(page, "reports/index.html")),
             (job.vehicle_name, address_from(page, report_file(job.vehicle_name))),
         )
-        write_day_page(results, page, crumbs, page.parents[2] / "assets")
+        write_page(day_page(results, crumbs, placed(page.parents[2] / "assets", page)), page)
         said.append(glance)
         errors, warnings = day_counts(results)
         fit = results.trial.identification

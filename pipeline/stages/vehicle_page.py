@@ -18,12 +18,14 @@ from pipeline.records.fits import (
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.records.validation import AllocatorValidation
+from pipeline.report.assets import placed
 from pipeline.report.bench_results import bench_line
+from pipeline.report.html import write_page
 from pipeline.report.links import address_from, safe_link
 from pipeline.report.results import TrialDayLink
 from pipeline.report.sections.trials import has_trend
 from pipeline.report.site import index_entry
-from pipeline.report.vehicle_page import VehicleResults, write_vehicle_page
+from pipeline.report.vehicle_page import VehicleResults, vehicle_page
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
@@ -51,7 +53,7 @@ def run(job: Job) -> str:
     def compute() -> PageFile:
         envelopes = {stage: job.envelope(stage, MODELS[stage]) for stage in RECORD_STAGES}
         results = _results(job, page, envelopes)
-        write_vehicle_page(results, page, assets=page.parents[1] / "assets")
+        write_page(vehicle_page(results, assets=placed(page.parents[1] / "assets", page)), page)
         entry = index_entry(results, page.relative_to("reports").as_posix())
         return PageFile(
             files={page.as_posix(): file_digest(page)},

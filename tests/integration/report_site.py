@@ -9,14 +9,16 @@ from typing import Any
 
 from pipeline.bundled.design import design_example
 from pipeline.records.glance import Advice, Glance
+from pipeline.report.assets import placed
 from pipeline.report.day_results import DayResults
-from pipeline.report.design_page import write_design_page
+from pipeline.report.design_page import design_page
 from pipeline.report.diagnosis_page import write_diagnosis_page
+from pipeline.report.html import write_page
 from pipeline.report.results import TrialDayLink, VehicleResults
-from pipeline.report.run_page import write_run_page
+from pipeline.report.run_page import run_page
 from pipeline.report.site import index_entry, write_index
-from pipeline.report.trial_page import write_day_page
-from pipeline.report.vehicle_page import write_vehicle_page
+from pipeline.report.trial_page import day_page
+from pipeline.report.vehicle_page import vehicle_page
 from pipeline.stages.design import DesignRequest, compute_design
 
 #: Kind of page -> where the workflow would put it.
@@ -54,13 +56,15 @@ def write_site(reports: Path) -> None:
     assets = reports / "assets"
     up = (("All vehicles", "../../index.html"), ("synthetic", "../index.html"))
     results, day = _results()
-    write_vehicle_page(results, found["vehicle"], assets=assets)
+    scripts = {kind: placed(assets, page) for kind, page in found.items()}
+    write_page(vehicle_page(results, assets=scripts["vehicle"]), found["vehicle"])
     run = _module("run_records").run_results(results.vehicle)
-    write_run_page(run, GLANCE, found["run"], up, assets)
-    write_day_page(replace(day, glance=GLANCE), found["trial"], up, assets)
+    write_page(run_page(run, up, scripts["run"], GLANCE), found["run"])
+    write_page(day_page(replace(day, glance=GLANCE), up, scripts["trial"]), found["trial"])
     diagnosis = _module("diagnosis_records").diagnosis(channels=("w", "psi", "z"), windows=6)
     write_diagnosis_page(diagnosis, found["diagnosis"], assets)
-    write_design_page(_design(reports.parent), found["design"], (("Index", "../index.html"),))
+    up_one = (("Index", "../index.html"),)
+    write_page(design_page(_design(reports.parent), up_one), found["design"])
     entry = index_entry(results, "synthetic/index.html")
     more = {
         "days": tuple(_from_index(one) for one in reversed(results.trials)),

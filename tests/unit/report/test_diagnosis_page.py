@@ -237,7 +237,7 @@ def test_a_mooring_table_is_shown_over_its_codes(record: DiagnosisRecord) -> Non
     (one,) = curves(table)
     assert one.time_s.tolist() == [-60.0, 0.0, 60.0]
     text = diagnosis_page(table)
-    assert "over the control code" in text
+    assert "control code" in text
     assert "from 6.00 to 2.00 times what a sound vehicle leaves" in text
     assert "What to measure next" in text
     assert "No sound runs" not in text

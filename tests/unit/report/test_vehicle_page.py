@@ -13,10 +13,11 @@ from pipeline.errors import InputError
 from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.report.blocks import Figure
+from pipeline.report.html import write_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.closing import firmware_section
 from pipeline.report.sections.working_points import working_points_section
-from pipeline.report.vehicle_page import vehicle_page, write_vehicle_page
+from pipeline.report.vehicle_page import vehicle_page
 
 VOID = {"meta", "link", "br", "img", "hr", "input"}
 
@@ -375,16 +376,16 @@ def test_nothing_at_all_is_still_a_page(results: VehicleResults) -> None:
     assert "<figure" not in page
 
 
-def test_an_unwritable_place_is_one_clear_message(results: VehicleResults, tmp_path: Path) -> None:
+def test_an_unwritable_place_is_one_clear_message(tmp_path: Path) -> None:
     taken = tmp_path / "reports"
     taken.write_text("a file where a folder is wanted")
     with pytest.raises(InputError, match=r"the report cannot be written"):
-        write_vehicle_page(VehicleResults(vehicle=results.vehicle), taken / "page.html")
+        write_page("<p>", taken / "page.html")
 
 
 def test_writing_leaves_no_half_page_beside_it(results: VehicleResults, tmp_path: Path) -> None:
     target = tmp_path / "a" / "index.html"
-    write_vehicle_page(VehicleResults(vehicle=results.vehicle), target)
+    write_page(vehicle_page(VehicleResults(vehicle=results.vehicle)), target)
     assert [path.name for path in target.parent.iterdir()] == ["index.html"]
     assert target.read_bytes().endswith(b"</html>\n")
 
