@@ -43,7 +43,9 @@ def test_each_window_has_the_conditions_and_the_force_of_its_run(repository: Pat
     still = np.zeros((len(bench.whole.commands), 6))
     states = simulate_windows(bench, packed.vector, starts, still).state
     expected, _ = one_by_one(stack, packed.vector, starts)
-    np.testing.assert_allclose(states[:, :13], expected[:, :13], atol=0.03)  # two slopes a step, and four
+    np.testing.assert_allclose(
+        states[:, :13], expected[:, :13], atol=0.03
+    )  # two slopes a step, and four
     # and not alike: the same window of the plain run goes another way
     last = {w.run: k for k, w in enumerate(stack.windows)}
     ends = states[bench.whole.last_row, 2]
