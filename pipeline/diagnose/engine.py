@@ -25,12 +25,14 @@ from pipeline.diagnose.regression.answer import against_sound, gained_of
 from pipeline.diagnose.regression.known import LEAST_SOUND, Reference, reference_of
 from pipeline.diagnose.rules.calibration import calibration
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
+from pipeline.diagnose.tell.dead_thruster import with_dead_thruster
 from pipeline.diagnose.tell.gains import told_gains
 from pipeline.diagnose.tell.record import record_of
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.identify.thruster_gains import gains_of
 from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.gains import ThrusterGains
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.vehicle.sensor_schema import Sensors
@@ -130,7 +132,27 @@ def _beside_errors(
     if note is not None:
         notes = (*answer.record.notes, f"Told against the vehicle file: {note}")
         answer = replace(answer, record=answer.record.model_copy(update={"notes": notes}))
-    return answer
+    return _beside_gains(case, answer)
+
+
+def _beside_gains(case: Case, answer: Diagnosis) -> Diagnosis:
+    """Add the gains of the thrusters, and one that is dead where nothing is named."""
+    gains = _gains(case)
+    record = answer.record.model_copy(update={"gains": told_gains(gains)})
+    for gained in gained_of(gains, case.runs):
+        record, specs = with_dead_thruster(record, gained)
+        answer = replace(answer, specs=specs or answer.specs)
+    return replace(answer, record=record)
+
+
+def _gains(case: Case) -> ThrusterGains:
+    return gains_of(
+        case.packed,
+        case.vehicle.sensors or Sensors(),
+        case.runs,
+        uncertainty=model_of(case.vehicle).uncertainty,
+        reference=case.healthy,
+    )
 
 
 def _run_by_run(
@@ -167,13 +189,7 @@ def _run_by_run(
 
 def _against_sound(case: Case, known: Reference, began: float) -> Diagnosis:
     """Diagnose against the vehicle as its sound runs show it."""
-    gains = gains_of(
-        case.packed,
-        case.vehicle.sensors or Sensors(),
-        case.runs,
-        uncertainty=model_of(case.vehicle).uncertainty,
-        reference=case.healthy,
-    )
+    gains = _gains(case)
     record, specs = against_sound(case, known, gained_of(gains, case.runs))
     update = {"gains": told_gains(gains), "elapsed_s": time.monotonic() - began}
     return Diagnosis(record.model_copy(update=update), specs)

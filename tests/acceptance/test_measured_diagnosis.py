@@ -8,9 +8,9 @@ import pytest
 from pipeline.diagnose import engine
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
-from pipeline.effects.library import parse_effect
+from pipeline.effects.library import candidates, parse_effect
 from pipeline.errors import CannotComputeError
-from pipeline.measured.inject import injected
+from pipeline.measured.inject import commanded_without_effect, injected
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.stages.measured_subjects import MeasuredSubject, load_subject
 
@@ -69,3 +69,23 @@ def test_a_wrong_scale_of_the_velocity_is_left_to_what_knows_the_instruments(
     monkeypatch.setattr(engine, "_diagnosed", asked)
     with pytest.raises(CannotComputeError, match="the vehicle file was asked"):
         diagnose(case, threads=1)
+
+
+def test_a_thruster_that_did_nothing_is_named_without_sound_runs(
+    shared_data: Path, tmp_path: Path
+) -> None:
+    """Commands are written for one that stood still in a run of others' vehicle."""
+    if not (shared_data / "exjobbrov_pool").is_dir():
+        pytest.skip("no pool runs")
+    pool = load_subject(shared_data / "exjobbrov_pool", tmp_path)
+    run = next(one for one in pool.runs if one.name.startswith("stepPsiS3E10_2016-05-25-09-04"))
+    told = commanded_without_effect(pool.packed, run, "sway")
+    every = candidates(pool.packed.context)
+    few = {name: every[name] for name in ("thruster_degraded", "residual_buoyancy")}
+    record = diagnose(Case("pool", pool.vehicle, pool.packed, (told,), effects=few), threads=1)
+    assert record.verdict.effects[0] == "thruster_degraded"
+    assert record.verdict.detail.thruster == "sway"
+    low, high = record.ranking[0].parameters["thrust_fraction"].ci95
+    assert low == 0.0
+    assert high < 0.3
+    assert record.gains

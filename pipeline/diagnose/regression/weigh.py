@@ -211,16 +211,12 @@ def _value(one: Change) -> float:
 def _by_gains(
     direction: Coordinate, k: int, prior: float, gained: Sequence[Gained]
 ) -> list[Change]:
-    """Evidence of a test: no more than -1 / (e p ln p) to one (Sellke and others 2001).
-
-    The p-value counts all comparisons, so the change has the prior of all of them together.
-    """
+    """Evidence of a test; its p-value counts all comparisons, and so does the prior."""
     found = []
     for one in gained:
         if direction.effect.id != "thruster_degraded" or direction.target != one.thruster:
             continue
-        p = float(np.clip(one.p_value, 1e-12, 0.3))
-        value = -1.0 - float(np.log(-p * np.log(p))) - float(np.log(prior))
+        value = _log_bound(one.p_value) - float(np.log(prior))
         mean = (one.value - direction.parameter.neutral) / direction.unit_size
         half = (one.ci95[1] - one.ci95[0]) / 2.0 / 1.96 / direction.unit_size
         total = value + float(np.log(_ONE * prior))
@@ -230,6 +226,17 @@ def _by_gains(
             )
         )
     return found
+
+
+def odds_of_test(p_value: float) -> float:
+    """Odds that what a test found is there, with the prior of one change."""
+    return _ONE / (1.0 - _ONE) * float(np.exp(_log_bound(p_value)))
+
+
+def _log_bound(p_value: float) -> float:
+    """Log evidence of a test: no more than -1 / (e p ln p) to one (Sellke and others 2001)."""
+    p = float(np.clip(p_value, 1e-12, 0.3))
+    return -1.0 - float(np.log(-p * np.log(p)))
 
 
 def _priors(directions: Sequence[Coordinate]) -> FloatArray:
