@@ -27,6 +27,8 @@ from pipeline.report.results import VehicleResults, all_checks, all_problems
 
 #: What a day needs at least, so that every thruster and axis has been asked.
 STANDARD = ("surge_steps", "heave_steps", "zig_zag", "pitch_steps")
+#: What happened during a run is over.
+_APART = "Nothing more is needed: apart from that the vehicle moves as it should."
 #: Stands where a diagnosis is still to come.
 FOLLOWS = "The diagnosis of the day follows."
 _MOST = 3
@@ -176,7 +178,9 @@ def diagnosis_glance(record: DiagnosisRecord, finding: DayFinding) -> Glance:
         matter=finding_sentence(finding),
         short=short_finding(finding),
         do=_to_do(record.vehicle, "", finding, Flown({})),
-        fly_next=_separating(record.next_run)
+        fly_next=_APART
+        if finding.event is not None
+        else _separating(record.next_run)
         if record.next_run is not None
         else "The same manoeuvre again once that is done: it shows whether the fault is gone."
         if not finding.is_sound
@@ -304,6 +308,8 @@ def _fly_next(told: DayDiagnosis | None, flown: Flown) -> str:
         if doubted and one is not None and one.expected_separation_sigma >= _CLEAR:
             return _separating(one)
         return _sound_next(flown)
+    if all(one.is_sound or one.event is not None for one in told.findings):
+        return _APART
     if told.next_run is not None:
         return _separating(told.next_run)
     own = flown.words(told.findings[0].runs)

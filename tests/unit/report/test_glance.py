@@ -7,7 +7,7 @@ from diagnosis_records import estimate
 
 from pipeline.reader_language import use
 from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
-from pipeline.records.diagnosis import NextRun, RankedEffect, Series
+from pipeline.records.diagnosis import NextRun, RankedEffect, RunEvent, Series
 from pipeline.records.glance import Glance
 from pipeline.report.first_screen import first_screen, with_glance
 from pipeline.report.glance import Flown, day_glance, run_glance
@@ -179,3 +179,29 @@ def test_the_picture_of_a_finding_takes_the_place_of_the_pages_own() -> None:
     done = with_glance(page, glance, picture)
     assert done.index('id="fig-shown"') < done.index("<h2>") < done.index("track")
     assert finding_figure(FAULT) is None
+
+
+def test_an_event_is_told_with_the_line_that_notes_it() -> None:
+    event = RunEvent(
+        run="turns",
+        at_s=20.0,
+        between_s=(19.5, 20.5),
+        what="module_1 was let go 20.0 s into turns (between 19.5 and 20.5 s)",
+        axis="heave",
+        unit="N",
+        time_s=(19.0, 19.5, 20.0, 20.5),
+        force=(0.2, -0.1, -73.0, -72.6),
+        step=(0.05, -72.8),
+        note="events: [{at_s: 20.0, release: module_1}]",
+    )
+    update = {"effects": ("payload",), "thruster": None, "event": event, "ambiguous_with": ()}
+    day = DAY.model_copy(update={"findings": (FAULT.model_copy(update=update), SOUND)})
+    told = day_glance("boat", "2026-05-04", day, FLOWN)
+    assert told.light == "red"
+    assert told.matter.startswith("module_1 was let go 20.0 s into turns")
+    (advice,) = told.do
+    assert event.note in advice.text
+    assert told.fly_next.startswith("Nothing more is needed")
+    figure = finding_figure(day.findings[0])
+    assert figure is not None
+    assert "Heave force" in figure.lead
