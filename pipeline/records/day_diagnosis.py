@@ -5,7 +5,7 @@ from typing import Literal
 from pydantic import Field
 
 from pipeline.records.base import Record
-from pipeline.records.diagnosis import DiagnosisRecord, NextRun, RankedEffect, RunEvent, Series
+from pipeline.records.diagnosis import DiagnosisRecord, FoundEvent, NextRun, RankedEffect, Series
 
 
 class RunDiagnosis(Record):
@@ -36,7 +36,7 @@ class DayFinding(Record):
     """Values and intervals, of the run that is surest."""
     worst_axis: str = ""
     """Of an unknown cause: the axis along which most force is left."""
-    event: RunEvent | None = None
+    event: FoundEvent | None = None
     """Where the answer is what happened at a time of the run."""
     shown: tuple[Series, ...] = ()
     """What shows it: the channel that is off most, of the run that is surest."""

@@ -96,7 +96,7 @@ class Detail(Record):
     axes: tuple[str, ...] = ()
 
 
-class RunEvent(Record):
+class FoundEvent(Record):
     """What happened during a run and its notes do not tell.
 
     `note` is the line of the notes that would tell it; empty where they have no word for it.
@@ -130,7 +130,7 @@ class Verdict(Record):
     """Runs that carry it."""
     from_s: float | None = None
     """Seconds into the run from which on it is so; None: all the time."""
-    events: tuple[RunEvent, ...] = ()
+    events: tuple[FoundEvent, ...] = ()
     """What happened during the runs; with `from_s` the first of them is the answer."""
     text: str = ""
     """What it says, in words."""

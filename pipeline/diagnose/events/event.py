@@ -27,7 +27,7 @@ _MOST = 3
 
 
 @dataclass(frozen=True)
-class Event:
+class ForceEvent:
     """What happened in a run at the time of a step; `body` was put on, or taken off, if any was.
 
     `body` is None where no module of the vehicle file explains the step; `left` is the share of the
@@ -46,9 +46,9 @@ class Event:
         return self.body is not None and self.body.mass_kg < 0.0
 
 
-def with_events(case: Case) -> tuple[Case, tuple[Event, ...]]:
+def with_events(case: Case) -> tuple[Case, tuple[ForceEvent, ...]]:
     """Find the events of all runs that are asked, and let the runs know of them."""
-    found: list[Event] = []
+    found: list[ForceEvent] = []
     runs, holdout = (
         tuple(_with_events(case, run, found) for run in group)
         for group in (case.runs, case.holdout)
@@ -56,7 +56,7 @@ def with_events(case: Case) -> tuple[Case, tuple[Event, ...]]:
     return replace(case, runs=runs, holdout=holdout), tuple(found)
 
 
-def _with_events(case: Case, run: RunTable, found: list[Event]) -> RunTable:
+def _with_events(case: Case, run: RunTable, found: list[ForceEvent]) -> RunTable:
     for _ in range(_MOST):
         try:
             seen = outside_force(case.packed, run, case.vehicle.sensors)
@@ -72,7 +72,7 @@ def _with_events(case: Case, run: RunTable, found: list[Event]) -> RunTable:
 
 def _explained(
     case: Case, run: RunTable, seen: OutsideForce, step: ForceStep
-) -> tuple[Event, RunTable]:
+) -> tuple[ForceEvent, RunTable]:
     """Take the module that explains a step, or the force itself where none does."""
     after, axes = seen.begin_s >= step.at_s, list(seen.axes)
     std = np.maximum(step.std[axes], 1e-9)
@@ -80,7 +80,7 @@ def _explained(
     free = _known_from(run, step.at_s, lambda now: now)
     force = np.zeros((run.time_s.size, 6)) if free.force is None else free.force.copy()
     force[run.time_s >= step.at_s] += step.force
-    best = Event(run.name, seen, step), replace(run, known=replace(free, force=force))
+    best = ForceEvent(run.name, seen, step), replace(run, known=replace(free, force=force))
     for payload in model_of(case.vehicle).payloads:
         body = _moved(payload, run.conditions_at(step.at_s))
         try:
@@ -94,7 +94,7 @@ def _explained(
         jump = left[after].mean(axis=0) - left[~after].mean(axis=0)
         rest = float(np.linalg.norm(jump / std)) / size
         if rest < least:
-            least, best = rest, (Event(run.name, seen, step, body, rest), told)
+            least, best = rest, (ForceEvent(run.name, seen, step, body, rest), told)
     return best
 
 

@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.diagnose.events.event import Event
+from pipeline.diagnose.events.event import ForceEvent
 from pipeline.diagnose.rules.weighing import NONE, UNKNOWN
 from pipeline.effects.effect import AXES
 from pipeline.records.diagnosis import (
     VELOCITIES,
     Detail,
     DiagnosisRecord,
+    FoundEvent,
     ParameterEstimate,
     RankedEffect,
-    RunEvent,
     Verdict,
 )
 
@@ -21,7 +21,7 @@ from pipeline.records.diagnosis import (
 _CLEAR = 5.0
 
 
-def with_events(record: DiagnosisRecord, events: Sequence[Event]) -> DiagnosisRecord:
+def with_events(record: DiagnosisRecord, events: Sequence[ForceEvent]) -> DiagnosisRecord:
     """Tell the events that the runs of an answer know of.
 
     Where nothing else is the matter the first event is the answer, with the probability that there
@@ -72,7 +72,7 @@ def with_events(record: DiagnosisRecord, events: Sequence[Event]) -> DiagnosisRe
     )
 
 
-def _record(one: Event) -> RunEvent:
+def _record(one: ForceEvent) -> FoundEvent:
     (low, high), at_s, worst = one.step.between_s, one.step.at_s, _worst(one)
     when = f"{at_s:.1f} s into {one.run} (between {low:.1f} and {high:.1f} s)"
     unit, note = "N" if worst < 3 else "N m", ""
@@ -86,7 +86,7 @@ def _record(one: Event) -> RunEvent:
         what = f"A force that was not there before sets in {when}: {size}"
     force = one.seen.force[:, one.seen.axes.index(worst)]
     after = one.seen.begin_s >= at_s
-    return RunEvent(
+    return FoundEvent(
         run=one.run,
         at_s=at_s,
         between_s=(low, high),
@@ -100,7 +100,7 @@ def _record(one: Event) -> RunEvent:
     )
 
 
-def _effect_of(one: Event) -> str:
+def _effect_of(one: ForceEvent) -> str:
     if one.body is not None:
         return "payload"
     others = np.abs(one.step.force[[0, 1, 5]]) / np.maximum(one.step.std[[0, 1, 5]], 1e-9)
@@ -108,16 +108,16 @@ def _effect_of(one: Event) -> str:
     return "residual_buoyancy" if upright else UNKNOWN
 
 
-def _worst(one: Event) -> int:
+def _worst(one: ForceEvent) -> int:
     return int(np.argmax(np.abs(one.step.force) / np.maximum(one.step.std, 1e-9)))
 
 
-def _axes(one: Event) -> tuple[str, ...]:
+def _axes(one: ForceEvent) -> tuple[str, ...]:
     clear = np.abs(one.step.force) > _CLEAR * np.maximum(one.step.std, 1e-9)
     return tuple(VELOCITIES[axis] for axis, own in zip(AXES, clear, strict=True) if own)
 
 
-def _sizes(one: Event) -> dict[str, ParameterEstimate]:
+def _sizes(one: ForceEvent) -> dict[str, ParameterEstimate]:
     """Return what changed, as the effect has it; of a module what its file says."""
     force, std = one.step.force[2], one.step.std[2]
     if _effect_of(one) == UNKNOWN:

@@ -8,7 +8,7 @@ import numpy as np
 from pipeline.language import as_it_is
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord, CodeSeries
 from pipeline.records.day_diagnosis import DayFinding
-from pipeline.records.diagnosis import DiagnosisRecord, RunEvent, Series
+from pipeline.records.diagnosis import DiagnosisRecord, FoundEvent, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.channels import channel_name, short_name, shown_unit
@@ -163,7 +163,7 @@ def finding_figure(finding: DayFinding) -> Figure | None:
     return _figure("fig-shown", said, one, floor, Resolution())
 
 
-def _event_figure(event: RunEvent) -> Figure:
+def _event_figure(event: FoundEvent) -> Figure:
     """Draw the force that sets in over time."""
     time_s = np.array(event.time_s)
     step = np.where(time_s >= event.at_s, event.step[1], event.step[0])

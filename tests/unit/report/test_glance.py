@@ -7,7 +7,7 @@ from diagnosis_records import estimate
 
 from pipeline.reader_language import use
 from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
-from pipeline.records.diagnosis import NextRun, RankedEffect, RunEvent, Series
+from pipeline.records.diagnosis import FoundEvent, NextRun, RankedEffect, Series
 from pipeline.records.glance import Glance
 from pipeline.report.first_screen import first_screen, with_glance
 from pipeline.report.glance import Flown, day_glance, run_glance
@@ -182,7 +182,7 @@ def test_the_picture_of_a_finding_takes_the_place_of_the_pages_own() -> None:
 
 
 def test_an_event_is_told_with_the_line_that_notes_it() -> None:
-    event = RunEvent(
+    event = FoundEvent(
         run="turns",
         at_s=20.0,
         between_s=(19.5, 20.5),

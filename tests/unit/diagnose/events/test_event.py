@@ -8,7 +8,7 @@ import pytest
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
-from pipeline.diagnose.events.event import Event, with_events
+from pipeline.diagnose.events.event import ForceEvent, with_events
 from pipeline.diagnose.events.force_step import force_step, outside_force
 from pipeline.effects.library import apply_effects, candidates, parse_effect
 from pipeline.records.run_table import RunTable
@@ -64,7 +64,9 @@ def dropped(carrier: Vehicle, packed: PackedVehicle) -> RunTable:
     return flown(carrier, packed, "straight", release="module_1")
 
 
-def events_of(vehicle: Vehicle, packed: PackedVehicle, run: RunTable) -> tuple[Case, list[Event]]:
+def events_of(
+    vehicle: Vehicle, packed: PackedVehicle, run: RunTable
+) -> tuple[Case, list[ForceEvent]]:
     case, found = with_events(Case(packed.name, vehicle, packed, (run,)))
     return case, list(found)
 
