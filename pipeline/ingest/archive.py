@@ -225,9 +225,11 @@ def scan_sheet(xml: bytes) -> SheetScan:
     scan = SheetScan()
     # The extent is taken from every reference in the text, so that no odd quoting can hide a cell
     # at the far end: a reader that lays the sheet out as a dense table would not survive it.
-    for letters, number in set(_ANY_REFERENCE.findall(xml)):
+    references = _ANY_REFERENCE.findall(xml)
+    for number in {number for _, number in references}:
         # A number of too many digits would be cut to its last ones, or worse, by other readers.
         scan.rows = max(scan.rows, int(number or 0) if len(number) <= 7 else _FAR)
+    for letters in {letters for letters, _ in references}:
         far = len(letters) > 3
         scan.columns = max(scan.columns, _FAR if far else column_index(letters.decode()) + 1)
     rows = [(found.start(), found[1]) for found in _ROW.finditer(xml)]

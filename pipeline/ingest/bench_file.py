@@ -5,7 +5,7 @@ import re
 from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Literal
@@ -47,11 +47,13 @@ class Reading:
 
     def marked(self, *marks: str) -> "Reading":
         """Return the reading with more marks, each once."""
-        return replace(self, marks=tuple(dict.fromkeys((*self.marks, *marks))))
+        both = tuple(dict.fromkeys((*self.marks, *marks)))
+        return Reading(self.row, self.values, both, self.branch)
 
     def with_values(self, **values: float) -> "Reading":
         """Return the reading with other numbers; adding 0.0 turns -0.0 into 0.0."""
-        return replace(self, values={**self.values, **{n: v + 0.0 for n, v in values.items()}})
+        given = {name: value + 0.0 for name, value in values.items()}
+        return Reading(self.row, {**self.values, **given}, self.marks, self.branch)
 
 
 @dataclass(frozen=True)
@@ -303,7 +305,16 @@ def _readings(
             for quantity in _absent(block, required, values.keys() | faults.keys()):
                 empty[quantity].append(row)
     problems = _faults(block, wanted, odd, empty, seen)
-    return tuple(readings), [*problems, *statistics_problems(block, statistics)]
+    problems += [*_commented_out(block, readings), *statistics_problems(block, statistics)]
+    return tuple(readings), problems
+
+
+def _commented_out(block: Block, readings: Sequence[Reading]) -> list[Problem]:
+    rows = [one.row for one in readings if COMMENTED in one.marks]
+    if not rows:
+        return []
+    what = f'commented out with "#": {listed(rows)}; kept but not fitted.'
+    return [Problem("note", block.place(rows[0]), what)]
 
 
 def is_spoilt(block: Block, cells: Row, faults: Iterable[str]) -> bool:

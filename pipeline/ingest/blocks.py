@@ -127,7 +127,7 @@ class Block:
         """Yield (row number, cells) of the data rows, comments and section headings included."""
         for row in range(self.first_row, self.last_row + 1):
             cells = self.sheet.cells(row)
-            if all(_same(_at(cells, index), text) for index, text in self.only):
+            if not self.only or all(_same(_at(cells, index), text) for index, text in self.only):
                 yield row, cells
 
     def value(self, cells: Row, quantity: str) -> float | None:

@@ -74,6 +74,8 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
     """
     if cell is None:
         return None
+    if type(cell) is float and -MOST <= cell <= MOST:
+        return cell  # nearly every cell of a workbook
     if isinstance(cell, bool):
         raise NotANumberError(f'"{str(cell).upper()}" is not a number')
     if isinstance(cell, (int, float)):
@@ -194,6 +196,7 @@ def column_letter(index: int) -> str:
     return letters
 
 
+@functools.lru_cache(maxsize=1024)
 def column_index(letter: str) -> int:
     """Return the position, from 0, of a column named by its letters.
 

@@ -72,17 +72,15 @@ class ColumnData:
 
 def read_column(sheet: Sheet, index: int, rows: tuple[int, int]) -> ColumnData:
     """Read the numbers of a column from the first to the last of these rows."""
-    cells = [sheet.cell(row, index) for row in range(rows[0], rows[1] + 1)]
     parted = meaning_of_signs(sheet, index, rows, "", 1.0) == "thousands"
-    values = np.full(len(cells), np.nan)
-    for at, cell in enumerate(cells):
+    values: list[float] = []
+    for cell in sheet.column(index, rows):
         try:
             number = parse_number(without_thousands(cell) if parted else cell)
         except NotANumberError:
-            continue
-        if number is not None:
-            values[at] = number
-    return ColumnData(values)
+            number = None
+        values.append(np.nan if number is None else number)
+    return ColumnData(np.array(values))
 
 
 @dataclass(frozen=True)

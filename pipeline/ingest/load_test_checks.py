@@ -237,7 +237,10 @@ def _apart(own: Sequence[Reading]) -> float:
     if scale == 0.0 or np.ptp(torque) < 0.2 * scale:
         return 0.0
     degree = 2 if len(own) >= 2 * _LEAST_OF_TWO else 1
-    above = speed > np.polyval(np.polyfit(torque / scale, speed, degree), torque / scale)
+    off = speed - np.polyval(np.polyfit(torque / scale, speed, degree), torque / scale)
+    if np.ptp(off) <= _TWO_SHARE * float(speed.max()):
+        return 0.0  # no two rows are so far apart
+    above = off > 0.0
     if min(above.sum(), (~above).sum()) < degree + 2:
         return 0.0
     curves = [np.polyfit(torque[side] / scale, speed[side], degree) for side in (above, ~above)]

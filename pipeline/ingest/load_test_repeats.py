@@ -31,7 +31,7 @@ class Repeats:
     """Remembers the load tests of all files and marks readings that were read before."""
 
     def __init__(self) -> None:
-        self._seen: dict[_Key, Place] = {}
+        self._seen: dict[_Key, tuple[Place, int]] = {}
 
     def marked(self, tables: Sequence[LoadTable], problems: list[Problem]) -> list[LoadTable]:
         """Return the tables of a file, marked where a reading or a code was read before.
@@ -54,15 +54,11 @@ class Repeats:
         marked: list[Reading] = []
         repeated: dict[Place, list[int]] = {}
         for one in readings:
-            first = (
-                place
-                if one.marks
-                else self._seen.setdefault(_key(one), replace(place, row=one.row))
-            )
-            is_new = one.marks or first == replace(place, row=one.row)
-            if not is_new:
-                repeated.setdefault(replace(first, row=None), []).append(one.row)
-            marked.append(one if is_new else one.marked("duplicate"))
+            here = (place, one.row)
+            first = here if one.marks else self._seen.setdefault(_key(one), here)
+            if first != here:
+                repeated.setdefault(first[0], []).append(one.row)
+            marked.append(one if first == here else one.marked("duplicate"))
         for first, rows in repeated.items():
             whole = len(rows) == len(readings)
             where = "further up" if first == place else f"in {first}"

@@ -1,7 +1,7 @@
 """What the words of a load-test table say of its rows: code, branch and warm-up."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 from pipeline.errors import Problem
 from pipeline.ingest.bench_file import Reading, is_spoilt
@@ -28,7 +28,7 @@ class RowWords:
     """By row: the code of the nearest heading, the branch; rows of warm-up; rows of headings."""
 
     codes: dict[int, CodeText] = field(default_factory=dict)
-    branches: dict[int, Branch] = field(default_factory=dict)
+    branches: dict[int, Branch | None] = field(default_factory=dict)
     warm_up: set[int] = field(default_factory=set)
     headings: set[int] = field(default_factory=set)
     problems: list[Problem] = field(default_factory=list)
@@ -40,9 +40,13 @@ def row_words(block: Block, code_max: int) -> RowWords:
     code: CodeText | None = None
     branch, warm_up = _branch_of_table(block), False
     odd: list[int] = []
+    worded = [name for name in ("branch", "status") if name in block.columns]
     for row, cells in block.rows():
-        spoilt = is_spoilt(block, cells, ("shaft_speed", "torque"))
-        if not is_commented(cells) and not spoilt and _is_heading(block, cells):
+        if (
+            _is_heading(block, cells)
+            and not is_commented(cells)
+            and not is_spoilt(block, cells, ("shaft_speed", "torque"))
+        ):
             said.headings.add(row)
             found = _code_of_heading(block, cells)
             text = block.section_text(cells) or ""
@@ -52,13 +56,15 @@ def row_words(block: Block, code_max: int) -> RowWords:
             elif stated is not None or is_warm_up(text):
                 branch, warm_up = stated or branch, is_warm_up(text)
             continue
-        words = [block.text(cells, name) or "" for name in ("branch", "status")]
-        told = [branch_in_text(text) for text in words]
-        odd += [row] if words[0] and told[0] is None else []
-        said.codes |= {} if code is None else {row: code}
-        own = told[0] or told[1] or branch
-        said.branches |= {} if own is None else {row: own}
-        said.warm_up |= {row} if warm_up or is_warm_up(words[1]) else set()
+        words = {name: block.text(cells, name) or "" for name in worded}
+        told = {name: branch_in_text(text) for name, text in words.items()}
+        if words.get("branch") and told["branch"] is None:
+            odd.append(row)
+        if code is not None:
+            said.codes[row] = code
+        said.branches[row] = told.get("branch") or told.get("status") or branch
+        if warm_up or is_warm_up(words.get("status", "")):
+            said.warm_up.add(row)
     percent = next((row for row, one in said.codes.items() if one.percent), None)
     if odd:
         what = (
@@ -80,9 +86,11 @@ def with_words(
     for one in readings:
         stated = said.codes[one.row].in_codes(code_max) if one.row in said.codes else code
         marks = (WARM_UP,) if one.row in said.warm_up else ()
-        own = {} if stated is None or "code" in one.values else {"code": stated}
-        coded = one.with_values(**own).marked(*marks)
-        done.append(replace(coded, branch=said.branches.get(one.row)))
+        values = one.values
+        if stated is not None and "code" not in values:
+            values = {**values, "code": stated + 0.0}
+        branch = said.branches.get(one.row)
+        done.append(Reading(one.row, values, (*one.marks, *marks), branch))
     return done
 
 

@@ -1,7 +1,6 @@
 """The course of a sweep: which rows load and which unload the drive, and where it warms up."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -30,10 +29,14 @@ def with_branches(readings: Sequence[Reading]) -> list[Reading]:
         The same readings, each with a branch.
     """
     unstated = [index for index, reading in enumerate(readings) if reading.branch is None]
+    if not unstated:
+        return list(readings)
     torque = np.abs([readings[index].values["torque"] for index in unstated])
     branches = dict(zip(unstated, branches_of(torque), strict=True))
     return [
-        replace(reading, branch=branches[index]) if index in branches else reading
+        Reading(reading.row, reading.values, reading.marks, branches[index])
+        if index in branches
+        else reading
         for index, reading in enumerate(readings)
     ]
 

@@ -58,6 +58,12 @@ class Sheet:
             return None
         return self.rows[position][column]
 
+    def column(self, index: int, rows: tuple[int, int]) -> list[Cell]:
+        """Return the cells of a column from the first to the last of these rows."""
+        first, last = max(rows[0], self.first_row), min(rows[1], self.last_row)
+        inside = self.rows[first - self.first_row : max(last - self.first_row + 1, 0)]
+        return [cells[index] if index < len(cells) else None for cells in inside]
+
     def turned(self) -> "Sheet":
         """Return the sheet with rows for columns; row 1 is its first column."""
         rows = tuple(

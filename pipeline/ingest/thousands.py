@@ -56,7 +56,7 @@ def meaning_of_signs(
         "thousands" where other numbers of the table, or the neighbours of each number, say so;
         "unclear" where they contradict each other.
     """
-    own = [sheet.cell(row, index) for row in range(rows[0], rows[1] + 1)]
+    own = sheet.column(index, rows)
     doubtful = [cell for cell in own if is_unclear(cell)]
     signs = {_sign(cell) for cell in doubtful}
     if len(signs) != 1:

@@ -121,6 +121,7 @@ def _worth(unit: str, quantity: str) -> float:
     return float(_registry().Quantity(1.0, unit).to(target).magnitude)
 
 
+@functools.lru_cache(maxsize=4096)
 def quantities_of(text: str) -> frozenset[str]:
     """Return the quantities that a text may be a unit of.
 

@@ -509,6 +509,8 @@ def test_commented_rows_are_kept_but_not_fitted(tmp_path: Path) -> None:
     ]
     record = read(tmp_path, {"Code 90": rows})
     assert [i for i, p in enumerate(record.points) if p.marks == ("commented out",)] == [3, 4]
+    (told,) = [p for p in record.problems if 'commented out with "#"' in p.what]
+    assert (told.severity, told.place.row) == ("note", record.points[3].source.row)
     text = "n, rpm;M, N m\n" + "\n".join(
         f"{'# ' if i == 2 else ''}{n};{m}" for i, (n, m) in enumerate(sweep(90))
     )

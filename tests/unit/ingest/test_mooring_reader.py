@@ -486,6 +486,8 @@ def test_commented_rows_are_kept_but_not_fitted(tmp_path: Path) -> None:
     assert record.points[-1].marks == ("commented out",)
     assert record.points[-1].thrust_n == 99.0
     assert not of_severity(record, "warning")
+    (told,) = [p for p in record.problems if 'commented out with "#"' in p.what]
+    assert told.place.row == record.points[-1].source.row
 
 
 def test_pasted_rows_are_duplicates_but_repeated_thrust_is_not(tmp_path: Path) -> None:
