@@ -55,10 +55,10 @@ class Repeats:
         repeated: dict[Place, list[int]] = {}
         for one in readings:
             here = (place, one.row)
-            first = here if one.marks else self._seen.setdefault(_key(one), here)
-            if first != here:
-                repeated.setdefault(first[0], []).append(one.row)
-            marked.append(one if first == here else one.marked("duplicate"))
+            seen = here if one.marks else self._seen.setdefault(_key(one), here)
+            if seen != here:
+                repeated.setdefault(seen[0], []).append(one.row)
+            marked.append(one if seen == here else one.marked("duplicate"))
         for first, rows in repeated.items():
             whole = len(rows) == len(readings)
             where = "further up" if first == place else f"in {first}"
