@@ -16,6 +16,8 @@ from pipeline.vehicle.schema import Vehicle
 _TABLE_HZ = 20.0
 #: The explained share of the angular acceleration must be at least this to speak of thrusters.
 _LEAST_EXPLAINED = 0.15
+#: Without an attitude the righting by gravity is left in it; a wrong order may seem to explain it.
+_LEAST_WITHOUT_ATTITUDE = 0.6
 #: A swap is suspected where it leaves at most this share of what the stated order leaves, in the
 #: whole run and in each half of it.
 _MOST_LEFT = 0.75
@@ -67,7 +69,8 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
         return []
     best = min(left, key=lambda name: left[name])
     as_stated = _rest(whole, arms)
-    plainly = left[best] < _MOST_LEFT * as_stated and left[best] < (1 - _LEAST_EXPLAINED) * total
+    least = _LEAST_EXPLAINED if sign_is_known else _LEAST_WITHOUT_ATTITUDE
+    plainly = left[best] < _MOST_LEFT * as_stated and left[best] < (1 - least) * total
     if not plainly or not _in_both_halves(moments, arms, candidates[best]):
         return _against_moments(moments, whole, arms, place)
     equal = [name for name in left if left[name] < 1.05 * left[best] and name != best]
