@@ -1,11 +1,19 @@
 """Horizontal bars with intervals: one drawing for gains, probabilities and loads."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from pipeline.language import as_it_is, translate
+import numpy as np
+
+from pipeline.language import translate
 from pipeline.report.blocks import Figure
-from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, Canvas, Frame, Scale
+from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, axes_at, draw
+
+if TYPE_CHECKING:
+    import matplotlib.figure
 
 #: Gains beyond this are drawn at the edge; the table has the number.
 _GAINS = (-1.5, 2.5)
@@ -50,30 +58,36 @@ def bars_figure(
     mark : float, optional
         Where a dashed line stands.
     """
-    low, high = x_range
-    labels = [translate(bar.label).split("\n") for bar in bars]
-    left = 12.0 + 4.9 * max((len(line) for lines in labels for line in lines), default=0)
-    rows = [14.0 + 9.0 * len(lines) for lines in labels]
-    canvas = Canvas(sum(rows) + 34.0)
-    across = Scale(low, high, min(left, 0.55 * WIDTH), WIDTH - 8.0)
-    frame = Frame(canvas, across, Scale(0.0, 1.0, sum(rows) + 4.0, 4.0))
-    inside, zero, top = frame.inside, float(across.at(min(max(0.0, low), high))), 4.0
-    for bar, lines, room in zip(bars, labels, rows, strict=True):
-        middle, end = top + room / 2, float(across.at(min(max(bar.value, low), high)))
-        inside.area(f"M{zero:.1f} {middle - 6:g}H{end:.1f}v12H{zero:.1f}", bar.colour)
-        if bar.ci95 is not None:
-            a, b = across.at([min(max(one, low), high) for one in bar.ci95])
-            inside.line(f"M{a:.1f} {middle:g}H{b:.1f}m0-4v8M{a:.1f} {middle - 4:g}v8", INK, 1.2)
-        if bar.text:
-            inside.text(end + 4, middle + 3, bar.text, size=8.0)
-        for number, line in enumerate(lines):
-            level = middle + 3 + 9.0 * (number - (len(lines) - 1) / 2)
-            canvas.text(across.start - 5, level, as_it_is(line), "end", 8.0)
-        top += room
-    for value, dash in ((0.0, ""), *(() if mark is None else ((mark, "dash"),))):
-        inside.line(f"M{float(across.at(value)):.1f} 4V{top:g}", SOFT, 0.8, dash)
-    frame.close(x_label, grid=False)
-    return Figure(name, lead, canvas.finish(caption), caption)
+    labels = [translate(bar.label) for bar in bars]
+    letters = max((len(line) for label in labels for line in label.split("\n")), default=0)
+    left = min(12.0 + 4.9 * letters, 0.55 * WIDTH)
+    rows = np.array([14.0 + 9.0 * (1 + label.count("\n")) for label in labels])
+    levels, whole = np.cumsum(rows) - rows / 2, float(rows.sum())
+    values = np.clip([bar.value for bar in bars], *x_range)
+    sure = [k for k, bar in enumerate(bars) if bar.ci95 is not None]
+    ends = np.clip(np.array([bar.ci95 for bar in bars if bar.ci95]).reshape(-1, 2), *x_range)
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        axes = axes_at(figure, left, 4.0, WIDTH - 8.0, whole + 4.0, x_label)
+        axes.barh(levels, values, 12.0, color=[bar.colour for bar in bars])
+        middle, half = ends.mean(axis=1), np.diff(ends)[:, 0] / 2
+        axes.errorbar(
+            middle, levels[sure], xerr=half, fmt="none", ecolor=INK, elinewidth=1.2, capsize=3
+        )
+        for bar, value, level in zip(bars, values, levels, strict=True):
+            if bar.text:
+                axes.annotate(
+                    translate(bar.text), (value, level), (4, 0), textcoords="offset points",
+                    va="center", fontsize=8,
+                )  # fmt: skip
+        axes.axvline(0.0, color=SOFT, lw=0.8)
+        if mark is not None:
+            axes.axvline(mark, color=SOFT, lw=0.8, ls="--")
+        axes.set_yticks(levels, labels, fontsize=8)
+        axes.set(xlim=x_range, ylim=(whole, 0.0))
+        axes.grid(visible=False, axis="y")
+
+    return Figure(name, lead, draw(name, caption, whole + 34.0, paint), caption)
 
 
 def gains_figure(

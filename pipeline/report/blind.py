@@ -1,10 +1,16 @@
 """Pictures of a blind check: which truth got which answer, and rates with their bounds."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.report.plotting import BLUE, ORANGE, SOFT, WIDTH, Canvas, Frame, Scale
+from pipeline.report.plotting import BLUE, INK, ORANGE, SOFT, WIDTH, axes_at, draw
+
+if TYPE_CHECKING:
+    import matplotlib.figure
 
 
 def confusion_picture(
@@ -26,26 +32,25 @@ def confusion_picture(
     """
     table = np.array(counts, float).reshape(len(truths), len(answers))
     shares = table / np.maximum(table.sum(axis=1, keepdims=True), 1.0)
-
     left, top, cell = 12.0 + 3.2 * max(map(len, truths)), 8.0, 9.4
-    wide = (WIDTH - left - 4.0) / max(len(answers), 1)
-    bottom = top + cell * len(truths)
-    canvas = Canvas(bottom + 16.0 + 3.2 * max(map(len, answers)))
-    for i, name in enumerate(truths):
-        level = top + cell * (i + 0.7)
-        canvas.text(left - 3, level, name, "end", 5.5)
-        for j in np.flatnonzero(table[i]).tolist():
-            x, y = left + wide * j, top + cell * i
-            canvas.area(
-                f"M{x:.1f} {y:.1f}h{wide:.1f}v{cell}h{-wide:.1f}", BLUE, float(shares[i, j])
-            )
-            canvas.text(x + wide / 2, level, f"{table[i, j]:.0f}", "middle", 5.0)
-    for j, name in enumerate(answers):
-        canvas.text(left + wide * (j + 0.7), bottom + 4, name, "end", 5.5, -90.0)
-    canvas.line(f"M{left:g} {top:g}V{bottom:g}H{WIDTH - 4:g}", SOFT)
-    canvas.text((left + WIDTH) / 2, canvas.height - 4, "answer", "middle")
-    canvas.text(9, (top + bottom) / 2, "truth", "middle", turned=-90.0)
-    return canvas.finish("Which answer each truth got.")
+    low = top + cell * len(truths)
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        axes = axes_at(figure, left, top, WIDTH - 4.0, low, "answer", "truth")
+        axes.pcolormesh(shares, cmap="Blues", vmin=0.0, vmax=1.0)
+        for i, j in zip(*np.nonzero(table), strict=True):
+            axes.text(
+                j + 0.5, i + 0.5, f"{table[i, j]:.0f}", ha="center", va="center", fontsize=5,
+                color="white" if shares[i, j] > 0.6 else INK,
+            )  # fmt: skip
+        axes.set_xticks(np.arange(len(answers)) + 0.5, answers, rotation=90, fontsize=5.5)
+        axes.set_yticks(np.arange(len(truths)) + 0.5, truths, fontsize=5.5)
+        axes.yaxis.set_label_coords((12.0 - left) / (WIDTH - left), 0.5)
+        axes.set_ylim(len(truths), 0)
+        axes.grid(visible=False)
+
+    height = low + 20.0 + 3.2 * max(map(len, answers))
+    return draw("confusion", "Which answer each truth got.", height, paint)
 
 
 def rates_picture(rows: Sequence[tuple[str, float, float, float, bool]]) -> str:
@@ -61,15 +66,16 @@ def rates_picture(rows: Sequence[tuple[str, float, float, float, bool]]) -> str:
     str
         SVG.
     """
-    canvas = Canvas(38.0 + 10.0 * max(len(rows), 1))
-    left = 12.0 + 3.0 * max((len(row[0]) for row in rows), default=0)
-    scale = Scale(-0.02, 1.02, min(left, 0.6 * WIDTH), WIDTH - 8.0)
-    frame = Frame(canvas, scale, Scale(0.0, 1.0, canvas.height - 30.0, 4.0))
-    for k, (name, share, low, high, met) in enumerate(rows):
-        level = 10.0 + 10.0 * k
-        a, b = scale.at([low, high])
-        frame.inside.line(f"M{a:.1f} {level:g}H{b:.1f}", SOFT, 1.2)
-        frame.inside.marks(scale.at([share]), np.array([level]), BLUE if met else ORANGE)
-        canvas.text(scale.start - 3, level + 2, name, "end", 5.0)
-    frame.close("rate with 95 % bounds", grid=False)
-    return canvas.finish("Rates with their bounds.")
+    names, share, low, high, met = zip(*rows, strict=True) if rows else ((),) * 5
+    levels, whole = 10.0 * np.arange(len(rows)) + 6.0, 4.0 + 10.0 * max(len(rows), 1)
+    left = min(12.0 + 3.0 * max(map(len, names), default=0), 0.6 * WIDTH)
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        axes = axes_at(figure, left, 4.0, WIDTH - 8.0, whole + 4.0, "rate with 95 % bounds")
+        axes.hlines(levels, low, high, color=SOFT, lw=1.2)
+        axes.scatter(share, levels, 16, [BLUE if one else ORANGE for one in met], zorder=3, lw=0)
+        axes.set_yticks(levels, names, fontsize=5)
+        axes.set(xlim=(-0.02, 1.02), ylim=(whole, 0.0))
+        axes.grid(visible=False, axis="y")
+
+    return draw("rates", "Rates with their bounds.", whole + 34.0, paint)

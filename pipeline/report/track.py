@@ -1,14 +1,23 @@
 """Where the vehicle went, from above and in depth, the gap to the simulation in colour."""
 
+from __future__ import annotations
+
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pipeline.language import translate
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import general
-from pipeline.report.plotting import BLUE, INK, WIDTH, Canvas, Frame, Scale, path, shades
+from pipeline.report.plotting import BLUE, INK, WIDTH, axes_at, draw
 from pipeline.report.run_results import RunResults
 from pipeline.types import BoolArray, FloatArray
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    from matplotlib.axes import Axes
+    from matplotlib.collections import LineCollection
 
 #: Pieces of the track; each has one colour.
 _PIECES = 240
@@ -31,29 +40,25 @@ def track_figure(results: RunResults) -> Figure | None:
     top = None if colour is None or not np.isfinite(colour).any() else float(np.nanmax(colour))
     plane = None if position is None else position[rows, :2]
 
-    canvas = Canvas(152.0)
-    right = WIDTH - (58.0 if top is not None else 6.0)
-    ends = (0.44 * right, 0.64 * right) if plane is not None else (0.0, 52.0)
-    if plane is not None:
-        # one metre is as long to the east as to the north
-        low, high = np.nanmin(plane, axis=0), np.nanmax(plane, axis=0)
-        middle, wide, tall = (low + high) / 2, ends[0] - 48.0, 112.0
-        metres = 1.1 * max(float((high - low)[1]) / wide, float((high - low)[0]) / tall, 1e-3)
-        half = metres * np.array([tall, wide]) / 2
-        east = Scale(middle[1] - half[1], middle[1] + half[1], 48.0, ends[0])
-        north = Scale(middle[0] - half[0], middle[0] + half[0], 122.0, 10.0)
-        frame = Frame(canvas, east, north)
-        _line(frame, plane[:, 1], plane[:, 0], colour, top)
-        start = plane[np.isfinite(plane).all(axis=1)][:1]
-        frame.inside.marks(east.at(start[:, 1]), north.at(start[:, 0]), INK)
-        frame.close("east  [m]", "north  [m]", most=2)
-    room = 0.05 * float(np.nanmax(down) - np.nanmin(down)) + 1e-6
-    deep = Scale(float(np.nanmax(down)) + room, float(np.nanmin(down)) - room, 122.0, 10.0)
-    frame = Frame(canvas, Scale(float(time_s[0]), float(time_s[-1]), ends[1], right), deep)
-    _line(frame, time_s, down, colour, top)
-    frame.close("time  [s]", "depth  [m]", most=4)
-    if top is not None:
-        _colour_bar(canvas, right + 24.0, top)
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        right = WIDTH - (58.0 if top is not None else 6.0)
+        if plane is not None:
+            axes = axes_at(
+                figure, 48.0, 10.0, 0.44 * right, 122.0, "east  [m]", "north  [m]", ticks=(2, 4)
+            )
+            _line(axes, plane[:, 1], plane[:, 0], colour, top)
+            start = plane[np.isfinite(plane).all(axis=1)][0]
+            axes.plot(start[1], start[0], "o", color=INK, ms=4)
+            axes.set_aspect("equal", adjustable="datalim")  # a metre east as long as one north
+        left = 52.0 if plane is None else 0.64 * right
+        axes = axes_at(figure, left, 10.0, right, 122.0, "time  [s]", "depth  [m]", ticks=(4, 4))
+        shown = _line(axes, time_s, down, colour, top)
+        axes.invert_yaxis()
+        if shown is not None:
+            bar = axes_at(figure, right + 24.0, 10.0, right + 30.0, 122.0)
+            figure.colorbar(shown, cax=bar, label=translate("gap in speed  [m/s]"))
+            bar.yaxis.set_label_position("left")
+
     lead = (
         "Where the vehicle went."
         if top is None
@@ -62,9 +67,12 @@ def track_figure(results: RunResults) -> Figure | None:
     return Figure(
         "fig-track",
         lead,
-        canvas.finish(
+        draw(
+            "fig-track",
             "Track of the vehicle from above, and its depth against time; bright where the "
-            "simulation is off."
+            "simulation is off.",
+            152.0,
+            paint,
         ),
         "Left: from above, the dot is the start. Right: depth. Bright: measured and simulated "
         "velocity differ."
@@ -101,21 +109,20 @@ def _largest(values: FloatArray) -> float:
 
 
 def _line(
-    frame: Frame, x: FloatArray, y: FloatArray, colour: FloatArray | None, top: float | None
-) -> None:
+    axes: Axes, x: FloatArray, y: FloatArray, colour: FloatArray | None, top: float | None
+) -> LineCollection | None:
     """Draw a track, each piece in the colour of its gap."""
-    at, levels = frame.x.at(x), frame.y.at(y)
+    from matplotlib.collections import LineCollection
+
     if colour is None or top is None:
-        frame.inside.line(path(at, levels), BLUE, 1.4)
-        return
-    for k, shade in enumerate(shades(np.nan_to_num(colour) / max(top, 1e-12))):
-        frame.inside.line(path(at[k : k + 2], levels[k : k + 2]), shade, 1.8)
-
-
-def _colour_bar(canvas: Canvas, left: float, top: float) -> None:
-    scale = Scale(0.0, top, 122.0, 10.0)
-    for k, shade in enumerate(shades(np.linspace(0.0, 1.0, 28))):
-        canvas.area(f"M{left:g} {122 - 4 * k:g}h6v-4h-6", shade)
-    for value, text in scale.ticks(4):
-        canvas.text(left + 9, float(scale.at(value)) + 3, text, size=8.0)
-    canvas.text(left - 4, 66, "gap in speed  [m/s]", "middle", 8.0, -90.0)
+        axes.plot(x, y, color=BLUE, lw=1.4)
+        return None
+    points = np.column_stack([x, y])
+    pieces = np.stack([points[:-1], points[1:]], axis=1)
+    whole = np.isfinite(pieces).all(axis=(1, 2))
+    lines = LineCollection(list(pieces[whole]), cmap="viridis", linewidths=1.8)
+    lines.set_array(np.nan_to_num(colour[whole]))
+    lines.set_clim(0.0, top)
+    axes.add_collection(lines)
+    axes.autoscale()
+    return lines

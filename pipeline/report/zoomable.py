@@ -1,15 +1,15 @@
 """Curves over a common axis: a still picture in every page, with zoom where scripts may run.
 
-One description is drawn twice: as SVG, which is there without scripts and on paper, and as the data
-of an interactive figure that takes its place once the plotting library has loaded. The library
-(plotly.js, MIT) lies beside the pages and is never fetched from a network.
+One description is drawn twice: by matplotlib, as SVG that is there without scripts and on paper,
+and as the data of an interactive figure that takes its place once plotly.js has loaded. That
+library (MIT) lies beside the pages and is never fetched from a network.
 """
 
 from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup
@@ -19,13 +19,19 @@ from pipeline.report.blocks import Figure
 from pipeline.report.decimate import thinned
 from pipeline.report.panels import Axis, Panel, Resolution, Trace, label_lines
 from pipeline.report.plotly_data import plotly_figure
-from pipeline.report.plotting import SOFT, VERMILLION, WIDTH, Canvas, Frame, Scale, path
-from pipeline.types import FloatArray
+from pipeline.report.plotting import GRID, SOFT, VERMILLION, WIDTH, axes_at, draw, log_ticks
+
+if TYPE_CHECKING:
+    import matplotlib.figure
+    from matplotlib.axes import Axes
+    from matplotlib.lines import Line2D
 
 #: Room beside and below the panels, height of one, and of that what parts it from the next. [pt]
-_LEFT, _BOTTOM, _ROW, _GAP = 54.0, 20.0, 97.0, 9.0
-#: Room for each line of a panel's label beyond the second. [pt]
-_LINE = 10.5
+_LEFT, _BOTTOM, _ROW, _GAP = 43.0, 20.0, 97.0, 9.0
+#: Further room for each line of a panel's label, and for each of the legend. [pt]
+_LINE, _ENTRY = 10.5, 12.0
+#: More points are embedded as a picture: the page stays small.
+_VECTOR_POINTS = 500
 
 
 def zoomable_figure(
@@ -63,110 +69,115 @@ def zoomable_figure(
     chosen = resolution if resolution is not None else Resolution()
     axis = x_axis if x_axis is not None else Axis()
     data = plotly_figure(panels, x_label, chosen.zoom, x_axis=axis)
-    still = _still(panels, x_label, axis, chosen.still).finish(caption or lead)
+    still = _still(name, caption or lead, panels, x_label, axis, chosen.still)
     return Figure(name, lead, still, caption, zoom=_data_block(data))
 
 
-def _still(panels: Sequence[Panel], x_label: str, axis: Axis, buckets: int) -> Canvas:
-    legend = {one.name: one for panel in panels for one in reversed(panel.traces) if one.name}
-    legend = {name: legend[name] for name in _names(panels)}
-    canvas = Canvas(0.0)
-    top = _legend(canvas, legend) + 6.0
-    bottom = _BOTTOM + (22.0 if axis.names else 0.0)
-    canvas.height = top + bottom + sum(_ROW * panel.height for panel in panels)
-    left = _LEFT + _LINE * max(label_lines(panels) - 2, 0)
-    ends = any(trace.end for panel in panels for trace in panel.traces)
-    low, high = axis.ends or _range([trace.x for panel in panels for trace in panel.traces], 0.01)
-    across = Scale(low, high, left, WIDTH - (22.0 if ends else 10.0))
-    names = [(float(k), name) for k, name in enumerate(axis.names) if name] or None
-    for panel in panels:
-        end = top + _ROW * panel.height
-        frame = Frame(canvas, across, Scale(*_heights(panel), end - _GAP, top, log=panel.log))
-        _paint(frame, panel, buckets)
-        frame.close(x_label if panel is panels[-1] else None, panel.label, x_ticks=names)
-        top = end
-    return canvas
+def _still(  # noqa: PLR0917 - what is drawn, and how it is called
+    name: str, alt: str, panels: Sequence[Panel], x_label: str, axis: Axis, buckets: int
+) -> Markup:
+    traces = [one for panel in panels for one in panel.traces]
+    names = list(dict.fromkeys(translate(one.name) for one in traces if one.name))
+    columns = _columns(names)
+    top = 6.0 + _ENTRY * -(-len(names) // columns)
+    left = _LEFT + _LINE * label_lines(panels)
+    right = WIDTH - (22.0 if any(one.end for one in traces) else 10.0)
+    words = [translate(one) for one in axis.names]
+    slanted = max(map(len, words), default=0) > 7
+    bottom = _BOTTOM + (2.5 * max(map(len, words)) if slanted else 0.0)
+
+    def paint(figure: matplotlib.figure.Figure) -> None:
+        low = top
+        rows: list[Axes] = []
+        named: dict[str, Line2D] = {}
+        for panel in panels:
+            high, low = low, low + _ROW * panel.height
+            x = x_label if panel is panels[-1] else None
+            above = rows[0] if rows else None
+            rows.append(
+                axes_at(figure, left, high, right, low - _GAP, x, panel.label, sharex=above)
+            )
+            rows[-1].margins(x=0.01)
+            _paint_panel(rows[-1], panel, buckets, named)
+        lowest = rows.pop()
+        lowest.set_xlim(axis.ends or lowest.get_xlim())
+        if words:
+            at = [k for k, one in enumerate(words) if one]
+            lowest.set_xticks(at, [words[k] for k in at])
+            if slanted:
+                lowest.tick_params(axis="x", rotation=30)
+        for axes in rows:  # one collection of lines costs less than an axis with ticks
+            places = axes.get_xaxis_transform()
+            axes.vlines(lowest.get_xticks(), 0.0, 1.0, GRID, lw=0.6, transform=places, zorder=0.5)
+        if named:
+            figure.legend(list(named.values()), names, loc="upper left", ncols=columns)
+
+    return draw(name, alt, top + sum(_ROW * panel.height for panel in panels) + bottom, paint)
 
 
-def _names(panels: Sequence[Panel]) -> list[str]:
-    names = (trace.name for panel in panels for trace in panel.traces if trace.name)
-    return list(dict.fromkeys(names))
+def _columns(names: Sequence[str]) -> int:
+    """Return the columns of a legend that fit into the width."""
+    for count in range(len(names), 1, -1):
+        letters = [max(map(len, own)) for own in np.array_split(np.array(names, object), count)]
+        if sum(28.0 + 5.2 * own for own in letters) < WIDTH:
+            return count
+    return 1
 
 
-def _legend(canvas: Canvas, legend: dict[str, Trace]) -> float:
-    """Write the names of the curves from left to right; return where their last line ends."""
-    x, y = 4.0, 10.0
-    for name, trace in legend.items():
-        room = 26.0 + 5.4 * len(translate(name))
-        if x > 4.0 and x + room > WIDTH:
-            x, y = 4.0, y + 12.0
-        at = x + np.array([6.5] if trace.style == "points" else [0.0, 13.0])
-        _stroke(canvas, trace, at, np.full(at.size, y - 3.0))
-        canvas.text(x + 17.0, y, name, size=8.5)
-        x += room
-    return y if legend else 0.0
-
-
-def _range(values: Sequence[FloatArray], margin: float) -> tuple[float, float]:
-    every = np.concatenate([np.ravel(one) for one in values]) if values else np.zeros(0)
-    every = every[np.isfinite(every)]
-    low, high = (float(every.min()), float(every.max())) if every.size else (0.0, 1.0)
-    room = margin * (high - low) or 0.05 * abs(high) or 1.0
-    return low - room, high + room
-
-
-def _heights(panel: Panel) -> tuple[float, float]:
-    """Return the ends of a panel's vertical axis: all that is drawn on it, with some room."""
-    if panel.y_range is not None:
-        return panel.y_range
-    found = [one.values for one in panel.traces]
-    found += [one for trace in panel.traces for one in (trace.band, trace.bars) if one is not None]
-    found += [np.array([one]) for one in panel.limits]
-    if panel.band is not None:
-        found.append(panel.middle + np.array([-panel.band, panel.band]))
+def _paint_panel(axes: Axes, panel: Panel, buckets: int, named: dict[str, Line2D]) -> None:
     if panel.log:
-        low, high = _range([np.log10(one[one > 0.0]) for one in found], 0.05)
-        return 10.0**low, 10.0**high
-    low, high = _range(found, 0.05)
-    return (0.0 if panel.from_zero and high > 0.0 else low), high
-
-
-def _paint(frame: Frame, panel: Panel, buckets: int) -> None:
-    inside, x, y = frame.inside, frame.x, frame.y
+        axes.set_yscale("log", nonpositive="mask")
     for span in panel.spans:
-        frame.down(span.start, span.end, span.colour, 0.1)
+        axes.axvspan(span.start, span.end, color=span.colour, alpha=0.1, lw=0)
     if panel.band is not None:
-        frame.across(panel.middle - panel.band, panel.middle + panel.band, SOFT, 0.22)
-        inside.line(f"M{x.start:g} {float(y.at(panel.middle)):.1f}H{x.end:g}", SOFT, 0.7)
+        low, high = panel.middle - panel.band, panel.middle + panel.band
+        axes.axhspan(low, high, color=SOFT, alpha=0.22, lw=0)
+        axes.axhline(panel.middle, color=SOFT, lw=0.7)
     for limit in panel.limits:
-        inside.line(f"M{x.start:g} {float(y.at(limit)):.1f}H{x.end:g}", VERMILLION, 0.6, "dot")
+        axes.axhline(limit, color=VERMILLION, lw=0.6, ls=":")
     for trace in panel.traces:
-        rising = trace.style in {"line", "steps"}
-        own = thinned(trace.x, trace.values, buckets) if rising else (trace.x, trace.values)
-        at, levels = x.at(own[0]), y.at(own[1])
-        if trace.band is not None:
-            there = np.isfinite(trace.band).all(axis=0)
-            edge, (low, high) = x.at(trace.x[there]), (y.at(one[there]) for one in trace.band)
-            around = np.concatenate([edge, edge[::-1]]), np.concatenate([low, high[::-1]])
-            inside.area(path(*around), trace.colour, 0.22)
-        if trace.bars is not None:
-            for a, low, high in zip(x.at(trace.x), *(y.at(one) for one in trace.bars), strict=True):
-                inside.line(
-                    f"M{a:.1f} {low:.1f}V{high:.1f}m-2 0h4M{a - 2:.1f} {low:.1f}h4", trace.colour
-                )
-        _stroke(inside, trace, at, levels)
-        if trace.end and np.isfinite(levels).any():
-            last = np.flatnonzero(np.isfinite(levels))[-1]
-            frame.canvas.text(float(at[last]) + 3, float(levels[last]) + 3, trace.end, size=8.0)
+        line = _paint_trace(axes, trace, buckets)
+        if trace.name:
+            named.setdefault(translate(trace.name), line)
+    if panel.y_range is not None:
+        axes.set_ylim(panel.y_range)
+    elif panel.from_zero and axes.get_ylim()[1] > 0.0:
+        axes.set_ylim(bottom=0.0)
+    if panel.log:
+        log_ticks(axes)
 
 
-def _stroke(canvas: Canvas, trace: Trace, at: FloatArray, levels: FloatArray) -> None:
-    """Draw a curve as its style says, at places on the canvas."""
-    if trace.style != "points":
-        d = path(at, levels, steps=trace.style == "steps")
-        canvas.line(d, trace.colour, trace.width, trace.dash)
-    if trace.style in {"points", "both"}:
-        canvas.marks(at, levels, trace.colour, trace.mark, trace.hollow)
+def _paint_trace(axes: Axes, trace: Trace, buckets: int) -> Line2D:
+    rising = trace.style in {"line", "steps"}
+    x, values = thinned(trace.x, trace.values, buckets) if rising else (trace.x, trace.values)
+    if trace.band is not None:
+        axes.fill_between(trace.x, *trace.band, color=trace.colour, alpha=0.22, lw=0)
+    if trace.bars is not None:
+        reach = np.abs(trace.bars - trace.values)
+        axes.errorbar(
+            trace.x, trace.values, reach, fmt="none", ecolor=trace.colour, elinewidth=0.8,
+            capsize=2,
+        )  # fmt: skip
+    (line,) = axes.plot(
+        x,
+        values,
+        color=trace.colour,
+        lw=trace.width,
+        ls="" if trace.style == "points" else {"": "-", "dash": "--", "dot": ":"}[trace.dash],
+        marker="" if rising else trace.mark,
+        mfc="white" if trace.hollow else trace.colour,
+        ms=4.4 if trace.mark == "." else 4.0,
+        mew=0.8,
+        drawstyle="steps-post" if trace.style == "steps" else "default",
+        rasterized=not rising and len(x) > _VECTOR_POINTS,
+    )
+    there = np.flatnonzero(np.isfinite(values))
+    if trace.end and there.size:
+        at = (float(x[there[-1]]), float(values[there[-1]]))
+        axes.annotate(
+            translate(trace.end), at, (3, 0), textcoords="offset points", va="center", fontsize=8
+        )
+    return line
 
 
 def _data_block(figure: dict[str, Any]) -> Markup:

@@ -4,7 +4,7 @@ import pytest
 import synthetic_records
 from markupsafe import Markup
 
-from pipeline.report import plotting
+from pipeline.report import bars, track, zoomable
 from pipeline.report.results import VehicleResults
 from pipeline.report.vehicle_page import vehicle_page
 
@@ -18,10 +18,11 @@ def results() -> VehicleResults:
 def undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave the pictures out where a test is about words."""
 
-    def frame(_: object, alt: str) -> Markup:
+    def frame(_name: str, alt: str, *_: object) -> Markup:
         return Markup('<svg class="plot" aria-label="{}"></svg>').format(alt)
 
-    monkeypatch.setattr(plotting.Canvas, "finish", frame)
+    for room in (bars, track, zoomable):
+        monkeypatch.setattr(room, "draw", frame)
 
 
 @pytest.fixture(scope="session")

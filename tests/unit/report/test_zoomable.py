@@ -55,7 +55,7 @@ def test_the_still_picture_keeps_the_peaks_too() -> None:
     assert 'aria-label="Curve."' in svg
     assert "<script" not in svg
     curve = max(re.findall(r'<path d="([^"]*)"', svg), key=len)
-    heights = [float(y) for y in re.findall(r"[ML][\d.-]+ ([\d.-]+)", curve)]
+    heights = [float(y) for y in re.findall(r"[ML] [\d.-]+ ([\d.-]+)", curve)]
     inner = np.sort(heights)[2:-2]
     # two readings of thirty thousand stand far out of the sine
     assert min(heights) < inner.min() - 20
