@@ -56,7 +56,9 @@ def track_figure(results: RunResults) -> Figure | None:
         axes.invert_yaxis()
         if shown is not None:
             bar = axes_at(figure, right + 24.0, 10.0, right + 30.0, 122.0)
-            figure.colorbar(shown, cax=bar, label=translate("gap in speed  [m/s]"))
+            few = bar.yaxis.get_major_locator()
+            figure.colorbar(shown, cax=bar, ticks=few, label=translate("gap in speed  [m/s]"))
+            bar.tick_params(labelsize=8)
             bar.yaxis.set_label_position("left")
 
     lead = (
