@@ -11,6 +11,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Callable
+from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -29,6 +30,8 @@ BLUE, ORANGE, GREEN, VERMILLION, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55
 Mark = Literal[".", "o", "x", "^", "v", "s", "D"]
 #: From the axes to the nearest line of the label of y. [pt]
 _TO_LABEL = 37.0
+#: Label of axes that serve again.
+_PLAIN = "plain"
 _STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "text.parse_math": False,
@@ -90,21 +93,42 @@ def draw(name: str, alt: str, height: float, paint: Callable[[Figure], None]) ->
         ``<svg role="img" aria-label=...>``.
     """
     import matplotlib as mpl
-    from matplotlib.figure import Figure
 
     said = dict.fromkeys(("Creator", "Date", "Format", "Type"))
     with mpl.rc_context({**_STYLE, "svg.hashsalt": name}):
-        figure = Figure((WIDTH / 72.0, height / 72.0))
-        paint(figure)
-        buffer = io.StringIO()
-        figure.savefig(buffer, format="svg", metadata=said)
+        figure, free = _drawing()
+        figure.set_size_inches(WIDTH / 72.0, height / 72.0)
+        try:
+            paint(figure)
+            buffer = io.StringIO()
+            figure.savefig(buffer, format="svg", metadata=said)
+        finally:
+            for axes in figure.axes:
+                figure.delaxes(axes)
+                if axes.get_label() == _PLAIN:
+                    for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.texts):
+                        artist.remove()
+                    free.append(axes)
+            for legend in list(figure.legends):
+                legend.remove()
     return _inline(buffer.getvalue(), translate(alt))
+
+
+@cache
+def _drawing() -> tuple[Figure, list[Axes]]:
+    """Return the figure of every picture, and the plain axes that are free.
+
+    New axes with their ticks take longer than all that is drawn on them.
+    """
+    from matplotlib.figure import Figure
+
+    return Figure(), []
 
 
 def axes_at(  # noqa: PLR0917 - the four edges
     figure: Figure, left: float, top: float, right: float, low: float,
     x_label: str | None = None, y_label: str = "", *, ticks: tuple[int, int] = (6, 4),
-    sharex: Axes | None = None,
+    plain: bool = False,
 ) -> Axes:  # fmt: skip
     """Add axes whose edges are where they are told.
 
@@ -120,23 +144,28 @@ def axes_at(  # noqa: PLR0917 - the four edges
         In one line or more.
     ticks : (int, int)
         Round values at most, of x and of y.
-    sharex : Axes, optional
-        Whose horizontal axis is shared.
+    plain : bool
+        Serve for pictures to come as well: scales, tick labels and spines are left as they are.
     """
     from matplotlib.ticker import MaxNLocator
 
     height = 72.0 * figure.get_figheight()
     place = (left / WIDTH, 1.0 - low / height, (right - left) / WIDTH, (low - top) / height)
-    axes = figure.add_axes(place, sharex=sharex)
+    free = _drawing()[1]
+    if plain and free:
+        axes = figure.add_axes(free.pop())
+        axes.set_position(place)
+        axes.relim()
+        axes.set_xlim(0.0, 1.0, auto=True)
+        axes.set_ylim(0.0, 1.0, auto=True)
+    else:
+        axes = figure.add_axes(place, label=_PLAIN if plain else "")
     for axis, most in zip((axes.xaxis, axes.yaxis), ticks, strict=True):
         axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10], min_n_ticks=2))
-    if y_label:
-        axes.set_ylabel(translate(y_label))
-        axes.yaxis.set_label_coords(-_TO_LABEL / (right - left), 0.5)
-    if x_label is None:
-        axes.xaxis.set_visible(False)
-    else:
-        axes.set_xlabel(translate(x_label))
+    axes.set_ylabel(translate(y_label) if y_label else "")
+    axes.yaxis.set_label_coords(-_TO_LABEL / (right - left), 0.5)
+    axes.set_xlabel(translate(x_label) if x_label else "")
+    axes.xaxis.set_visible(x_label is not None)
     return axes
 
 

@@ -86,21 +86,25 @@ def _still(  # noqa: PLR0917 - what is drawn, and how it is called
     slanted = max(map(len, words), default=0) > 7
     bottom = _BOTTOM + (2.5 * max(map(len, words)) if slanted else 0.0)
 
+    x = np.concatenate([np.zeros(0), *(one.x[np.isfinite(one.x)] for one in traces)])
+    first, last = (float(x.min()), float(x.max())) if x.size else (0.0, 1.0)
+    room = 0.01 * (last - first) or 1.0
+    ends = axis.ends or (first - room, last + room)
+
     def paint(figure: matplotlib.figure.Figure) -> None:
         low = top
         rows: list[Axes] = []
         named: dict[str, Line2D] = {}
         for panel in panels:
             high, low = low, low + _ROW * panel.height
-            x = x_label if panel is panels[-1] else None
-            above = rows[0] if rows else None
+            below = x_label if panel is panels[-1] else None
+            plain = not (panel.log or words)
             rows.append(
-                axes_at(figure, left, high, right, low - _GAP, x, panel.label, sharex=above)
+                axes_at(figure, left, high, right, low - _GAP, below, panel.label, plain=plain)
             )
-            rows[-1].margins(x=0.01)
+            rows[-1].set_xlim(ends)
             _paint_panel(rows[-1], panel, buckets, named)
         lowest = rows.pop()
-        lowest.set_xlim(axis.ends or lowest.get_xlim())
         if words:
             at = [k for k, one in enumerate(words) if one]
             lowest.set_xticks(at, [words[k] for k in at])

@@ -34,6 +34,18 @@ def test_a_picture_is_the_same_each_time_and_carries_no_date() -> None:
     assert not re.search(r"date|<metadata|<style|nan", draw(), re.IGNORECASE)
 
 
+def test_a_picture_is_the_same_whatever_was_drawn_before() -> None:
+    plotting._drawing.cache_clear()
+    first = draw()
+    draw("b", x_axis=Axis(ends=(5.0, -5.0)), y_range=(7.0, 6.0))
+    draw("c", log=True)
+    with pytest.raises(TypeError):
+        plotting.draw("d", "", 100.0, lambda figure: plotting.axes_at(figure, 50, 9, 90, "x"))  # type: ignore[arg-type]
+    assert draw() == first
+    plotting._drawing.cache_clear()
+    assert draw() == first
+
+
 def test_a_picture_says_what_it_shows_and_names_axes_curves_and_round_values() -> None:
     found = texts(draw())
     assert {"y  [N]", "$x$  [m]", "&lt;points&gt;", "curve", "end"} < set(found)
