@@ -110,21 +110,14 @@ def gains_figure(
         What a gain of 1 means.
     """
     bars = [
-        Bar(
-            label,
-            value,
-            ci95,
-            BLUE if ci95[0] <= 1.0 <= ci95[1] else ORANGE,
-        )
+        Bar(label, value, ci95, BLUE if ci95[0] <= 1.0 <= ci95[1] else ORANGE)
         for label, value, ci95 in gains
         if value is not None and ci95 is not None
     ]
     own = translate(one_is)
     ends = [end for bar in bars for end in bar.ci95 or ()]
-    reach = (
-        max(min([0.0, *ends]) - 0.05, _GAINS[0]),
-        min(max([1.2, *ends]) + 0.05, _GAINS[1]),
-    )
+    low, high = min([0.0, *ends]) - 0.05, max([1.2, *ends]) + 0.05
+    reach = max(low, _GAINS[0]), min(high, _GAINS[1])
     return bars_figure(
         name,
         lead,
