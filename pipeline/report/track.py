@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.language import translate
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import general
 from pipeline.report.plotting import BLUE, INK, WIDTH, axes_at, draw
@@ -57,9 +56,12 @@ def track_figure(results: RunResults) -> Figure | None:
         if shown is not None:
             bar = axes_at(figure, right + 24.0, 10.0, right + 30.0, 122.0)
             few = bar.yaxis.get_major_locator()
-            figure.colorbar(shown, cax=bar, ticks=few, label=translate("gap in speed  [m/s]"))
+            figure.colorbar(shown, cax=bar, ticks=few)
             bar.tick_params(labelsize=8)
-            bar.yaxis.set_label_position("left")
+            figure.text(
+                (right + 16.0) / WIDTH, 0.5, "gap in speed  [m/s]", size=8, rotation=90,
+                ha="center", va="center",
+            )  # fmt: skip
 
     lead = (
         "Where the vehicle went."
