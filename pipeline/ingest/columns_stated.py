@@ -1,7 +1,5 @@
 """What was understood of a table, as the lines of vehicle.yaml that would state it."""
 
-from dataclasses import dataclass
-
 from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.row_directions import (
     RowDirections,
@@ -9,24 +7,12 @@ from pipeline.ingest.row_directions import (
     directions_of,
     reverse_texts,
 )
-from pipeline.records.measurements import ColumnNotUsed
+from pipeline.records.measurements import SheetRead
 from pipeline.vehicle.bench_schema import BenchColumns, Column, LoadTestColumns, MooringColumns
 
 
-@dataclass(frozen=True)
-class ColumnsTold:
-    """What a check tells of the columns of a table.
-
-    `stated_as` has key and value, as YAML, of every column that was read, e.g.
-    ``("thrust", '{header: "T", unit: N}')``; columns that vehicle.yaml has no key for are left out.
-    """
-
-    not_used: tuple[ColumnNotUsed, ...]
-    stated_as: tuple[tuple[str, str], ...]
-
-
-def told_of_columns(block: Block, columns: BenchColumns) -> ColumnsTold:
-    """Return which columns are not used and why, and what would state the others.
+def sheet_read(block: Block, columns: BenchColumns, rows: int, summary: str) -> SheetRead:
+    """Tell what was read of a table, which columns are not used, and what would state the others.
 
     Parameters
     ----------
@@ -34,6 +20,10 @@ def told_of_columns(block: Block, columns: BenchColumns) -> ColumnsTold:
         The table.
     columns : BenchColumns
         Its section of vehicle.yaml; what it states already is repeated as it is.
+    rows : int
+        Readings in it.
+    summary : str
+        What they are, in words.
     """
     known = type(columns).model_fields
     lines = [
@@ -47,7 +37,15 @@ def told_of_columns(block: Block, columns: BenchColumns) -> ColumnsTold:
         head = block.sheet.cell(block.header_row, at)
         back = ", ".join(map(quoted, reverse_texts(block, found)))
         lines.append(("direction", f"{{header: {quoted(str(head))}, reverse: [{back}]}}"))
-    return ColumnsTold(block.columns_not_used(at), tuple(lines))
+    return SheetRead(
+        file=block.sheet.file,
+        sheet=block.sheet.name,
+        rows=rows,
+        columns=tuple(column.as_record() for column in block.columns.values()),
+        summary=summary,
+        not_used=block.columns_not_used(at),
+        stated_as=tuple(lines),
+    )
 
 
 def row_directions(block: Block, columns: BenchColumns) -> RowDirections | None:

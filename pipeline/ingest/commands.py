@@ -4,9 +4,9 @@ import re
 from collections.abc import Sequence
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.code_units import command_scale, fractional_codes
+from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import is_percent
 from pipeline.vehicle.bench_schema import Pwm

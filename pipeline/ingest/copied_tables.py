@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import Reading
+from pipeline.ingest.readings import Reading
 
 COPY = "duplicate"
 #: Fewer readings may agree by chance.

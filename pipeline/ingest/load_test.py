@@ -7,20 +7,20 @@ from pathlib import Path
 from pipeline.errors import Place, Problem
 from pipeline.ingest.bench_file import (
     BenchFile,
-    Reading,
     mapped_columns,
     read_bench_file,
     source_name,
     without_copies,
 )
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.columns_stated import told_of_columns
+from pipeline.ingest.columns_stated import sheet_read
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.load_test_codes import codes_of_blocks
 from pipeline.ingest.load_test_repeats import LoadTable, Repeats
 from pipeline.ingest.load_test_rows import WARM_UP, RowWords, row_words
 from pipeline.ingest.load_test_table import read_table, summary
 from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED, VOCABULARY
+from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import counted
 from pipeline.ingest.usable import with_cause
 from pipeline.records.base import Source
@@ -114,18 +114,8 @@ def _tables(
             readings, wrong = read_table(block, rows, code, words[id(block)], vehicle)
             problems += wrong
             tables.append(LoadTable(block.sheet.place(), tuple(readings), code.found_in))
-            told = told_of_columns(block, vehicle.columns.load_test)
-            read.append(
-                SheetRead(
-                    file=block.sheet.file,
-                    sheet=block.sheet.name,
-                    rows=len(readings),
-                    columns=tuple(column.as_record() for column in block.columns.values()),
-                    summary=summary(readings, code) if readings else "left out",
-                    not_used=told.not_used,
-                    stated_as=told.stated_as,
-                )
-            )
+            said = summary(readings, code) if readings else "left out"
+            read.append(sheet_read(block, vehicle.columns.load_test, len(readings), said))
     return tables, read
 
 

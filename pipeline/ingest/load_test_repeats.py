@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import Reading
+from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import counted, listed
 from pipeline.types import FloatArray
 

@@ -4,7 +4,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pipeline.errors import Problem
-from pipeline.ingest.bench_file import Reading, is_spoilt
 from pipeline.ingest.blocks import Block, is_commented
 from pipeline.ingest.cells import is_number, parse_number
 from pipeline.ingest.code_units import percent_note
@@ -16,6 +15,7 @@ from pipeline.ingest.load_test_words import (
     is_code_label,
     is_warm_up,
 )
+from pipeline.ingest.readings import Reading, is_spoilt
 from pipeline.ingest.rows import listed
 from pipeline.ingest.sheet import Row
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.load_test_words import Branch
+from pipeline.ingest.readings import Reading
 from pipeline.types import FloatArray
 
 #: Share of the torque's range by which it must come back before the branch changes.

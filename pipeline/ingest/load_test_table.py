@@ -3,21 +3,15 @@
 from collections.abc import Sequence
 
 from pipeline.errors import Problem
-from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_problems
-from pipeline.ingest.load_test_checks import (
-    check_magnitudes,
-    check_powers,
-    check_signs,
-    drop_dead_channels,
-    two_curves,
-    with_signs_of_codes,
-)
+from pipeline.ingest.load_test_checks import check_magnitudes, check_powers, drop_dead_channels
 from pipeline.ingest.load_test_codes import TableCode
 from pipeline.ingest.load_test_rows import RowWords, mark_early, with_words
+from pipeline.ingest.load_test_signs import check_signs, two_curves, with_signs_of_codes
 from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
 from pipeline.ingest.load_test_words import ANY_POWER
+from pipeline.ingest.readings import Reading
 from pipeline.ingest.row_directions import signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle_loads
@@ -60,14 +54,6 @@ def read_table(
     done = command_in_codes(block, readings, vehicle, "load_test", problems)
     done = with_words(done, words, code.value, drive.code_max)
     if mapping.warm_up_s is not None:
-        if not any("time" in one.values for one in done):
-            what = (
-                f"vehicle.yaml states warm_up_s: {mapping.warm_up_s:g}, but there is no time to "
-                "count it by."
-            )
-            remedy = "Add one, or mark the rows with a word (warm-up) in a column named status."
-            place = block.place(block.header_row)
-            problems.append(Problem("warning", place, what, "a time column.", remedy))
         done = mark_early(done, mapping.warm_up_s)
     steps = settle_loads(block.place(), done)
     problems += steps.problems
@@ -91,7 +77,19 @@ def read_table(
     problems += check_magnitudes(
         block, done, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
     )
-    return done, [*problems, *_powers_not_read(block)]
+    return done, [
+        *problems,
+        *_no_clock(block, readings, mapping.warm_up_s),
+        *_powers_not_read(block),
+    ]
+
+
+def _no_clock(block: Block, readings: Sequence[Reading], warm_up_s: float | None) -> list[Problem]:
+    if warm_up_s is None or any("time" in one.values for one in readings):
+        return []
+    what = f"vehicle.yaml states warm_up_s: {warm_up_s:g}, but there is no time to count it by."
+    remedy = "Add one, or mark the rows with a word (warm-up) in a column named status."
+    return [Problem("warning", block.place(block.header_row), what, "a time column.", remedy)]
 
 
 def is_refused(problems: Sequence[Problem]) -> bool:

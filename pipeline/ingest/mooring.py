@@ -6,17 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import (
-    COMMENTED,
-    Reading,
-    mapped_columns,
-    read_bench_file,
-    source_name,
-    without_copies,
-)
+from pipeline.ingest.bench_file import mapped_columns, read_bench_file, source_name, without_copies
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import shorten
-from pipeline.ingest.columns_stated import told_of_columns
+from pipeline.ingest.columns_stated import sheet_read
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
@@ -24,6 +17,7 @@ from pipeline.ingest.mooring_points import MooringTable, points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis
 from pipeline.ingest.mooring_words import DOWN, LEVER, OF_THE_RIG, UP, VOCABULARY
 from pipeline.ingest.multipliers import factor_in_name
+from pipeline.ingest.readings import COMMENTED, Reading
 from pipeline.ingest.row_directions import signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
@@ -107,7 +101,7 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
         for (block, readings), measured in zip(found.tables, tables_points, strict=True):
             own = _possible(block, measured, vehicle, said)
             points += own
-            sheets.append(_sheet_read(block, readings, own, vehicle))
+            sheets.append(sheet_read(block, vehicle.columns.mooring, len(readings), _summary(own)))
         if any("code" not in block.columns for block, _ in found.tables):
             said.append(pwm_note(shown_as, vehicle))
         marks = [point.marks for own in file.points for point in own]
@@ -263,24 +257,6 @@ def _possible(
 def _is_stand_in(vehicle: Vehicle) -> bool:
     """Tell whether no vehicle file says how large the propeller is (a check of a file alone)."""
     return vehicle.name == "unknown"
-
-
-def _sheet_read(
-    block: Block,
-    readings: tuple[Reading, ...],
-    points: Sequence[MooringPoint],
-    vehicle: Vehicle,
-) -> SheetRead:
-    told = told_of_columns(block, vehicle.columns.mooring)
-    return SheetRead(
-        file=block.sheet.file,
-        sheet=block.sheet.name,
-        rows=len(readings),
-        columns=tuple(column.as_record() for column in block.columns.values()),
-        summary=_summary(points),
-        not_used=told.not_used,
-        stated_as=told.stated_as,
-    )
 
 
 def _summary(points: Sequence[MooringPoint]) -> str:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import Reading
 from pipeline.ingest.mooring_signs import signed_shaft_speed, signed_thrust
 from pipeline.ingest.mooring_sweeps import Sweep, sweeps, tare
+from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import listed
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint

@@ -9,16 +9,10 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import (
-    Reading,
-    mapped_columns,
-    read_bench_file,
-    source_name,
-    without_copies,
-)
+from pipeline.ingest.bench_file import mapped_columns, read_bench_file, source_name, without_copies
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_text, shorten
-from pipeline.ingest.columns_stated import told_of_columns
+from pipeline.ingest.columns_stated import sheet_read
 from pipeline.ingest.copied_tables import TablesSeen
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.open_water_coefficients import (
@@ -30,6 +24,7 @@ from pipeline.ingest.open_water_coefficients import (
     doubt,
     efficiency,
 )
+from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.usable import with_cause
 from pipeline.ingest.word_lists import vocabulary_of
@@ -96,18 +91,7 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
             own = _points(block, readings, vehicle, said)
             points += own
             marks += [point.marks for point in own]
-            told = told_of_columns(block, columns)
-            sheets.append(
-                SheetRead(
-                    file=block.sheet.file,
-                    sheet=block.sheet.name,
-                    rows=len(readings),
-                    columns=tuple(column.as_record() for column in block.columns.values()),
-                    summary=_summary(own),
-                    not_used=told.not_used,
-                    stated_as=told.stated_as,
-                )
-            )
+            sheets.append(sheet_read(block, columns, len(readings), _summary(own)))
         problems += said if found.is_blank else with_cause(said, shown_as, marks, "open-water")
     return OpenWaterRecord(points=tuple(points), sheets=tuple(sheets), problems=tuple(problems))
 

@@ -467,7 +467,8 @@ def test_text_in_a_number_column(tmp_path: Path) -> None:
     rows[15][0] = "#DIV/0!"
     record = read(tmp_path, {"Код 90": rows, "Код 60": rows_of(60)})
     assert str(said(record, '"1,2,3"')) == (
-        f'{NAME}, sheet "Код 90", row 14, column B: torque "1,2,3" is not a number.\n'
+        f'{NAME}, sheet "Код 90", row 14, column B: torque "1,2,3" is not a number. '
+        "The row was left out.\n"
         "Expected a decimal number (point or comma), kg cm, the unit stated in cell B3.\n"
         'Fix the cell, or mark the row with "#" in column A to leave it out.'
     )
@@ -499,7 +500,9 @@ def test_many_bad_cells_are_summed_up(tmp_path: Path) -> None:
     rows = [HEAD, *([n, "bad"] for n, _ in sweep(90)), *sweep(90)]
     record = read(tmp_path, {"Code 90": rows})
     found = [problem for problem in record.problems if "not a number" in problem.what]
-    assert [one.what for one in found] == ['torque "bad" is not a number (rows 2-24).']
+    assert [one.what for one in found] == [
+        'torque "bad" is not a number (rows 2-24). The rows were left out.'
+    ]
 
 
 def test_commented_rows_are_kept_but_not_fitted(tmp_path: Path) -> None:
