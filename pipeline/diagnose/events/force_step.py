@@ -16,7 +16,8 @@ import numpy as np
 
 from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import thrust_wrench
-from pipeline.measured.motion import MeasuredMotion, measured_motion
+from pipeline.measured.motion import measured_motion
+from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
@@ -82,7 +83,7 @@ def outside_force(packed: PackedVehicle, run: RunTable, sensors: Sensors | None)
     def blocks(values: FloatArray) -> FloatArray:
         return np.asarray(values[own].reshape(count, rows, *values.shape[1:]).mean(axis=1))
 
-    nu, level = motion.nu, np.repeat(_level(motion)[:, None], 6, axis=1)
+    nu, level = motion.nu, np.repeat(down_axis(motion.state[:, 3:7])[:, None, :2], 6, axis=1)
     goes_with = np.stack([np.ones_like(nu), nu, nu * np.abs(nu), pushed, np.abs(pushed)], axis=2)
     explained = blocks(np.concatenate([goes_with, level], axis=2))
     return OutsideForce(
@@ -153,9 +154,3 @@ def _without_explained(seen: OutsideForce) -> FloatArray:
         best = np.linalg.lstsq(explained, seen.force[:, a], rcond=_LEAST_SINGULAR)[0]
         found[:, a] = seen.force[:, a] - explained @ best
     return found
-
-
-def _level(motion: MeasuredMotion) -> FloatArray:
-    """Direction of gravity across the body (m, 2)."""
-    w, x, y, z = motion.state[:, 3:7].T
-    return np.stack([2.0 * (x * z - w * y), 2.0 * (y * z + w * x)], axis=1)

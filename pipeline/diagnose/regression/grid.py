@@ -22,6 +22,7 @@ from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import layout
 from pipeline.measured.lagging import lagged
 from pipeline.measured.motion import channel_of, measured_motion
+from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.kernel_hull import mass_matrix
@@ -122,10 +123,7 @@ def _gridded(
             values -= claimed.of_turning
         names += own
         columns.append(_about(values, rows, row_s, period_s, run, quantity))
-    w, x, y, z = motion.state[rows, 3:7].T
-    down = np.stack(
-        [2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)], axis=1
-    )
+    attitude = motion.state[rows, 3:7]
     count = len(departures)
     more, heavier = np.zeros((edges.size, count, 6)), np.zeros((count, 6, 6))
     for k, (added, mass) in enumerate(departures):
@@ -136,8 +134,8 @@ def _gridded(
         time_s=edges - run.time_s[0],
         channels=tuple(names),
         velocity=np.concatenate(columns, axis=1),
-        attitude=motion.state[rows, 3:7],
-        down=down,
+        attitude=attitude,
+        down=down_axis(attitude),
         wrench=_mean(claimed.wrench, rows),
         more=more,
         heavier=heavier,
