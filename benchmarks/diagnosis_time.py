@@ -16,12 +16,12 @@ from typing import TypeVar
 
 from benchmarks import page
 from pipeline.blind.generate import CaseSpec, generate
+from pipeline.campaign.blind_case import packed_of
+from pipeline.campaign.blind_subjects import load_subject
 from pipeline.diagnose.baselines import bic_baseline
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
 from pipeline.records.run_table import RunTable
-from pipeline.stages.blind_case import packed_of
-from pipeline.stages.blind_subjects import load_subject
 
 LENGTHS_S = (45.0, 90.0, 180.0)
 RUNS = (1, 2, 4)

@@ -19,18 +19,18 @@ from pipeline.blind.label import CaseLabel, TrueEffect
 from pipeline.blind.rates import Rate, rate
 from pipeline.blind.score import confusion
 from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore, score_case
+from pipeline.campaign.campaign_folder import claim_folder
+from pipeline.campaign.measured_page import goal_table, picture_rows
+from pipeline.campaign.page_block import write_block
+from pipeline.campaign.result_lines import appending, read_lines
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
 from pipeline.effects.discovery import module_names
 from pipeline.errors import CannotComputeError, InputError
+from pipeline.inputs.runs_to_identify import read_run
+from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.provenance import code_digest, write_atomically
 from pipeline.report.blind import confusion_picture, rates_picture
-from pipeline.stages.campaign_folder import claim_folder
-from pipeline.stages.measured_page import goal_table, picture_rows
-from pipeline.stages.page_block import write_block
-from pipeline.stages.result_lines import appending, read_lines
-from pipeline.stages.runs_to_identify import read_run
-from pipeline.stages.simulated_vehicle import load_simulated
 
 SCHEMA = "rig2sea/second_generator/1"
 BLOCK = "the second generator"

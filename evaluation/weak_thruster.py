@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
+from pipeline.inputs.simulated_vehicle import load_inverse, load_simulated
 from pipeline.provenance import read_envelope
 from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.pack import pack_vehicle
-from pipeline.stages.simulated_vehicle import load_inverse, load_simulated
 from pipeline.types import FloatArray
 from pipeline.validate import plan
 from pipeline.validate.closed_loop import ClosedLoop

@@ -269,7 +269,7 @@ def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
       rig2sea export rov8 --format gazebo --to build/gazebo
     """
     if form != "firmware":
-        from pipeline.stages.receivers import export_to_receiver
+        from pipeline.actions.receivers import export_to_receiver
 
         written = export_to_receiver(vehicle, form, to, raw, out)
         click.echo(written.path)

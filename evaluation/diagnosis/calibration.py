@@ -25,13 +25,13 @@ from evaluation.diagnosis.threshold_search import (
 )
 from pipeline.blind.generate import GeneratedCase
 from pipeline.blind.label import open_label
+from pipeline.campaign.blind_case import BlindPlace, diagnose_in_memory, run_case
+from pipeline.campaign.many_cases import as_they_come
 from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 from pipeline.diagnose.rules.calibration import Calibration, calibration
 from pipeline.provenance import write_atomically
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.stages.blind_case import BlindPlace, diagnose_in_memory, run_case
-from pipeline.stages.many_cases import as_they_come
-from pipeline.stages.stopping import stopped_by_sigterm
+from pipeline.stopping import stopped_by_sigterm
 
 _COMMAND = "python -m evaluation.diagnosis.calibration"
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.effects.library import apply_effects, parse_effect
+from pipeline.inputs.gains import gains_of_runs
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.sensors import measure
-from pipeline.stages.gains import gains_of_runs
-from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.vehicle.sensor_schema import Sensors
 
 

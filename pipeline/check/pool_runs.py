@@ -16,9 +16,9 @@ from pipeline.ingest.log_names import (
 )
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.ingest.same_run import repeated_runs
+from pipeline.inputs.runs_to_identify import RATE_HZ
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, is_raw
 from pipeline.records.run_table import RunTable
-from pipeline.stages.runs_to_identify import RATE_HZ
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
 from pipeline.vehicle.schema import Vehicle
 

@@ -3,6 +3,7 @@
 from dataclasses import asdict
 from typing import Any
 
+from pipeline.actions.gains_text import gains_text
 from pipeline.check.findings import FileFinding, Findings, GainsFinding, VehicleFinding
 from pipeline.check.proposal import as_lines, lines_of
 from pipeline.check.run_text import notes_text, run_text
@@ -10,7 +11,6 @@ from pipeline.check.thruster_gains import summary
 from pipeline.errors import Problem
 from pipeline.provenance import canonical_json
 from pipeline.records.measurements import ColumnRead
-from pipeline.stages.gains_text import gains_text
 
 _MAX_CODES = 40
 

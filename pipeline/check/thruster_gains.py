@@ -30,8 +30,8 @@ def gains_of_checked(
 
 def _of_vehicle(file: Path, rows: Sequence[tuple[RunFinding, RunTable]], raw: Path) -> GainsFinding:
     # what the model needs is imported where it is needed: a check without runs starts at once
-    from pipeline.stages.gains import gains_of_runs
-    from pipeline.stages.simulated_vehicle import load_simulated
+    from pipeline.inputs.gains import gains_of_runs
+    from pipeline.inputs.simulated_vehicle import load_simulated
 
     tables = [table for _, table in rows]
     try:

@@ -12,8 +12,8 @@ from pipeline.language import translate
 
 if TYPE_CHECKING:
     from pipeline.blind.rates import Rate
-    from pipeline.stages.blind_campaign import BlindResult
-    from pipeline.stages.measured_campaign import MeasuredRequest
+    from pipeline.campaign.blind_campaign import BlindResult
+    from pipeline.campaign.measured_campaign import MeasuredRequest
 
 
 @click.command()
@@ -110,10 +110,10 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
       rig2sea blind --only 368 --seed 1 --to one-case --keep-logs
       rig2sea blind --measured data --cases 120 --to measured --resume
     """
-    from pipeline.stages.blind_campaign import BlindRequest, run_campaign
-    from pipeline.stages.blind_case import BlindPlace
-    from pipeline.stages.blind_subjects import USUAL
-    from pipeline.stages.measured_campaign import MeasuredRequest
+    from pipeline.campaign.blind_campaign import BlindRequest, run_campaign
+    from pipeline.campaign.blind_case import BlindPlace
+    from pipeline.campaign.blind_subjects import USUAL
+    from pipeline.campaign.measured_campaign import MeasuredRequest
 
     if data is not None:
         if vehicles or keep_logs:
@@ -150,7 +150,7 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
 
     result = run_campaign(request, _said)
     if page is not None:
-        from pipeline.stages.blind_page import write_page
+        from pipeline.campaign.blind_page import write_page
 
         write_page(result, request, page)
     if as_json:
@@ -169,11 +169,11 @@ def _said(done: int, wanted: int, line: str) -> None:
 
 def _measured(request: "MeasuredRequest", page: Path | None, *, as_json: bool) -> None:
     """Run the campaign on measured runs."""
-    from pipeline.stages.measured_campaign import run_measured
+    from pipeline.campaign.measured_campaign import run_measured
 
     result = run_measured(request, _said)
     if page is not None:
-        from pipeline.stages.measured_page import write_page
+        from pipeline.campaign.measured_page import write_page
 
         write_page(result, request, page)
     if as_json:

@@ -38,8 +38,8 @@ def compare(  # noqa: PLR0917 - click passes every option by its name
       rig2sea compare t200@12V t200@16V
       rig2sea compare raw/mmt300/vehicle.yaml processed/mmt300/identified/vehicle_identified.yaml
     """
-    from pipeline.stages.comparison import compare as compare_sides
-    from pipeline.stages.comparison import write_comparison
+    from pipeline.actions.comparison import compare as compare_sides
+    from pipeline.actions.comparison import write_comparison
 
     with telling() as tell:
         record = compare_sides(a, b, vehicle, raw, out, tell)

@@ -88,7 +88,7 @@ def design(  # noqa: PLR0917 - click passes every option by its name
     if calculator == "added-mass":
         _added_mass(file, to, as_json=as_json)
         return
-    from pipeline.stages.design import (
+    from pipeline.actions.design import (
         DesignRequest,
         compute_design,
         design_json,
@@ -113,7 +113,7 @@ def design(  # noqa: PLR0917 - click passes every option by its name
 
 
 def _added_mass(file: Path, to: Path | None, *, as_json: bool) -> None:
-    from pipeline.stages.added_mass import design_added_mass, write_added_mass
+    from pipeline.actions.added_mass import design_added_mass, write_added_mass
 
     found = design_added_mass(file)
     if as_json:

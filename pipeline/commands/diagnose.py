@@ -58,14 +58,14 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
       rig2sea diagnose mmt300 new_bollard_test.xlsx
       rig2sea diagnose rov8 trial1.mcap trial2.mcap --holdout trial3.mcap --to trial/
     """
-    from pipeline.stages.bench_diagnosis import are_tables
+    from pipeline.actions.bench_diagnosis import are_tables
 
     if are_tables(runs):
         _diagnose_tables(vehicle, runs, holdout, healthy, to=to, as_json=as_json, raw=raw, out=out)
         return
+    from pipeline.actions.diagnosis import DiagnosisRequest, diagnose_to_files
+    from pipeline.actions.diagnosis_text import diagnosis_text
     from pipeline.report.glance_text import glance_text
-    from pipeline.stages.diagnosis import DiagnosisRequest, diagnose_to_files
-    from pipeline.stages.diagnosis_text import diagnosis_text
 
     request = DiagnosisRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)
     with telling() as tell:
@@ -98,8 +98,8 @@ def _diagnose_tables(
     out: Path,
 ) -> None:
     """Ask the same question of mooring tables."""
-    from pipeline.stages.bench_diagnosis import TableRequest, diagnose_table_to_file
-    from pipeline.stages.bench_diagnosis_text import bench_text
+    from pipeline.actions.bench_diagnosis import TableRequest, diagnose_table_to_file
+    from pipeline.actions.bench_diagnosis_text import bench_text
 
     record, result, page = diagnose_table_to_file(
         TableRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)

@@ -54,8 +54,8 @@ def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
 
 def _context(vehicle: str, raw: Path) -> "EffectContext":
     """Return what the effects need to know of a vehicle."""
+    from pipeline.inputs.vehicle_place import find_vehicle
     from pipeline.simulate.context import effect_context
-    from pipeline.stages.vehicle_place import find_vehicle
     from pipeline.vehicle.load import load_vehicle
 
     _, file = find_vehicle(vehicle, raw, Path())

@@ -96,8 +96,8 @@ def identify(  # noqa: PLR0917 - click passes every option by its name
       rig2sea identify rov8 trial.mcap --to trial/
       rig2sea identify mmt300 2024-05-15-straight --method straight-line
     """
-    from pipeline.stages.identification import IdentificationRequest, identify_runs
-    from pipeline.stages.identification_text import identification_text
+    from pipeline.actions.identification import IdentificationRequest, identify_runs
+    from pipeline.actions.identification_text import identification_text
 
     request = IdentificationRequest(
         vehicle,

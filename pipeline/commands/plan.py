@@ -57,9 +57,9 @@ def plan(  # noqa: PLR0917 - click passes every option by its name
     found = None if pool is None else _POOL.fullmatch(pool.lower().replace(",", "."))
     if pool is not None and found is None:
         raise click.UsageError(f"--pool {pool}: metres as LxWxD are expected, e.g. 25x10x3.")
+    from pipeline.actions.pool_day import plan_day
     from pipeline.report.plain_words import manoeuvre_words
     from pipeline.report.pool_day_page import plan_sentence
-    from pipeline.stages.pool_day import plan_day
 
     room = None if found is None else (float(found[1]), float(found[2]), float(found[3]))
     with telling() as tell:

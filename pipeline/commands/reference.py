@@ -37,8 +37,8 @@ def reference(  # noqa: PLR0917 - click passes every option by its name
       rig2sea reference mmt300
       rig2sea reference mmt300 2024-05-14-surge-steps 2024-05-14-zig-zag
     """
-    from pipeline.stages.reference import ReferenceRequest, make_reference
-    from pipeline.stages.reference_text import reference_text
+    from pipeline.actions.reference import ReferenceRequest, make_reference
+    from pipeline.actions.reference_text import reference_text
 
     with telling() as tell:
         record, path = make_reference(ReferenceRequest(vehicle, runs, to, raw, out), tell)

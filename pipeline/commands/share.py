@@ -33,8 +33,8 @@ def share(page: str, to: Path, as_json: bool, out: Path) -> None:
       rig2sea share 2024-05-15 --to monday.html
       rig2sea share reports/comparisons/a-b/comparison.html --to a-b.pdf
     """
-    from pipeline.stages.share import find_page
-    from pipeline.stages.share import share as share_page
+    from pipeline.actions.share import find_page
+    from pipeline.actions.share import share as share_page
 
     found = find_page(page, out)
     with telling() as tell:

@@ -10,7 +10,7 @@ from pipeline.commands.common.options import AS_JSON, OUT, RAW, ValuesCommand
 from pipeline.language import translate
 
 if TYPE_CHECKING:
-    from pipeline.stages.simulation import SimulationResult
+    from pipeline.actions.simulation import SimulationResult
 
 
 @click.command(cls=ValuesCommand)
@@ -128,7 +128,7 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
         raise click.UsageError("Missing option '--to': the file to write.")
     if log is not None and not log.is_file():
         raise click.UsageError(f"--run: there is no file {log}.")
-    from pipeline.stages.simulation import SimulationRequest, simulate_to_file
+    from pipeline.actions.simulation import SimulationRequest, simulate_to_file
 
     result = simulate_to_file(
         SimulationRequest(

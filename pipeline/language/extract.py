@@ -36,9 +36,9 @@ _SILENT = (
     "ingest/mooring_words.py",
     "physics/parameters.py",
     "report/plotting.py",
-    "stages/blind_page.py",
-    "stages/measured_page.py",
-    "stages/measured_score.py",
+    "campaign/blind_page.py",
+    "campaign/measured_page.py",
+    "campaign/measured_score.py",
     "workflow/engine.py",
 )
 #: Errors for programmers: they never reach a person as they are.

@@ -10,11 +10,11 @@ from pipeline.errors import InputError, Place
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
+from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.library.frames import told
 from pipeline.plan import RAW_KINDS, processed_file
 from pipeline.provenance import read_tables
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
-from pipeline.stages.vehicle_place import find_vehicle
 from pipeline.vehicle.load import load_vehicle as read_vehicle_file
 from pipeline.vehicle.schema import Vehicle
 

@@ -7,16 +7,16 @@ from typing import Any
 
 import pandas as pd
 
+from pipeline.actions.diagnosis import DiagnosisRequest, diagnose_to_files
+from pipeline.actions.identification import IdentificationRequest
+from pipeline.actions.identification import identify_runs as identified_files
+from pipeline.actions.simulation import simulate_to_file
+from pipeline.actions.simulation_request import SimulationRequest
+from pipeline.inputs.runs_to_identify import find_logs
+from pipeline.inputs.runs_to_identify import read_run as read_run_table
+from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.library.frames import frame_of, told
 from pipeline.plan import UsageError
-from pipeline.stages.diagnosis import DiagnosisRequest, diagnose_to_files
-from pipeline.stages.identification import IdentificationRequest
-from pipeline.stages.identification import identify_runs as identified_files
-from pipeline.stages.runs_to_identify import find_logs
-from pipeline.stages.runs_to_identify import read_run as read_run_table
-from pipeline.stages.simulated_vehicle import load_simulated
-from pipeline.stages.simulation import simulate_to_file
-from pipeline.stages.simulation_request import SimulationRequest
 
 
 def read_run(

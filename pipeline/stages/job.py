@@ -13,6 +13,7 @@ from pipeline.errors import (
     Problem,
     is_of_the_machine,
 )
+from pipeline.inputs.no_solution import with_reason
 from pipeline.plan import MISSING, TITLES, VEHICLE_FILE, VehicleFolder, typed_name
 from pipeline.provenance import (
     Envelope,
@@ -22,7 +23,6 @@ from pipeline.provenance import (
     write_envelope,
 )
 from pipeline.records.base import Record
-from pipeline.stages.no_solution import with_reason
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 

@@ -9,6 +9,8 @@ import numpy as np
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose_fully
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
+from pipeline.inputs.known_of_run import with_known
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.provenance import read_envelope
 from pipeline.records.day_diagnosis import RunDiagnosis
 from pipeline.records.day_findings import day_findings
@@ -18,9 +20,7 @@ from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun
 from pipeline.report.plain_words import short_finding
 from pipeline.stages.job import Job, write_record
-from pipeline.stages.known_of_run import with_known
 from pipeline.stages.run_table_file import read_tables
-from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.types import FloatArray
 
 #: Seconds of run that a diagnosis takes in this workflow; `rig2sea diagnose` takes whole runs.

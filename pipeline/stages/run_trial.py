@@ -16,17 +16,17 @@ from pipeline.identify.trial_warnings import trial_warnings
 from pipeline.identify.trial_windows import FlownWindows, TrialFlights, fly_trial
 from pipeline.ingest.log_names import is_log_name
 from pipeline.ingest.recorded_log import RecordedFile
+from pipeline.inputs.gains import gains_of_runs
+from pipeline.inputs.known_of_run import with_known
+from pipeline.inputs.no_solution import with_reason
+from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.provenance import file_digest
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, RunTrial, StoredRun
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.job import Job, write_record
-from pipeline.stages.known_of_run import with_known
-from pipeline.stages.no_solution import with_reason
 from pipeline.stages.run_table_file import read_tables, write_tables
-from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
 

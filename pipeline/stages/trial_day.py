@@ -9,14 +9,14 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.day_choice import choose_stretches
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.ingest.same_run import repeated_runs
+from pipeline.inputs.gains import gains_of_runs
+from pipeline.inputs.known_of_run import with_known
+from pipeline.inputs.no_solution import with_reason
+from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun, TrialDay
-from pipeline.stages.gains import gains_of_runs
 from pipeline.stages.job import Job, write_record
-from pipeline.stages.known_of_run import with_known
-from pipeline.stages.no_solution import with_reason
 from pipeline.stages.run_table_file import read_tables
-from pipeline.stages.simulated_vehicle import load_simulated
 from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.sensor_schema import Sensors
 

@@ -37,8 +37,8 @@ def run(job: Job) -> str:
                 "round, or give it its right role."
             )
         # the compiled kernel takes a while to load: only for vehicles that are flown
+        from pipeline.inputs.bench_models import bench_model
         from pipeline.simulate.pack import pack_vehicle
-        from pipeline.stages.bench_models import bench_model
         from pipeline.validate.campaign import validate_allocator
 
         def needed(thruster_type: str, stage: str, kind: type[R]) -> R:

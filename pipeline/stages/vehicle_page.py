@@ -4,6 +4,7 @@ import os
 from pathlib import Path
 from typing import Any
 
+from pipeline.inputs.vehicle_changes import changes_of
 from pipeline.language import as_it_is
 from pipeline.plan import RECORD_STAGES, typed_name
 from pipeline.provenance import Envelope, file_digest
@@ -29,7 +30,6 @@ from pipeline.report.vehicle_page import VehicleResults, vehicle_page
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
-from pipeline.stages.vehicle_changes import changes_of
 from pipeline.vehicle.load import vehicle_notes
 from pipeline.vehicle.schema import Vehicle
 

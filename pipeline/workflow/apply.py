@@ -8,26 +8,19 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.bundled.vehicles import bundled_vehicles
-from pipeline.control.code_limits import beyond_dead_zone
-from pipeline.control.inverse import Inverse, firmware_grid
-from pipeline.control.paper_allocator import Corrections, corrections_of, inflow_of_velocity
-from pipeline.errors import CannotComputeError, InputError, Place
-from pipeline.plan import UsageError, seen_from
-from pipeline.provenance import file_digest, read_envelope
-from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
-from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.records.file_change import AppliedChange, FileChange
-from pipeline.records.identification import Identification, VehicleIdentification
-from pipeline.records.trial import TrialDay
-from pipeline.stages.found_changes import (
+from pipeline.actions.found_changes import (
     diagnosed_changes,
     identified_changes,
     ranked_specs,
     source_of,
 )
-from pipeline.stages.simulated_vehicle import load_inverses, load_simulated
-from pipeline.stages.vehicle_changes import (
+from pipeline.bundled.vehicles import bundled_vehicles
+from pipeline.control.code_limits import beyond_dead_zone
+from pipeline.control.inverse import Inverse, firmware_grid
+from pipeline.control.paper_allocator import Corrections, corrections_of, inflow_of_velocity
+from pipeline.errors import CannotComputeError, InputError, Place
+from pipeline.inputs.simulated_vehicle import load_inverses, load_simulated
+from pipeline.inputs.vehicle_changes import (
     changes_of,
     digest_of,
     next_number,
@@ -35,7 +28,14 @@ from pipeline.stages.vehicle_changes import (
     undo_last,
     write_change,
 )
-from pipeline.stages.vehicle_place import find_vehicle
+from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.plan import UsageError, seen_from
+from pipeline.provenance import file_digest, read_envelope
+from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.file_change import AppliedChange, FileChange
+from pipeline.records.identification import Identification, VehicleIdentification
+from pipeline.records.trial import TrialDay
 from pipeline.types import FloatArray
 from pipeline.vehicle.change_list import text_with, value_at
 from pipeline.vehicle.frames import in_sname

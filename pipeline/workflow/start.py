@@ -15,7 +15,7 @@ from pipeline.errors import InputError, Place, Rig2SeaError
 from pipeline.journal import VARIABLE, Event, Reader
 from pipeline.reader_language import VARIABLE as LANGUAGE
 from pipeline.reader_language import current
-from pipeline.stages.stopping import stopped_by_sigterm
+from pipeline.stopping import stopped_by_sigterm
 from pipeline.workflow.progress import Progress
 
 _POLL_S = 0.05

@@ -5,11 +5,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pipeline.inputs.vehicle_changes import changes_of
+from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.plan import VEHICLE_FILE, UsageError
 from pipeline.provenance import UNREADABLE, file_digest
 from pipeline.records.file_change import AppliedChange
-from pipeline.stages.vehicle_changes import changes_of
-from pipeline.stages.vehicle_place import find_vehicle
 from pipeline.vehicle.change_list import value_at
 from pipeline.vehicle.estimates import Estimate, estimates_of
 from pipeline.vehicle.load import load_checked

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from pipeline.identify.whole_vehicle import identify_vehicle
+from pipeline.inputs.runs_to_identify import read_run
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.records.identification import VehicleIdentification
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.context import model_of
-from pipeline.stages.runs_to_identify import read_run
-from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 
 YAW = ("added_mass_yaw", "linear_damping_yaw", "quadratic_damping_yaw", "thruster_lag")
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from pipeline.campaign.measured_subjects import MeasuredSubject, load_subject
 from pipeline.diagnose import engine
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose
@@ -12,7 +13,6 @@ from pipeline.effects.library import candidates, parse_effect
 from pipeline.errors import CannotComputeError
 from pipeline.measured.inject import commanded_without_effect, injected
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.stages.measured_subjects import MeasuredSubject, load_subject
 
 WEAK = "rear_left"
 

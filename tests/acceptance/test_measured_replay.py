@@ -7,7 +7,7 @@ import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from pipeline.stages.simulation import SimulationRequest, simulate_to_file
+from pipeline.actions.simulation import SimulationRequest, simulate_to_file
 
 HERE = Path(__file__).parent
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pipeline.campaign.measured_subjects import MeasuredSubject, load_subject
 from pipeline.diagnose.events.force_step import force_step, outside_force
 from pipeline.effects.library import parse_effect
 from pipeline.measured.inject import commanded_without_effect, injected
-from pipeline.stages.measured_subjects import MeasuredSubject, load_subject
 
 
 @pytest.fixture(scope="module")

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from pipeline.actions.design import DesignRequest, compute_design
 from pipeline.bundled.design import design_example
 from pipeline.records.glance import Advice, Glance
 from pipeline.report.assets import placed
@@ -19,7 +20,6 @@ from pipeline.report.run_page import run_page
 from pipeline.report.site import index_entry, write_index
 from pipeline.report.trial_page import day_page
 from pipeline.report.vehicle_page import vehicle_page
-from pipeline.stages.design import DesignRequest, compute_design
 
 #: Kind of page -> where the workflow would put it.
 PLACES = {

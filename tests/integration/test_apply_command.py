@@ -12,10 +12,12 @@ from bundled_bench import bench_of_mmt300
 from click.testing import CliRunner, Result
 from single_model import single_tables, thrust_from_code
 
+from pipeline.actions.found_changes import diagnosed_changes
 from pipeline.cli import cli
 from pipeline.control.inverse import firmware_grid
 from pipeline.effects.library import parse_effect
 from pipeline.export.allocator_layout import allocator_layout
+from pipeline.inputs.simulated_vehicle import load_inverse, load_simulated
 from pipeline.provenance import Envelope, canonical_json, file_digest, write_envelope
 from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import (
@@ -30,8 +32,6 @@ from pipeline.records.diagnosis import (
     Verdict,
     Where,
 )
-from pipeline.stages.found_changes import diagnosed_changes
-from pipeline.stages.simulated_vehicle import load_inverse, load_simulated
 from pipeline.vehicle.load import load_vehicle
 
 RUN = "2024-05-15-zig-zag"

@@ -260,7 +260,7 @@ def test_stage_that_does_not_exist_is_no_traceback_for_the_journal(
     ("command", "where", "said"),
     [
         ("run", "pipeline.workflow.run.run", "Stopped. The next run goes on from here.\n"),
-        ("simulate", "pipeline.stages.simulation.simulate_to_file", "Stopped.\n"),
+        ("simulate", "pipeline.actions.simulation.simulate_to_file", "Stopped.\n"),
     ],
 )
 @pytest.mark.usefixtures("here")

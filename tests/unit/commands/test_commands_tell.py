@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from pipeline.actions import diagnosis, identification
 from pipeline.cli import cli
 from pipeline.diagnose.engine import Diagnosis
 from pipeline.effects.library import EffectSpec
 from pipeline.errors import CannotComputeError
 from pipeline.records.run_table import RunTable
-from pipeline.stages import diagnosis, identification
 
 
 def no_more(*_: object) -> None:

@@ -3,9 +3,9 @@
 from functools import cache
 from pathlib import Path
 
+from pipeline.actions.design import DesignRequest, compute_design
 from pipeline.bundled.design import design_example
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign, TetherDesign
-from pipeline.stages.design import DesignRequest, compute_design
 
 
 @cache

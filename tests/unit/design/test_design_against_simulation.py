@@ -9,6 +9,7 @@ import pytest
 from bundled_models import bundled, mmt300_bench
 from scipy.spatial.transform import Rotation
 
+from pipeline.actions.design import held_vehicle
 from pipeline.design.balance import Condition, exact_balance, inflows_mps
 from pipeline.design.balance_hull import BodyHull
 from pipeline.design.balance_limits import TableLimits, table_limits
@@ -22,7 +23,6 @@ from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.simulate.tether import LumpedMassTether
 from pipeline.simulate.tethered import fly_tethered
-from pipeline.stages.design import held_vehicle
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 

@@ -8,6 +8,7 @@ import pytest
 from bundled_models import bundled
 from design_cases import tether
 
+from pipeline.actions.design import held_vehicle
 from pipeline.bundled.design import design_example
 from pipeline.design.tether_design import design_tether, make_footprint
 from pipeline.design.tether_held import held_footprint
@@ -18,7 +19,6 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import write
 from pipeline.physics.tether_footprint import PRINTED_TABLE_3, footprint_cable, ned_from_paper
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
-from pipeline.stages.design import held_vehicle
 from pipeline.vehicle.load import load_checked
 
 

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 
 from pipeline.blind.generate import CaseSpec, generate
+from pipeline.campaign.blind_case import diagnose_in_memory, packed_of
+from pipeline.campaign.blind_subjects import load_subject
 from pipeline.effects.library import candidates
-from pipeline.stages.blind_case import diagnose_in_memory, packed_of
-from pipeline.stages.blind_subjects import load_subject
 
 #: Effects that are asked for where few are.
 FEW = {"dvl_scale", "residual_buoyancy", "thruster_degraded"}

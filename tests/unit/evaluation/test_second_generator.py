@@ -17,9 +17,9 @@ from evaluation.flight import COMMAND_S, STEP_S
 from evaluation.runs import codes_for, fly, write_log
 from evaluation.second_generator import rates_of, run_campaign, write_page
 from pipeline.errors import InputError
+from pipeline.inputs.runs_to_identify import read_run
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.simulate.run import run
-from pipeline.stages.runs_to_identify import read_run
-from pipeline.stages.simulated_vehicle import SimulatedVehicle, load_simulated
 
 
 def on_disk(craft: Craft, folder: Path) -> SimulatedVehicle:

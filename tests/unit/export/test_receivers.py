@@ -10,6 +10,7 @@ from bundled_models import bundled
 from pymavlink.mavparm import MAVParmDict
 from scipy.spatial.transform import Rotation
 
+from pipeline.actions.receivers import export_to_receiver
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import CannotComputeError
 from pipeline.export.receivers.ardusub import FRAMES, ardusub
@@ -19,7 +20,6 @@ from pipeline.export.receivers.px4 import px4
 from pipeline.export.receivers.stonefish import stonefish
 from pipeline.physics.parameters import read
 from pipeline.simulate.pack import pack_vehicle
-from pipeline.stages.receivers import export_to_receiver
 from pipeline.types import FloatArray
 
 _FLIP = np.array([1.0, -1.0, -1.0])

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from evaluation.identification.coverage import Campaign, simulated_runs
+from pipeline.actions.identification_text import _quality
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.file_changes import file_changes
@@ -16,7 +17,6 @@ from pipeline.physics.parameters import read
 from pipeline.records.identification import VehicleIdentification
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
-from pipeline.stages.identification_text import _quality
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.schema import Vehicle

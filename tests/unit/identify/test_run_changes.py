@@ -7,11 +7,11 @@ import pytest
 from bundled_models import bundled, mmt300_bench
 
 from pipeline.identify.run_changes import changes_between
+from pipeline.inputs.runs_to_identify import read_run
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.simulate.pack import pack_vehicle
-from pipeline.stages.runs_to_identify import read_run
-from pipeline.stages.simulated_vehicle import SimulatedVehicle
 from pipeline.vehicle.sensor_schema import Sensors
 
 

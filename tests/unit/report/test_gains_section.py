@@ -1,5 +1,6 @@
 """The section on the gains of thrusters: a row each, a picture, what was found, and why not."""
 
+from pipeline.actions.gains_text import gains_text
 from pipeline.records.gains import (
     GainFinding,
     GainReference,
@@ -11,7 +12,6 @@ from pipeline.records.gains import (
 from pipeline.records.trial import RunTrial
 from pipeline.report.blocks import Figure, Paragraph, Table
 from pipeline.report.sections.gains import gain_warnings, run_gains_section
-from pipeline.stages.gains_text import gains_text
 
 KNOWN = GainReference(
     name="24 May",

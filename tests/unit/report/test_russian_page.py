@@ -6,13 +6,13 @@ from collections.abc import Iterator
 import diagnosis_records
 import pytest
 
+from pipeline.actions.diagnosis_text import diagnosis_text
 from pipeline.language import translate
 from pipeline.reader_language import use
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.vehicle_page import vehicle_page
-from pipeline.stages.diagnosis_text import diagnosis_text
 
 #: Words without which no English sentence does; none is a name or a key.
 ENGLISH = re.compile(r"\b(the|and|is|are|of|with|from|this|that|not|by|than|which)\b")

@@ -1,0 +1,190 @@
+"""A new mooring table, read and judged against the vehicle's thruster model: diagnosis.json."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from pipeline.actions.diagnosis_page import write_page
+from pipeline.diagnose.bench.engine import diagnose_bench
+from pipeline.diagnose.bench.model import ThrusterAtRest, bench_model
+from pipeline.diagnose.bench.table import BenchTable, bench_table
+from pipeline.errors import CannotComputeError, InputError
+from pipeline.ingest.bench_file import source_name
+from pipeline.ingest.mooring import read_mooring_tables
+from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
+from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.plan import UsageError, processed_file, seen_from
+from pipeline.provenance import canonical_json, file_digest, read_envelope, write_atomically
+from pipeline.records.base import Record
+from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
+from pipeline.records.fits import StaticCharacteristic
+from pipeline.records.measurements import MooringRecord
+from pipeline.stages.diagnosis_links import Question
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.schema import Vehicle
+
+R = TypeVar("R", bound=Record)
+TABLE_SUFFIXES = WORKBOOK_SUFFIXES | TEXT_SUFFIXES
+RESULT = "diagnosis.json"
+
+
+@dataclass(frozen=True)
+class TableRequest:
+    """What to diagnose; fields as those of a diagnosis of pool runs.
+
+    `without` leaves channels out ("shaft_speed", "current", "voltage").
+    """
+
+    vehicle: str
+    runs: tuple[str, ...]
+    holdout: tuple[str, ...] = ()
+    healthy: tuple[str, ...] = ()
+    to: Path | None = None
+    raw: Path = Path("raw")
+    out: Path = Path()
+    without: tuple[str, ...] = ()
+
+
+def are_tables(runs: Sequence[str]) -> bool:
+    """Tell whether the runs are mooring tables.
+
+    Raises
+    ------
+    UsageError
+        When some are and some are not.
+
+    Examples
+    --------
+    >>> are_tables(["new.xlsx"]), are_tables(["new.tsv"]), are_tables(["surge-steps"])
+    (True, True, False)
+    """
+    tables = [run for run in runs if Path(run).suffix.lower() in TABLE_SUFFIXES]
+    if tables and len(tables) < len(runs):
+        other = next(run for run in runs if run not in tables)
+        raise UsageError(
+            f"{tables[0]} is a mooring table and {other} is not: give tables or pool runs."
+        )
+    return bool(tables)
+
+
+def diagnose_table_to_file(request: TableRequest) -> tuple[BenchDiagnosisRecord, Path, Path]:
+    """Diagnose mooring tables and write the answer; returns it, its file and its page.
+
+    Without `to` the folder is ``processed/<vehicle>/bench_diagnosis``. Raises as `diagnose_table`.
+    """
+    record = diagnose_table(request)
+    folder = request.to or request.out / "processed" / record.vehicle / "bench_diagnosis"
+    result = folder / RESULT
+    write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
+    _, file = find_vehicle(request.vehicle, request.raw, request.out)
+    runs, holdout = (
+        tuple(seen_from(_table(one, file.parent, record.vehicle), request.out) for one in texts)
+        for texts in (request.runs, request.holdout)
+    )
+    question = Question(runs, holdout)
+    return record, result, write_page(record, question, request.out, request.to, (result,))
+
+
+def diagnose_table(request: TableRequest) -> BenchDiagnosisRecord:
+    """Diagnose mooring tables; several are taken together as one test of one thruster.
+
+    Raises
+    ------
+    UsageError
+        For a vehicle or file that is not there.
+    InputError, CannotComputeError
+        For a table that cannot be read, is of another thruster, has too few codes or one sign
+        only; for a vehicle without thruster model. One message says why.
+    """
+    if request.healthy:
+        raise UsageError(
+            "--healthy takes pool runs; for mooring tables put a healthy one into mooring/ of the "
+            f"vehicle and run `rig2sea run {request.vehicle}`."
+        )
+    name, file = find_vehicle(request.vehicle, request.raw, request.out)
+    vehicle = load_vehicle(file)
+    paths = [_table(run, file.parent, name) for run in request.runs]
+    held = [_table(run, file.parent, name) for run in request.holdout]
+    twice = {path for path in held if path in paths}
+    if twice:
+        raise UsageError(f"{min(twice)} is both diagnosed and held out.")
+    model, notes = _model(vehicle, name, file, request.out)
+    table, said = _read(paths, vehicle, model, request.without)
+    holdout = None
+    if held:
+        holdout, more = _read(held, vehicle, model, request.without)
+        said += more
+        shared = [one for one in table.channels if one in holdout.channels]
+        lacking = tuple(one for one in model.channels if one not in shared)
+        if lacking:
+            table, _ = _read(paths, vehicle, model, lacking)
+            holdout, _ = _read(held, vehicle, model, lacking)
+    return diagnose_bench(model, table, holdout, notes=(*notes, *said))
+
+
+def _table(text: str, folder: Path, vehicle: str) -> Path:
+    named = [] if "/" in text or "\\" in text else [folder / "mooring" / text]
+    for path in (Path(text), *named):
+        if path.is_file():
+            return path.resolve()
+    raise UsageError(f"{vehicle} has no mooring table {text}, and there is no such file.")
+
+
+def _model(
+    vehicle: Vehicle, name: str, file: Path, out: Path
+) -> tuple[ThrusterAtRest, tuple[str, ...]]:
+    """Gather the thruster model from the results of the vehicle's bench data."""
+    static, inputs, why = _result(name, out, "static", StaticCharacteristic)
+    mooring, more, why_too = _result(name, out, "mooring", MooringRecord)
+    if static is None and mooring is None:
+        raise CannotComputeError(
+            f"{name} has no thruster model to judge the table against: {why} {why_too}\n"
+            f"Run `rig2sea run {name}` with its bench data first."
+        )
+    stated = (inputs or more).get(f"raw/{name}/{file.name}")
+    if stated is None or stated == file_digest(file):
+        return bench_model(vehicle, static, mooring), ()
+    changed = (
+        f"{file.name} was changed after the bench results were computed; `rig2sea run {name}` "
+        "brings them up to date."
+    )
+    return bench_model(vehicle, static, mooring), (changed,)
+
+
+def _result(
+    name: str, out: Path, stage: str, kind: type[R]
+) -> tuple[R | None, dict[str, str], str]:
+    path = out / processed_file(name, stage)
+    if not path.is_file():
+        return None, {}, f"{path} does not exist."
+    envelope = read_envelope(path, stage, kind)
+    return envelope.record, dict(envelope.inputs), envelope.why_not or ""
+
+
+def _read(
+    paths: Sequence[Path], vehicle: Vehicle, model: ThrusterAtRest, without: tuple[str, ...]
+) -> tuple[BenchTable, list[str]]:
+    record = read_mooring_tables(paths, vehicle, paths[0].parent)
+    # What all tables together show does not count: at whatever supply they are is what the
+    # diagnosis finds out, and of too few codes it speaks itself.
+    all_tables = source_name(min(paths).parent, paths[0].parent)
+    problems = [one for one in record.problems if one.place.file != all_tables]
+    usable = [point for point in record.points if not point.marks]
+    errors = [one for one in problems if one.severity == "error"]
+    if errors:
+        raise InputError(errors[0])
+    if not usable:
+        shown = ", ".join(path.name for path in paths)
+        raise CannotComputeError(
+            f"{shown}: no usable reading of thrust against code or pulse width was found; see "
+            "what `rig2sea check` says of the file."
+        )
+    table = bench_table(
+        record.points,
+        model,
+        name="+".join(path.stem for path in paths),
+        tare_drift_n=record.tare_drift_n,
+        without=without,
+    )
+    return table, [str(one) for one in problems if one.severity == "warning"]

@@ -1,0 +1,213 @@
+"""What a person compares: a day, runs, a bench file or part of it, a vehicle; found and read."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from pipeline.bundled.vehicles import bundled_vehicles
+from pipeline.ingest.log_names import BAG_FILE, LOG_SUFFIXES, logs_of, run_of
+from pipeline.ingest.mcap_start import day_of
+from pipeline.ingest.mooring import read_mooring_tables
+from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.plan import POOL, VEHICLE_FILE, UsageError, discover
+from pipeline.records.comparison import Side
+from pipeline.records.measurements import MooringPoint
+from pipeline.records.run_notes import RunNotes
+from pipeline.records.run_table import RunTable
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.run_notes import notes_file, read_run_notes
+from pipeline.vehicle.schema import Vehicle
+
+_DAY = re.compile(r"\d{4}-\d\d-\d\d")
+_VOLTS = re.compile(r"(\d+(?:\.\d+)?) ?[vV]")
+_TABLES = (".csv", ".tsv", ".txt", ".xlsx", ".xlsm", ".xls", ".ods")
+_VOLTAGE_APART = 0.5
+_EXPECTED = (
+    "Expected a day (2024-05-14), a run, a log, a bench file, a vehicle or its vehicle.yaml; of a "
+    "bench file or a vehicle's bench files also one voltage or thruster, NAME@12V or NAME@left."
+)
+
+
+@dataclass(frozen=True)
+class FoundSide:
+    """One side, read: the runs of a vehicle, points of the bench, or a vehicle file."""
+
+    side: Side
+    one: SimulatedVehicle | None = None
+    runs: tuple[RunTable, ...] = ()
+    notes: tuple[RunNotes | None, ...] = ()
+    digests: frozenset[str] = frozenset()
+    points: tuple[MooringPoint, ...] = ()
+    vehicle: Vehicle | None = None
+    file: Path | None = None
+
+
+def find_side(
+    text: str, vehicle: str | None, raw: Path, out: Path, tell: Callable[[str], None]
+) -> FoundSide:
+    """Find and read what a text names.
+
+    Parameters
+    ----------
+    text : str
+        As the user wrote it.
+    vehicle : str or None
+        The vehicle that it is of, where the text does not say it.
+    raw, out : Path
+        The raw folder, and the folder of ``processed/``.
+    tell : callable
+        Is told what is read.
+
+    Raises
+    ------
+    UsageError
+        When there is no such thing, or several.
+    InputError, CannotComputeError
+        When it cannot be read.
+    """
+    name, _, part = text.partition("@")
+    path = Path(name)
+    if path.is_file() and path.name != VEHICLE_FILE:
+        return _file(text, path, part, vehicle, (raw, out), tell)
+    if path.name == VEHICLE_FILE or (path / VEHICLE_FILE).is_file():
+        folder = path.parent if path.name == VEHICLE_FILE else path
+        return _vehicle(text, str(folder), raw, out, part)
+    if name == vehicle or (not _DAY.fullmatch(name) and name in _vehicles(raw, out)):
+        return _vehicle(text, name, raw, out, part)
+    holds = _logs_of(name, vehicle, raw, out)
+    if len(holds) > 1:
+        raise UsageError(f'"{name}" is of {", ".join(holds)}; name one with --vehicle.')
+    for owner, logs in holds.items():
+        return _runs(text, owner, logs, (raw, out), tell)
+    if "/" not in name and (not vehicle or name in bundled_vehicles()):
+        return _vehicle(text, name, raw, out, part)  # a bundled one, or the words that it is none
+    raise UsageError(f'there is no "{name}". {_EXPECTED}')
+
+
+def _file(  # noqa: PLR0917 - what `find_side` was given
+    text: str,
+    path: Path,
+    part: str,
+    vehicle: str | None,
+    folders: tuple[Path, Path],
+    tell: Callable[[str], None],
+) -> FoundSide:
+    """Read a log or a bench file."""
+    owner = vehicle or _folder_above(path)
+    if owner is None:
+        raise UsageError(
+            f"{path}: of which vehicle is it? There is no {VEHICLE_FILE} in the folders above; "
+            "name it with --vehicle."
+        )
+    if path.suffix.lower() in LOG_SUFFIXES or path.name == BAG_FILE:
+        return _runs(text, owner, [str(path)], folders, tell)
+    if path.suffix.lower() in _TABLES:
+        return _bench(text, find_vehicle(owner, *folders)[1], [path], part)
+    raise UsageError(f"{path} is neither a log nor a bench file. {_EXPECTED}")
+
+
+def _logs_of(name: str, vehicle: str | None, raw: Path, out: Path) -> dict[str, list[str]]:
+    """Find the logs of a day or run, by the vehicles that have some: DAY, or VEHICLE/DAY."""
+    before, _, last = name.rpartition("/")
+    owners = [before] if before else [vehicle] if vehicle else _vehicles(raw, out)
+    holds: dict[str, list[str]] = {}
+    for owner in owners:
+        _, file = find_vehicle(owner, raw, out)
+        logs = logs_of(file.parent / POOL)
+        own = [log for log in logs if last in {log.name, run_of(log)}]
+        if not own and _DAY.fullmatch(last):
+            own = [log for log in logs if day_of(log) == last]
+        if own:
+            holds[owner] = [str(log) for log in own]
+    return holds
+
+
+def _vehicles(raw: Path, out: Path) -> list[str]:
+    return [one.name for one in discover(raw, out)[0]]
+
+
+def _folder_above(path: Path) -> str | None:
+    for folder in path.resolve().parents:
+        if (folder / VEHICLE_FILE).is_file():
+            return str(folder)
+    return None
+
+
+def _runs(
+    text: str,
+    owner: str,
+    logs: list[str],
+    folders: tuple[Path, Path],
+    tell: Callable[[str], None],
+) -> FoundSide:
+    raw, out = folders
+    one = load_simulated(owner, raw, out)
+    paths = find_logs(logs, one)
+    read = [read_run(path, one, raw) for path in told_first(paths, tell)]
+    notes = []
+    for path in paths:
+        file = notes_file(path)
+        notes.append(None if file is None else read_run_notes(file, str(file)))
+    holds = tuple(f"{run.name}, {run.seconds:.0f} s" for run, _ in read)
+    return FoundSide(
+        Side(name=text, kind="runs", vehicle=one.name, holds=holds),
+        one,
+        tuple(table for _, table in read),
+        tuple(notes),
+        frozenset(run.sha256 for run, _ in read),
+        vehicle=one.vehicle,
+        file=one.file,
+    )
+
+
+def _vehicle(text: str, name: str, raw: Path, out: Path, part: str) -> FoundSide:
+    name, file = find_vehicle(name, raw, out)
+    if part:
+        folder = file.parent / "mooring"
+        files = sorted(p for p in folder.glob("*") if p.suffix.lower() in _TABLES)
+        if not files:
+            raise UsageError(f"{name} has no bench file under {folder}, of which {part} could be.")
+        return _bench(text, file, files, part)
+    side = Side(name=text, kind="vehicle", vehicle=name, holds=(str(file),))
+    return FoundSide(side, vehicle=load_vehicle(file), file=file)
+
+
+def _bench(text: str, vehicle_file: Path, files: list[Path], part: str) -> FoundSide:
+    vehicle = load_vehicle(vehicle_file)
+    record = read_mooring_tables(files, vehicle, files[0].parent)
+    refused = [str(one) for one in record.problems if one.severity == "error"]
+    points = [point for point in record.points if not point.marks]
+    volts = _VOLTS.fullmatch(part)
+    if volts:
+        wanted = float(volts[1])
+        points = [
+            point
+            for point in points
+            if point.voltage_v is not None and abs(point.voltage_v - wanted) <= _VOLTAGE_APART
+        ]
+    elif part:
+        points = [point for point in points if point.thruster == part]
+    if not points:
+        all_points = record.points
+        volts_there = sorted({round(p.voltage_v) for p in all_points if p.voltage_v is not None})
+        there = [f"{one:g}V" for one in volts_there]
+        there += sorted({p.thruster for p in all_points if p.thruster})
+        why = (
+            refused[0]
+            if refused
+            else f"There is {', '.join(there) or 'no point that can be used'}."
+        )
+        raise UsageError(f"{text}: no point of the bench files is that. {why}")
+    supply = sorted({round(p.voltage_v, 1) for p in points if p.voltage_v is not None})
+    holds = [f"{len(points)} readings of {', '.join(path.name for path in files)}"]
+    if supply:
+        holds.append(
+            f"supply {supply[0]:g} V"
+            if len(supply) == 1
+            else f"supply {supply[0]:g} to {supply[-1]:g} V"
+        )
+    side = Side(name=text, kind="bench", vehicle=vehicle.name, holds=tuple(holds))
+    return FoundSide(side, points=tuple(points), vehicle=vehicle, file=vehicle_file)

@@ -1,0 +1,256 @@
+"""Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pipeline import __version__
+from pipeline.actions.diagnosis_page import OVERLAY_END, write_page
+from pipeline.actions.found_changes import diagnosed_changes, source_of
+from pipeline.actions.simulation import simulate_to_file
+from pipeline.actions.simulation_request import SimulationRequest
+from pipeline.diagnose.case import Case
+from pipeline.diagnose.engine import Diagnosis, diagnose_fully
+from pipeline.diagnose.tell.file_changes import left_to_say
+from pipeline.errors import CannotComputeError
+from pipeline.inputs.runs_to_identify import find_logs, read_run, told_first
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
+from pipeline.inputs.sound_runs import sound_runs
+from pipeline.plan import seen_from
+from pipeline.provenance import canonical_json, write_atomically
+from pipeline.records.diagnosis import DiagnosisRecord
+from pipeline.records.run_table import RunTable
+from pipeline.report.diagnosis_page import glance_of
+from pipeline.stages.diagnosis_links import Question
+from pipeline.vehicle.change_list import text_with
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.run_notes import run_of
+
+RESULT_FILE, CORRECTED_FILE = "diagnosis.json", "vehicle_corrected.yaml"
+#: One sound run does not show how much runs differ.
+_LEAST_SOUND = 2
+
+
+@dataclass(frozen=True)
+class DiagnosisRequest:
+    """What the user asked for; `to` None: ``processed/<vehicle>/diagnosis``."""
+
+    vehicle: str
+    runs: tuple[str, ...]
+    holdout: tuple[str, ...] = ()
+    healthy: tuple[str, ...] = ()
+    to: Path | None = None
+    raw: Path = Path("raw")
+    out: Path = Path()
+    threads: int = 2
+
+
+@dataclass(frozen=True)
+class DiagnosisFiles:
+    """The result and where it lies; `corrected` is None where nothing of the file changes."""
+
+    record: DiagnosisRecord
+    result: Path
+    corrected: Path | None
+    page: Path
+    overlays: tuple[Path, ...] = ()
+    """One log a run: everything that was recorded, and the simulation with the effect beside it."""
+    without_overlay: tuple[str, ...] = ()
+    """Logs of which none could be made, each with the reason."""
+
+
+def diagnose_to_files(
+    request: DiagnosisRequest, tell: Callable[[str], None] = lambda _: None
+) -> DiagnosisFiles:
+    """Diagnose logs and write what was found; `tell` is told what is done now.
+
+    Raises
+    ------
+    UsageError
+        For a vehicle or run that does not exist.
+    InputError, CannotComputeError
+        For a log that cannot be used, data from which no diagnosis can be made, or a place that
+        cannot be written.
+    """
+    one = load_simulated(request.vehicle, request.raw, request.out)
+    request, noted = _with_sound_runs(request, one)
+    runs, holdout, healthy = (
+        _tables(texts, one, request.raw, tell)
+        for texts in (request.runs, request.holdout, request.healthy)
+    )
+    _refuse_twice(request, one)
+    # before anything is written: it may go to a folder that was named as one of runs
+    question = _question(request, one)
+    tell(f"weighing what explains the runs ({len(runs) + len(holdout)})")
+    case = Case(one.name, one.vehicle, one.packed, runs, holdout, healthy)
+    found = diagnose_fully(case, request.threads)
+    found = _with_notes(found, (*runs, *holdout, *healthy), noted)
+    first = {"glance": glance_of(found.record)}
+    found = replace(found, record=found.record.model_copy(update=first))
+    folder = request.to
+    if folder is None:
+        folder = request.out / "processed" / one.name / "diagnosis"
+    top = next(iter(found.record.ranking), None)
+    changes = diagnosed_changes(one, top, found.specs) if found.specs else ()
+    update = {"vehicle_file_sha256": one.file_digest, "changes": changes}
+    found = replace(found, record=found.record.model_copy(update=update))
+    text = _corrected(one, found)
+    result = folder / RESULT_FILE
+    write_atomically(result, canonical_json(found.record.model_dump(mode="json")) + "\n")
+    corrected = _write_corrected(folder, one, text)
+    overlays, without = _write_overlays(request, folder, one, found, tell)
+    files = [result, *([] if corrected is None else [corrected]), *overlays]
+    page = write_page(found.record, question, request.out, request.to, files)
+    return DiagnosisFiles(found.record, result, corrected, page, overlays, without)
+
+
+def _question(request: DiagnosisRequest, one: SimulatedVehicle) -> Question:
+    """Tell which logs the answer is of, by where they lie."""
+    runs, holdout, healthy = (
+        tuple(seen_from(path, request.out) for path in find_logs(texts, one))
+        for texts in (request.runs, request.holdout, request.healthy)
+    )
+    return Question(runs, holdout, healthy)
+
+
+def _with_sound_runs(
+    request: DiagnosisRequest, one: SimulatedVehicle
+) -> tuple[DiagnosisRequest, tuple[str, ...]]:
+    """Take the vehicle's sound runs for healthy ones where none are named; say so.
+
+    Not where one of them is asked of, nor where there is but one, which does not show how much runs
+    differ.
+    """
+    if request.healthy:
+        return request, ()
+    sound, _ = sound_runs(one)
+    asked = set(find_logs((*request.runs, *request.holdout), one))
+    if len(sound) < _LEAST_SOUND or asked & set(sound):
+        return request, ()
+    names = ", ".join(f"{run_of(path)} ({why})" for path, why in sound.items())
+    told = f"no healthy runs were named; these are known to be sound and were taken: {names}."
+    return replace(request, healthy=tuple(str(path) for path in sound)), (told,)
+
+
+def _with_notes(
+    found: Diagnosis, tables: Sequence[RunTable], noted: Sequence[str] = ()
+) -> Diagnosis:
+    """Add what is known of the runs and was not simulated, and what was noted before."""
+    notes = [note for table in tables if table.known is not None for note in table.known.notes]
+    told = (*found.record.notes, *noted, *dict.fromkeys(notes))
+    return replace(found, record=found.record.model_copy(update={"notes": told}))
+
+
+def _tables(
+    texts: Sequence[str], one: SimulatedVehicle, raw: Path, tell: Callable[[str], None]
+) -> tuple[RunTable, ...]:
+    return tuple(read_run(path, one, raw)[1] for path in told_first(find_logs(texts, one), tell))
+
+
+def _refuse_twice(request: DiagnosisRequest, one: SimulatedVehicle) -> None:
+    """No run may both speak and judge."""
+    given = [
+        set(find_logs(texts, one)) for texts in (request.runs, request.holdout, request.healthy)
+    ]
+    for first, second, roles in (
+        (given[0], given[1], "to diagnose and to judge by"),
+        (given[0], given[2], "to diagnose and as healthy"),
+        (given[1], given[2], "to judge by and as healthy"),
+    ):
+        if first & second:
+            names = ", ".join(sorted(path.name for path in first & second))
+            raise CannotComputeError(f"{names}: given both {roles}; a run can be one of these.")
+
+
+def _write_overlays(
+    request: DiagnosisRequest,
+    folder: Path,
+    one: SimulatedVehicle,
+    found: Diagnosis,
+    tell: Callable[[str], None],
+) -> tuple[tuple[Path, ...], tuple[str, ...]]:
+    """Simulate the held-out runs (all runs where none is) with the effects of the verdict.
+
+    A free run of minutes may leave the finite numbers where the windows of the answer did not, and
+    a log may be too long for one: such runs are named, each with the reason. No log of the
+    question is taken away or written over, wherever it lies.
+    """
+    logs = find_logs(request.holdout or request.runs, one)
+    given = find_logs((*request.runs, *request.holdout, *request.healthy), one)
+    here = [path.name for path in given if path.parent == folder.resolve()]
+    paths = [folder / name for name in _overlay_names(logs, here)]
+    # what an earlier diagnosis left would pass for this one's
+    for old in paths if request.to is not None else folder.glob(f"*{OVERLAY_END}"):
+        if old.resolve() not in given:
+            old.unlink(missing_ok=True)
+    if not found.specs:
+        return (), ()
+    written, without = [], []
+    for log, path in zip(logs, paths, strict=True):
+        tell(f"simulating {log.name} with the effect")
+        asked = SimulationRequest(
+            str(one.file.parent),
+            path,
+            log=log,
+            effects=tuple(str(spec) for spec in found.specs),
+            raw=request.raw,
+            out=request.out,
+        )
+        try:
+            written.append(simulate_to_file(asked).path)
+        except CannotComputeError as error:
+            without.append(f"{log.name}: {error}")
+    return tuple(written), tuple(without)
+
+
+def _overlay_names(logs: Sequence[Path], taken: Sequence[str] = ()) -> list[str]:
+    """Name the logs with the effect after their runs; runs of one name are counted.
+
+    `taken` are names of files that stay. Names that differ in capitals alone count as one: to some
+    disks they are.
+
+    >>> _overlay_names([Path("mon/a.mcap"), Path("tue/A.mcap"), Path("a-2.mcap")])
+    ['a_with_effect.mcap', 'A-2_with_effect.mcap', 'a-2-2_with_effect.mcap']
+    """
+    used = {name.lower() for name in taken}
+    names = []
+    for log in logs:
+        name, number = f"{run_of(log)}{OVERLAY_END}", 1
+        while name.lower() in used:
+            number += 1
+            name = f"{run_of(log)}-{number}{OVERLAY_END}"
+        used.add(name.lower())
+        names.append(name)
+    return names
+
+
+def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:
+    """Text of the corrected vehicle file; None where the verdict changes nothing."""
+    specs = found.specs
+    if not specs:
+        return None
+    changes = found.record.changes
+    lines = [
+        f"Corrected by rig2sea {__version__} diagnose from {', '.join(found.record.runs)}.",
+        found.record.verdict.sentence,
+        *(f"Changed {change.path}." for change in changes),
+    ]
+    rest = left_to_say(specs, {change.path: change.value for change in changes})
+    if rest:
+        lines.append("No key of this file can say: " + " ".join(rest))
+    original = one.file.read_text(encoding="utf-8")
+    return text_with(original, changes, source_of(found.record.runs), "\n".join(lines))
+
+
+def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:
+    """Write the corrected file, never over the engineer's own, and read it back."""
+    path = folder / CORRECTED_FILE
+    if text is None:
+        # what an earlier diagnosis left would pass for this one's
+        path.unlink(missing_ok=True)
+        return None
+    if path.exists() and path.samefile(one.file):
+        raise CannotComputeError(f"{path} is the vehicle file itself; choose another folder (--to)")
+    write_atomically(path, text)
+    load_vehicle(path)
+    return path

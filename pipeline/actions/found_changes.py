@@ -1,0 +1,128 @@
+"""A diagnosis or an identification as changes of the vehicle file, each with its interval."""
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+
+from pipeline.diagnose.tell.file_changes import file_changes as diagnosed_file
+from pipeline.effects.library import apply_effects, effects
+from pipeline.effects.specification import EffectSpec
+from pipeline.errors import CannotComputeError
+from pipeline.identify.file_changes import file_changes as identified_file
+from pipeline.inputs.simulated_vehicle import SimulatedVehicle
+from pipeline.plan import VEHICLE_FILE
+from pipeline.records.diagnosis import RankedEffect
+from pipeline.records.file_change import FileChange
+from pipeline.records.identification import VehicleIdentification
+from pipeline.simulate.context import model_of
+from pipeline.vehicle.change_list import listed_changes
+from pipeline.vehicle.frames import Change, changes_as_stated
+from pipeline.vehicle.load import load_checked
+from pipeline.vehicle.schema import Vehicle
+
+Pair = tuple[Mapping[str, Change], Mapping[str, Change]]
+
+
+def as_stated(one: SimulatedVehicle) -> Vehicle:
+    """Read the vehicle in the axes of its own file."""
+    return load_checked(one.file, Vehicle, expected=f"a {VEHICLE_FILE}.", remedy="")
+
+
+def source_of(runs: Sequence[str], kind: str = "diagnosis") -> str:
+    """Say in a line what numbers are from; of many runs the first ones.
+
+    >>> source_of(["a", "b", "c", "d"])
+    'diagnosis of a, b and 2 more'
+    """
+    some = list(runs)[:2] if len(runs) > 3 else list(runs)
+    more = f" and {len(runs) - len(some)} more" if len(runs) > len(some) else ""
+    return f"{kind} of {', '.join(some)}{more}"
+
+
+def diagnosed_changes(
+    one: SimulatedVehicle, top: RankedEffect | None, specs: Sequence[EffectSpec]
+) -> tuple[FileChange, ...]:
+    """List what the effects of a verdict change; their intervals are those of its entry `top`."""
+
+    def changes(now: Sequence[EffectSpec]) -> dict[str, Change]:
+        vector = apply_effects(one.packed.vector, now, one.packed.context)
+        found = diagnosed_file(one.vehicle, model_of(one.vehicle), one.packed, vector)
+        return changes_as_stated(found, one.vehicle.frame)
+
+    ends = []
+    for index, spec in enumerate(specs if top is not None else ()):
+        known = {parameter.name: parameter for parameter in effects()[spec.id].parameters}
+        for name, value in spec.values.items():
+            assert top is not None  # noqa: S101 - the loop is empty without
+            own = top.parameters.get(f"{spec.id}.{name}", top.parameters.get(name))
+            if own is None or not own.ci95[0] < own.ci95[1]:
+                continue
+            pair = []
+            for end in own.ci95:
+                low, high = known[name].possible
+                moved = min(max(value + end - own.value, low), high)
+                other = replace(spec, values={**spec.values, name: moved})
+                # what leaves no valid vehicle bounds nothing
+                with suppress(CannotComputeError):
+                    pair.append(changes([*specs[:index], other, *specs[index + 1 :]]))
+            if len(pair) == 2:
+                ends.append((pair[0], pair[1]))
+    return listed_changes(as_stated(one), changes(specs), ends)
+
+
+def ranked_specs(ranked: RankedEffect) -> tuple[EffectSpec, ...]:
+    """Return the effects of an entry of a ranking as they are switched on."""
+    specs = []
+    for effect in ranked.effect.split("+"):
+        alone, own = f"{effect}.", {}
+        for name, found in ranked.parameters.items():
+            if name.startswith(alone) or "." not in name:
+                own[name.removeprefix(alone)] = found.value
+        of_one = effects()[effect].scope == "thruster"
+        target = ranked.thrusters.get(effect, ranked.thruster if of_one else None)
+        specs.append(EffectSpec(effect, own, target))
+    return tuple(specs)
+
+
+def identified_changes(
+    one: SimulatedVehicle, whole: VehicleIdentification
+) -> tuple[tuple[FileChange, ...], tuple[str, ...]]:
+    """List what an identification changes, and say what could not be written as it was found."""
+    model = model_of(one.vehicle)
+
+    def changes(now: VehicleIdentification) -> tuple[dict[str, Change], tuple[str, ...]]:
+        return identified_file(one.vehicle, model, now.parameters, now.thrust)
+
+    def ends_of(now: Callable[[float], VehicleIdentification], *ends: float) -> Pair:
+        low, high = (changes(now(end))[0] for end in ends)
+        return low, high
+
+    ends = []
+    for k, own in enumerate(whole.parameters):
+        value = own.value if own.file_value is None else own.file_value
+        ends.append(
+            ends_of(partial(_with_parameter, whole, k), *_moved(value, own.value, own.ci95))
+        )
+    for k, one_thrust in enumerate(whole.thrust):
+        if one_thrust.file_value is not None:
+            moved = _moved(one_thrust.file_value, one_thrust.value, one_thrust.ci95)
+            ends.append(ends_of(partial(_with_thrust, whole, k), *moved))
+    found, notes = changes(whole)
+    return listed_changes(as_stated(one), found, ends), notes
+
+
+def _moved(value: float, found: float, ci95: tuple[float, float]) -> tuple[float, float]:
+    return value + ci95[0] - found, value + ci95[1] - found
+
+
+def _with_parameter(whole: VehicleIdentification, k: int, value: float) -> VehicleIdentification:
+    every = list(whole.parameters)
+    every[k] = every[k].model_copy(update={"file_value": value})
+    return whole.model_copy(update={"parameters": tuple(every)})
+
+
+def _with_thrust(whole: VehicleIdentification, k: int, value: float) -> VehicleIdentification:
+    every = list(whole.thrust)
+    every[k] = every[k].model_copy(update={"file_value": value})
+    return whole.model_copy(update={"thrust": tuple(every)})

@@ -1,0 +1,181 @@
+"""What a simulation was asked for, and whether it can be done."""
+
+import difflib
+import math
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from pipeline.actions.chosen_allocator import AllocatorName
+from pipeline.actions.replay import LONGEST_S
+from pipeline.export.mcap_log import DEFAULT_START_TIME_NS, is_of_others
+from pipeline.plan import UsageError
+from pipeline.simulate.events import Action, PayloadEvent
+from pipeline.simulate.fly import CONTROL_PERIOD_S
+from pipeline.simulate.manoeuvres import MANOEUVRES
+from pipeline.simulate.tethered_mover import WinchOrder
+
+
+@dataclass(frozen=True)
+class SimulationRequest:
+    """What the user asked for: a manoeuvre or a log, and everything that shapes the run.
+
+    `attach`, `release` hold events of payload modules, ``MODULE@SECONDS``; `winch` orders of the
+    tether's winch, ``SPEED@SECONDS``. `start` is the time of day at which the log begins, ISO 8601.
+    """
+
+    vehicle: str
+    to: Path
+    manoeuvre: str | None = None
+    log: Path | None = None
+    effects: tuple[str, ...] = ()
+    attach: tuple[str, ...] = ()
+    release: tuple[str, ...] = ()
+    winch: tuple[str, ...] = ()
+    amplitude: float = 1.0
+    duration_s: float | None = None
+    seed: int = 0
+    allocator: AllocatorName = "general"
+    step_s: float | None = None
+    start: str | None = None
+    raw: Path = Path("raw")
+    out: Path = Path()
+
+
+def check_request(request: SimulationRequest) -> None:
+    """Refuse numbers and names that mean nothing, and a file that is no log or would be lost.
+
+    Raises
+    ------
+    UsageError
+        Naming the option.
+    """
+    if request.to.suffix.lower() != ".mcap":
+        raise UsageError(f"--to {request.to}: the name of a log is expected, *.mcap.")
+    if not (math.isfinite(request.amplitude) and 0.0 < request.amplitude <= 10.0):
+        raise UsageError(
+            f"--amplitude {request.amplitude:g}: a number above 0, at most 10, is expected; 1 is "
+            "the usual size."
+        )
+    duration = request.duration_s
+    if duration is not None and not CONTROL_PERIOD_S <= duration <= LONGEST_S:
+        raise UsageError(
+            f"--duration {duration:g}: seconds from {CONTROL_PERIOD_S:g} to {LONGEST_S:g} are "
+            "expected."
+        )
+    step = CONTROL_PERIOD_S if request.step_s is None else request.step_s
+    parts = CONTROL_PERIOD_S / step if math.isfinite(step) and step > 0.0 else 0.0
+    if parts < 1.0 - 1e-9 or abs(parts - round(parts)) > 1e-6 * parts or parts > 1e4:
+        raise UsageError(
+            f"--step {step:g}: a whole number of steps must fill the {CONTROL_PERIOD_S:g} s "
+            "between two commands, e.g. 0.01, 0.02, 0.05, 0.1."
+        )
+    start_time_ns(request)
+    if request.seed < 0:
+        raise UsageError(f"--seed {request.seed}: a whole number from 0 is expected.")
+    if request.manoeuvre is not None and request.manoeuvre not in MANOEUVRES:
+        raise UsageError(_unknown_manoeuvre(request.manoeuvre))
+    if request.log is not None:
+        _check_replay(request, request.log)
+    if is_of_others(request.to):
+        raise UsageError(
+            f"--to {request.to}: this file is there, was not written by rig2sea and would be "
+            "replaced: a measured log? Name another file, or delete that one."
+        )
+
+
+def start_time_ns(request: SimulationRequest) -> int:
+    """Return when the log of a manoeuvre begins [ns since 1970]; without a zone it is UTC.
+
+    Raises
+    ------
+    UsageError
+        For a text that is no date, or one that a log cannot hold.
+    """
+    if request.start is None:
+        return DEFAULT_START_TIME_NS
+    try:
+        start = datetime.fromisoformat(request.start)
+    except ValueError:
+        start = None
+    if start is None or not 1970 < start.year < 2200:
+        raise UsageError(
+            f'--start "{request.start}": a date and time is expected, e.g. 2024-05-14T09:30.'
+        )
+    if start.tzinfo is None:
+        start = start.replace(tzinfo=UTC)
+    return round(start.timestamp() * 1e6) * 1000
+
+
+def _check_replay(request: SimulationRequest, log: Path) -> None:
+    """Refuse what the commands of a log leave no room for, and a log that would be lost."""
+    if _same_file(request.to, log):
+        raise UsageError(
+            f"--to {request.to}: this is the log of --run, and would be replaced. Name another "
+            "file."
+        )
+    for option, given in (
+        ("--duration", request.duration_s is not None),
+        ("--amplitude", request.amplitude != SimulationRequest.amplitude),
+        ("--start", request.start is not None),
+        ("--allocator", request.allocator != SimulationRequest.allocator),
+    ):
+        if given:
+            raise UsageError(
+                f"{option} shapes a manoeuvre. The commands of a log are simulated as they were "
+                "given, from the first to the last: leave it out, or give --manoeuvre NAME."
+            )
+
+
+def _same_file(one: Path, other: Path) -> bool:
+    """Tell whether two names, of which either may lead nowhere, are those of one file."""
+    return one.exists() and other.exists() and one.samefile(other)
+
+
+def _unknown_manoeuvre(name: str) -> str:
+    near = difflib.get_close_matches(name.replace("-", "_"), MANOEUVRES, n=1, cutoff=0.5)
+    hint = f' Did you mean "{near[0]}"?' if near else ""
+    return f'there is no manoeuvre "{name}".{hint} There are {", ".join(MANOEUVRES)}.'
+
+
+def parse_events(request: SimulationRequest) -> list[PayloadEvent]:
+    """Read the events of payload modules, ``MODULE@SECONDS``.
+
+    Raises
+    ------
+    UsageError
+        For a text of another form.
+    """
+    events = []
+    wanted: list[tuple[Action, str]] = [("attach", text) for text in request.attach]
+    wanted += [("release", text) for text in request.release]
+    for action, text in wanted:
+        module, _, time = text.rpartition("@")
+        try:
+            events.append(PayloadEvent(float(time), action, module.strip()))
+        except ValueError:
+            raise UsageError(
+                f'--{action} "{text}": MODULE@SECONDS is expected, e.g. module_1@30.'
+            ) from None
+    return events
+
+
+def parse_winch(request: SimulationRequest) -> list[WinchOrder]:
+    """Read the orders of the winch, ``SPEED@SECONDS``.
+
+    Raises
+    ------
+    UsageError
+        For a text of another form.
+    """
+    orders = []
+    for text in request.winch:
+        speed, _, time = text.rpartition("@")
+        try:
+            orders.append(WinchOrder(float(time), float(speed)))
+        except ValueError:
+            raise UsageError(
+                f'--winch "{text}": SPEED@SECONDS is expected, metres a second, positive pays '
+                "out, e.g. 0.2@30."
+            ) from None
+    return orders

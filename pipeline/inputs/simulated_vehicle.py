@@ -1,0 +1,137 @@
+"""The vehicle that is to be simulated: found by name, read, and packed for the kernel."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+
+from pipeline.errors import CannotComputeError
+from pipeline.inputs.bench_models import bench_model
+from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.plan import TITLES, VEHICLE_FILE, processed_file, typed_name
+from pipeline.provenance import file_digest, read_envelope
+from pipeline.records.base import Record
+from pipeline.records.fits import InverseCharacteristic
+from pipeline.simulate.bench_model import BenchModel
+from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.vehicle.load import load_vehicle
+from pipeline.vehicle.notes import opposed_thrusters, vehicle_notes
+from pipeline.vehicle.schema import Vehicle
+
+R = TypeVar("R", bound=Record)
+
+
+@dataclass(frozen=True)
+class SimulatedVehicle:
+    """A vehicle ready to fly; `notes` is what the user should know of it."""
+
+    name: str
+    file: Path
+    vehicle: Vehicle
+    packed: PackedVehicle
+    notes: tuple[str, ...]
+
+    @property
+    def file_digest(self) -> str:
+        """SHA-256 of its vehicle file."""
+        return file_digest(self.file)
+
+
+def load_simulated(text: str, raw: Path, out: Path) -> SimulatedVehicle:
+    """Find a vehicle, read it with what the bench gave, and pack it.
+
+    Parameters
+    ----------
+    text : str
+        A name under the raw folder, a path to a folder with ``vehicle.yaml``, or a bundled name.
+    raw, out : Path
+        The raw folder, and the folder that holds ``processed/``.
+
+    Raises
+    ------
+    UsageError
+        When there is no such vehicle.
+    InputError, CannotComputeError
+        When it cannot be read, has no model, its bench results are missing, or one of its
+        thrusters pushes against what the allocator takes it for.
+    """
+    name, file = find_vehicle(text, raw, out)
+    vehicle = load_vehicle(file)
+    opposed = opposed_thrusters(vehicle)
+    if opposed:
+        raise CannotComputeError(
+            f"{file}: thruster {', '.join(opposed)} pushes the other way than its role in "
+            "allocator: says, so every loop that is closed over it would run away.\n"
+            "Turn its direction round, or give it its right role."
+        )
+    bench, notes = _bench(vehicle, name, file, out)
+    packed = pack_vehicle(vehicle, bench)
+    notes += vehicle_notes(vehicle)
+    return SimulatedVehicle(name, file, vehicle, packed, notes)
+
+
+def load_packed(file: Path, name: str, out: Path) -> PackedVehicle:
+    """Pack another file of a vehicle, one with identified values, with the vehicle's bench results.
+
+    Raises
+    ------
+    InputError, CannotComputeError
+        When it cannot be read, has no model, or bench results are missing.
+    """
+    vehicle = load_vehicle(file)
+    return pack_vehicle(vehicle, _bench(vehicle, name, file, out)[0])
+
+
+def _bench(
+    vehicle: Vehicle, name: str, file: Path, out: Path
+) -> tuple[BenchModel | None, tuple[str, ...]]:
+    """Return what the bench says of the thrusters, where the model asks for it."""
+    known: set[str | None] = set()
+
+    def read(thruster_type: str, stage: str, kind: type[R]) -> R:
+        record, inputs = _result(typed_name(name, thruster_type), out, stage, kind)
+        known.add(inputs.get(f"raw/{name}/{VEHICLE_FILE}"))
+        return record
+
+    bench = bench_model(vehicle, read)
+    if known <= {file_digest(file)}:
+        return bench, ()
+    changed = (
+        f"{VEHICLE_FILE} was changed after the bench results were computed; if that touched "
+        f"more than model: and sensors:, run `rig2sea run {name}` again."
+    )
+    return bench, (changed,)
+
+
+def load_inverse(name: str, out: Path) -> InverseCharacteristic:
+    """Read an inverse characteristic, which the allocator uses; `name` as `typed_name` has it.
+
+    Raises
+    ------
+    CannotComputeError
+        When the bench gave none.
+    """
+    record, _ = _result(name, out, "inverse", InverseCharacteristic)
+    return record
+
+
+def load_inverses(vehicle: Vehicle, name: str, out: Path) -> dict[str, InverseCharacteristic]:
+    """Read the inverse characteristics of a vehicle's types of thruster, "" that of `tables`."""
+    return {one: load_inverse(typed_name(name, one), out) for one in vehicle.used_types}
+
+
+def _result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, dict[str, str]]:
+    """Read a stage's record and the digests of what it was made from."""
+    path = out / processed_file(name, stage)
+    remedy = f"Run `rig2sea run {name}` first."
+    if not path.is_file():
+        raise CannotComputeError(
+            f"{name} takes its thrust from its bench data, and there is no {TITLES[stage]}: "
+            f"{path} does not exist.\n{remedy}"
+        )
+    envelope = read_envelope(path, stage, kind)
+    if envelope.record is None:
+        raise CannotComputeError(
+            f"{name} takes its thrust from its bench data, and they gave no {TITLES[stage]}: "
+            f"{envelope.why_not}"
+        )
+    return envelope.record, dict(envelope.inputs)
