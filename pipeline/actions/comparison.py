@@ -145,10 +145,12 @@ def _told(change: RunChange, names: Sequence[str], count: int) -> Difference:
     if ratio is not None:
         ci = (ratio - half / base, ratio + half / base)
         every = shift.kind == "all_thrusters"
-        what = "All thrusters together give" if every else f"The {shift.name} thruster gives"
+        share = f"{100 * ratio:.0f} % ({100 * ci[0]:.0f} to {100 * ci[1]:.0f} %)"
         text = (
-            f"{what} {100 * ratio:.0f} % ({100 * ci[0]:.0f} to {100 * ci[1]:.0f} %) of the thrust "
-            f"that the other runs show, in {of}."
+            f"All thrusters together give {share} of the thrust that the other runs show, in {of}."
+            if every
+            else f"The {shift.name} thruster gives {share} of the thrust that the other runs "
+            f"show, in {of}."
         )
     else:
         ci = (change.value - half, change.value + half)
@@ -299,10 +301,10 @@ def _run_curves(
 
 
 _AXES = {
-    "u": "surge u  [m/s]",
-    "w": "heave w  [m/s]",
-    "q": "pitch rate q  [deg/s]",
-    "r": "yaw rate r  [deg/s]",
+    "u": "u  [m/s]",
+    "w": "w  [m/s]",
+    "q": "q  [deg/s]",
+    "r": "r  [deg/s]",
     "depth": "depth  [m]",
 }
 

@@ -14,9 +14,10 @@ from pipeline.identify.pool_plan import MARGIN, WANTED, ChosenRuns, PlanCandidat
 from pipeline.ingest.log_names import logs_of, run_of
 from pipeline.ingest.mcap_start import log_start_ns
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
-from pipeline.plan import POOL
+from pipeline.plan import POOL, report_file
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay, Promise
+from pipeline.report.links import address_from
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.simulate.context import model_of
 
@@ -85,11 +86,21 @@ def plan_day(  # noqa: PLR0917 - what the command is given
             metadata={"planned": planned.manoeuvre},
         )
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
+    from pipeline.report.assets import placed
     from pipeline.report.html import write_page
     from pipeline.report.pool_day_page import pool_day_page
 
     page = folder / PAGE
-    write_page(pool_day_page(record, flown, [run.trajectory for run in chosen.runs]), page)
+    own = out / report_file(one.name)
+    found = (("All vehicles", out / "reports/index.html"), (one.name, own))
+    text = pool_day_page(
+        record,
+        flown,
+        [run.trajectory for run in chosen.runs],
+        crumbs=tuple((label, address_from(page, file)) for label, file in found if file.is_file()),
+        assets=placed(out / "reports/assets" if to is None else to / "assets", page),
+    )
+    write_page(text, page)
     return PoolDayFiles(record, result, page, flown)
 
 

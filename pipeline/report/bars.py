@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 #: Gains beyond this are drawn at the edge; the table has the number.
 _GAINS = (-1.5, 2.5)
+#: A longer name of a bar goes on below.
+_LETTERS = 30
 
 
 @dataclass(frozen=True)
@@ -58,7 +61,10 @@ def bars_figure(
     mark : float, optional
         Where a dashed line stands.
     """
-    labels = [translate(bar.label) for bar in bars]
+    labels = [
+        fill(translate(bar.label), _LETTERS, break_on_hyphens=False, break_long_words=False)
+        for bar in bars
+    ]
     letters = max((len(line) for label in labels for line in label.split("\n")), default=0)
     left = min(12.0 + 4.9 * letters, 0.55 * WIDTH)
     rows = np.array([14.0 + 9.0 * (1 + label.count("\n")) for label in labels])

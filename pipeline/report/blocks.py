@@ -6,13 +6,15 @@ markup, and they come from `pipeline.report.plotting` and `pipeline.report.zooma
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
 
 from markupsafe import Markup
 
 NO_MARKUP = Markup("")
+#: Columns that a telephone shows beside each other.
+_BESIDE = 3
 
 
 @dataclass(frozen=True)
@@ -67,6 +69,11 @@ class Table:
         """Return the table of rows that name their columns, all the same ones."""
         header = tuple(rows[0]) if rows else ()
         return cls(caption, header, tuple(tuple(one.values()) for one in rows), **more)
+
+    @property
+    def stacks(self) -> bool:
+        """Whether a narrow screen shows every row as a list of its cells."""
+        return len(self.header) > _BESIDE and not self.cell_classes
 
     def __post_init__(self) -> None:
         """Refuse ragged rows (a shifted column is worse than a stop) and links to elsewhere."""
@@ -151,17 +158,6 @@ class Section:
 def fold(section: Section) -> Section:
     """Return the section behind a summary."""
     return replace(section, folded=True)
-
-
-def arranged(sections: Iterable[Section]) -> tuple[Section, ...]:
-    """Put what is in the open first, what is folded behind it, and leave out what is not there."""
-    there = [one for one in sections if one.is_there]
-    return tuple(sorted(there, key=lambda one: one.folded))
-
-
-def absent(sections: Iterable[Section]) -> tuple[str, ...]:
-    """Say what is not there and why, one text a section."""
-    return tuple(f"{one.title}: {one.reason}" for one in sections if not one.is_there)
 
 
 def not_computed(anchor: str, title: str, reason: str) -> Section:

@@ -23,7 +23,7 @@ CHANNELS = {
     "current": "current",
     "voltage": "supply voltage",
     "fx": "acceleration forward",
-    "fy": "acceleration to starboard",
+    "fy": "acceleration sideways",
     "fz": "acceleration down",
 }
 #: Short, for the head of a column.

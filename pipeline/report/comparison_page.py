@@ -3,13 +3,15 @@
 from pathlib import Path
 
 from pipeline.language import as_it_is
-from pipeline.records.comparison import Comparison, Curve, Difference
+from pipeline.records.comparison import Comparison, Curve, Difference, Side
+from pipeline.records.glance import Advice, Glance
 from pipeline.report import plotting
 from pipeline.report.assets import placed
 from pipeline.report.bars import gains_figure
 from pipeline.report.blocks import Block, Bullets, Details, Figure, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import probability_text
-from pipeline.report.html import render, write_page
+from pipeline.report.html import write_page
+from pipeline.report.page import Page
 from pipeline.report.panels import Panel, Style, Trace
 from pipeline.report.zoomable import zoomable_figure
 
@@ -23,35 +25,60 @@ def write_comparison_page(record: Comparison, path: Path, assets: Path | None) -
 
 def comparison_page(record: Comparison, assets: str = "") -> str:
     """Return the page as HTML text; the same record gives the same text."""
-    sections = [_section("curves", "One over the other", _figures(record))]
-    if record.codes_compared:
-        sections.append(_section("codes", "Codes that changed", _codes(record)))
-    sections.append(_section("asked", "What was asked", _asked(record)))
-    first, _, rest = record.verdict.partition(": ")
-    return render(
-        "answer.html.j2",
+    figures = _figures(record)
+    sections = [
+        Section("curves", "One over the other", tuple(figures[1:])),
+        Section("codes", "Codes that changed", _codes(record)),
+        Section("asked", "What was asked", _asked(record)),
+    ]
+    glance, word = comparison_glance(record)
+    return Page(
         title=f"{as_it_is(record.a.name)} and {as_it_is(record.b.name)}",
-        under=f"B against A. A: {_side(record, 'a')}. B: {_side(record, 'b')}.",
-        crumbs=(),
-        sentence=(first, ": " if rest else "", rest),
-        facts=record.cautions,
-        tone="warning" if record.why_not or record.differences or record.codes else "good",
+        under=("B against A.", f"A: {_side(record.a)}.", f"B: {_side(record.b)}."),
         sections=tuple(one for one in sections if one.blocks),
+        glance=glance,
+        word=word,
+        picture=figures[0] if figures else None,
+        notes=tuple(Paragraph(text, tone="note") for text in record.cautions),
         assets=assets,
-    )
+    ).html()
 
 
-def _side(record: Comparison, which: str) -> str:
-    side = record.a if which == "a" else record.b
+def comparison_glance(record: Comparison) -> tuple[Glance, str]:
+    """Say first what differs, and what to do about it; and the word beside the light."""
+    vehicle = record.b.vehicle
+    if record.why_not:
+        told = Glance(
+            light="amber",
+            matter=record.verdict,
+            short="cannot be compared",
+            do=(Advice(text="Compare two that have this in common."),),
+        )
+        return told, "Not comparable"
+    if not (record.differences or record.codes):
+        return Glance(light="green", matter=record.verdict, short="nothing differs"), "The same"
+    do = []
+    if record.a.kind == "runs":
+        runs = sorted({run for one in record.differences for run in one.where})
+        cause = f"rig2sea diagnose {vehicle} {' '.join(runs or map(_name, record.b.holds))}"
+        do.append(Advice(text="Ask for the cause.", command=cause))
+    elif record.codes:
+        do.append(Advice(text="Load the firmware tables anew: their codes changed."))
+    told = Glance(light="amber", matter=record.verdict, short="they differ", do=tuple(do))
+    return told, "Differs"
+
+
+def _name(held: str) -> str:
+    """Return the name of a run from what a side says of it."""
+    return held.partition(",")[0]
+
+
+def _side(side: Side) -> str:
     return f"{as_it_is(side.vehicle)}, {'; '.join(as_it_is(one) for one in side.holds)}"
 
 
-def _section(anchor: str, title: str, blocks: list[Block]) -> Section:
-    return Section(anchor, title, tuple(blocks))
-
-
-def _figures(record: Comparison) -> list[Block]:
-    found: list[Block] = []
+def _figures(record: Comparison) -> list[Figure]:
+    found: list[Figure] = []
     # what stands first, then each thruster in all of B: the rest is in the table
     widest = max((len(one.where) for one in record.asked), default=0)
     told = [*record.differences, *(one for one in record.asked if len(one.where) == widest)]
@@ -69,7 +96,7 @@ def _figures(record: Comparison) -> list[Block]:
 
 
 def _named(one: Difference) -> str:
-    return f"{one.what}, {'all of B' if len(one.where) != 1 else one.where[0]}"
+    return f"{_what(one)}, {_where(one)}"
 
 
 def _curves(curves: tuple[Curve, ...]) -> Figure:
@@ -88,16 +115,18 @@ def _curves(curves: tuple[Curve, ...]) -> Figure:
         panels.append(Panel(curve.y_label, traces, height=2.4 if len(curves) == 1 else 1.0))
     return zoomable_figure(
         "fig-curves",
-        as_it_is(curves[0].title),
+        " and ".join(as_it_is(name) for name in curves[0].title.split(" and ")),
         "Blue: A. Orange: B.",
         tuple(panels),
         x_label=curves[0].x_label,
     )
 
 
-def _codes(record: Comparison) -> list[Block]:
+def _codes(record: Comparison) -> tuple[Block, ...]:
+    if not record.codes_compared:
+        return ()
     if not record.codes:
-        return [Paragraph(f"None of {record.codes_compared} thrusts at rest gets another code.")]
+        return (Paragraph(f"None of {record.codes_compared} thrusts at rest gets another code."),)
     most = max(record.codes, key=lambda one: abs(one.b - one.a))
     text = (
         f"{len(record.codes)} of {record.codes_compared} thrusts at rest get another code, by "
@@ -105,40 +134,40 @@ def _codes(record: Comparison) -> list[Block]:
     )
     rows = tuple((f"{one.thrust_n:.2f}", str(one.a), str(one.b)) for one in record.codes)
     table = Table("Codes of both", ("Thrust [N]", "A", "B"), rows)
-    return [Paragraph(text), Details("Every one of them", (table,))]
+    return Paragraph(text), Details("Every one of them", (table,))
 
 
-def _asked(record: Comparison) -> list[Block]:
-    if record.asked:
-        rows = tuple(
-            (
-                one.what.replace("_", " "),
-                ", ".join(one.where) if len(one.where) == 1 else "all of B",
-                _number(one.a),
-                _number(one.b),
-                _interval(one),
-                "–" if one.p_value is None else probability_text(min(one.p_value, 1.0)),
-            )
+def _asked(record: Comparison) -> tuple[Block, ...]:
+    if not record.asked:
+        texts = tuple(one.text for one in record.differences)
+        return (Bullets(texts[:_MOST_ROWS]),) if texts else ()
+    table = Table.of(
+        "Every question and its answer",
+        [
+            {
+                "What": _what(one),
+                "Where": _where(one),
+                "A": _number(one.a),
+                "B": _number(one.b),
+                "Ratio, or difference (95 %)": _interval(one),
+                "Chance by accident": "–"
+                if one.p_value is None
+                else probability_text(min(one.p_value, 1.0)),
+            }
             for one in record.asked
-        )
-        table = Table(
-            "Every question and its answer",
-            (
-                "What",
-                "Where",
-                "A",
-                "B",
-                "Ratio, or difference (95 %)",
-                "Chance by accident",
-            ),
-            rows,
-            text_columns=frozenset({1}),
-            verbatim_columns=frozenset({0, 1}),
-            note="The chance counts all questions; below 5 % a difference stands.",
-        )
-        return [Details("Every question and its answer", (table,))]
-    texts = tuple(one.text for one in record.differences)
-    return [Bullets(texts[:_MOST_ROWS])] if texts else []
+        ],
+        text_columns=frozenset({1}),
+        note="The chance counts all questions; below 5 % a difference stands.",
+    )
+    return (Details("Every question and its answer", (table,)),)
+
+
+def _what(one: Difference) -> str:
+    return as_it_is(one.what) if one.kind == "thruster" else one.what.replace("_", " ")
+
+
+def _where(one: Difference) -> str:
+    return as_it_is(one.where[0]) if len(one.where) == 1 else "all of B"
 
 
 def _number(value: float | None) -> str:

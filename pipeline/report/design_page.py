@@ -1,8 +1,9 @@
 """The page of a design calculation: one self-contained file, made from its record alone."""
 
+from pipeline.language import as_it_is
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign
-from pipeline.report.blocks import Section
-from pipeline.report.html import render
+from pipeline.report.blocks import Paragraph, Section
+from pipeline.report.page import Page
 from pipeline.report.sections.design_balance import balance_sections
 from pipeline.report.sections.design_printed import printed_sections
 from pipeline.report.sections.design_propeller import propeller_sections
@@ -20,15 +21,14 @@ def design_page(found: Design, crumbs: tuple[tuple[str, str], ...] = ()) -> str:
     else:
         calculator, kind = "tether", "Tether around a footprint: pull, forces, power"
         sections = tether_sections(found)
-    return render(
-        "design.html.j2",
-        still_only=True,
-        title=found.title,
+    under = [f"rig2sea design {calculator}", kind]
+    under += [f"Input: {as_it_is(found.source)}"] if found.source else []
+    if found.published_source:
+        under.append(f"Compared with: {as_it_is(found.published_source)}")
+    return Page(
+        title=as_it_is(found.title),
+        under=tuple(under),
+        notes=tuple(Paragraph(text, tone="warning") for text in found.warnings),
         crumbs=crumbs,
-        kind=kind,
-        calculator=calculator,
-        source=found.source,
-        published_source=found.published_source,
-        warnings=found.warnings,
         sections=(*sections, *printed_sections(found.printed)),
-    )
+    ).html()

@@ -7,9 +7,9 @@ from pipeline.language import as_it_is
 from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.day_findings import day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.records.glance import Glance
+from pipeline.records.glance import Advice, Glance, Light
 from pipeline.report.assets import placed
-from pipeline.report.blocks import Figure, absent, arranged, fold
+from pipeline.report.blocks import Figure, fold
 from pipeline.report.diagnosis_words import (
     identifiers,
     in_words,
@@ -18,10 +18,11 @@ from pipeline.report.diagnosis_words import (
     probability_text,
     verdict_sentence,
 )
-from pipeline.report.first_screen import first_screen
 from pipeline.report.glance import diagnosis_glance
-from pipeline.report.html import render, write_page
+from pipeline.report.html import write_page
 from pipeline.report.numbers import plural
+from pipeline.report.page import Labels, Page
+from pipeline.report.plain_words import what_to_look_at
 from pipeline.report.sections.diagnosis_answer import (
     next_section,
     notes_section,
@@ -35,8 +36,6 @@ from pipeline.report.sections.diagnosis_evidence import (
     files_section,
 )
 from pipeline.report.sections.diagnosis_gap import gap_section, shrink_section
-
-Labels = tuple[tuple[str, str], ...]
 
 
 def diagnosis_page(
@@ -53,39 +52,32 @@ def diagnosis_page(
     assets : str
         Address of the folder with the scripts, relative to the page; none without.
     """
-    gap = gap_section(record)
     ranking = ranking_section(record)
-    glance = None if of_bench(record) else glance_of(record)
-    picture = None if glance is None else finding_figure(finding_of(record))
+    bench = of_bench(record)
+    picture = None if bench else finding_figure(finding_of(record))
     if picture is None:
         picture = next((one for one in ranking.blocks if isinstance(one, Figure)), None)
         blocks = tuple(one for one in ranking.blocks if one is not picture)
         ranking = replace(ranking, blocks=blocks)
-    sections = (
-        ranking,
-        shrink_section(record),
-        fold(gap),
-        fold(confusable_section(record)),
-        next_section(record) if glance is None else fold(next_section(record)),
-        fold(notes_section(record)),
-        fold(evidence_section(record)),
-        fold(files_section(record, files)),
-    )
-    return render(
-        "diagnosis.html.j2",
+    following = next_section(record)
+    return Page(
         title=f"Diagnosis of {as_it_is(record.vehicle)}",
-        under=f"{_counted(record)}: {identifiers(record.runs)}",
-        crumbs=crumbs,
-        sentence=verdict_sentence(record.verdict).partition(": "),
-        probability=_probability(record),
-        facts=verdict_facts(record),
-        tone=tone(record),
-        told=first_screen(glance),
+        under=(f"{_counted(record)}: {identifiers(record.runs)}",),
+        sections=(
+            ranking,
+            shrink_section(record),
+            fold(gap_section(record)),
+            fold(confusable_section(record)),
+            following if bench else fold(following),
+            fold(notes_section(record)),
+            fold(evidence_section(record)),
+            fold(files_section(record, files)),
+        ),
+        glance=bench_glance(record) if bench else glance_of(record),
         picture=picture,
-        sections=arranged(sections),
-        absent=absent(sections),
+        crumbs=crumbs,
         assets=assets,
-    )
+    ).html()
 
 
 def glance_of(record: DiagnosisRecord) -> Glance:
@@ -129,11 +121,25 @@ def write_diagnosis_page(
     )
 
 
-def tone(record: DiagnosisRecord) -> str:
-    """Return the colour class of the verdict."""
-    if record.verdict.effects == ("none",):
-        return "good"
-    return "error" if record.verdict.effects == ("unknown",) else "warning"
+def bench_glance(record: DiagnosisRecord) -> Glance:
+    """Say first what a mooring table shows of its thruster."""
+    verdict = record.verdict
+    light: Light = "amber"
+    if verdict.effects == ("none",):
+        light = "green"
+    elif verdict.effects != ("unknown",) and not verdict.ambiguous_with:
+        light = "red"
+    sentence = verdict_sentence(verdict)
+    # the engine says it, if it wrote the sentence as it should
+    if "probability" not in sentence:
+        sentence += f" Probability {probability_text(verdict.probability)}."
+    look = what_to_look_at(finding_of(record))
+    return Glance(
+        light=light,
+        matter=sentence,
+        short=diagnosis_line(record),
+        do=(*([look] if look else ()), *(Advice(text=text) for text in verdict_facts(record))),
+    )
 
 
 def diagnosis_line(record: DiagnosisRecord) -> str:
@@ -149,10 +155,3 @@ def diagnosis_line(record: DiagnosisRecord) -> str:
 def _counted(record: DiagnosisRecord) -> str:
     count = len(record.runs)
     return plural(count, "mooring table") if of_bench(record) else plural(count, "run")
-
-
-def _probability(record: DiagnosisRecord) -> str:
-    # the sentence says it, if the engine wrote one as it should
-    if "probability" in record.verdict.sentence:
-        return ""
-    return f"Probability {probability_text(record.verdict.probability)}."

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from pipeline.effects.library import effects
-from pipeline.language import as_it_is
+from pipeline.language import as_it_is, translate
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.diagnosis import DiagnosisRecord, Verdict
 from pipeline.report.channels import shown_unit
@@ -32,9 +32,18 @@ _ANSWERS = re.compile(r"\b[a-z_]+(?= \(| alone has )")
 _LISTED = re.compile(r"(?<= cannot tell it from ).*|(?<= readings speak for ).*?(?=, but )")
 _NAMES = re.compile(r"[a-z_]+")
 _NO_EFFECT = {
-    "none": "no effect: as good as a healthy vehicle",
-    "unknown": "a gap that no effect of the library explains",
+    "none": "the vehicle moves as its file says",
+    "unknown": "something that no known cause explains",
 }
+
+
+def said(text: str) -> str:
+    """Say a part of a text in the reader's language, whatever stands around it.
+
+    >>> said("thrust fraction")
+    'thrust fraction'
+    """
+    return as_it_is(translate(text))
 
 
 def of_bench(record: DiagnosisRecord) -> bool:
@@ -53,7 +62,7 @@ def what_it_is(answer: str) -> str:
         _NO_EFFECT.get(name) or (library[name].title if name in library else "")
         for name in answer.split("+")
     ]
-    return "; ".join(part for part in parts if part)
+    return "; ".join(said(part) for part in parts if part)
 
 
 def in_words(effect: str) -> str:

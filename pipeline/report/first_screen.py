@@ -20,12 +20,15 @@ SIGNS: dict[Light, tuple[str, str]] = {
 }
 
 
-def first_screen(glance: Glance | None) -> Markup:
-    """Return the first screen's text between its marks; nothing without a glance."""
+def first_screen(glance: Glance | None, word: str = "") -> Markup:
+    """Return the first screen's text between its marks; nothing without a glance.
+
+    A word takes the place of that of the light, on a page that judges no vehicle.
+    """
     if glance is None:
         return Markup("")
-    sign, word = SIGNS[glance.light]
-    text = render("first_screen.html.j2", glance=glance, sign=sign, word=word)
+    sign, own = SIGNS[glance.light]
+    text = render("first_screen.html.j2", glance=glance, sign=sign, word=word or own)
     return Markup(f"{_BEGIN}\n{text}{_END}")  # noqa: S704 - the template has escaped it
 
 

@@ -7,7 +7,7 @@ from pipeline.language import as_it_is
 from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.diagnosis import ParameterEstimate, RankedEffect
 from pipeline.records.glance import Advice
-from pipeline.report.diagnosis_words import in_words, listed
+from pipeline.report.diagnosis_words import in_words, listed, said
 from pipeline.report.numbers import fixed, general, percent, with_interval
 
 #: Effect -> what to look at on the vehicle.
@@ -58,7 +58,7 @@ def finding_sentence(one: DayFinding, flown: Sequence[str] = (), only: bool = Fa
     """
     what = what_is_the_matter(one)
     if one.is_sound and one.probability < _HALF:
-        others = " or ".join(effect_words(name) for name in one.ambiguous_with[:2])
+        others = " or ".join(said(effect_words(name)) for name in one.ambiguous_with[:2])
         doubt = f"; these runs do not rule out that {others}" if others else ""
         return f"{what}{doubt} (sound at {fixed(one.probability, 2)}, the likeliest answer)."
     if one.is_sound:
@@ -150,7 +150,7 @@ def _sureness(one: DayFinding) -> str:
         sure = f"the likeliest answer, at {fixed(one.probability, 2)}"
     else:
         sure = f"sure to {fixed(one.probability, 2)}"
-    others = [effect_words(name) for name in one.ambiguous_with[:2]]
+    others = [said(effect_words(name)) for name in one.ambiguous_with[:2]]
     return f"{sure}, or perhaps: {' or '.join(others)}" if others else sure
 
 

@@ -83,8 +83,8 @@ def draw(name: str, alt: str, height: float, paint: Callable[[Figure], None]) ->
                     for artist in (*axes.lines, *axes.collections, *axes.patches, *axes.texts):
                         artist.remove()
                     free.append(axes)
-            for legend in list(figure.legends):
-                legend.remove()
+            for beside in (*figure.legends, *figure.texts):
+                beside.remove()
     return _inline(buffer.getvalue(), translate(alt))
 
 

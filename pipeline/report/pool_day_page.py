@@ -1,14 +1,16 @@
 """The page of a planned pool day: what to fly, what it promises, what became of the last plan."""
 
+from collections import Counter
 from collections.abc import Sequence
 
 from pipeline.language import as_it_is, translate
-from pipeline.records.pool_day import FlownOfPlan, PoolDay
+from pipeline.records.glance import Advice, Glance
+from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay
 from pipeline.report import plotting
-from pipeline.report.blocks import Block, Bullets, Details, Links, Section, Table
-from pipeline.report.diagnosis_words import unit_text
-from pipeline.report.html import render
+from pipeline.report.blocks import Bullets, Figure, Links, Paragraph, Section, Table, fold
+from pipeline.report.diagnosis_words import said, unit_text
 from pipeline.report.numbers import general, plural
+from pipeline.report.page import Labels, Page
 from pipeline.report.panels import Panel, Trace
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.zoomable import zoomable_figure
@@ -18,7 +20,8 @@ from pipeline.simulate.run import Trajectory
 def plan_sentence(record: PoolDay) -> str:
     """Say the plan in one sentence."""
     reached = sum(one.reached for one in record.promises)
-    names = ", ".join(manoeuvre_words(one.manoeuvre) for one in record.runs)
+    times = Counter(said(manoeuvre_words(one.manoeuvre)) for one in record.runs)
+    names = ", ".join(name if many == 1 else f"{many} x {name}" for name, many in times.items())
     return (
         f"Fly {plural(len(record.runs), 'run')}, {record.total_s / 60.0:.1f} minutes: {names}. "
         f"{reached} of {len(record.promises)} parameters will be known as well as wanted."
@@ -26,56 +29,94 @@ def plan_sentence(record: PoolDay) -> str:
 
 
 def pool_day_page(
-    record: PoolDay, flown: Sequence[FlownOfPlan], tracks: Sequence[Trajectory]
+    record: PoolDay,
+    flown: Sequence[FlownOfPlan],
+    tracks: Sequence[Trajectory],
+    *,
+    crumbs: Labels = (),
+    assets: str = "",
 ) -> str:
     """Return the page as HTML text; the same plan gives the same text."""
-    promises: list[Block] = [_promises(record)]
-    sections = [
-        Section("runs", "What to fly", (_runs(record), _tracks(record, tracks))),
-        Section("promises", "What it promises", tuple(promises)),
-    ]
-    if flown:
-        texts = tuple(one.text for one in flown)
-        sections.append(Section("last", "What became of the last plan", (Bullets(texts),)))
     items = [(f"{one.log}: to play", one.log) for one in record.runs]
     items += [(f"{one.codes}: codes over time", one.codes) for one in record.runs]
-    sections.append(Section("files", "Files", (Links(tuple(items)),)))
+    sections = [
+        Section("runs", "What to fly", (_runs(record),)),
+        Section("promises", "What it promises", (_said(record), _promises(record))),
+        fold(Section("files", "Files", (Links(tuple(items)),))),
+    ]
     if record.left_out:
-        left = Details("What does not fit", (Bullets(record.left_out),))
-        sections.append(Section("left-out", "Left out", (left,)))
-    shares = f"{100 * record.mean_share:.0f} %", f"{100 * record.usual_mean_share:.0f} %"
-    return render(
-        "answer.html.j2",
+        sections.append(fold(Section("left-out", "What does not fit", (Bullets(record.left_out),))))
+    glance = plan_glance(record, flown)
+    return Page(
         title=f"The next pool day of {as_it_is(record.vehicle)}",
-        under=(
-            f"On average an interval shrinks to {shares[0]} of what it is now; the usual set of "
-            f"the same length would shrink it to {shares[1]}."
-        ),
-        crumbs=(),
-        sentence=plan_sentence(record).partition(": "),
-        facts=record.notes,
-        tone="good" if all(one.reached for one in record.promises) else "warning",
+        under=record.notes,
         sections=tuple(sections),
-        assets="",
+        glance=glance,
+        word="Enough" if glance.light == "green" else "Not all",
+        picture=_tracks(record, tracks),
+        crumbs=crumbs,
+        assets=assets,
+    ).html()
+
+
+def plan_glance(record: PoolDay, flown: Sequence[FlownOfPlan]) -> Glance:
+    """Say first what is to be flown, what it will tell, and what became of the last plan."""
+    vehicle, first = record.vehicle, record.runs[0]
+    whole = all(one.reached for one in record.promises)
+    do = [
+        Advice(text="Play the logs in their order: the files are named below."),
+        Advice(
+            text=f"Put what was recorded into raw/{as_it_is(vehicle)}/pool.",
+            command=f"rig2sea run {vehicle}",
+        ),
+    ]
+    if not whole:
+        more = f"rig2sea plan {vehicle} --minutes {2 * record.minutes:g}"
+        do.append(Advice(text="Or fly for longer, to know all of them.", command=more))
+    missed = [one for one in flown if one.log is None]
+    last = "No plan was made before this one."
+    if flown:
+        names = ", ".join(said(manoeuvre_words(one.manoeuvre)) for one in missed)
+        last = f"Of the last plan were flown {len(flown) - len(missed)} of {len(flown)}."
+        last = f"{last} Not flown: {names}." if missed else last
+    return Glance(
+        light="green" if whole else "amber",
+        matter=plan_sentence(record),
+        short=f"{plural(len(record.runs), 'run')}, {record.total_s / 60.0:.1f} minutes",
+        do=tuple(do),
+        fly_next=f"{first.number}. {said(manoeuvre_words(first.manoeuvre))}: "
+        f"{first.duration_s:.0f} s in {_room(first)} m (north × east × depth).",
+        last_advice=last,
+    )
+
+
+def _room(run: PlannedRun) -> str:
+    return " × ".join(f"{side:.1f}" for side in run.room_m)
+
+
+def _said(record: PoolDay) -> Paragraph:
+    shares = f"{100 * record.mean_share:.0f} %", f"{100 * record.usual_mean_share:.0f} %"
+    return Paragraph(
+        f"On average an interval shrinks to {shares[0]} of what it is now; the usual set of the "
+        f"same length would shrink it to {shares[1]}."
     )
 
 
 def _runs(record: PoolDay) -> Table:
-    rows = tuple(
-        (
-            str(one.number),
-            manoeuvre_words(one.manoeuvre),
-            f"{100 * one.amplitude:.0f} %",
-            f"{one.duration_s:.0f}",
-            " × ".join(f"{side:.1f}" for side in one.room_m),
-            ", ".join(name.replace("_", " ") for name in one.what_for) or "all together",
-        )
-        for one in record.runs
-    )
-    return Table(
+    return Table.of(
         "Runs in their order",
-        ("No.", "Manoeuvre", "Size", "Length [s]", "Room needed [m]", "What it is for"),
-        rows,
+        [
+            {
+                "Number": str(one.number),
+                "Manoeuvre": manoeuvre_words(one.manoeuvre),
+                "Size": f"{100 * one.amplitude:.0f} %",
+                "Duration [s]": f"{one.duration_s:.0f}",
+                "Room needed [m]": _room(one),
+                "What it is for": ", ".join(name.replace("_", " ") for name in one.what_for)
+                or "all together",
+            }
+            for one in record.runs
+        ],
         text_columns=frozenset({1, 5}),
         note="Size: of the largest commands. Room: north × east × depth of the simulated track; "
         "turn the vehicle round to fit.",
@@ -83,26 +124,24 @@ def _runs(record: PoolDay) -> Table:
 
 
 def _promises(record: PoolDay) -> Table:
-    rows = tuple(
-        (
-            one.name.replace("_", " "),
-            unit_text(one.unit),
-            general(one.value),
-            f"± {general(one.half_width_before, 2)}",
-            f"± {general(one.half_width, 2)}",
-            "yes" if one.reached else "no",
-        )
-        for one in record.promises
-    )
-    return Table(
+    return Table.of(
         "95 % intervals now, and after the day",
-        ("Parameter", "Unit", "Vehicle file", "Now", "After the day", "As wanted"),
-        rows,
+        [
+            {
+                "Parameter": one.name.replace("_", " "),
+                "Unit": unit_text(one.unit),
+                "Vehicle file": general(one.value),
+                "Today": f"± {general(one.half_width_before, 2)}",
+                "After the day": f"± {general(one.half_width, 2)}",
+                "As wanted": "yes" if one.reached else "no",
+            }
+            for one in record.promises
+        ],
         text_columns=frozenset({1}),
     )
 
 
-def _tracks(record: PoolDay, tracks: Sequence[Trajectory]) -> Block:
+def _tracks(record: PoolDay, tracks: Sequence[Trajectory]) -> Figure:
     colours = plotting.ordered_colours(len(tracks))
     panels = []
     for label, column in (("north  [m]", 0), ("east  [m]", 1), ("depth  [m]", 2)):
@@ -115,7 +154,9 @@ def _tracks(record: PoolDay, tracks: Sequence[Trajectory]) -> Block:
             )
             for run, track, colour in zip(record.runs, tracks, colours, strict=True)
         )
-        panels.append(Panel(label, traces))
+        down = [float(end) for one in traces for end in (one.values.max(), one.values.min())]
+        deep = (max(down) + 0.2, min(down) - 0.2) if column == 2 else None
+        panels.append(Panel(label, traces, y_range=deep))
     return zoomable_figure(
         "fig-tracks",
         "Where each run goes",

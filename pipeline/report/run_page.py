@@ -4,11 +4,10 @@ from dataclasses import replace
 
 from pipeline.language import as_it_is
 from pipeline.records.glance import Glance
-from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, absent, arranged, fold
+from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, fold
 from pipeline.report.day_results import DayResults
-from pipeline.report.first_screen import first_screen
-from pipeline.report.html import render
 from pipeline.report.numbers import fixed, plural
+from pipeline.report.page import Page
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_results import RunResults
@@ -64,18 +63,16 @@ def run_page(
         *(() if _if_serious(results) else (fold(run_warnings_section(results)),)),
         fold(data_section(results)),
     )
-    return render(
-        "trial.html.j2",
+    return Page(
         title=f"Run {as_it_is(results.run)}",
         under=(f"{as_it_is(results.vehicle.title)}: a pool run",),
         data_note=results.vehicle.data_note,
         crumbs=crumbs,
-        told=first_screen(glance),
+        glance=glance,
         picture=picture,
-        sections=arranged(sections),
-        absent=absent(sections),
+        sections=sections,
         assets=assets,
-    )
+    ).html()
 
 
 def _if_serious(results: RunResults) -> tuple[Section, ...]:

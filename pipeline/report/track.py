@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pipeline.language import translate
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import general
 from pipeline.report.plotting import BLUE, INK, WIDTH, axes_at, draw
@@ -59,7 +60,7 @@ def track_figure(results: RunResults) -> Figure | None:
             figure.colorbar(shown, cax=bar, ticks=few)
             bar.tick_params(labelsize=8)
             figure.text(
-                (right + 16.0) / WIDTH, 0.5, "gap in speed  [m/s]", size=8, rotation=90,
+                (right + 16.0) / WIDTH, 0.5, translate("gap in speed  [m/s]"), size=8, rotation=90,
                 ha="center", va="center",
             )  # fmt: skip
 

@@ -13,16 +13,14 @@ from pipeline.report.blocks import (
     Paragraph,
     Section,
     Table,
-    absent,
-    arranged,
     fold,
 )
 from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.diagnosis_words import unit_text
-from pipeline.report.first_screen import SIGNS, first_screen
+from pipeline.report.first_screen import SIGNS
 from pipeline.report.glance import rank
-from pipeline.report.html import render
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
+from pipeline.report.page import Page
 from pipeline.report.run_page import data_section, first_figure
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.sections.gains import day_gains_section, gain_warnings
@@ -62,18 +60,16 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
         fold(_tables(results)),
         fold(data_section(results)),
     )
-    return render(
-        "trial.html.j2",
+    return Page(
         title=f"Trial day {results.day}",
         under=(f"{as_it_is(results.vehicle.title)}: {plural(len(results.runs), 'pool run')}",),
         data_note=results.vehicle.data_note,
         crumbs=crumbs,
-        told=first_screen(results.glance),
+        glance=results.glance,
         picture=picture,
-        sections=arranged(sections),
-        absent=absent(sections),
+        sections=sections,
         assets=assets,
-    )
+    ).html()
 
 
 def day_counts(results: DayResults) -> tuple[int, int]:

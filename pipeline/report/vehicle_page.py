@@ -1,10 +1,10 @@
 """The page of one vehicle: warnings first, then every step from the raw files to the firmware."""
 
+from pipeline.language import as_it_is
 from pipeline.report.bench_results import thrust_figure
-from pipeline.report.blocks import absent, arranged, fold
-from pipeline.report.first_screen import first_screen
+from pipeline.report.blocks import fold
 from pipeline.report.glance import vehicle_glance
-from pipeline.report.html import render
+from pipeline.report.page import Page
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import data_section
 from pipeline.report.sections.allocation import allocation_section
@@ -77,13 +77,14 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: 
             if build is not changes_section or results.changes
         ),
     )
-    return render(
-        "vehicle.html.j2",
-        vehicle=results.vehicle,
-        index_href=index_href,
-        told=first_screen(vehicle_glance(results)),
+    vehicle = results.vehicle
+    return Page(
+        title=as_it_is(vehicle.title),
+        under=(f"Thruster tables from rig data: {as_it_is(vehicle.name)}",),
+        sections=sections,
+        glance=vehicle_glance(results),
         picture=thrust_figure(results),
-        sections=arranged(sections),
-        absent=absent(sections),
+        data_note=vehicle.data_note,
+        crumbs=(("All vehicles", index_href),),
         assets=assets,
-    )
+    ).html()

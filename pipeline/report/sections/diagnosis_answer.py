@@ -14,6 +14,7 @@ from pipeline.report.diagnosis_words import (
     listed,
     of_bench,
     probability_text,
+    said,
     unit_text,
     what_it_is,
 )
@@ -72,8 +73,9 @@ def verdict_facts(record: DiagnosisRecord) -> tuple[str, ...]:
         before, after = over_floor(shrink)
         lines.append(f"{text}: from {before} to {after} times what a sound vehicle leaves.")
     if record.next_run is not None:
-        doing = "measure" if of_bench(record) else "fly"
-        lines.append(f"Next: {doing} {record.next_run.manoeuvre.replace('_', ' ')}.")
+        manoeuvre = said(record.next_run.manoeuvre.replace("_", " "))
+        bench = of_bench(record)
+        lines.append(f"Next: measure {manoeuvre}." if bench else f"Next: fly {manoeuvre}.")
     return tuple(lines)
 
 
@@ -104,7 +106,7 @@ def ranking_section(record: DiagnosisRecord) -> Section:
 def _figure(ranking: list[RankedEffect], record: DiagnosisRecord) -> Figure:
     bars = [
         Bar(
-            _words(one).replace(" and ", "\nand "),
+            _words(one),
             100 * one.probability,
             colour=_tone(one, record, (plotting.BLUE, plotting.ORANGE, "#b9c2cc")),
             text=probability_text(one.probability),
@@ -133,7 +135,7 @@ def _tone(one: RankedEffect, record: DiagnosisRecord, tones: tuple[str, str, str
 
 
 def _words(one: RankedEffect) -> str:
-    return listed([in_words(name) for name in one.effect.split("+")])
+    return listed([said(in_words(name)) for name in one.effect.split("+")])
 
 
 def _table(caption: str, ranking: list[RankedEffect], record: DiagnosisRecord) -> Table:
@@ -153,7 +155,7 @@ def _table(caption: str, ranking: list[RankedEffect], record: DiagnosisRecord) -
         text_columns=frozenset({1, 3}),
         row_classes=tuple(_tone(one, record, ("chosen", "warning", "")) for one in ranking),
         note="Shaded: the verdict. Marked: what these data cannot tell from it. Gap closed: on "
-        "what took no part.",
+        "readings that were kept aside.",
     )
 
 
@@ -171,7 +173,7 @@ def _parameters(one: RankedEffect) -> str:
         unit = "" if parameter.unit == "1" else f" {unit_text(parameter.unit)}"
         key = name.rpartition(".")[2]
         words = key.rsplit("_", 1)[0] if unit and "_" in key else key
-        parts.append(f"{words.replace('_', ' ')} {value}{unit} ({interval})")
+        parts.append(f"{said(words.replace('_', ' '))} {value}{unit} ({interval})")
     return "; ".join(parts) or "–"
 
 

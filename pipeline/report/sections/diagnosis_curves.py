@@ -215,7 +215,7 @@ def _figure(
             height=1.3,
         ),
         Panel(
-            "error",
+            f"error  [{one.unit}]",
             tuple(
                 Trace(model, one.time_s, one.measured - own, colour)
                 for model, own, colour in models

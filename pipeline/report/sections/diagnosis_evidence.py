@@ -13,6 +13,7 @@ from pipeline.report.diagnosis_words import (
     in_words,
     listed,
     of_bench,
+    said,
     verdict_sentence,
 )
 from pipeline.report.numbers import fixed, general, plural
@@ -37,13 +38,13 @@ def evidence_section(record: DiagnosisRecord) -> Section:
     """Show the answer as computed, the stages, the check of the noise, and what is left."""
     stages = record.evidence.stages
     order = {name: place for place, name in enumerate(_STAGES)}
-    said = [
-        f"{_STAGES.get(name, name)} {stages[name]}"
+    answers = [
+        f"{said(_STAGES.get(name, name))} {said(stages[name])}"
         for name in sorted(stages, key=lambda one: (order.get(one, len(order)), one))
     ]
     blocks: list[Block] = [
         Paragraph(verdict_sentence(record.verdict)),
-        Bullets((*verdict_facts(record), *said)),
+        Bullets((*verdict_facts(record), *answers)),
         *_noise(record.evidence.noise, bench=of_bench(record)),
         Bullets(tuple(_facts(record))),
         *_leftover(record),
@@ -82,7 +83,7 @@ def _facts(record: DiagnosisRecord) -> list[str]:
             "Outside force that the readings want beside the answer: "
             f"{general(evidence.force_scale, 2)} times that of a sound vehicle."
         )
-    facts.append(f"Took no part: {record.shrink.held_out.rstrip('.')}.")
+    facts.append(f"Kept aside: {record.shrink.held_out.rstrip('.')}.")
     facts.append(f"Thresholds and their origin: {evidence.calibrated.rstrip('.')}.")
     facts.append(f"It took {general(record.elapsed_s, 2)} s.")
     return facts
@@ -249,7 +250,7 @@ def files_section(record: DiagnosisRecord, files: tuple[tuple[str, str], ...]) -
     """Name the runs and link the files of the diagnosis."""
     rows = [
         ("Runs", identifiers(record.runs) or "–"),
-        ("Took no part", identifiers(record.holdout) or "–"),
+        ("Kept aside", identifiers(record.holdout) or "–"),
     ]
     if record.evidence.healthy_runs:
         rows.append(("Sound runs", identifiers(record.evidence.healthy_runs)))

@@ -172,7 +172,7 @@ def _channel_table(record: DiagnosisRecord) -> Table:
 
 def shrink_section(record: DiagnosisRecord) -> Section:
     """Show what the answer takes away, in figures and over time."""
-    title = "Before and after, on what took no part"
+    title = "Before and after"
     blocks: list[Block] = [Paragraph(_said(record)), _shrink_table(record)]
     every = curves_in_order(record)
     if not every:
@@ -191,7 +191,7 @@ def shrink_section(record: DiagnosisRecord) -> Section:
         names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})
         blocks.append(Paragraph(f"Not drawn: {', '.join(names)}.", tone="note"))
     if record.shrink.held_out:
-        blocks.append(Paragraph(f"Took no part: {record.shrink.held_out.rstrip('.')}."))
+        blocks.append(Paragraph(f"Kept aside: {record.shrink.held_out.rstrip('.')}."))
     return Section("shrink", title, tuple(blocks))
 
 
@@ -274,7 +274,7 @@ def _shrink_table(record: DiagnosisRecord) -> Table:
             "what is left after counts over it."
         )
     header = ("Channel", "Before, rms", "After, rms", "A sound vehicle leaves", "Gap closed")
-    return Table("Gap on readings that took no part", header, tuple(rows), note=note)
+    return Table("Gap on readings that were kept aside", header, tuple(rows), note=note)
 
 
 def _more_sensitive(one: ShrinkFigures) -> bool:

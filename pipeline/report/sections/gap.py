@@ -175,7 +175,7 @@ def _figure(
         "Thrust at rest (fig. 7, a of Kostenko 2023). Below, as magnitudes: mean of the mooring "
         "points at each code less the calculation; band: 95 % of both.",
         (
-            Panel("thrust T at\nrest  [N]", tuple(above), height=1.8),
+            Panel("thrust T  [N]", tuple(above), height=1.8),
             Panel("gap  [N]", below, height=0.9),
         ),
         x_label="code N  [–]",

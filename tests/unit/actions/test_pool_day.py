@@ -74,7 +74,10 @@ def test_the_second_plan_says_what_was_flown_of_the_first(folder: Path, made: Po
     again = plan_day("fish", 0.2, None, folder / "again", folder / "raw", folder, quiet)
     assert again.flown[0].log == f"monday-{run.manoeuvre}.mcap"
     assert "flown as monday" in again.flown[0].text
-    assert "What became of the last plan" in again.page.read_text(encoding="utf-8")
+    text = again.page.read_text(encoding="utf-8")
+    assert "Of the last plan were flown 1 of" in text
+    assert "rig2sea run fish" in text
+    assert 'class="told' in text
 
 
 def test_a_pool_too_small_and_a_wrong_size_are_said(folder: Path) -> None:

@@ -21,7 +21,6 @@ from pipeline.report import assets
 from pipeline.report.diagnosis_page import (
     diagnosis_line,
     diagnosis_page,
-    tone,
     write_diagnosis_page,
 )
 from pipeline.report.diagnosis_words import beside, in_words
@@ -91,10 +90,8 @@ def test_every_picture_has_a_sentence_above_it_and_a_text_for_those_who_do_not_s
 
 
 def test_without_assets_no_script_runs_and_the_pictures_are_there(page: str) -> None:
-    assert "<script defer" not in page
+    assert "<script" not in page
     assert "script-src" not in page
-    scripts = re.findall(r"<script[^>]*>", page)
-    assert scripts == ['<script type="application/json" class="zoom-data">'] * 3
     assert not re.search(r'(?:src|href)="https?:', page)
 
 
@@ -155,10 +152,10 @@ def test_none_and_unknown_have_pages_of_their_own(record: DiagnosisRecord) -> No
     )
     healthy = with_verdict(bare, "none")
     text = diagnosis_page(healthy)
-    assert (tone(healthy), tone(with_verdict(bare, "unknown"))) == ("good", "error")
+    assert 'class="told green"' in text
     assert "No channel stands out" in text
     assert "nothing is added to the model" in text
-    assert "Probability 93" in text
+    assert "sure to 0.93" in text
     unknown = diagnosis_page(with_verdict(bare, "unknown"))
     assert "goes with speed (rank correlation −0.55)" in unknown
     assert "vary speed on its own" in unknown
@@ -189,7 +186,7 @@ def test_a_large_gap_is_shaded_and_an_ordinary_one_is_not(record: DiagnosisRecor
 @pytest.mark.usefixtures("undrawn")
 def test_a_verdict_that_adds_nothing_is_drawn_as_one_curve(record: DiagnosisRecord) -> None:
     first = record.series[0].model_copy(update={"after": record.series[0].before})
-    text = diagnosis_page(record.model_copy(update={"series": (first,)}))
+    text = diagnosis_page(record.model_copy(update={"series": (first,)}), assets="assets")
     assert '"name":"vehicle file"' in text
     assert '"name":"with the answer"' not in text
     assert "with the answer added" not in text
@@ -199,7 +196,7 @@ def test_a_verdict_that_adds_nothing_is_drawn_as_one_curve(record: DiagnosisReco
 def test_of_very_many_figures_the_last_are_named_and_not_drawn(record: DiagnosisRecord) -> None:
     first = record.series[0]
     many = tuple(first.model_copy(update={"run": f"run-{k:02}"}) for k in range(MOST_DRAWN + 2))
-    text = diagnosis_page(record.model_copy(update={"series": many}))
+    text = diagnosis_page(record.model_copy(update={"series": many}), assets="assets")
     # and the picture of the first screen
     assert text.count('class="zoom-data"') == MOST_DRAWN + 1
     assert f"Not drawn: w in run-{MOST_DRAWN}, w in run-{MOST_DRAWN + 1}." in text
@@ -236,7 +233,7 @@ def test_a_mooring_table_is_shown_over_its_codes(record: DiagnosisRecord) -> Non
     table = BenchDiagnosisRecord(**values, by_code=(curve,))
     (one,) = curves(table)
     assert one.time_s.tolist() == [-60.0, 0.0, 60.0]
-    text = diagnosis_page(table)
+    text = diagnosis_page(table, assets="assets")
     assert "control code" in text
     assert "from 6.00 to 2.00 times what a sound vehicle leaves" in text
     assert "What to measure next" in text

@@ -102,8 +102,7 @@ def test_page_is_small_and_self_contained(page: str) -> None:
     assert len(page.encode()) < 3_000_000
     tags = outline(page).tags
     assert not [tag for tag, _ in tags if tag in {"iframe", "object", "embed"}]
-    scripts = [attrs for tag, attrs in tags if tag == "script"]
-    assert scripts == [{"type": "application/json", "class": "zoom-data"}] * 9
+    assert not [tag for tag, _ in tags if tag == "script"]
     fetched = [
         value
         for tag, attrs in tags
