@@ -59,11 +59,14 @@ def compare(  # noqa: PLR0917 - what the command is given
 
 def write_comparison(record: Comparison, to: Path, assets: Path) -> tuple[Path, Path]:
     """Write the JSON and the page; returns both."""
-    from pipeline.report.comparison_page import write_comparison_page
+    from pipeline.report.assets import placed
+    from pipeline.report.comparison_page import comparison_page
+    from pipeline.report.html import write_page
 
     write_atomically(to / RESULT, canonical_json(record.model_dump(mode="json")) + "\n")
-    write_comparison_page(record, to / PAGE, assets)
-    return to / RESULT, to / PAGE
+    page = to / PAGE
+    write_page(comparison_page(record, placed(assets, page)), page)
+    return to / RESULT, page
 
 
 def _finished(record: Comparison, **more: Any) -> Comparison:  # noqa: ANN401 - fields

@@ -9,7 +9,9 @@ from pipeline.language import as_it_is
 from pipeline.plan import report_file
 from pipeline.provenance import unwritable
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.report.diagnosis_page import diagnosis_line, write_diagnosis_page
+from pipeline.report.assets import placed
+from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
+from pipeline.report.html import write_page as write_text
 from pipeline.report.links import address_from
 from pipeline.stages.diagnosis_links import RECEIPT, DiagnosisReceipt, Question, write_receipt
 from pipeline.stages.index_page import write_index_again
@@ -59,7 +61,8 @@ def write_page(
     """
     if to is not None:
         page = to / "diagnosis.html"
-        write_diagnosis_page(record, page, to / "assets", files=_links(files, page))
+        text = diagnosis_page(record, files=_links(files, page), assets=placed(to / "assets", page))
+        write_text(text, page)
         return page
     reports = out / "reports"
     page = reports / record.vehicle / "diagnoses" / question.name / "index.html"
@@ -68,9 +71,9 @@ def write_page(
     if own.is_file():
         crumbs.append((record.vehicle, address_from(page, own)))
     kept = _kept(files, page.parent)
-    write_diagnosis_page(
-        record, page, reports / "assets", crumbs=tuple(crumbs), files=_links(kept, page)
-    )
+    scripts = placed(reports / "assets", page)
+    text = diagnosis_page(record, crumbs=tuple(crumbs), files=_links(kept, page), assets=scripts)
+    write_text(text, page)
     write_receipt(
         page.parent, DiagnosisReceipt(vehicle=record.vehicle, line=diagnosis_line(record))
     )

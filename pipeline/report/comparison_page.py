@@ -1,26 +1,17 @@
 """The page of a comparison: what differs first, curves over each other, then everything asked."""
 
-from pathlib import Path
-
 from pipeline.language import as_it_is
 from pipeline.records.comparison import Comparison, Curve, Difference, Side
 from pipeline.records.glance import Advice, Glance
 from pipeline.report import plotting
-from pipeline.report.assets import placed
 from pipeline.report.bars import gains_figure
 from pipeline.report.blocks import Block, Bullets, Details, Figure, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import probability_text
-from pipeline.report.html import write_page
 from pipeline.report.page import Page
 from pipeline.report.panels import Panel, Style, Trace
 from pipeline.report.zoomable import zoomable_figure
 
 _MOST_ROWS = 40
-
-
-def write_comparison_page(record: Comparison, path: Path, assets: Path | None) -> None:
-    """Write the page, whole or not at all, and the scripts in `assets`; raises `InputError`."""
-    write_page(comparison_page(record, placed(assets, path)), path)
 
 
 def comparison_page(record: Comparison, assets: str = "") -> str:

@@ -1,14 +1,12 @@
 """The page of a diagnosis: the verdict first, then where, how far it shrinks, and why so."""
 
 from dataclasses import replace
-from pathlib import Path
 
 from pipeline.language import as_it_is
 from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.day_findings import day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.glance import Advice, Glance, Light
-from pipeline.report.assets import placed
 from pipeline.report.blocks import Figure, fold
 from pipeline.report.diagnosis_words import (
     identifiers,
@@ -19,7 +17,6 @@ from pipeline.report.diagnosis_words import (
     verdict_sentence,
 )
 from pipeline.report.glance import diagnosis_glance
-from pipeline.report.html import write_page
 from pipeline.report.numbers import plural
 from pipeline.report.page import Labels, Page
 from pipeline.report.plain_words import what_to_look_at
@@ -41,17 +38,7 @@ from pipeline.report.sections.diagnosis_gap import gap_section, shrink_section
 def diagnosis_page(
     record: DiagnosisRecord, *, crumbs: Labels = (), files: Labels = (), assets: str = ""
 ) -> str:
-    """Return the page as HTML text; the same record gives the same text.
-
-    Parameters
-    ----------
-    record : DiagnosisRecord
-        The answer.
-    crumbs, files : tuple of (label, address)
-        The way back, and files of the diagnosis; relative to the page and quoted.
-    assets : str
-        Address of the folder with the scripts, relative to the page; none without.
-    """
+    """Return the page as HTML text; `files` are links to those of the diagnosis, as `crumbs`."""
     ranking = ranking_section(record)
     bench = of_bench(record)
     picture = None if bench else finding_figure(finding_of(record))
@@ -88,37 +75,6 @@ def glance_of(record: DiagnosisRecord) -> Glance:
 def finding_of(record: DiagnosisRecord) -> DayFinding:
     """Return the answer as the finding of its runs."""
     return day_findings({record.runs[0]: record})[0]
-
-
-def write_diagnosis_page(
-    record: DiagnosisRecord,
-    path: Path,
-    assets: Path | None,
-    *,
-    crumbs: Labels = (),
-    files: Labels = (),
-) -> None:
-    """Write the page, whole or not at all, and the scripts that it shares with others.
-
-    Parameters
-    ----------
-    record : DiagnosisRecord
-        The answer.
-    path : Path
-        E.g. ``reports/<vehicle>/diagnoses/<name>/index.html``.
-    assets : Path or None
-        Folder of the scripts, e.g. ``reports/assets``; without it figures cannot be zoomed.
-    crumbs, files : tuple of (label, address)
-        As in `diagnosis_page`.
-
-    Raises
-    ------
-    InputError
-        If a folder cannot be written to.
-    """
-    write_page(
-        diagnosis_page(record, crumbs=crumbs, files=files, assets=placed(assets, path)), path
-    )
 
 
 def bench_glance(record: DiagnosisRecord) -> Glance:

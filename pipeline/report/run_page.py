@@ -33,19 +33,7 @@ def run_page(
     assets: str = "",
     glance: Glance | None = None,
 ) -> str:
-    """Return the page as HTML text; the same results give the same text.
-
-    Parameters
-    ----------
-    results : RunResults
-        What is known of the run.
-    crumbs : tuple of (label, address)
-        The way back, relative to the page.
-    assets : str
-        Address of the folder with the scripts, relative to the page; none without.
-    glance : Glance, optional
-        What is told first.
-    """
+    """Return the page as HTML text; `crumbs`, `assets` as of `Page`."""
     manoeuvres, comparison = manoeuvres_section(results), comparison_section(results)
     shown, picture = commands_figure(results), track_figure(results)
     comparison, worst = with_worst_apart(comparison, results)

@@ -31,17 +31,7 @@ _UNSETTLED = "The fit did not come to an end: do not use its values."
 
 
 def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: str = "") -> str:
-    """Return the page as HTML text; the same results give the same text.
-
-    Parameters
-    ----------
-    results : DayResults
-        What is known of the day.
-    crumbs : tuple of (label, address)
-        The way back, relative to the page.
-    assets : str
-        Address of the folder with the scripts, relative to the page; none without.
-    """
+    """Return the page as HTML text; `crumbs`, `assets` as of `Page`."""
     faults = results.diagnosis.findings[:1] if results.diagnosis is not None else ()
     picture = finding_figure(faults[0]) if faults else None
     gains = day_gains_section(results)

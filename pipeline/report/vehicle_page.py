@@ -52,23 +52,7 @@ BEHIND = (
 
 
 def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: str = "") -> str:
-    """Return the page as HTML text; the same results give the same text.
-
-    Parameters
-    ----------
-    results : VehicleResults
-        Every record that exists, and the reason for every one that does not.
-    index_href : str
-        Address of the index relative to the page.
-    assets : str
-        Address of the folder with the scripts, relative to the page; none without.
-
-    Returns
-    -------
-    str
-        A document with style and figures inline and nothing from a network; scripts only for
-        figures that can be zoomed.
-    """
+    """Return the page as HTML text; `assets` as of `Page`."""
     sections = (
         *(build(results) for build in RESULTS),
         *(

@@ -13,7 +13,7 @@ from pipeline.records.glance import Advice, Glance
 from pipeline.report.assets import placed
 from pipeline.report.day_results import DayResults
 from pipeline.report.design_page import design_page
-from pipeline.report.diagnosis_page import write_diagnosis_page
+from pipeline.report.diagnosis_page import diagnosis_page
 from pipeline.report.html import write_page
 from pipeline.report.results import TrialDayLink, VehicleResults
 from pipeline.report.run_page import run_page
@@ -62,7 +62,8 @@ def write_site(reports: Path) -> None:
     write_page(run_page(run, up, scripts["run"], GLANCE), found["run"])
     write_page(day_page(replace(day, glance=GLANCE), up, scripts["trial"]), found["trial"])
     diagnosis = _module("diagnosis_records").diagnosis(channels=("w", "psi", "z"), windows=6)
-    write_diagnosis_page(diagnosis, found["diagnosis"], assets)
+    text = diagnosis_page(diagnosis, assets=placed(assets, found["diagnosis"]))
+    write_page(text, found["diagnosis"])
     up_one = (("Index", "../index.html"),)
     write_page(design_page(_design(reports.parent), up_one), found["design"])
     entry = index_entry(results, "synthetic/index.html")

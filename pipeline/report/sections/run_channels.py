@@ -92,7 +92,7 @@ def _panels(one: ChannelSeries) -> tuple[Panel, Panel]:
     error = Trace("error", one.time_s, factor * one.residual, plotting.BLUE, style)
     # without a stated noise there is a line at zero alone
     band = 2 * factor * noise if noise is not None else 0.0
-    return upper, Panel("error", (error,), height=0.6, band=band)
+    return upper, Panel(f"error\n[{unit}]", (error,), height=0.7, band=band)
 
 
 def _lead(quantity: str, series: tuple[ChannelSeries, ...]) -> str:

@@ -11,7 +11,7 @@ from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Se
 from pipeline.report.numbers import fixed, general, percent, plural
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.run_results import RunResults
-from pipeline.report.sections.warnings import all_places, problem_table
+from pipeline.report.sections.warnings import note_blocks, problem_blocks
 from pipeline.vehicle.run_notes import run_of
 
 CLOCK_WORDS = {"header": "header stamp", "log": "log time", "field": "field of the message"}
@@ -31,17 +31,10 @@ def run_warnings_section(results: RunResults) -> Section:
     serious = [problem for problem in results.all_problems if problem.severity != "note"]
     notes = [problem for problem in results.all_problems if problem.severity == "note"]
     if serious and results.stored is not None:
-        blocks.append(problem_table("Problems in the log", serious))
-        blocks += all_places(serious)
+        blocks += problem_blocks("Problems in the log", serious)
     elif results.stored is not None:
         blocks.append(Paragraph("No errors or warnings in the log."))
-    if notes:
-        blocks.append(
-            Details(
-                f"{plural(len(notes), 'note')}: what was assumed",
-                (problem_table("Notes", notes, every_place=True),),
-            )
-        )
+    blocks += note_blocks(notes)
     return Section("warnings", "Warnings", tuple(blocks))
 
 

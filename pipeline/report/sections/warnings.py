@@ -1,6 +1,6 @@
 """Warnings first: what went wrong, where, and what to do about it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from pipeline.errors import Problem
 from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
@@ -26,11 +26,11 @@ def warnings_section(results: VehicleResults) -> Section:
     failed = [(stage, check) for stage, check in checks if not check.passed]
     missing = missing_reasons(results)
     blocks: list[Block] = []
-    if serious:
-        blocks.append(problem_table("Problems in the raw files", serious))
-        blocks += all_places(serious)
-    else:
-        blocks.append(Paragraph("No errors or warnings in the raw files."))
+    blocks += (
+        problem_blocks("Problems in the raw files", serious)
+        if serious
+        else [Paragraph("No errors or warnings in the raw files.")]
+    )
     if failed:
         blocks.append(
             Table(
@@ -55,13 +55,7 @@ def warnings_section(results: VehicleResults) -> Section:
         )
     if results.notes:
         blocks.append(Bullets(results.notes))
-    if notes:
-        blocks.append(
-            Details(
-                f"{plural(len(notes), 'note')}: what was assumed",
-                (problem_table("Notes", notes, every_place=True),),
-            )
-        )
+    blocks += note_blocks(notes)
     passed = [(stage, check) for stage, check in checks if check.passed]
     if passed:
         table = Table(
@@ -72,6 +66,19 @@ def warnings_section(results: VehicleResults) -> Section:
         )
         blocks.append(Details(f"{plural(len(passed), 'check')} passed", (table,)))
     return Section("warnings", "Warnings", tuple(blocks))
+
+
+def problem_blocks(caption: str, problems: Sequence[Problem]) -> list[Block]:
+    """Tabulate errors and warnings, and list the places that the table counts."""
+    return [problem_table(caption, problems), *_all_places(problems)]
+
+
+def note_blocks(notes: Sequence[Problem]) -> list[Block]:
+    """Fold away what was assumed; nothing where there is nothing."""
+    if not notes:
+        return []
+    table = problem_table("Notes", notes, every_place=True)
+    return [Details(f"{plural(len(notes), 'note')}: what was assumed", (table,))]
 
 
 def problem_table(caption: str, problems: Iterable[Problem], *, every_place: bool = False) -> Table:
@@ -111,7 +118,7 @@ def _places(places: list[str], shown: int) -> str:
     return f"each of {'; '.join(places[:shown])}; and {len(places) - shown} more, listed below"
 
 
-def all_places(problems: Iterable[Problem]) -> list[Block]:
+def _all_places(problems: Iterable[Problem]) -> list[Block]:
     """List, folded away, the places that `problem_table` counts instead of naming."""
     long = {key: places for key, places in _grouped(problems).items() if len(places) > PLACES_SHOWN}
     return [

@@ -21,13 +21,12 @@ def record(monkeypatch: pytest.MonkeyPatch) -> DiagnosisRecord:
     import diagnosis_records
 
     monkeypatch.setattr(assets, "_library", lambda: b"// library")
-    monkeypatch.setattr(diagnosis_page, "write_diagnosis_page", _short_page)
+    monkeypatch.setattr(diagnosis_page, "diagnosis_page", _short_page)
     return diagnosis_records.diagnosis(channels=("w",), windows=1)
 
 
-def _short_page(_record: DiagnosisRecord, path: Path, _assets: Path | None, **more: object) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(repr(more), encoding="utf-8")
+def _short_page(_record: DiagnosisRecord, **more: object) -> str:
+    return repr(more)
 
 
 def test_the_index_leads_to_a_diagnosis(record: DiagnosisRecord, tmp_path: Path) -> None:

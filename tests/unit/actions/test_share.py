@@ -10,7 +10,9 @@ from pipeline.actions.share import alone, share
 from pipeline.cli import cli
 from pipeline.errors import CannotComputeError
 from pipeline.records.comparison import Comparison, Side
-from pipeline.report.comparison_page import write_comparison_page
+from pipeline.report.assets import placed
+from pipeline.report.comparison_page import comparison_page
+from pipeline.report.html import write_page
 
 
 @pytest.fixture
@@ -19,7 +21,7 @@ def page(tmp_path: Path) -> Path:
     side = Side(name="a", kind="vehicle", vehicle="boat", holds=("boat.yaml",))
     record = Comparison(a=side, b=side, comparable=True, verdict="Nothing differs.")
     path = tmp_path / "reports/boat/runs/first.html"
-    write_comparison_page(record, path, tmp_path / "reports/assets")
+    write_page(comparison_page(record, placed(tmp_path / "reports/assets", path)), path)
     return path
 
 

@@ -21,7 +21,6 @@ from pipeline.report import assets
 from pipeline.report.diagnosis_page import (
     diagnosis_line,
     diagnosis_page,
-    write_diagnosis_page,
 )
 from pipeline.report.diagnosis_words import beside, in_words
 from pipeline.report.sections.diagnosis_answer import verdict_facts
@@ -102,13 +101,11 @@ def test_with_assets_the_page_leads_to_one_shared_copy(
     monkeypatch.setattr(assets, "_library", lambda: b"// library")
     short = record.model_copy(update={"series": record.series[:1]})
     path = tmp_path / "reports" / "v" / "diagnoses" / "a" / "index.html"
-    write_diagnosis_page(short, path, tmp_path / "reports" / "assets")
-    text = path.read_text(encoding="utf-8")
+    text = diagnosis_page(short, assets=assets.placed(tmp_path / "reports" / "assets", path))
     assert '<script defer src="../../../assets/plotly.min.js"></script>' in text
     assert "script-src 'self' file:;" in text
     assert "unsafe-eval" not in text
     assert (tmp_path / "reports" / "assets" / "zoom.js").is_file()
-    assert [one.name for one in path.parent.iterdir()] == ["index.html"]
 
 
 @pytest.mark.usefixtures("undrawn")
