@@ -174,7 +174,7 @@ def _samples(run: RunTable, time_s: FloatArray, quantities: Sequence[str]) -> Fl
     for quantity in quantities:
         if quantity not in run.values:
             return None
-        good = run.valid[quantity] & np.isfinite(run.values[quantity]).all(axis=1)
+        good = run.trusted(quantity)
         known = run.time_s[good]
         if known.size < 2:
             return None

@@ -94,7 +94,7 @@ def _pieces(run: RunTable, code_max: FloatArray) -> list[tuple[float, int, int]]
 
 def _long_enough(run: RunTable) -> list[tuple[int, int]]:
     """Rows of the pieces of a run; a rest of less than half a piece is none."""
-    period = float(np.median(np.diff(run.time_s))) if run.time_s.size > 1 else 1.0
+    period = run.period_s if run.time_s.size > 1 else 1.0
     length = max(round(PIECE_S / period), 2)
     ends = (
         (begin, min(begin + length, run.time_s.size)) for begin in range(0, run.time_s.size, length)

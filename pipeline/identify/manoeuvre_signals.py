@@ -71,7 +71,7 @@ def _filled(run: RunTable, quantity: str, time_s: FloatArray) -> FloatArray | No
     """Take readings to the times of the signals, bridged on a line where there are none."""
     if quantity not in run.values:
         return None
-    good = run.valid[quantity] & np.isfinite(run.values[quantity]).all(axis=1)
+    good = run.trusted(quantity)
     if good.mean() < _LEAST_VALID:
         return None
     columns = run.values[quantity][good].T
@@ -91,7 +91,7 @@ def _angles(
     """Heading, pitch and roll; the heading alone from the yaw rate where that is all there is."""
     quaternion = run.values.get("attitude")
     if quaternion is not None:
-        good = run.valid["attitude"] & np.isfinite(quaternion).all(axis=1)
+        good = run.trusted("attitude")
         if good.mean() >= _LEAST_VALID:
             roll, pitch, heading = angles(quaternion[good]).T
             columns = [

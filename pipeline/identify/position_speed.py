@@ -39,14 +39,14 @@ def velocity_of_position(
         return None
     if not was_measured(run, "position") or not was_measured(run, "attitude"):
         return None
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     length = max(_SLOPE_S, _READINGS / channel.rate_hz)
     samples = 2 * max(round(length / (2.0 * period)), 1) + 1
     trusted = run.valid["position"][:, None]
     position = np.where(trusted, run.values["position"], np.nan)
     slope = smooth(position, local_polynomial(samples, period, order=2))
     attitude = run.values["attitude"]
-    known = slope.valid & run.valid["attitude"] & np.isfinite(attitude).all(axis=1)
+    known = slope.valid & run.trusted("attitude")
     velocity = np.zeros((run.time_s.size, 3))
     turn = Rotation.from_quat(attitude[known][:, [1, 2, 3, 0]])
     velocity[known] = turn.inv().apply(slope.derivative[known])

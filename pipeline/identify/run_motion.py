@@ -127,17 +127,12 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
 
 def _slowest(run: RunTable, period: float) -> float:
     """Longest usual pause between readings of what is differentiated. [s]."""
-    pauses = [period]
     wanted = ["angular_velocity" if "angular_velocity" in run.values else "attitude"]
     if "specific_force" not in run.values:
         wanted += [
             next((name for name in ("velocity", "position", "depth") if name in run.values), "")
         ]
-    for name in wanted:
-        read_at = run.time_s[run.reading[name]] if name in run.reading else np.zeros(0)
-        if read_at.size > 2:
-            pauses.append(float(np.median(np.diff(read_at))))
-    return max(pauses)
+    return max(period, *(run.pause_s(name) for name in wanted if name in run.reading))
 
 
 def _attitude(run: RunTable) -> tuple[FloatArray, BoolArray]:

@@ -151,7 +151,6 @@ def bridge_weights(
 
 
 def _columns(stack: WindowStack, scales: FloatArray, attitude: ChannelNoise | None) -> FloatArray:
-    begins = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in stack.windows])])
     found = []
     for column in range(OFFSET_COUNT + (_KNOT_COLUMNS if attitude is not None else 0)):
         raw = []
@@ -167,9 +166,9 @@ def _columns(stack: WindowStack, scales: FloatArray, attitude: ChannelNoise | No
                 size = attitude.wander * stack.scale.get("attitude", 1.0)
                 for number in np.unique(rows.window):
                     mine = rows.window == number
-                    window = stack.windows[number]
-                    time_s = (rows.sample[mine] - begins[number]) * window.step_s
-                    weights = bridge_weights(time_s, window.duration_s, attitude.wander_s)
+                    whole_s = stack.windows[number].duration_s
+                    time_s = stack.into_s(rows)[mine]
+                    weights = bridge_weights(time_s, whole_s, attitude.wander_s)
                     values[mine, axis] = size * weights[end]
             raw.append(values)
         found.append(whitened(stack, raw))

@@ -46,7 +46,7 @@ def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[S
     list of Stretch
         In the order of time.
     """
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     samples = 2 * max(round(MEAN_S / period / 2), 1) + 1
     rate = np.where(run.valid["angular_velocity"][:, None], run.values["angular_velocity"], np.nan)
     steady = smooth(rate, moving_average(samples, period))

@@ -100,7 +100,7 @@ def filtered_samples(
         [np.interp(run.time_s, run.time_s[index], column) for column in origin[index].T], axis=1
     )
     command = np.nan_to_num(run.values["command"])
-    step = float(np.median(np.diff(run.time_s)))
+    step = run.period_s
     actuator = actuator_states(packed, command, step)[:-1]
     wrench, _ = thruster_wrench(packed, actuator, np.column_stack([velocity, omega]))
     force = run.force_over(slice(None))

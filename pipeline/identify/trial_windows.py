@@ -113,7 +113,7 @@ def fly_trial(
             f"{table.name}: its commands are too short; {lead_s + SHORTEST_BEYOND_LEAD_S:g} s "
             "without a gap at least are needed."
         )
-    period = float(np.median(np.diff(table.time_s)))
+    period = table.period_s
     lead = round(lead_s / period)
     try:
         windows = cut(packed, [table], channels, HORIZON_S, lead_s=lead_s)
@@ -232,7 +232,7 @@ def _free_run(
     command = table.values["command"][begin:]
     known = table.valid["command"][begin:] & np.isfinite(command).all(axis=1)
     last = np.maximum.accumulate(np.where(known, np.arange(len(command)), 0))
-    period = float(np.median(np.diff(table.time_s)))
+    period = table.period_s
     held = np.nan_to_num(command[last])[:-1]
     bounds = [begin, *(row for row in table.changes if begin < row < begin + len(held))]
     pieces: list[Trajectory] = []

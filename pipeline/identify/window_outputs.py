@@ -99,6 +99,16 @@ class WindowStack:
         return tuple(lines_of(rows, stretch) for rows in self.rows)
 
     @cached_property
+    def begins(self) -> IntArray:
+        """Stacked sample at which each window begins, and the end (windows + 1,)."""
+        return np.cumsum([0, *(len(window.command) + 1 for window in self.windows)])
+
+    def into_s(self, rows: Rows) -> FloatArray:
+        """Return the times (k,) of the samples of a channel since their windows began [s]."""
+        step_s = np.array([window.step_s for window in self.windows])
+        return np.asarray((rows.sample - self.begins[rows.window]) * step_s[rows.window])
+
+    @cached_property
     def pieces(self) -> Pieces:
         """Every window as one stretch; rows are the stacked samples."""
         windows = self.windows

@@ -200,7 +200,7 @@ def _readings(  # noqa: PLR0917 - one caller
 
 def _steps_of(run: RunTable) -> tuple[float, int]:
     """Period of a table [s], and how many of its rows a step of the kernel takes."""
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     return period, max(int(np.floor(SHORTEST_STEP_S / period + 1e-6)), 1)
 
 
@@ -214,7 +214,7 @@ def window_rows(run: RunTable, window_s: float, lead_s: float = 0.0) -> list[tup
     length = max(round(window_s / (period * stride)), 2) * stride
     lead = round(lead_s / (period * stride)) * stride
     shortest = lead + round(SHORTEST_BEYOND_LEAD_S / period) if lead else length // 2
-    known = run.valid["command"] & np.isfinite(run.values["command"]).all(axis=1)
+    known = run.trusted("command")
     edges = np.flatnonzero(np.diff(np.concatenate([[0], known[:-1].astype(int), [0]])))
     found = []
     for first, last in edges.reshape(-1, 2).tolist():
@@ -238,8 +238,8 @@ def readings_of(
     """
     if quantity not in run.values:
         return np.zeros(0, int)
-    valid = run.valid[quantity] & np.isfinite(run.values[quantity]).all(axis=1)
-    period = float(np.median(np.diff(run.time_s)))
+    valid = run.trusted(quantity)
+    period = run.period_s
     if quantity in run.reading:
         index = np.flatnonzero(valid & run.reading[quantity])
     else:
@@ -278,10 +278,7 @@ def _start(
     def first(quantity: str) -> FloatArray | None:
         if quantity not in run.values:
             return None
-        trusted = np.flatnonzero(
-            run.valid[quantity][begin : end + 1]
-            & np.isfinite(run.values[quantity][begin : end + 1]).all(axis=1)
-        )
+        trusted = np.flatnonzero(run.trusted(quantity)[begin : end + 1])
         return run.values[quantity][begin + trusted[0]] if trusted.size else None
 
     attitude, rate, velocity = first("attitude"), first("angular_velocity"), first("velocity")

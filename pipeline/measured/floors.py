@@ -120,8 +120,7 @@ def _along(signature: FloatArray, remainder: FloatArray) -> FloatArray:
 
 
 def _times(run: RunTable) -> tuple[int, IntArray]:
-    period = float(np.median(np.diff(run.time_s)))
-    ahead, every = round(AHEAD_S / period), max(round(EVERY_S / period), 1)
+    ahead, every = round(AHEAD_S / run.period_s), max(round(EVERY_S / run.period_s), 1)
     return ahead, np.arange(0, run.time_s.size - ahead, every)
 
 

@@ -111,7 +111,7 @@ def injected(
             "solved for one by one. Inject its drop alone."
         )
     codes = np.nan_to_num(np.array(run.values["command"], float))
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     added = _more_demanded(packed, nominal, changed, moved)
     _check_known(packed, nominal, changed, moved, added, named)
     acting = lagged(packed, nominal, codes, period)
@@ -138,7 +138,7 @@ def injected(
 def thrust_wrench(packed: PackedVehicle, run: RunTable, motion: MeasuredMotion) -> FloatArray:
     """Wrench (m, 6) of the thrusters that a run's commands lead to, by the vehicle's file."""
     vector = settled(packed.vector)
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     codes = np.nan_to_num(np.array(run.values["command"], float))
     return _pushed(packed, vector, lagged(packed, vector, codes, period), motion)[0]
 
@@ -276,7 +276,7 @@ def commanded_without_effect(
     codes = np.nan_to_num(np.array(run.values["command"], float))
     vector = packed.vector.copy()
     write(vector, "rotor_inertia", 0.0)
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     still = np.zeros((len(codes), 6))
     _, thrust = thruster_wrench(packed, lagged(packed, vector, codes, period), still, vector=vector)
     if np.abs(thrust[:, column]).max() > 0.0:

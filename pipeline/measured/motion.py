@@ -61,7 +61,7 @@ def measured_motion(run: RunTable, sensors: Sensors | None = None) -> MeasuredMo
             f"{run.name}: rates of turn and attitude are needed to put an effect into a measured "
             f"run; it has {', '.join(sorted(run.values))}."
         )
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     state, nu_dot = np.zeros((run.time_s.size, _STATE)), np.zeros((run.time_s.size, 6))
     attitude /= np.linalg.norm(attitude, axis=1)[:, None]
     state[:, 3:7] = attitude
@@ -98,7 +98,7 @@ def channel_of(run: RunTable, quantity: str) -> FloatArray | None:
     if quantity not in run.values:
         return None
     values = np.array(run.values[quantity], float)
-    good = run.valid[quantity] & np.isfinite(values).all(axis=1)
+    good = run.trusted(quantity)
     if good.sum() < _READINGS:
         return None
     if not good.all():
@@ -110,12 +110,8 @@ def channel_of(run: RunTable, quantity: str) -> FloatArray | None:
 
 def _window(run: RunTable, quantity: str) -> int:
     """Rows, odd, that a smoothed value is made of."""
-    period = float(np.median(np.diff(run.time_s)))
-    marks = run.reading.get(quantity)
-    spacing = period
-    if marks is not None and marks.sum() > 2:
-        spacing = float(np.median(np.diff(run.time_s[marks])))
-    half = round(max((_READINGS - 1) * spacing, _LEAST_S) / 2.0 / period)
+    pause_s = run.pause_s(quantity)
+    half = round(max((_READINGS - 1) * pause_s, _LEAST_S) / 2.0 / run.period_s)
     return 2 * max(half, 2) + 1
 
 

@@ -114,6 +114,22 @@ class RunTable:
     """How the vehicle differed from its file, where that is known."""
 
     @property
+    def period_s(self) -> float:
+        """Usual time from a row to the next [s]."""
+        return float(np.median(np.diff(self.time_s)))
+
+    def trusted(self, quantity: str) -> BoolArray:
+        """Tell in which rows (m,) a quantity that is there can be trusted, all its components."""
+        return np.asarray(self.valid[quantity] & np.isfinite(self.values[quantity]).all(axis=1))
+
+    def pause_s(self, quantity: str) -> float:
+        """Usual pause between readings of a quantity; a row where none are marked. [s]."""
+        marks = self.reading.get(quantity)
+        if marks is None or marks.sum() <= 2:
+            return self.period_s
+        return float(np.median(np.diff(self.time_s[marks])))
+
+    @property
     def changes(self) -> list[int]:
         """Rows at which something of the vehicle, as it is known, begins to be otherwise."""
         return [] if self.known is None else self.known.rows_of_changes(self.time_s).tolist()

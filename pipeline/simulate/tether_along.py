@@ -114,7 +114,7 @@ def tether_force(
     # what is held over a step is the mean of both its ends
     mean = 0.5 * (log.wrench_on_vehicle[1:] + log.wrench_on_vehicle[:-1])
     middle_s = log.time_s[:-1] + 0.5 * step_s
-    half_s = 0.5 * float(np.median(np.diff(table.time_s)))
+    half_s = 0.5 * table.period_s
     at_s = table.time_s - table.time_s[0] + half_s
     return np.stack([np.interp(at_s, middle_s, column) for column in mean.T], axis=1)
 
@@ -134,7 +134,7 @@ class _Lead:
         self.rate, self.attitude = channel("angular_velocity", 3), channel("attitude", 4)
         self.velocity, self.depth = channel("velocity", 3), channel("depth", 1)
         self.position = channel("position", 3)
-        self.period_s = float(np.median(np.diff(table.time_s)))
+        self.period_s = table.period_s
         self.last = table.time_s.size - 1
         dvl, depth = sensors.dvl, sensors.depth
         self.dvl_m = np.zeros(3) if dvl is None else np.array(dvl.position_m)

@@ -75,7 +75,7 @@ def outside_force(packed: PackedVehicle, run: RunTable, sensors: Sensors | None)
     pushed = thrust_wrench(packed, run, motion)
     force = demanded(packed, settled(packed.vector), motion) - pushed
     force -= known_wrench(packed, run, motion)
-    period = float(np.median(np.diff(run.time_s)))
+    period = run.period_s
     rows, first = max(round(_BLOCK_S / period), 1), round(_ENDS_S / period)
     count = max((run.time_s.size - 2 * first) // rows, 0)
     own, axes = slice(first, first + count * rows), np.flatnonzero(motion.measured)

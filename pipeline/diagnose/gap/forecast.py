@@ -86,7 +86,7 @@ def outlook(
     windows = []
     for window, start in zip(setting.bench.stack.windows, starts, strict=True):
         run = runs[window.run]
-        period = float(np.median(np.diff(run.time_s)))
+        period = run.period_s
         stride = max(round(window.step_s / period), 1)
         begin = int(np.searchsorted(run.time_s, window.begin_s - 0.5 * period))
         last = min([*(row for row in run.changes if row > begin), run.time_s.size - 1])
@@ -147,15 +147,13 @@ def forecast(
         pushed = pushed + ahead.profiles @ curves
     motion = simulate_windows(bench, vector, ahead.starts, pushed)
     raw = innovations(bench, vector, motion)
-    begins = np.concatenate([[0], np.cumsum([len(w.command) + 1 for w in bench.stack.windows])])
-    step = np.array([w.step_s for w in bench.stack.windows])
     errors, times, owner, sensor = {}, {}, {}, {}
     noise = {c.quantity: float(np.sqrt(c.white**2 + c.wander**2 + c.bias**2)) for c in channels}
     for rows, values in zip(bench.stack.rows, raw, strict=True):
         named = CHANNELS.get(rows.channel.quantity, ())
         for (name, _), column in zip(named, values.T, strict=False):
             errors[name] = column
-            times[name] = (rows.sample - begins[rows.window]) * step[rows.window]
+            times[name] = bench.stack.into_s(rows)
             owner[name] = rows.window
             sensor[name] = noise[rows.channel.quantity]
     return Forecast(errors, times, owner, sensor)

@@ -169,7 +169,7 @@ class _Claimed:
     def __init__(self, packed: PackedVehicle, run: RunTable, sensors: Sensors | None) -> None:
         self.packed = packed
         self.motion = measured_motion(run, sensors)
-        self.row_s = float(np.median(np.diff(run.time_s)))
+        self.row_s = run.period_s
         place = sensors.dvl.position_m if sensors and sensors.dvl else (0.0, 0.0, 0.0)
         self.of_turning = np.cross(self.motion.nu[:, 3:], np.array(place))
         self._nominal = settled(packed.vector)
@@ -232,11 +232,7 @@ def _about(  # noqa: PLR0917 - one caller
     quantity: str,
 ) -> FloatArray:
     """Values at the rows of the grid: means around them where readings are closer than these."""
-    marks = run.reading.get(quantity)
-    spacing = row_s
-    if marks is not None and marks.sum() > 2:
-        spacing = float(np.median(np.diff(run.time_s[marks])))
-    if spacing > 0.6 * period_s:
+    if run.pause_s(quantity) > 0.6 * period_s:
         return np.asarray(values[rows])
     half = max(round(period_s / row_s / 2.0), 1)
     total = np.concatenate([np.zeros((1, values.shape[1])), np.cumsum(values, axis=0)])
