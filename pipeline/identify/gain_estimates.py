@@ -12,13 +12,16 @@ Pooled by DerSimonian and Laird 1986, Control. Clin. Trials 7, 177-188, its inte
 with the variance of Hartung and Knapp 2001, Stat. Med. 20, 3875-3889, never narrower than without.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cache
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
+from pipeline.effects.effect import AXES
+from pipeline.identify.heading_check import HeadingCheck
 from pipeline.identify.thruster_regression import AxisLikelihood, RunLikelihood
+from pipeline.records.gains import GainReference
 from pipeline.records.intervals import NORMAL_95, student_95
 from pipeline.types import BoolArray, FloatArray
 
@@ -29,12 +32,10 @@ WIDEST = 1.0
 #: A lever below this share of the largest of the axis is none.
 LEAST_LEVER = 0.02
 _COUPLED = (0.02, 0.06, 0.2, 0.6, 1.5)
-
-
-@cache
-def half_factor(degrees: float) -> float:
-    """Half-width of a 95 % interval in standard errors, for degrees of freedom of 1 or more."""
-    return student_95(max(int(degrees), 1))
+#: Axis of a gain that all axes tell together.
+ALL = "all"
+#: Fewer sound runs do not tell what runs differ by: at least so much is taken.
+_MANY, _FEW_BETWEEN = 4, 0.1
 
 
 @dataclass(frozen=True)
@@ -47,16 +48,17 @@ class Doubt:
 
 @dataclass(frozen=True)
 class Estimates:
-    """Gains (...,) with standard errors and degrees of freedom (...,)."""
+    """Gains (n,) with standard errors and degrees of freedom (n,)."""
 
     value: FloatArray
     std: FloatArray
     degrees: FloatArray
 
+    @cached_property
     def half_width(self) -> FloatArray:
-        """Half of the 95 % intervals."""
-        factor = np.array([half_factor(float(d)) for d in self.degrees.ravel()])
-        return np.asarray(self.std * factor.reshape(self.std.shape))
+        """Half of the 95 % intervals (n,)."""
+        degrees = {one: student_95(max(int(one), 1)) for one in np.unique(self.degrees).tolist()}
+        return np.asarray(self.std * [degrees[one] for one in self.degrees.tolist()])
 
 
 @dataclass(frozen=True)
@@ -72,6 +74,11 @@ class Pooled:
     def half_width(self) -> float:
         """Half of the 95 % interval."""
         return self.std * (student_95(self.degrees) if self.degrees > 0 else NORMAL_95)
+
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """The 95 % interval."""
+        return self.mean - self.half_width, self.mean + self.half_width
 
 
 def moving(levers: FloatArray) -> BoolArray:
@@ -180,3 +187,80 @@ def pool(values: Sequence[float], stds: Sequence[float], least_between: float = 
         scatter = float(weight @ (y - mean) ** 2) / (count - 1)
         variance *= max(scatter, 1.0)
     return Pooled(mean, variance**0.5, count - 1 if count > 2 else 0, between**0.5)
+
+
+@dataclass(frozen=True)
+class RunGains:
+    """Everything of one run: likelihood, gains by axis (axis -> (n,)), and on all axes."""
+
+    likelihood: RunLikelihood
+    by_axis: Mapping[str, Estimates]
+    joint: Estimates
+    heading: HeadingCheck | None
+
+    @property
+    def name(self) -> str:
+        """Name of the run."""
+        return self.likelihood.run
+
+    @property
+    def every(self) -> Mapping[str, Estimates]:
+        """Gains of all axes together and of each."""
+        return {ALL: self.joint, **self.by_axis}
+
+    def judged(self, estimates: Estimates) -> BoolArray:
+        """Tell which thrusters (n,) are known well enough to say anything of."""
+        return self.likelihood.excited & (estimates.half_width < WIDEST)
+
+
+#: (thruster, axis) -> what sound runs gave.
+References = Mapping[tuple[str, str], GainReference]
+
+
+@dataclass(frozen=True)
+class GainSet:
+    """Runs of a vehicle that were regressed, and what is needed to compare them."""
+
+    names: tuple[str, ...]
+    levers: FloatArray
+    doubt: Doubt
+    runs: tuple[RunGains, ...]
+    why_not: dict[str, str] = field(default_factory=dict)
+    called: str = ""
+    """How the runs are called; by their names where that is empty."""
+
+    def moves(self, thruster: str, axis: str) -> bool:
+        """Tell whether a thruster moves an axis."""
+        if axis == ALL:
+            return True
+        return bool(moving(self.levers)[AXES.index(axis), self.names.index(thruster)])
+
+    def pooled(
+        self, least_between: float = 0.0
+    ) -> dict[tuple[str, str], tuple[Pooled, tuple[str, ...]]]:
+        """Pool each gain over the runs that tell it: (thruster, axis) -> mean, names of runs."""
+        told: dict[tuple[str, str], list[tuple[float, float, str]]] = {}
+        for run in self.runs:
+            for axis, own in run.every.items():
+                for i in np.flatnonzero(run.judged(own)):
+                    row = float(own.value[i]), float(own.std[i]), run.name
+                    told.setdefault((self.names[i], axis), []).append(row)
+        return {
+            key: (
+                pool([v for v, _, _ in rows], [s for _, s, _ in rows], least_between),
+                tuple(run for _, _, run in rows),
+            )
+            for key, rows in told.items()
+        }
+
+    def apart_from(self, *runs: str) -> References:
+        """Take the runs for sound, but for some, and say what they gave."""
+        kept = tuple(run for run in self.runs if run.name not in runs)
+        least = max(self.doubt.thruster, 0.0 if len(kept) >= _MANY else _FEW_BETWEEN)
+        name = self.called or ", ".join(run.name for run in kept)
+        return {
+            key: GainReference(
+                name=name, runs=names, mean=one.mean, ci95=one.ci95, between_runs=one.between
+            )
+            for key, (one, names) in replace(self, runs=kept).pooled(least).items()
+        }

@@ -1,7 +1,7 @@
 """What the gains of runs show: dead, weak, reversed, swapped and coupled thrusters, by test.
 
 Every question that is asked of a set of runs has a p-value; all of them are counted together
-(`gain_tests.rejected`), and only what is rejected is told.
+(`gain_tests.adjusted`), and only what is rejected is told.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,42 +10,33 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.effects.effect import AXES
-from pipeline.identify.gain_estimates import WIDEST, pool
+from pipeline.identify.gain_estimates import ALL, Estimates, GainSet, References, pool, typical
 from pipeline.identify.gain_sentences import GainQuestion, sentence
 from pipeline.identify.gain_tests import (
+    FALSE_ALARMS,
     ORDINARY_COUPLING,
     adjusted,
     against_all,
     log_ratios,
-    moved_apart,
     other_layouts,
-    rejected,
     tail,
 )
-from pipeline.identify.thruster_gains import (
-    ALL,
-    GainSet,
-    References,
-    RunGains,
-    Sound,
-    pooled_gains,
-)
 from pipeline.records.gains import FindingKind, GainFinding
-from pipeline.records.intervals import student_95
+from pipeline.types import BoolArray
 
 #: A thruster is dead whose interval holds 0 and which surely gives less than this share, either
 #: way, of what sound runs gave, or the file says.
 _DEAD = 0.5
 
 
-def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
+def findings_of(asked: GainSet, sound: GainSet) -> list[GainFinding]:
     """Ask all questions of a set of runs, and tell what stands.
 
     Parameters
     ----------
     asked : GainSet
         The runs.
-    sound : Sound
+    sound : GainSet
         Runs that are known to be sound; a run is compared with the others of them.
     """
     # half of the rate for single thrusters, half for all else: the many other questions are not to
@@ -61,51 +52,39 @@ def findings_of(asked: GainSet, sound: Sound) -> list[GainFinding]:
     )
     found = []
     for questions in groups:
-        p = [min(one.p * len(groups), 1.0) for one in questions]
-        chances = zip(questions, adjusted(p), rejected(p), strict=True)
-        found += [(one, float(chance)) for one, chance, stands in chances if stands]
+        chances = adjusted([min(one.p * len(groups), 1.0) for one in questions]).tolist()
+        found += [(one, p) for one, p in zip(questions, chances, strict=True) if p <= FALSE_ALARMS]
     kept = _without_consequences([one for one, _ in found])
     chance_of = {id(one): chance for one, chance in found}
     return _merged(kept, chance_of)
 
 
-def _thrusters(asked: GainSet, known: Sound) -> list[GainQuestion]:
+def _thrusters(asked: GainSet, known: GainSet) -> list[GainQuestion]:
     """Ask of each thruster in each run, and in all, whether it gives what is expected."""
     questions: list[GainQuestion] = []
     for run in asked.runs:
-        told = run.likelihood
-        sound = known.apart_from(told.run)
-        half = run.joint.half_width()
-        judged = told.excited & (half < WIDEST)
+        sound, judged = known.apart_from(run.name), run.judged(run.joint)
         # what runs differ by that nobody logged is ordinary too: of the others, for want of more
         rest = replace(asked, runs=tuple(one for one in asked.runs if one is not run))
         apart = {
-            name: one.between
-            for (name, axis), (one, _) in pooled_gains(rest).items()
-            if axis == ALL
+            name: one.between for (name, axis), (one, _) in rest.pooled().items() if axis == ALL
         }
-        for i in np.flatnonzero(judged):
-            questions += _of_thruster(
-                asked,
-                sound,
-                int(i),
-                (told.run,),
-                run.joint.value,
-                run.joint.std,
-                judged,
-                float(run.joint.degrees[i]),
-                apart.get(asked.names[i], 0.0),
-            )
-    together = {name: one for (name, axis), one in pooled_gains(asked).items() if axis == ALL}
+        for i in np.flatnonzero(judged).tolist():
+            between = apart.get(asked.names[i], 0.0)
+            questions += _of_thruster(asked, sound, i, (run.name,), run.joint, judged, between)
     if len(asked.runs) > 1:
-        sound = known.apart_from(*(run.likelihood.run for run in asked.runs))
-        value = np.array([together[n][0].mean if n in together else 0.0 for n in asked.names])
-        std = np.array([together[n][0].std if n in together else 1.0 for n in asked.names])
+        sound = known.apart_from(*(run.name for run in asked.runs))
+        together = {name: row for (name, axis), row in asked.pooled().items() if axis == ALL}
+        one = [together[name][0] if name in together else None for name in asked.names]
+        estimates = Estimates(
+            np.array([0.0 if own is None else own.mean for own in one]),
+            np.array([1.0 if own is None else own.std for own in one]),
+            np.array([30.0 if own is None else float(own.degrees or 30) for own in one]),
+        )
         judged = np.array([n in together and len(together[n][1]) > 1 for n in asked.names])
-        for i in np.flatnonzero(judged):
-            one, runs = together[asked.names[i]]
-            degrees = float(one.degrees or 30)
-            questions += _of_thruster(asked, sound, int(i), runs, value, std, judged, degrees)
+        for i in np.flatnonzero(judged).tolist():
+            runs = together[asked.names[i]][1]
+            questions += _of_thruster(asked, sound, i, runs, estimates, judged)
     return questions
 
 
@@ -114,19 +93,14 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
     sound: References,
     i: int,
     runs: tuple[str, ...],
-    value: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    std: np.ndarray[tuple[int, ...], np.dtype[np.float64]],
-    judged: np.ndarray[tuple[int, ...], np.dtype[np.bool_]],
-    degrees: float,
+    estimates: Estimates,
+    judged: BoolArray,
     between_runs: float = 0.0,
 ) -> list[GainQuestion]:
+    value, std, degrees = estimates.value, estimates.std, float(estimates.degrees[i])
     name = asked.names[i]
-    usual, scatter, other = (
-        np.ones(len(asked.names)),
-        np.zeros(len(asked.names)),
-        "the vehicle file",
-    )
-    scatter[:] = asked.doubt.axis
+    usual, other = np.ones(len(asked.names)), "the vehicle file"
+    scatter = np.full(len(asked.names), asked.doubt.axis)
     mine = sound.get((name, ALL))
     if mine is not None and mine.ci95[0] > 0.0:
         for k, each in enumerate(asked.names):
@@ -150,8 +124,7 @@ def _of_thruster(  # noqa: PLR0917  one thruster among the others
             )
             other = other if mine is not None else "the others"
     doubt = float(np.hypot(doubt, between_runs if mine is None else 0.0))
-    factor = student_95(max(int(degrees), 1))
-    low, high = value[i] - factor * std[i], value[i] + factor * std[i]
+    low, high = value[i] - estimates.half_width[i], value[i] + estimates.half_width[i]
     spread = float(np.hypot(std[i], doubt))
     less = tail(float(value[i]) - expected, spread, degrees)
     more = tail(expected - float(value[i]), spread, degrees)
@@ -182,7 +155,7 @@ def _layouts(asked: GainSet) -> list[GainQuestion]:
     layouts = other_layouts(asked.levers)
     by_run = [log_ratios(run.likelihood, asked.levers, layouts, asked.doubt) for run in asked.runs]
     for k, other in enumerate(layouts):
-        ratios = [(own[k], run.likelihood.run) for own, run in zip(by_run, asked.runs, strict=True)]
+        ratios = [(own[k], run.name) for own, run in zip(by_run, asked.runs, strict=True)]
         total = sum(ratio for ratio, _ in ratios)
         runs = tuple(run for ratio, run in ratios if ratio > 1.0)
         p = float(np.exp(min(-total, 0.0)))
@@ -191,7 +164,7 @@ def _layouts(asked: GainSet) -> list[GainQuestion]:
             p = max(p, against_all(likelihoods, asked.levers[other.axis], other.axis))
         questions.append(
             GainQuestion(
-                "swapped" if other.kind == "swapped" else "axis_reversed",
+                other.kind,
                 p,
                 runs or tuple(run for _, run in ratios),
                 tuple(asked.names[i] for i in other.thrusters),
@@ -204,28 +177,14 @@ def _layouts(asked: GainSet) -> list[GainQuestion]:
 def _couplings(asked: GainSet) -> list[GainQuestion]:
     """Ask whether a thruster moves an axis that its lever says it cannot."""
     questions = []
-    for (name, axis), (one, runs) in pooled_gains(asked, ORDINARY_COUPLING / 4.0).items():
-        if axis == ALL or not moved_apart(asked.levers)[AXES.index(axis), asked.names.index(name)]:
+    moved = typical(asked.levers) > 0.0
+    for (name, axis), (one, runs) in asked.pooled(ORDINARY_COUPLING / 4.0).items():
+        if asked.moves(name, axis) or not moved[AXES.index(axis)]:
             continue
         beyond = max(abs(one.mean) - ORDINARY_COUPLING, 0.0)
-        degrees = float(one.degrees or 30)
-        questions.append(
-            GainQuestion(
-                "coupled",
-                min(
-                    2.0
-                    * tail(
-                        -beyond, float(np.hypot(one.std, one.between / len(runs) ** 0.5)), degrees
-                    ),
-                    1.0,
-                ),
-                runs,
-                (name,),
-                axis,
-                one.mean,
-                (one.mean - one.half_width, one.mean + one.half_width),
-            )
-        )
+        spread = float(np.hypot(one.std, one.between / len(runs) ** 0.5))
+        p = min(2.0 * tail(-beyond, spread, float(one.degrees or 30)), 1.0)
+        questions.append(GainQuestion("coupled", p, runs, (name,), axis, one.mean, one.ci95))
     return questions
 
 
@@ -235,7 +194,7 @@ def _headings(asked: GainSet) -> list[GainQuestion]:
         GainQuestion(
             "heading_reversed",
             run.heading.p_negative,
-            (run.likelihood.run,),
+            (run.name,),
             axis="yaw",
             value=run.heading.correlation,
         )
@@ -244,12 +203,20 @@ def _headings(asked: GainSet) -> list[GainQuestion]:
     ]
 
 
-def _common_scales(asked: GainSet, known: Sound) -> list[GainQuestion]:
+def _common_scales(asked: GainSet, known: GainSet) -> list[GainQuestion]:
     """Ask whether all thrusters of a run give more or less than in the reference, alike."""
     questions = []
     for run in asked.runs:
-        sound = known.apart_from(run.likelihood.run)
-        ratios, widths, scatter = _ratios(asked, run, sound)
+        sound = known.apart_from(run.name)
+        ratios, widths, scatter = [], [], []
+        for i in np.flatnonzero(run.judged(run.joint)).tolist():
+            own = sound.get((asked.names[i], ALL))
+            if own is None or own.ci95[0] <= 0.0:
+                continue
+            ratios.append(float(run.joint.value[i]) / own.mean)
+            wide = float(np.hypot(run.joint.std[i], (own.ci95[1] - own.ci95[0]) / 4.0))
+            widths.append(wide / own.mean)
+            scatter.append(own.between_runs / own.mean)
         if len(ratios) < 2:
             continue
         one = pool(ratios, widths)
@@ -263,34 +230,13 @@ def _common_scales(asked: GainSet, known: Sound) -> list[GainQuestion]:
             GainQuestion(
                 "common_scale",
                 min(2.0 * tail(-abs(one.mean - 1.0), spread, max(degrees, 8.0)), 1.0),
-                (run.likelihood.run,),
+                (run.name,),
                 value=one.mean,
                 ci95=(one.mean - 2.0 * spread, one.mean + 2.0 * spread),
                 against=next(iter(sound.values())).name,
             )
         )
     return questions
-
-
-def _ratios(
-    asked: GainSet, run: RunGains, sound: References
-) -> tuple[list[float], list[float], list[float]]:
-    half = run.joint.half_width()
-    ratios, widths, scatter = [], [], []
-    for i, name in enumerate(asked.names):
-        known = sound.get((name, ALL))
-        if (
-            known is None
-            or known.ci95[0] <= 0.0
-            or not run.likelihood.excited[i]
-            or half[i] >= WIDEST
-        ):
-            continue
-        own = (known.ci95[1] - known.ci95[0]) / 4.0
-        ratios.append(float(run.joint.value[i]) / known.mean)
-        widths.append(float(np.hypot(run.joint.std[i], own)) / known.mean)
-        scatter.append(known.between_runs / known.mean)
-    return ratios, widths, scatter
 
 
 def _without_consequences(found: Sequence[GainQuestion]) -> list[GainQuestion]:

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.identify.gain_estimates import Doubt, log_evidence, moving, typical
+from pipeline.identify.gain_estimates import Doubt, log_evidence, typical
 from pipeline.identify.thruster_regression import RunLikelihood
-from pipeline.types import BoolArray, FloatArray
+from pipeline.records.gains import FindingKind
+from pipeline.types import FloatArray
 
 #: Chance of any finding at all where every run is sound.
 FALSE_ALARMS = 0.01
@@ -35,7 +36,7 @@ _LOOSE = 0.3
 class LeverLayout:
     """Levers (6, n) that a hypothesis puts in place of the file's."""
 
-    kind: str
+    kind: FindingKind
     thrusters: tuple[int, ...]
     axis: int | None
     levers: FloatArray
@@ -103,26 +104,14 @@ def tail(value: float, std: float, degrees: float) -> float:
     return float(stats.t.cdf(value / max(std, 1e-12), max(degrees, 1.0)))
 
 
-def rejected(p_values: Sequence[float], rate: float = FALSE_ALARMS) -> BoolArray:
-    """Tell which hypotheses Holm's step-down procedure rejects.
+def adjusted(p_values: Sequence[float]) -> FloatArray:
+    """Return Holm's adjusted p-values, at most 1: what is below a rate is rejected at that rate.
 
     Examples
     --------
-    >>> rejected([0.001, 0.02, 0.004], 0.01).tolist()
-    [True, False, True]
+    >>> adjusted([0.001, 0.02, 0.004]).tolist()
+    [0.003, 0.02, 0.008]
     """
-    p = np.asarray(p_values, float)
-    order = np.argsort(p)
-    found = np.zeros(p.size, np.bool_)
-    for k, index in enumerate(order):
-        if p[index] * (p.size - k) > rate:
-            break
-        found[index] = True
-    return found
-
-
-def adjusted(p_values: Sequence[float]) -> FloatArray:
-    """Return Holm's adjusted p-values, at most 1."""
     p = np.asarray(p_values, float)
     order = np.argsort(p)
     found = np.ones(p.size)
@@ -130,9 +119,3 @@ def adjusted(p_values: Sequence[float]) -> FloatArray:
         steps = p[order] * (p.size - np.arange(p.size))
         found[order] = np.minimum(np.maximum.accumulate(steps), 1.0)
     return found
-
-
-def moved_apart(levers: FloatArray) -> BoolArray:
-    """Tell where a thruster should not move an axis that others move (6, n)."""
-    there = moving(levers)
-    return np.asarray(~there & (there.any(axis=1, keepdims=True)))

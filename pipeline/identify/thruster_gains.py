@@ -1,91 +1,46 @@
 """Gains of thrusters from runs: rows for each run, pooled, against a reference, and what they show.
 
 `gains_of` is the one call: tables of runs and a packed vehicle in, a record out. How a run is
-regressed is in `thruster_regression`, how gains follow in `gain_estimates`, the tests in
-`gain_findings`.
+regressed is in `thruster_regression`, how gains follow and are pooled in `gain_estimates`, the
+tests in `gain_findings`.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
 from pipeline.identify.gain_estimates import (
-    WIDEST,
     Doubt,
-    Estimates,
-    Pooled,
+    GainSet,
+    References,
+    RunGains,
     axis_gains,
     joint_gains,
-    moving,
-    pool,
     typical,
 )
+from pipeline.identify.gain_findings import findings_of
 from pipeline.identify.gain_tests import FALSE_ALARMS
-from pipeline.identify.heading_check import HeadingCheck, heading_check
-from pipeline.identify.thruster_regression import RunLikelihood, run_likelihood
+from pipeline.identify.heading_check import heading_check
+from pipeline.identify.thruster_regression import run_likelihood
 from pipeline.records.gains import GainReference, GainRun, PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import levers
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.sensor_schema import Sensors
 
-#: Axis of a gain that all axes tell together.
-ALL = "all"
 _LEAST_DOUBT = 0.02
-#: Fewer sound runs do not tell what runs differ by: at least so much is taken.
-_MANY, _FEW_BETWEEN = 4, 0.1
 
 
-@dataclass(frozen=True)
-class RunGains:
-    """Everything of one run: likelihood, gains by axis (axis -> (n,)), and on all axes."""
-
-    likelihood: RunLikelihood
-    by_axis: Mapping[str, Estimates]
-    joint: Estimates
-    heading: HeadingCheck | None
-
-
-@dataclass(frozen=True)
-class GainSet:
-    """Runs of a vehicle that were regressed, and what is needed to compare them."""
-
-    names: tuple[str, ...]
-    levers: FloatArray
-    doubt: Doubt
-    runs: tuple[RunGains, ...]
-    why_not: dict[str, str] = field(default_factory=dict)
-
-    @property
-    def moves(self) -> BoolArray:
-        """Which thrusters move which axes (6, n)."""
-        return moving(self.levers)
-
-
-def regress_runs(
+def _regressed(
     packed: PackedVehicle,
     sensors: Sensors,
     runs: Sequence[RunTable],
-    uncertainty: Uncertainty | None = None,
+    uncertainty: Uncertainty | None,
 ) -> GainSet:
-    """Regress runs one by one; one that cannot be is left out with the reason.
-
-    Parameters
-    ----------
-    packed : PackedVehicle
-        The nominal model.
-    sensors : Sensors
-        Places of the sensors.
-    runs : sequence of RunTable
-        The runs.
-    uncertainty : Uncertainty, optional
-        Of the vehicle file: how far a sound thruster and an axis may be from it.
-    """
+    """Regress runs one by one; one that cannot be is left out with the reason."""
     doubts = uncertainty or Uncertainty()
     thruster = max(doubts.thrust, _LEAST_DOUBT)
     doubt = Doubt(float(np.hypot(thruster, doubts.added_mass)), thruster)
@@ -138,130 +93,50 @@ def gains_of(
     -------
     ThrusterGains
     """
-    asked = regress_runs(packed, sensors, runs, uncertainty)
-    done = {run.likelihood.run: run for run in asked.runs}
+    asked = _regressed(packed, sensors, runs, uncertainty)
+    done = {run.name: run for run in asked.runs}
     more = [run for run in reference if run.name not in {one.name for one in runs}]
-    other = regress_runs(packed, sensors, more, uncertainty)
+    other = _regressed(packed, sensors, more, uncertainty)
     both = tuple(done[run.name] for run in reference if run.name in done)
-    known = replace(other, runs=(*both, *other.runs))
-    return gains_record(packed.name, asked, known, reference_name, vehicle_file_sha256)
-
-
-def gains_record(
-    vehicle: str,
-    asked: GainSet,
-    known: GainSet,
-    reference_name: str = "",
-    vehicle_file_sha256: str = "",
-) -> ThrusterGains:
-    """Make the record of runs that were regressed, and of sound ones (none: no reference)."""
-    from pipeline.identify.gain_findings import findings_of
-
-    sound = Sound(known, reference_name)
-    rows = tuple(
-        row for run in asked.runs for row in _rows(asked, run, sound.apart_from(run.likelihood.run))
-    )
+    known = replace(other, runs=(*both, *other.runs), called=reference_name)
+    rows = tuple(row for run in asked.runs for row in _rows(asked, run, known.apart_from(run.name)))
     told = {row.thruster for row in rows if row.judged and row.moves}
     return ThrusterGains(
-        vehicle=vehicle,
+        vehicle=packed.name,
         vehicle_file_sha256=vehicle_file_sha256,
         false_alarms=FALSE_ALARMS,
-        reference=sound.called if known.runs else None,
+        reference=(reference_name or ", ".join(run.name for run in known.runs))
+        if known.runs
+        else None,
         runs=tuple(_run_row(asked, run) for run in asked.runs),
         gains=rows,
-        pooled=tuple(_pooled(asked, sound.apart_from(*(r.likelihood.run for r in asked.runs)))),
-        findings=tuple(findings_of(asked, sound)),
+        pooled=tuple(_pooled(asked, known.apart_from(*done))),
+        findings=tuple(findings_of(asked, known)),
         not_judged={name: _why(rows, name) for name in asked.names if name not in told},
         why_no_run={**asked.why_not, **known.why_not},
     )
 
 
-References = Mapping[tuple[str, str], GainReference]
-
-
-@dataclass(frozen=True)
-class Sound:
-    """Runs that are known to be sound, and what they gave."""
-
-    known: GainSet
-    name: str = ""
-
-    @property
-    def called(self) -> str:
-        """How they are called: their names, where nobody gave them one."""
-        return self.name or ", ".join(run.likelihood.run for run in self.known.runs)
-
-    def apart_from(self, *runs: str) -> References:
-        """Pool the gains of all but some runs: (thruster, axis) -> what they gave."""
-        kept = tuple(run for run in self.known.runs if run.likelihood.run not in runs)
-        rest = Sound(replace(self.known, runs=kept), self.name)
-        return references(rest.known, rest.called) if kept else {}
-
-
-def references(known: GainSet, name: str) -> dict[tuple[str, str], GainReference]:
-    """Pool the gains of sound runs: (thruster, axis) -> what they gave."""
-    least = max(known.doubt.thruster, 0.0 if len(known.runs) >= _MANY else _FEW_BETWEEN)
-    return {
-        key: GainReference(
-            name=name,
-            runs=runs,
-            mean=found.mean,
-            ci95=(found.mean - found.half_width, found.mean + found.half_width),
-            between_runs=found.between,
-        )
-        for key, (found, runs) in pooled_gains(known, least).items()
-    }
-
-
-def pooled_gains(
-    asked: GainSet, least_between: float = 0.0
-) -> dict[tuple[str, str], tuple[Pooled, tuple[str, ...]]]:
-    """Pool each gain over the runs that tell it: (thruster, axis) -> mean and the runs' names."""
-    told: dict[tuple[str, str], list[tuple[float, float, str]]] = {}
-    for run in asked.runs:
-        for axis, estimates in {**run.by_axis, ALL: run.joint}.items():
-            judged = _judged(run, estimates)
-            for i in np.flatnonzero(judged):
-                told.setdefault((asked.names[i], axis), []).append(
-                    (float(estimates.value[i]), float(estimates.std[i]), run.likelihood.run)
-                )
-    return {
-        key: (
-            pool([v for v, _, _ in rows], [s for _, s, _ in rows], least_between),
-            tuple(run for _, _, run in rows),
-        )
-        for key, rows in told.items()
-    }
-
-
-def _judged(run: RunGains, estimates: Estimates) -> BoolArray:
-    return run.likelihood.excited & (estimates.half_width() < WIDEST)
-
-
 def _rows(asked: GainSet, run: RunGains, sound: References) -> list[ThrusterGain]:
     found = []
-    for axis, estimates in {ALL: run.joint, **run.by_axis}.items():
-        judged, half = _judged(run, estimates), estimates.half_width()
+    for axis, own in run.every.items():
+        judged = run.judged(own)
         for i, name in enumerate(asked.names):
-            moves = axis == ALL or bool(asked.moves[AXES.index(axis), i])
-            value, width = float(estimates.value[i]), float(half[i])
-            excited = bool(run.likelihood.excited[i])
+            moves, excited = asked.moves(name, axis), bool(run.likelihood.excited[i])
+            value, std, half = (float(one[i]) for one in (own.value, own.std, own.half_width))
             why = "" if judged[i] else "commanded together with others, or too little"
+            known = sound.get((name, axis)) if judged[i] and moves else None
             found.append(
                 ThrusterGain(
-                    run=run.likelihood.run,
+                    run=run.name,
                     thruster=name,
                     axis=axis,
                     moves=moves,
                     value=value if excited else None,
-                    ci95=(value - width, value + width) if excited else None,
+                    ci95=(value - half, value + half) if excited else None,
                     judged=bool(judged[i]),
                     why_not=why if excited else "not commanded",
-                    reference=against(
-                        sound.get((name, axis)), value, float(estimates.std[i]), width
-                    )
-                    if judged[i] and moves
-                    else None,
+                    reference=against(known, value, std, half),
                 )
             )
     return found
@@ -288,20 +163,19 @@ def against(
 
 def _pooled(asked: GainSet, sound: References) -> list[PooledGain]:
     found = []
-    for (name, axis), (one, runs) in sorted(pooled_gains(asked).items()):
-        moves = axis == ALL or bool(asked.moves[AXES.index(axis), asked.names.index(name)])
+    for (name, axis), (one, runs) in sorted(asked.pooled().items()):
+        moves = asked.moves(name, axis)
+        known = sound.get((name, axis)) if moves else None
         found.append(
             PooledGain(
                 thruster=name,
                 axis=axis,
                 moves=moves,
                 value=one.mean,
-                ci95=(one.mean - one.half_width, one.mean + one.half_width),
+                ci95=one.ci95,
                 between_runs=one.between,
                 runs=runs,
-                reference=against(sound.get((name, axis)), one.mean, one.std, one.half_width)
-                if moves
-                else None,
+                reference=against(known, one.mean, one.std, one.half_width),
             )
         )
     return found
