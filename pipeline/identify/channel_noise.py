@@ -27,6 +27,14 @@ class ChannelNoise:
     place_m: tuple[float, float, float] = (0.0, 0.0, 0.0)
     stated: bool = True
 
+    def of_reading(self, *, offset: bool) -> float:
+        """Return the standard deviation of one reading that the vehicle file states, in its unit.
+
+        The `offset` does not count where it was estimated and taken off the readings.
+        """
+        slow = np.hypot(self.white, self.wander)
+        return float(np.hypot(slow, self.bias) if offset else slow)
+
 
 #: What stands for a noise that the vehicle file leaves at zero, and for a sensor it leaves out.
 _FLOORS = {

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 
 from pipeline.identify.channel_noise import channel_noise, was_measured
-from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.trial_windows import FlownWindows, TrialFlights
 from pipeline.records.run_components import COMPONENTS, components, difference
 from pipeline.records.run_table import RunTable
@@ -62,7 +61,7 @@ def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
         better: dict[str, object] = {"rate_hz": 1.0 / period, "delay_s": 0.0} if ideal else {}
         return {**dict.fromkeys(noise, 0.0), **better}
 
-    period = float(np.median(np.diff(table.time_s)))
+    period = table.period_s
     default: dict[str, tuple[bool, Sensor]] = {
         "imu": (has(*_IMU), Imu(rate_hz=max(rate(name) for name in _IMU))),
         "dvl": (has("velocity"), Dvl(rate_hz=rate("velocity"))),
@@ -85,7 +84,7 @@ def predicted_table(
 ) -> RunTable:
     """Return what ideal sensors at their places would read of a flight, row by row of the table."""
     ideal = sensors_for(sensors, table, ideal=True)
-    period = float(np.median(np.diff(table.time_s)))
+    period = table.period_s
     found = table_of_log(
         measure(flown.trajectory, packed, ideal), ideal, name=table.name, period_s=period
     )
@@ -168,12 +167,12 @@ def compared(
                     unit=unit,
                     readings=int(own.sum()),
                     sensor_noise=noise.get(quantity),
-                    rmse_windows=_rms(error),
+                    rmse_windows=float(np.sqrt(np.mean(error**2))),
                     mean_windows=float(error.mean()),
                     worst_windows=float(error[worst]),
                     worst_at_s=float(table.time_s[own][worst]),
-                    rmse_free=None if long is None else _rms_or_none(long[rows, column]),
-                    rmse_last_value=_rms_or_none(held[own, column]),
+                    rmse_free=None if long is None else _rms(long[rows, column]),
+                    rmse_last_value=_rms(held[own, column]),
                 )
             )
     return tuple(found)
@@ -183,7 +182,7 @@ def _held(
     table: RunTable, quantity: str, measured: FloatArray, flights: TrialFlights
 ) -> FloatArray:
     """Errors of holding the last reading before each window."""
-    period = float(np.median(np.diff(table.time_s)))
+    period = table.period_s
     lead, begins = round(flights.lead_s / period), np.array(flights.first_rows)
     rows: BoolArray = table.valid[quantity] & np.isfinite(measured).all(axis=1)
     if quantity in table.reading:
@@ -200,7 +199,7 @@ def _held(
 def _noise(sensors: Sensors, table: RunTable) -> dict[str, float]:
     """Return the standard deviation of one reading where the vehicle file states the noise."""
     found = {
-        one.quantity: reading_noise(one, offset=True)
+        one.quantity: one.of_reading(offset=True)
         for one in channel_noise(sensors, [table])
         if one.stated
     }
@@ -211,10 +210,7 @@ def _noise(sensors: Sensors, table: RunTable) -> dict[str, float]:
     return found
 
 
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2)))
-
-
-def _rms_or_none(values: FloatArray) -> float | None:
+def _rms(values: FloatArray) -> float | None:
+    """Root mean square of what is finite."""
     finite = values[np.isfinite(values)]
-    return _rms(finite) if finite.size else None
+    return float(np.sqrt(np.mean(finite**2))) if finite.size else None

@@ -161,18 +161,6 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
     quadratic = read(packed.vector, "quadratic_damping")
     own = _inertias(packed)
 
-    def linear_writer(axis: int) -> Callable[[FloatArray, float], None]:
-        def write_value(vector: FloatArray, value: float) -> None:
-            read(vector, "linear_damping")[axis, axis] = value
-
-        return write_value
-
-    def quadratic_writer(axis: int) -> Callable[[FloatArray, float], None]:
-        def write_value(vector: FloatArray, value: float) -> None:
-            read(vector, "quadratic_damping")[axis] = value
-
-        return write_value
-
     found = []
     for axis, name in enumerate(AXES):
         # where the file says nothing: what the other term, or a decay within 20 s, would be
@@ -184,7 +172,7 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
                 f"linear damping in {name}",
                 float(linear[axis]),
                 share * float(size),
-                linear_writer(axis),
+                _entry("linear_damping", (axis, axis)),
                 0.0,
             )
         )
@@ -197,11 +185,22 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
                 f"quadratic damping in {name}",
                 float(quadratic[axis]),
                 share * float(size),
-                quadratic_writer(axis),
+                _entry("quadratic_damping", axis),
                 0.0,
             )
         )
     return found
+
+
+def _entry(
+    slot: str, index: object, base: float = 0.0, sign: float = 1.0
+) -> Callable[[FloatArray, float], None]:
+    """Write base + sign value to an entry of a slot."""
+
+    def write_value(vector: FloatArray, value: float) -> None:
+        read(vector, slot)[index] = base + sign * value  # type: ignore[index]
+
+    return write_value
 
 
 def _hydrostatics(
@@ -215,15 +214,11 @@ def _hydrostatics(
     mass_centre = read(nominal, "centre_of_mass").copy()
     offset = mass_centre - read(nominal, "centre_of_buoyancy")
 
-    def buoyancy(vector: FloatArray, value: float) -> None:
-        read(vector, "buoyancy")[...] = weight + value
-
-    def centre(axis: int) -> Callable[[FloatArray, float], None]:
-        def write_value(vector: FloatArray, value: float) -> None:
-            read(vector, "centre_of_buoyancy")[axis] = mass_centre[axis] - value
-
-        return write_value
-
+    heights = (
+        ("metacentric_height", "below", 2, wide.metacentric_height * abs(float(offset[2]))),
+        ("trim_x", "ahead of", 0, wide.trim_m),
+        ("trim_y", "to starboard of", 1, wide.trim_m),
+    )
     return [
         FreeParameter(
             "residual_buoyancy",
@@ -231,31 +226,18 @@ def _hydrostatics(
             "buoyancy less weight",
             float(read(nominal, "buoyancy")) - weight,
             max(wide.buoyancy * weight, uncertainty.buoyancy_n),
-            buoyancy,
+            _entry("buoyancy", ..., weight),
         ),
-        FreeParameter(
-            "metacentric_height",
-            "m",
-            "centre of mass below the centre of buoyancy",
-            float(offset[2]),
-            max(wide.metacentric_height * abs(float(offset[2])), uncertainty.centre_of_mass_m),
-            centre(2),
-        ),
-        FreeParameter(
-            "trim_x",
-            "m",
-            "centre of mass ahead of the centre of buoyancy",
-            float(offset[0]),
-            max(wide.trim_m, uncertainty.centre_of_mass_m),
-            centre(0),
-        ),
-        FreeParameter(
-            "trim_y",
-            "m",
-            "centre of mass to starboard of the centre of buoyancy",
-            float(offset[1]),
-            max(wide.trim_m, uncertainty.centre_of_mass_m),
-            centre(1),
+        *(
+            FreeParameter(
+                name,
+                "m",
+                f"centre of mass {where} the centre of buoyancy",
+                float(offset[axis]),
+                max(width, uncertainty.centre_of_mass_m),
+                _entry("centre_of_buoyancy", axis, float(mass_centre[axis]), -1.0),
+            )
+            for name, where, axis, width in heights
         ),
     ]
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from pipeline.identify.black_box import BlackBox
 from pipeline.identify.channel_noise import ChannelNoise
-from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.window_outputs import (
     OFFSET_COUNT,
     WindowStack,
@@ -96,7 +95,7 @@ def prediction_quality(  # noqa: PLR0917 - as many as the comparison has sides
                 unit=rows.channel.unit,
                 horizon_s=horizon,
                 readings=int(later.sum()),
-                sensor_noise=reading_noise(rows.channel, offset=offsets is None),
+                sensor_noise=rows.channel.of_reading(offset=offsets is None),
                 rmse_identified=_rms(identified[number][later]),
                 rmse_corrected_file=None if written is None else _rms(written[number][later]),
                 rmse_vehicle_file=_rms(nominal[number][later]),
@@ -127,8 +126,7 @@ def _later(stack: WindowStack, number: int) -> BoolArray:
     """Which readings of a channel lie beyond the lead, (k,)."""
     rows = stack.rows[number]
     lengths = np.array([len(w.command) for w in stack.windows])
-    begins = np.concatenate([[0], np.cumsum(lengths + 1)])[:-1]
-    inside = rows.sample - begins[rows.window]
+    inside = rows.sample - stack.begins[rows.window]
     return np.asarray(inside > np.round(LEAD_SHARE * lengths[rows.window]))
 
 
@@ -179,8 +177,6 @@ def _black_box_errors(
 ) -> dict[str, FloatArray]:
     """Errors of the black box, started from the last samples of each lead."""
     found = {}
-    lengths = np.array([len(w.command) for w in stack.windows])
-    begins = np.concatenate([[0], np.cumsum(lengths + 1)])[:-1]
     predicted = [
         box.predict(runs[w.run], w.begin_s + LEAD_SHARE * w.duration_s, w.begin_s + w.duration_s)
         for w in stack.windows
@@ -194,8 +190,7 @@ def _black_box_errors(
             if forecast is None or quantity not in forecast.values:
                 continue
             own = rows.window == number
-            window = stack.windows[number]
-            time_s = window.begin_s + window.step_s * (rows.sample[own] - begins[number])
+            time_s = stack.windows[number].begin_s + stack.into_s(rows)[own]
             errors[own] = difference(quantity, rows.measured[own], forecast.at(quantity, time_s))
         if np.isfinite(errors).any():
             found[quantity] = errors

@@ -10,7 +10,6 @@ from pipeline.actions.identification_text import _quality
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.file_changes import file_changes
-from pipeline.identify.reading_noise import reading_noise
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.identify.window_prediction import difference
 from pipeline.physics.parameters import read
@@ -157,8 +156,8 @@ def test_the_noise_of_a_reading_has_its_offset_where_that_was_not_taken_off(
     packed: PackedVehicle, sensors: Sensors, two_runs: tuple[RunTable, RunTable]
 ) -> None:
     channel = ChannelNoise("depth", "m", white=0.03, wander=0.04, bias=0.12)
-    assert reading_noise(channel, offset=True) == pytest.approx(0.13)
-    assert reading_noise(channel, offset=False) == pytest.approx(0.05)
+    assert channel.of_reading(offset=True) == pytest.approx(0.13)
+    assert channel.of_reading(offset=False) == pytest.approx(0.05)
     # offsets of a run that took no part are not known
     found = identified(packed, sensors, two_runs[0], two_runs[1:])
     force = next(q for q in found.quality if q.channel == "specific_force")
