@@ -5,17 +5,17 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
-from pipeline.diagnose.tell.file_changes import file_changes as diagnosed_file
 from pipeline.effects.library import apply_effects, effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.identify.file_changes import file_changes as identified_file
+from pipeline.identify.file_changes import file_changes
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 from pipeline.plan import VEHICLE_FILE
 from pipeline.records.diagnosis import RankedEffect
 from pipeline.records.file_change import FileChange
 from pipeline.records.identification import VehicleIdentification
 from pipeline.simulate.context import model_of
+from pipeline.simulate.unpack import changed_keys
 from pipeline.vehicle.change_list import listed_changes
 from pipeline.vehicle.frames import Change, changes_as_stated
 from pipeline.vehicle.load import load_checked
@@ -47,7 +47,7 @@ def diagnosed_changes(
 
     def changes(now: Sequence[EffectSpec]) -> dict[str, Change]:
         vector = apply_effects(one.packed.vector, now, one.packed.context)
-        found = diagnosed_file(one.vehicle, model_of(one.vehicle), one.packed, vector)
+        found = changed_keys(one.vehicle, model_of(one.vehicle), one.packed, vector)
         return changes_as_stated(found, one.vehicle.frame)
 
     ends = []
@@ -87,15 +87,15 @@ def ranked_specs(ranked: RankedEffect) -> tuple[EffectSpec, ...]:
 
 def identified_changes(
     one: SimulatedVehicle, whole: VehicleIdentification
-) -> tuple[tuple[FileChange, ...], tuple[str, ...]]:
-    """List what an identification changes, and say what could not be written as it was found."""
+) -> tuple[FileChange, ...]:
+    """List what an identification changes."""
     model = model_of(one.vehicle)
 
-    def changes(now: VehicleIdentification) -> tuple[dict[str, Change], tuple[str, ...]]:
-        return identified_file(one.vehicle, model, now.parameters, now.thrust)
+    def changes(now: VehicleIdentification) -> dict[str, Change]:
+        return file_changes(one.vehicle, model, one.packed, now.parameters, now.thrust)
 
     def ends_of(now: Callable[[float], VehicleIdentification], *ends: float) -> Pair:
-        low, high = (changes(now(end))[0] for end in ends)
+        low, high = (changes(now(end)) for end in ends)
         return low, high
 
     ends = []
@@ -108,8 +108,7 @@ def identified_changes(
         if one_thrust.file_value is not None:
             moved = _moved(one_thrust.file_value, one_thrust.value, one_thrust.ci95)
             ends.append(ends_of(partial(_with_thrust, whole, k), *moved))
-    found, notes = changes(whole)
-    return listed_changes(as_stated(one), found, ends), notes
+    return listed_changes(as_stated(one), changes(whole), ends)
 
 
 def _moved(value: float, found: float, ci95: tuple[float, float]) -> tuple[float, float]:

@@ -225,7 +225,7 @@ def _corrected(
         return None, (), ()
     if whole.why_no_file:
         return None, (), (f"No corrected vehicle file was written: {whole.why_no_file}.",)
-    changes, notes = identified_changes(one, whole)
+    changes = identified_changes(one, whole)
     known = [p.name for p in whole.parameters if p.stands]
     left = [p.name for p in whole.parameters if not p.stands]
     lines = [
@@ -242,8 +242,8 @@ def _corrected(
         shown_as = str(folder / CORRECTED_FILE)
         validated(Vehicle, parse(text.encode(), shown_as), shown_as)
     except (CannotComputeError, InputError) as error:
-        return None, (), (*notes, f"No corrected vehicle file was written: {error}")
-    return text, changes, notes
+        return None, (), (f"No corrected vehicle file was written: {error}",)
+    return text, changes, ()
 
 
 def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:

@@ -49,11 +49,7 @@ def manoeuvre_information(
     thrust: ThrustUncertainty = EXACT_THRUST,
     scale: dict[str, float] | None = None,
 ) -> FloatArray:
-    """Information on the parameters and the thrust (p + q, p + q) that one run would bring.
-
-    Counted in prior standard deviations, the priors left out; offsets of the run and first states
-    of its windows are projected out. `scale` multiplies the stated noise of a quantity, as the fit
-    found it.
+    """Information that one run would bring; as `information_of_run`.
 
     Raises
     ------
@@ -89,7 +85,9 @@ def information_of_run(
 ) -> FloatArray:
     """Information on the parameters and the thrust (p + q, p + q) that a run holds.
 
-    As `manoeuvre_information`; at `steps` (p + q,), or the vehicle file.
+    Counted in prior standard deviations, the priors left out; offsets of the run and first states
+    of its windows are projected out. At `steps` (p + q,), or the vehicle file; `scale` multiplies
+    the stated noise of a quantity, as the fit found it.
 
     Raises
     ------

@@ -22,6 +22,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.identify.channel_noise import channel_noise
+from pipeline.identify.gain_tests import adjusted
 from pipeline.identify.output_error import LONGEST_STEP
 from pipeline.identify.run_equations import FittedRun, RunEquations
 from pipeline.identify.run_nuisance import run_nuisance
@@ -223,17 +224,9 @@ class _Joint:
     def step(self, times: int) -> None:
         """Go so many steps with the derivatives at hand."""
         for _ in range(times):
-            equations = self._equations()
-            columns = self._columns(self.taken)
-            count = self.x.size + len(self.taken)
-            matrix, pull = np.zeros((count, count)), np.zeros(count)
-            precision = self.runs[0].problem.precision
-            matrix[: self.x.size, : self.x.size] = precision
-            pull[: self.x.size] = -precision @ self.x
-            for own, design in zip(equations, columns, strict=True):
-                matrix += design.T @ own.information @ design
-                pull += design.T @ own.score
-            move = np.linalg.solve(matrix + 1e-9 * np.eye(count), pull)
+            equations, columns = self._equations(), self._columns(self.taken)
+            matrix, pull = self._normal(equations, columns)
+            move = np.linalg.solve(matrix, pull)
             longest = float(np.abs(move[: self.x.size]).max(initial=0.0))
             share = min(1.0, LONGEST_STEP / max(longest, 1e-12))
             for run, own, design in zip(self.runs, equations, columns, strict=True):
@@ -263,10 +256,8 @@ class _Joint:
             if one.shift.kind != "run_parameter"
             and (one.shift.kind == "parameter" or one.std < _WIDEST_GAIN)
         ]
-        p, least = np.ones(len(found)), 0.0
-        for rank, k in enumerate(sorted(told, key=lambda k: found[k].p_value)):
-            least = max(least, min(1.0, found[k].p_value * (len(told) - rank)))
-            p[k] = least
+        p = np.ones(len(found))
+        p[told] = adjusted([found[k].p_value for k in told])
         return tuple(replace(one, p_value=float(each)) for one, each in zip(found, p, strict=True))
 
     def _tested(self, one: RunChange, alone: Sequence[RunChange]) -> RunChange:
@@ -311,19 +302,26 @@ class _Joint:
             for number in range(len(self.runs))
         ]
 
+    def _normal(
+        self, equations: Sequence[RunEquations], columns: Sequence[FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Set up the normal equations of (x, shifts), priors included."""
+        count, own = columns[0].shape[1], self.x.size
+        matrix, pull = 1e-9 * np.eye(count), np.zeros(count)
+        precision = self.runs[0].problem.precision
+        matrix[:own, :own] += precision
+        pull[:own] = -precision @ self.x
+        for one, design in zip(equations, columns, strict=True):
+            matrix += design.T @ one.information @ design
+            pull += design.T @ one.score
+        return matrix, pull
+
     def _estimate(self, equations: Sequence[RunEquations], shift: Shift) -> RunChange:
         """Estimate one shift beside the others that are taken."""
         others = [one for one in self.taken if one is not shift]
         now = dict(zip([id(one) for one in self.taken], self.sizes, strict=True))
         columns = self._columns([*others, shift])
-        count = self.x.size + len(others) + 1
-        matrix, pull = 1e-9 * np.eye(count), np.zeros(count)
-        precision = self.runs[0].problem.precision
-        matrix[: self.x.size, : self.x.size] += precision
-        pull[: self.x.size] = -precision @ self.x
-        for own, design in zip(equations, columns, strict=True):
-            matrix += design.T @ own.information @ design
-            pull += design.T @ own.score
+        matrix, pull = self._normal(equations, columns)
         inverse = np.linalg.inv(matrix)
         move = inverse @ pull
         # what the windows say once all has moved: their scatter counts where it is wider

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipeline.identify.manoeuvre_signals import stretches
 from pipeline.identify.smoothing import moving_average, smooth
 from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
@@ -62,17 +63,16 @@ def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[S
         & (across <= np.maximum(DRIFT * along, DRIFT_MPS))
         & _level(run)
     )
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], straight.astype(int), [0]])))
     found = []
-    for begin, end in zip(edges[::2], edges[1::2], strict=True):
+    for begin, end in stretches(straight):
         if (end - begin) * period < SHORTEST_S:
             continue
         moving = along[begin:end] > DRIFT_MPS
         drift = across[begin:end][moving] / along[begin:end][moving]
         found.append(
             Stretch(
-                int(begin),
-                int(end),
+                begin,
+                end,
                 float(turning[begin:end].max()),
                 float(drift.max(initial=0.0)),
             )

@@ -53,8 +53,8 @@ class Regression:
 
     coefficients: FloatArray
     std: FloatArray
-    factor: float
-    by_stretch: bool
+    factor: float = NORMAL_95
+    by_stretch: bool = False
 
     def slope(self) -> Slope:
         """Return the coefficient of the first column."""
@@ -108,12 +108,7 @@ def least_squares(
             "use_correction": "hac",
         },
     )
-    return Regression(
-        np.asarray(found.params) / scale,
-        np.asarray(found.bse) / scale,
-        NORMAL_95,
-        by_stretch=False,
-    )
+    return Regression(np.asarray(found.params) / scale, np.asarray(found.bse) / scale)
 
 
 def _short(lengths: IntArray, lags: int) -> bool:

@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import QUANTITIES, ChannelNoise, was_measured
+from pipeline.identify.manoeuvre_signals import stretches
 from pipeline.identify.position_speed import velocity_of_position
 from pipeline.records.run_conditions import AS_STATED, Conditions
 from pipeline.records.run_table import RunTable
@@ -215,9 +216,8 @@ def window_rows(run: RunTable, window_s: float, lead_s: float = 0.0) -> list[tup
     lead = round(lead_s / (period * stride)) * stride
     shortest = lead + round(SHORTEST_BEYOND_LEAD_S / period) if lead else length // 2
     known = run.trusted("command")
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], known[:-1].astype(int), [0]])))
     found = []
-    for first, last in edges.reshape(-1, 2).tolist():
+    for first, last in stretches(known[:-1]):
         inner = [row for row in run.changes if first < row < last]
         for begin_at, end_at in pairwise([first, *inner, last]):
             for begin in range(begin_at, end_at, length):

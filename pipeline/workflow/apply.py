@@ -169,7 +169,7 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> FoundCha
     if day.record is None or fit is None or fit.why_no_file or not fit.converged:
         reason = "" if fit is None else fit.why_no_file
         raise CannotComputeError(f"The day {path.stem} has no values that stand. {reason}".rstrip())
-    changes, _ = identified_changes(load_simulated(str(file.parent), raw, out), fit)
+    changes = identified_changes(load_simulated(str(file.parent), raw, out), fit)
     return FoundChanges(path, f"day {path.stem}", fit.runs, changes, _quality(fit))
 
 

@@ -95,7 +95,7 @@ def test_the_file_that_is_handed_out_has_the_thrust_that_was_fitted(
     assert note.startswith(packed.thruster_names[vertical])
     # what is written is the vehicle of that fit
     assert vehicle.model is not None
-    changes, _ = file_changes(vehicle, vehicle.model, found.parameters, found.thrust)
+    changes = file_changes(vehicle, vehicle.model, packed, found.parameters, found.thrust)
     written = changes[f"model.thrust_deduction.thrusters.{packed.thruster_names[vertical]}"]
     assert written == pytest.approx(1.0 - (weak.file_value or 0.0))
     (line,) = [text for text in _quality(found.quality, found.holdout) if "angular_vel" in text]

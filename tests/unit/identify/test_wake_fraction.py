@@ -62,7 +62,9 @@ def test_the_file_that_has_it_predicts_as_well_as_the_truth(
     assert velocity.rmse_corrected_file < 1.3 * velocity.sensor_noise
     assert velocity.rmse_vehicle_file > 1.8 * velocity.rmse_corrected_file
     assert vehicle.model is not None
-    changes, _ = file_changes(vehicle, vehicle.model, found.parameters, found.thrust)
+    changes = file_changes(
+        vehicle, vehicle.model, pack_vehicle(vehicle), found.parameters, found.thrust
+    )
     value = changes["model.wake_fraction.value"]
     assert isinstance(value, float)
     assert value == pytest.approx(0.3, abs=0.05)

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from pipeline.bundled.vehicles import bundled_vehicle
-from pipeline.diagnose.tell.file_changes import file_changes, left_to_say
+from pipeline.diagnose.tell.file_changes import left_to_say
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.physics.parameters import SLOTS, read
 from pipeline.simulate.applied_wrench import thruster_wrench
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
 from pipeline.simulate.run import run
 from pipeline.simulate.sensors import measure
+from pipeline.simulate.unpack import changed_keys
 from pipeline.types import FloatArray
 from pipeline.vehicle.frames import changes_as_stated
 from pipeline.vehicle.load import load_vehicle
@@ -55,7 +56,7 @@ def corrected(original: Path, effect: str, folder: Path) -> tuple[PackedVehicle,
     assert vehicle.model is not None
     spec = parse_effect(effect.replace("THRUSTER", packed.thruster_names[1]))
     wanted = apply_effects(packed.vector, [spec], packed.context)
-    changes = file_changes(vehicle, vehicle.model, packed, wanted)
+    changes = changed_keys(vehicle, vehicle.model, packed, wanted)
     assert left_to_say([spec], changes) == ()
     text = updated_vehicle_text(
         original.read_text(encoding="utf-8"), changes_as_stated(changes, vehicle.frame), "changed"
@@ -144,7 +145,7 @@ def test_a_finding_of_thrusters_is_said_where_it_belongs(
     assert vehicle.model is not None
     spec = parse_effect(effect.replace("THRUSTER", packed.thruster_names[1]))
     vector = apply_effects(packed.vector, [spec], packed.context)
-    changes = file_changes(vehicle, vehicle.model, packed, vector)
+    changes = changed_keys(vehicle, vehicle.model, packed, vector)
     assert changes == pytest.approx(expected)
 
 
@@ -168,7 +169,7 @@ def test_the_dvl_of_the_corrected_file_reads_what_the_wrong_one_did(
         )
     ]
     vector = apply_effects(packed.vector, wrong, packed.context)
-    changes = file_changes(vehicle, vehicle.model, packed, vector)
+    changes = changed_keys(vehicle, vehicle.model, packed, vector)
     assert left_to_say(wrong, changes) == ()
     changes = changes_as_stated(changes, vehicle.frame)
     corrected_text = updated_vehicle_text(original.read_text(encoding="utf-8"), changes, "")
