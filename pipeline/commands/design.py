@@ -126,7 +126,7 @@ def _added_mass(file: Path, to: Path | None, *, as_json: bool) -> None:
 
 
 def _slope(*, as_json: bool) -> None:
-    from pipeline.identify.added_mass_terms import PUBLISHED_KG, TRUTH_KG, omission_shifts
+    from pipeline.campaign.slope_omissions import PUBLISHED_KG, TRUTH_KG, omission_shifts
 
     shifts = omission_shifts()
     if as_json:

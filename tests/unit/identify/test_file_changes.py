@@ -75,6 +75,6 @@ def packed_file(repository: Path, name: str) -> Path:
 def test_damping_that_drives_is_not_written(repository: Path) -> None:
     vehicle = bundled(repository, "rov8")
     changes = file_changes(
-        vehicle, model_of(vehicle), pack_vehicle(vehicle), (found("linear_damping_roll", -0.01),)
+        vehicle, model_of(vehicle), pack_vehicle(vehicle), (found("linear_damping_surge", -0.01),)
     )
-    assert changes == {"model.damping.linear.3": 0.0}
+    assert changes == {"model.damping.linear.0": 0.0}
