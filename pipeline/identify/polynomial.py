@@ -15,7 +15,7 @@ from pipeline.records.fits import (
     PolynomialFit,
     ResidualPoint,
 )
-from pipeline.types import FloatArray, IntArray
+from pipeline.types import FloatArray
 
 
 def fit_polynomial(
@@ -29,7 +29,6 @@ def fit_polynomial(
     degree_reason: str,
     sources: Sequence[Source | None] | None = None,
     compared_degrees: Sequence[int] = (1, 2, 3, 4),
-    clusters: IntArray | None = None,
 ) -> PolynomialFit:
     """Fit y = sum c_i x^i of a given degree and say how other degrees would have done.
 
@@ -47,8 +46,6 @@ def fit_polynomial(
         Row of each point, to name outliers by.
     compared_degrees : sequence of int
         Degrees to score beside the chosen one.
-    clusters : ndarray of int, shape (m,), optional
-        See `fit_linear`.
 
     Returns
     -------
@@ -60,7 +57,7 @@ def fit_polynomial(
         If the points do not determine the polynomial.
     """
     try:
-        fit = fit_linear(np.vander(x, degree + 1, increasing=True), y, clusters=clusters)
+        fit = fit_linear(np.vander(x, degree + 1, increasing=True), y)
     except CannotComputeError as error:
         raise CannotComputeError(f"{quantity}({variable}): {error}") from None
     orders = _score_degrees(x, y, degree, compared_degrees)

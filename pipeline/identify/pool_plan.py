@@ -82,7 +82,6 @@ def plan_pool_day(
     total_s: float,
     room_m: Sequence[float] | None = None,
     tell: Callable[[str], None] = lambda _: None,
-    threads: int = 2,
 ) -> ChosenRuns:
     """Choose what to fly.
 
@@ -100,8 +99,6 @@ def plan_pool_day(
         Length, width and depth of the pool: a track may be turned round, but not be larger. [m]
     tell : callable
         Is told what is flown.
-    threads : int
-        Simulations at a time.
 
     Raises
     ------
@@ -131,9 +128,7 @@ def plan_pool_day(
                 continue
             table = table_of_log(one.log, sensors)
             channels = channel_noise(sensors, [table])
-            information = information_of_run(
-                packed, table, channels, parameters, thrust=thrust, threads=threads
-            )
+            information = information_of_run(packed, table, channels, parameters, thrust=thrust)
             found.append(
                 PlanCandidate(
                     name, amplitude, duration, one.trajectory, one.log, one.room_m, information

@@ -84,13 +84,12 @@ class RunChanges:
     windows: int
 
 
-def changes_between(  # noqa: PLR0917 - two sets of runs and what they are judged by
+def changes_between(
     packed: PackedVehicle,
     sensors: Sensors,
     before: Sequence[RunTable],
     after: Sequence[RunTable],
     uncertainty: Uncertainty,
-    threads: int = 2,
 ) -> RunChanges:
     """Ask which thrusters (in a run, or in the second set) and parameters (of that set) differ.
 
@@ -99,7 +98,7 @@ def changes_between(  # noqa: PLR0917 - two sets of runs and what they are judge
     CannotComputeError
         If there is nothing to fit.
     """
-    joint = _Joint.of(packed, sensors, [*before, *after], uncertainty, threads)
+    joint = _Joint.of(packed, sensors, [*before, *after], uncertainty)
     shifts = _questions(joint.runs[0].problem, packed, len(before), len(before) + len(after))
     joint.settle(_ROUNDS)
     asked = joint.ask(shifts, ordinary=False)
@@ -165,7 +164,6 @@ class _Joint:
         sensors: Sensors,
         tables: Sequence[RunTable],
         uncertainty: Uncertainty,
-        threads: int,
     ) -> "_Joint":
         channels = channel_noise(sensors, tables)
         parameters = free_parameters(packed, uncertainty)
@@ -185,7 +183,7 @@ class _Joint:
             windows = chained_windows(packed, packed.vector, cut(packed, [table], channels))
             stack = stack_windows(packed, windows, channels)
             shared = run_nuisance(stack, 1)
-            problem = FitProblem(stack, parameters, packed.vector, shared, threads, thrust)
+            problem = FitProblem(stack, parameters, packed.vector, shared, thrust=thrust)
             runs.append(FittedRun(problem, problem.origin()))
         return cls(runs, np.zeros(runs[0].problem.size), [], [])
 

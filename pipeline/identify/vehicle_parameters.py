@@ -215,9 +215,14 @@ def _hydrostatics(
     offset = mass_centre - read(nominal, "centre_of_buoyancy")
 
     heights = (
-        ("metacentric_height", "below", 2, wide.metacentric_height * abs(float(offset[2]))),
-        ("trim_x", "ahead of", 0, wide.trim_m),
-        ("trim_y", "to starboard of", 1, wide.trim_m),
+        (
+            "metacentric_height",
+            "centre of mass below the centre of buoyancy",
+            2,
+            wide.metacentric_height * abs(float(offset[2])),
+        ),
+        ("trim_x", "centre of mass ahead of the centre of buoyancy", 0, wide.trim_m),
+        ("trim_y", "centre of mass to starboard of the centre of buoyancy", 1, wide.trim_m),
     )
     return [
         FreeParameter(
@@ -232,12 +237,12 @@ def _hydrostatics(
             FreeParameter(
                 name,
                 "m",
-                f"centre of mass {where} the centre of buoyancy",
+                meaning,
                 float(offset[axis]),
                 max(width, uncertainty.centre_of_mass_m),
                 _entry("centre_of_buoyancy", axis, float(mass_centre[axis]), -1.0),
             )
-            for name, where, axis, width in heights
+            for name, meaning, axis, width in heights
         ),
     ]
 
