@@ -1,6 +1,6 @@
 """What the exported allocator needs of a vehicle: thrusters, matrices, geometry of eq. (6)."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
@@ -42,6 +42,8 @@ class AllocatorLayout:
     """Of the type of `tables`, then of each of `types`."""
     types: tuple[str, ...] = ()
     """Further types of thruster."""
+    volts: tuple[float | None, ...] = ()
+    """Of each of `types`: the voltage of its tables [V] where it has some at others, too."""
     kind: tuple[int, ...] = ()
     """Of each thruster: 0 that of `tables`, then places in `types` from 1."""
     code_range: tuple[tuple[int, int], ...] = ()
@@ -81,6 +83,7 @@ def allocator_layout(
     vehicle: Vehicle,
     characteristic: FirmwareCharacteristic,
     others: Mapping[str, FirmwareCharacteristic] = MappingProxyType({}),
+    several_voltages: Collection[str] = (),
 ) -> AllocatorLayout:
     """Take the layout from the vehicle file.
 
@@ -92,6 +95,8 @@ def allocator_layout(
         Of the type of `tables`.
     others : mapping of str to FirmwareCharacteristic, optional
         Of the further types that it has.
+    several_voltages : collection of str
+        Those of them that have tables at several supply voltages.
 
     Raises
     ------
@@ -147,6 +152,10 @@ def allocator_layout(
         largest_n=2.0 ** max(int(np.ceil(np.log2(strongest))), 0),
         pulses=tuple(vehicle.of_type(one).columns.mooring.pwm_range for one in types),
         types=tuple(others),
+        volts=tuple(
+            made.supply_voltage_v if one in several_voltages else None
+            for one, made in others.items()
+        ),
         kind=tuple(kinds),
         code_range=tuple(
             (vehicle.drives[one.drive].code_min, vehicle.drives[one.drive].code_max)

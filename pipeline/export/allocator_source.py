@@ -20,10 +20,10 @@ from pipeline.export.fixed_point import Q16_ONE
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Allocator
 
-#: Functions of the tables: name, result, parameters, and what is passed on.
+#: Functions of the tables: name, variant, result, parameters, what is passed on, the voltage.
 _CALLS = tuple(
-    (f"{name}_{variant}", result or number, parameters.replace("@", number), passed)
-    for variant, number in (("f32", "float"), ("q", "int32_t"))
+    (name, variant, result or number, parameters.replace("@", number), passed, supply)
+    for variant, number, supply in (("f32", "float", "supply_v"), ("q", "int32_t", "supply_v_q16"))
     for name, result, parameters, passed in (
         ("thrust_max", "", "@ speed", "speed"),
         ("thrust_min", "", "@ speed", "speed"),
@@ -84,16 +84,16 @@ class Variant:
 
 
 def render_allocator_header(
-    identity: Identity, layout: AllocatorLayout, *, at: bool = False
+    identity: Identity, layout: AllocatorLayout, *, at: Sequence[bool] = ()
 ) -> str:
-    """Return the text of ``<vehicle>_allocator.h``; `at`: its tables take the voltage."""
+    """Return the text of ``<vehicle>_allocator.h``; `at`: which types' tables take the voltage."""
     paper, lost = layout.paper, layout.corrections.lost_code.tolist()
     places = zip(layout.names, layout.position_m, layout.direction, strict=True)
     return render(
         "allocator.h.j2",
         identity,
-        **_names(identity, layout),
-        at=at,
+        **_names(identity, layout, at),
+        at=any(at),
         paper=paper is not None,
         bow=paper is not None and paper.bow is not None,
         form="" if paper is None else paper.form,
@@ -114,7 +114,8 @@ def _triple(values: FloatArray) -> str:
     return ", ".join(f"{value + 0.0:.4g}" for value in values.tolist())
 
 
-def _names(identity: Identity, layout: AllocatorLayout) -> dict[str, object]:
+def _names(identity: Identity, layout: AllocatorLayout, at: Sequence[bool]) -> dict[str, object]:
+    at = at or (False,) * (1 + len(layout.types))
     files = [f"{identity.vehicle}-{one}" for one in layout.types]
     ids = [c_text.c_identifier(one) for one in (identity.vehicle, *files)]
     return {
@@ -124,9 +125,10 @@ def _names(identity: Identity, layout: AllocatorLayout) -> dict[str, object]:
         "prefix": identity.identifier.upper(),
         "count": layout.count,
         "types": [
-            {"file": f"{one}_thruster", "id": name}
-            for one, name in zip(files, ids[1:], strict=True)
+            {"file": f"{one}_thruster", "id": name, "at": takes}
+            for one, name, takes in zip(files, ids[1:], at[1:], strict=True)
         ],
+        "nominal": next((one.upper() for one, takes in zip(ids, at, strict=True) if takes), ""),
         "pulses": [
             {
                 "id": name,
@@ -142,13 +144,13 @@ def _names(identity: Identity, layout: AllocatorLayout) -> dict[str, object]:
 
 
 def render_allocator_source(
-    identity: Identity, layout: AllocatorLayout, *, at: bool = False
+    identity: Identity, layout: AllocatorLayout, *, at: Sequence[bool] = ()
 ) -> str:
-    """Return the text of ``<vehicle>_allocator.c``."""
+    """Return the text of ``<vehicle>_allocator.c``; `at` as of the header."""
     paper = layout.paper
     lost = bool(layout.lost_q8.any())
     values: dict[str, object] = {"paper": paper is not None, "steps": MOST_STEPS}
-    values |= {"lost": lost, "at": at}
+    values |= {"lost": lost, "at": any(at), "first_at": any(at[:1])}
     kinds: list[tuple[str, str, Arithmetic]] = [
         ("f32", "float", Arithmetic(np.float32)),
         ("q", "int64_t", FixedArithmetic(layout.shift)),
@@ -199,7 +201,7 @@ def render_allocator_source(
     return render(
         "allocator.c.j2",
         identity,
-        **_names(identity, layout),
+        **_names(identity, layout, at),
         **values,
         arrays=arrays,
         calls=_CALLS,

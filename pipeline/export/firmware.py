@@ -79,7 +79,7 @@ def write_firmware(
         f"{name}_tables.csv": render_tables_csv(identity, tables, layout),
     }
     if layout is not None:
-        at = bool(voltages) and not layout.types
+        at = _taking_voltage(characteristic.supply_voltage_v if voltages else None, layout)
         contents[f"{name}_allocator.h"] = render_allocator_header(identity, layout, at=at)
         contents[f"{name}_allocator.c"] = render_allocator_source(identity, layout, at=at)
     try:
@@ -89,6 +89,16 @@ def write_firmware(
             f"{folder}: the firmware of {name} cannot be written: {error.strerror or error}.\n"
             + writing_remedy(error, "Make the folder writable, or name another folder.")
         ) from error
+
+
+def _taking_voltage(own_v: float | None, layout: AllocatorLayout) -> tuple[bool, ...]:
+    """Tell of each type of thruster whether the allocator asks its tables at a supply voltage.
+
+    None does where the types' tables are for different voltages: they have no supply in common.
+    """
+    volts = (own_v, *layout.volts)
+    common = len({one for one in volts if one is not None}) == 1
+    return tuple(common and one is not None for one in volts)
 
 
 def _failed_checks(tables: Mapping[str, object] | None, accepted: Mapping[str, str]) -> list[str]:

@@ -75,7 +75,8 @@ def _write_whole(
         notes: tuple[str, ...] = ()
         try:
             others = {name: one for name, one in made.items() if name}
-            layout = allocator_layout(vehicle, made[""], others)
+            several = [name for name, rows in voltages.items() if rows]
+            layout = allocator_layout(vehicle, made[""], others, several)
         except CannotComputeError as error:
             notes = (str(error),)
         for name, characteristic in made.items():

@@ -3,6 +3,7 @@
 import ctypes
 import shutil
 import subprocess
+from pathlib import Path
 
 import allocator_cases
 import numpy as np
@@ -10,7 +11,8 @@ import pytest
 from firmware_cases import table2
 
 from pipeline.control.inverse import thrust_grid
-from pipeline.export.allocator_layout import allocator_layout
+from pipeline.export.allocator_layout import AllocatorLayout, allocator_layout
+from pipeline.export.c_source import VoltageTables
 from pipeline.export.firmware import write_firmware
 from pipeline.export.fixed_point import Q16_ONE
 from pipeline.export.grid_check import FLAG
@@ -48,24 +50,41 @@ def at(volts: float) -> FirmwareCharacteristic:
     )
 
 
-@pytest.fixture(scope="module")
-def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+ROWS = tuple((volts, at(volts)) for volts in VOLTS)
+
+
+def written(
+    folder: Path,
+    name: str,
+    layout: AllocatorLayout | None,
+    rows: VoltageTables = ROWS,
+) -> None:
+    """The files of a type of thruster, its tables those of 12.5 V."""
+    write_firmware(
+        name, at(12.5), tables_digest="x", tool_version="0", folder=folder, tables=None,
+        layout=layout, voltages=rows,
+    )  # fmt: skip
+
+
+def compiled(folder: Path) -> ctypes.CDLL:
+    """The library of all files of a folder."""
     if shutil.which("gcc") is None:
         pytest.skip("gcc is not installed")
-    folder = tmp_path_factory.mktemp("firmware")
-    rows = tuple((volts, at(volts)) for volts in VOLTS)
-    vehicle = allocator_cases.eight()
-    write_firmware(
-        "rov", rows[1][1], tables_digest="x", tool_version="0", folder=folder, tables=None,
-        layout=allocator_layout(vehicle, rows[1][1]), voltages=rows,
-    )  # fmt: skip
+    sources = sorted(one.name for one in folder.glob("*_thruster.c"))
     command = [
         *("gcc", "-std=c99", "-O2", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-pedantic"),
         *("-ffp-contract=off", "-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"),
-        *("-shared", "-fPIC", "rov_thruster.c", "rov_allocator.c", "-o", "rov.so"),
+        *("-shared", "-fPIC", *sources, "rov_allocator.c", "-o", "rov.so"),
     ]
     subprocess.run(command, check=True, cwd=folder, timeout=120)
-    library = ctypes.CDLL(str(folder / "rov.so"))
+    return ctypes.CDLL(str(folder / "rov.so"))
+
+
+@pytest.fixture(scope="module")
+def functions(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    folder = tmp_path_factory.mktemp("firmware")
+    written(folder, "rov", allocator_layout(allocator_cases.eight(), at(12.5)))
+    library = compiled(folder)
     for name, number in (("f32", ctypes.c_float), ("q", ctypes.c_int32)):
         for call, result in (
             ("code_from_thrust", ctypes.c_int16),
@@ -151,3 +170,42 @@ def test_the_allocator_takes_the_voltage(functions: ctypes.CDLL) -> None:
     assert np.abs(low[0]).max() > np.abs(high[0]).max()
     np.testing.assert_allclose(low[1], high[1], atol=1e-4)
     assert asked(9.0)[2] & FLAG["OUT_OF_TESTED_RANGE"]
+
+
+TAKING = {"both": (ROWS, ROWS), "the others": ((), ROWS), "the first": (ROWS, ())}
+
+
+@pytest.mark.parametrize("which", TAKING)
+def test_each_type_of_thruster_is_asked_at_the_voltage(which: str, tmp_path: Path) -> None:
+    """Bit for bit what the tables of each give of the thrust that the allocator shares out."""
+    own, other = TAKING[which]
+    vehicle = allocator_cases.mixed(allocator_cases.six(), "up0", "up1")
+    layout = allocator_layout(vehicle, at(12.5), {"tunnel": at(12.5)}, ["tunnel"] if other else [])
+    written(tmp_path, "rov", layout, own)
+    written(tmp_path, "rov-tunnel", None, other)
+    library = compiled(tmp_path)
+    kinds = [("rov_tunnel" if kind else "rov", other if kind else own) for kind in layout.kind]
+    for variant, number, one in (("f32", ctypes.c_float, 1.0), ("q", ctypes.c_int32, Q16_ONE)):
+        rest = (number * 3)()
+        for volts in (11.0, 12.5, 15.5):
+            supply = number(volts if variant == "f32" else round(volts * one))
+            for push, turn in ((20.0, 2.0), (-35.0, 5.0), (400.0, -20.0)):
+                values = [push, 0.0, push / 2.0, 0.0, 0.0, turn]
+                scaled = values if variant == "f32" else [round(one * x) for x in values]
+                codes, thrust = (ctypes.c_int16 * 6)(), (number * 6)()
+                allocate = getattr(library, f"rov_allocate_at_{variant}")
+                allocate((number * 6)(*scaled), rest, supply, codes, thrust)
+                assert any(codes)
+                for i, (name, rows) in enumerate(kinds):
+                    call = "code_from_thrust_at" if rows else "code_from_thrust"
+                    code_of = getattr(library, f"{name}_{call}_{variant}")
+                    code_of.restype = ctypes.c_int16
+                    more = (supply,) if rows else ()
+                    assert codes[i] == code_of(number(thrust[i]), number(0), *more)
+
+
+def test_types_for_different_voltages_have_no_supply_in_common(tmp_path: Path) -> None:
+    vehicle = allocator_cases.mixed(allocator_cases.six(), "up0")
+    layout = allocator_layout(vehicle, at(12.5), {"tunnel": at(16.0)}, ["tunnel"])
+    written(tmp_path, "rov", layout)
+    assert "allocate_at" not in (tmp_path / "rov_allocator.h").read_text(encoding="utf-8")
