@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from pipeline.identify.mooring_inverse import mean_by_code
 from pipeline.records.fits import Check, PolynomialFit
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
@@ -42,7 +43,7 @@ def rising_points(
     """
     kept, texts = list(points), []
     for sign in (1, -1):
-        code, thrust_n = _mean_by_code(points, sign)
+        code, thrust_n = mean_by_code(points, sign)
         at = _fold(thrust_n)
         if at is None:
             continue
@@ -86,15 +87,6 @@ def gate_checks(
     )
 
 
-def _mean_by_code(points: tuple[MooringPoint, ...], sign: int) -> tuple[FloatArray, FloatArray]:
-    """Return rising sizes of the codes of one sign and the mean thrust of each."""
-    used = [p for p in points if sign * p.code > 0]
-    codes = np.array([abs(p.code) for p in used], float)
-    code, index = np.unique(codes, return_inverse=True)
-    thrust = np.array([sign * p.thrust_n for p in used], float)
-    return code, np.bincount(index, weights=thrust) / np.maximum(np.bincount(index), 1)
-
-
 def _fold(thrust_n: FloatArray) -> int | None:
     """Return the position of the largest thrust where what follows falls by more than scatter."""
     if thrust_n.size < 4:
@@ -109,7 +101,7 @@ def _fold(thrust_n: FloatArray) -> int | None:
 def _neighbours(points: tuple[MooringPoint, ...]) -> Check:
     texts = []
     for sign in (1, -1):
-        code, thrust_n = _mean_by_code(points, sign)
+        code, thrust_n = mean_by_code(points, sign)
         if thrust_n.size < 3:
             continue
         # below it a first code beyond the dead zone may give much more than the last within it

@@ -110,6 +110,14 @@ def mooring_curve(points: tuple[MooringPoint, ...], sign: int) -> ThrustCurve:
         raise CannotComputeError(f"{codes}: {error}") from error
 
 
+def mean_by_code(points: tuple[MooringPoint, ...], sign: int) -> tuple[FloatArray, FloatArray]:
+    """Return rising sizes of the codes of one sign and the mean thrust of each, by size [N]."""
+    used = [p for p in points if sign * p.code > 0]
+    code, index = np.unique(np.array([abs(p.code) for p in used], float), return_inverse=True)
+    thrust = np.array([sign * p.thrust_n for p in used], float)
+    return code, np.bincount(index, weights=thrust) / np.maximum(np.bincount(index), 1)
+
+
 def gap_at_rest(
     points: tuple[MooringPoint, ...], sign: int, code: FloatArray, thrust_n: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
@@ -130,7 +138,7 @@ def gap_at_rest(
         Signed codes within the family, and |T| calculated less measured; empty if none was
         measured. The family holds for both signs. [N]
     """
-    used = [p for p in points if sign * p.code > 0 and code[0] <= abs(p.code) <= code[-1]]
-    codes = np.unique([p.code for p in used]) if used else np.zeros(0)
-    measured = np.array([np.mean([p.thrust_n for p in used if p.code == c]) for c in codes])
-    return codes, np.interp(np.abs(codes), code, thrust_n) - sign * measured
+    codes, measured = mean_by_code(points, sign)
+    within = (codes >= code[0]) & (codes <= code[-1])
+    codes, measured = codes[within], measured[within]
+    return sign * codes, np.interp(codes, code, thrust_n) - measured

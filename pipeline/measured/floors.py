@@ -17,7 +17,8 @@ import numpy as np
 
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.measured.inject import injected, mass_of, thrust_wrench
+from pipeline.measured.demand import mass_of
+from pipeline.measured.inject import injected, thrust_wrench
 from pipeline.measured.motion import measured_motion
 from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
@@ -127,7 +128,7 @@ def _times(run: RunTable) -> tuple[int, IntArray]:
 def _halves(packed: PackedVehicle, wrench: FloatArray, run: RunTable) -> FloatArray:
     """Mean acceleration (k, 2, 6) by a wrench in both halves of the second from each row."""
     ahead, rows = _times(run)
-    rates = np.linalg.solve(mass_of(packed), wrench.T).T
+    rates = np.linalg.solve(mass_of(packed.vector), wrench.T).T
     total = np.concatenate([np.zeros((1, 6)), np.cumsum(rates, axis=0)])
     middle = rows + ahead // 2
     first = (total[middle] - total[rows]) / (ahead // 2)

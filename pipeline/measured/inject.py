@@ -24,13 +24,12 @@ from scipy.spatial.transform import Rotation
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.measured.demand import demanded, settled
+from pipeline.measured.demand import demanded, mass_of, settled
 from pipeline.measured.lagging import commands_for, lagged
 from pipeline.measured.motion import MeasuredMotion, measured_motion
 from pipeline.physics.parameters import read, write
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import thruster_wrench
-from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray
 from pipeline.vehicle.sensor_schema import Sensors
@@ -101,10 +100,8 @@ def injected(
             "readings instead."
         )
     moved = measured_motion(run, sensors) if motion is None else motion
-    nominal = packed.vector.copy()
-    write(nominal, "rotor_inertia", 0.0)  # the thrust at the speed at which the shaft settles
-    changed = apply_effects(packed.vector, specs, packed.context)
-    write(changed, "rotor_inertia", 0.0)
+    nominal = settled(packed.vector)
+    changed = settled(apply_effects(packed.vector, specs, packed.context))
     if float(read(changed, "load_drop")) != float(read(nominal, "load_drop")):
         raise CannotComputeError(
             "voltage_sag: a drop with the load couples all thrusters, and their codes cannot be "
@@ -199,15 +196,8 @@ def layout(packed: PackedVehicle, vector: FloatArray) -> FloatArray:
 
 def _inverse_layout(packed: PackedVehicle, vector: FloatArray) -> FloatArray:
     """Thrusts (n, 6) for a wrench, so that as little acceleration as can be is left over."""
-    weight = np.linalg.cholesky(np.linalg.inv(mass_of(packed))).T
+    weight = np.linalg.cholesky(np.linalg.inv(mass_of(packed.vector))).T
     return np.asarray(np.linalg.pinv(weight @ layout(packed, vector), rcond=1e-6) @ weight)
-
-
-def mass_of(packed: PackedVehicle) -> FloatArray:
-    """Mass matrix (6, 6) about the body origin, the water that moves with it included."""
-    found = np.zeros((6, 6))
-    mass_matrix(packed.vector, 1.0, found)
-    return found
 
 
 def _accelerating(packed: PackedVehicle, wrench: FloatArray) -> float:
@@ -216,7 +206,7 @@ def _accelerating(packed: PackedVehicle, wrench: FloatArray) -> float:
 
 
 def _solved(packed: PackedVehicle, wrench: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.solve(mass_of(packed), wrench.T).T)
+    return np.asarray(np.linalg.solve(mass_of(packed.vector), wrench.T).T)
 
 
 def _acting_for(  # noqa: PLR0917 - one caller
@@ -274,9 +264,7 @@ def commanded_without_effect(
     """
     column = packed.thruster_names.index(thruster)
     codes = np.nan_to_num(np.array(run.values["command"], float))
-    vector = packed.vector.copy()
-    write(vector, "rotor_inertia", 0.0)
-    period = run.period_s
+    vector, period = settled(packed.vector), run.period_s
     still = np.zeros((len(codes), 6))
     _, thrust = thruster_wrench(packed, lagged(packed, vector, codes, period), still, vector=vector)
     if np.abs(thrust[:, column]).max() > 0.0:

@@ -18,14 +18,13 @@ from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.measured.demand import demanded, known_wrench, settled
+from pipeline.measured.demand import demanded, known_wrench, mass_of, settled
 from pipeline.measured.inject import layout
 from pipeline.measured.lagging import lagged
 from pipeline.measured.motion import channel_of, measured_motion
 from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import thruster_wrench
-from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
@@ -198,7 +197,7 @@ class _Claimed:
             added = pushed - self._pushed
         else:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
-        return added / share, (_mass(changed) - _mass(self._nominal)) / share
+        return added / share, (mass_of(changed) - mass_of(self._nominal)) / share
 
 
 def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, IntArray]:
@@ -216,11 +215,6 @@ def _mean(values: FloatArray, rows: IntArray) -> FloatArray:
     steps = np.maximum(np.diff(rows), 1).reshape(-1, *[1] * (values.ndim - 1))
     found = (total[rows[1:]] - total[rows[:-1]]) / steps
     return np.concatenate([found[:1], found])
-
-
-def mass_of_file(packed: PackedVehicle) -> FloatArray:
-    """Mass matrix (6, 6) of the vehicle file, the water that moves with it included."""
-    return _mass(packed.vector)
 
 
 def _about(  # noqa: PLR0917 - one caller
@@ -247,9 +241,3 @@ def _pushed(
     """Wrench (m, 6) and thrusts (m, n) of commands."""
     acting = lagged(packed, vector, codes, row_s)
     return thruster_wrench(packed, acting, nu, vector=vector)
-
-
-def _mass(vector: FloatArray) -> FloatArray:
-    found = np.zeros((6, 6))
-    mass_matrix(vector, 1.0, found)
-    return found

@@ -13,8 +13,9 @@ from typing import Literal
 
 import numpy as np
 
-from pipeline.diagnose.regression.grid import CHANNELS, GridRun, mass_of_file
+from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.diagnose.regression.response import FORCES, Response
+from pipeline.measured.demand import mass_of
 from pipeline.records.reference import Prediction
 from pipeline.simulate.kernel_demand import demand_along
 from pipeline.simulate.pack import PackedVehicle
@@ -172,7 +173,7 @@ def _by_response(response: Response, left: int) -> Step:
 
 def _by_file(packed: PackedVehicle) -> Step:
     """Follow the file's motion; what was not measured of it is as it has it along the run."""
-    inverse = np.linalg.inv(mass_of_file(packed))
+    inverse = np.linalg.inv(mass_of(packed.vector))
     known: dict[str, FloatArray] = {}
 
     def ahead(nu: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
