@@ -15,7 +15,7 @@ and parameters that are not where the file says.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -129,11 +129,7 @@ def plan_pool_day(
             table = table_of_log(one.log, sensors)
             channels = channel_noise(sensors, [table])
             information = information_of_run(packed, table, channels, parameters, thrust=thrust)
-            found.append(
-                PlanCandidate(
-                    name, amplitude, duration, one.trajectory, one.log, one.room_m, information
-                )
-            )
+            found.append(replace(one, information=information))
     if not found:
         raise CannotComputeError(
             "no manoeuvre fits: "

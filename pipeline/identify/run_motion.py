@@ -149,9 +149,9 @@ def _rates(
     run: RunTable, attitude: FloatArray, upright: BoolArray, period: float
 ) -> tuple[FloatArray, BoolArray, str]:
     if "angular_velocity" in run.values:
-        values = run.values["angular_velocity"]
-        there = run.valid["angular_velocity"] & np.isfinite(values).all(axis=1)
-        return np.where(there[:, None], np.nan_to_num(values), 0.0), there, "angular_velocity"
+        there = run.trusted("angular_velocity")
+        values = np.nan_to_num(run.values["angular_velocity"])
+        return np.where(there[:, None], values, 0.0), there, "angular_velocity"
     if not upright.any():
         return np.zeros((run.time_s.size, 3)), np.zeros(run.time_s.size, np.bool_), ""
     # omega = 2 (conj(q) q'): of two neighbours half an angle each way

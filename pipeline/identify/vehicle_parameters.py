@@ -161,35 +161,24 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
     quadratic = read(packed.vector, "quadratic_damping")
     own = _inertias(packed)
 
-    found = []
-    for axis, name in enumerate(AXES):
-        # where the file says nothing: what the other term, or a decay within 20 s, would be
-        size = linear[axis] or quadratic[axis] * _SLOW or own[axis] / 20.0
-        found.append(
-            FreeParameter(
-                f"linear_damping_{name}",
-                _unit(axis, "N s/m", "N m s"),
-                f"linear damping in {name}",
-                float(linear[axis]),
-                share * float(size),
-                _entry("linear_damping", (axis, axis)),
-                0.0,
-            )
+    # where the file says nothing: what the other term, or a decay within 20 s, would be
+    kinds = (
+        ("linear", linear, ("N s/m", "N m s"), quadratic * _SLOW, own / 20.0),
+        ("quadratic", quadratic, ("N s^2/m^2", "N m s^2"), linear, own),
+    )
+    return [
+        FreeParameter(
+            f"{kind}_damping_{name}",
+            _unit(axis, *units),
+            f"linear damping in {name}" if kind == "linear" else f"quadratic damping in {name}",
+            float(stated[axis]),
+            share * float(stated[axis] or other[axis] or least[axis]),
+            _entry(f"{kind}_damping", (axis, axis) if kind == "linear" else axis),
+            0.0,
         )
-    for axis, name in enumerate(AXES):
-        size = quadratic[axis] or linear[axis] or own[axis]
-        found.append(
-            FreeParameter(
-                f"quadratic_damping_{name}",
-                _unit(axis, "N s^2/m^2", "N m s^2"),
-                f"quadratic damping in {name}",
-                float(quadratic[axis]),
-                share * float(size),
-                _entry("quadratic_damping", axis),
-                0.0,
-            )
-        )
-    return found
+        for kind, stated, units, other, least in kinds
+        for axis, name in enumerate(AXES)
+    ]
 
 
 def _entry(
