@@ -6,6 +6,7 @@ deviation, so that one step means the same for all of them.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from types import EllipsisType
 
 import numpy as np
 
@@ -182,12 +183,12 @@ def _dampings(packed: PackedVehicle, share: float) -> list[FreeParameter]:
 
 
 def _entry(
-    slot: str, index: object, base: float = 0.0, sign: float = 1.0
+    slot: str, index: int | tuple[int, ...] | EllipsisType, base: float = 0.0, sign: float = 1.0
 ) -> Callable[[FloatArray, float], None]:
     """Write base + sign value to an entry of a slot."""
 
     def write_value(vector: FloatArray, value: float) -> None:
-        read(vector, slot)[index] = base + sign * value  # type: ignore[index]
+        read(vector, slot)[index] = base + sign * value
 
     return write_value
 
