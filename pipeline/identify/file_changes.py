@@ -23,25 +23,8 @@ def file_changes(
     """Say what to change in the vehicle file so that it gives the identified model.
 
     Written is what stands, with the values of the fit in which everything else was held at what the
-    file says; the factors of the thrusters become their thrust deduction.
-
-    Parameters
-    ----------
-    vehicle : Vehicle
-        As its file states it.
-    model : Model
-        Its model section.
-    packed : PackedVehicle
-        The same, packed.
-    found : tuple of IdentifiedParameter
-        Parameters of the whole-vehicle fit.
-    thrust : tuple of ThrustFound
-        What it made of the thrust.
-
-    Returns
-    -------
-    dict of str to Change
-        Dotted path -> value.
+    file says; the factors of the thrusters become their thrust deduction. Keys are dotted paths in
+    the axes of the file.
     """
     values = {
         one.name: one.value if one.file_value is None else one.file_value

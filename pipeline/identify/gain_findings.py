@@ -32,12 +32,7 @@ _DEAD = 0.5
 def findings_of(asked: GainSet, sound: GainSet) -> list[GainFinding]:
     """Ask all questions of a set of runs, and tell what stands.
 
-    Parameters
-    ----------
-    asked : GainSet
-        The runs.
-    sound : GainSet
-        Runs that are known to be sound; a run is compared with the others of them.
+    `sound` are runs that are known to be so; a run is compared with the others of them.
     """
     # half of the rate for single thrusters, half for all else: the many other questions are not to
     # hide a dead one

@@ -64,13 +64,7 @@ class Posterior:
 
 
 def posterior_of(solution: FitSolution) -> Posterior:
-    """Posterior of the fitted parameters.
-
-    Parameters
-    ----------
-    solution : FitSolution
-        The fit.
-    """
+    """Posterior of the fitted parameters."""
     from scipy import stats
 
     problem, reduced = solution.problem, solution.reduced

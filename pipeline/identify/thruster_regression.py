@@ -126,13 +126,8 @@ class _Fixed:
     terms: tuple[FloatArray, ...]
 
 
-@dataclass(frozen=True)
-class _Solved:
-    """One axis, solved: its likelihood."""
-
-    likelihood: AxisLikelihood
-    told: float
-    """What the thrusts of now take off the cost."""
+#: The likelihood of an axis, and what the thrusts of now take off the cost.
+_Solved = tuple[AxisLikelihood, float]
 
 
 def run_likelihood(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunLikelihood:
@@ -166,13 +161,13 @@ def _run_likelihood(packed: PackedVehicle, motion: RunMotion, run: RunTable) -> 
     for delay in DELAYS_S:
         thrust = _thrust(packed, motion, run, delay)
         solved = _all_axes(fixed, thrust, arms, motion)
-        told = sum(one.told for one in solved)
+        told = sum(one for _, one in solved)
         # the file's lag stands unless another tells clearly more
         told = told if delay else _FILE_LAG[0] * told + _FILE_LAG[1]
         tried.append((told, -delay, thrust, solved))
     _, late, thrust, solved = max(tried, key=lambda one: one[:2])
     solved = _all_axes(fixed, thrust, arms, motion, _PASSES)
-    axes = tuple(one.likelihood for one in solved)
+    axes = tuple(one for one, _ in solved)
     names = {one.axis for one in axes}
     spread = np.std(_means(thrust, fixed.start, fixed.width), axis=0)
     why_not = {
@@ -311,4 +306,4 @@ def _axis(  # noqa: PLR0917  one equation
     likelihood = AxisLikelihood(
         axis, information, vector, max(blocks - 1, 1), len(rows), noise**0.5, motion.sources[axis]
     )
-    return _Solved(likelihood, float(beta @ part @ beta))
+    return likelihood, float(beta @ part @ beta)
