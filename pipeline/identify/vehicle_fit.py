@@ -20,7 +20,7 @@ from pipeline.identify.parameter_intervals import (
 from pipeline.identify.run_nuisance import run_nuisance
 from pipeline.identify.standing import Halves, at_rest, halves_of, with_standing
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
-from pipeline.identify.vehicle_parameters import FreeParameter, PriorWidths, free_parameters
+from pipeline.identify.vehicle_parameters import FreeParameter, free_parameters
 from pipeline.identify.window_derivatives import FitPoint, FitProblem, residuals
 from pipeline.identify.window_outputs import (
     WindowStack,
@@ -98,7 +98,6 @@ def fit_vehicle(
     runs: Sequence[RunTable],
     *,
     uncertainty: Uncertainty,
-    widths: PriorWidths | None = None,
     only: Sequence[str] | None = None,
     hold_out: bool = True,
     window_s: float | None = None,
@@ -108,7 +107,7 @@ def fit_vehicle(
     """Fit alone, without judging it; parameters as `identify_vehicle`."""
     steps = _Steps(most_steps)
     channels = channel_noise(sensors, runs)
-    parameters = free_parameters(packed, uncertainty, widths, only)
+    parameters = free_parameters(packed, uncertainty, only)
     if not parameters:
         raise CannotComputeError(
             f"no parameter is left to identify: {', '.join(only or ())} name none of the vehicle's"

@@ -22,25 +22,13 @@ AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 _SLOW = 0.1
 #: An added mass never falls below this share of the stated one, nor of the body's own inertia.
 _SMALLEST_SHARE = 0.02
-
-
-@dataclass(frozen=True)
-class PriorWidths:
-    """How far a parameter may be off before any run was made (standard deviations).
-
-    `added_mass`, `damping`, `metacentric_height` are shares of the stated value: a shape formula
-    for a real hull is easily a third off (Potapov and Galyaev compute 12.0 kg and measure 18.9 kg).
-    So is `lag`, of the thrusters' time constant, which is seldom measured: a lag that is taken too
-    short passes for added mass. `buoyancy` is a share of the weight, `trim_m` the level distance
-    between the centres. What the vehicle file's `uncertainty` states wins where it is wider.
-    """
-
-    added_mass: float = 0.3
-    damping: float = 0.3
-    metacentric_height: float = 0.3
-    lag: float = 0.3
-    buoyancy: float = 0.005
-    trim_m: float = 0.003
+#: How far a parameter may be off before any run was made, where the vehicle file's `uncertainty`
+#: states no more: standard deviation as a share of the stated added mass, damping, metacentric
+#: height and lag. A shape formula for a real hull is easily a third off (Potapov and Galyaev
+#: compute 12.0 kg and measure 18.9 kg); a lag that is too short passes for added mass.
+_SHARE = 0.3
+#: The same of the buoyancy as a share of the weight, and of the level distance of the centres [m].
+_BUOYANCY_SHARE, _TRIM_M = 0.005, 0.003
 
 
 @dataclass(frozen=True)
@@ -62,7 +50,6 @@ class FreeParameter:
 def free_parameters(
     packed: PackedVehicle,
     uncertainty: Uncertainty,
-    widths: PriorWidths | None = None,
     only: Sequence[str] | None = None,
 ) -> tuple[FreeParameter, ...]:
     """List the parameters of a vehicle that runs can tell about.
@@ -73,8 +60,6 @@ def free_parameters(
         The vehicle as its file states it.
     uncertainty : Uncertainty
         Of the vehicle file.
-    widths : PriorWidths, optional
-        Prior standard deviations where the file states smaller ones.
     only : sequence of str, optional
         Names to keep; all otherwise.
 
@@ -85,12 +70,11 @@ def free_parameters(
         ``residual_buoyancy``, ``metacentric_height``, ``trim_x``, ``trim_y``, ``thruster_lag``,
         ``wake_fraction``.
     """
-    wide = PriorWidths() if widths is None else widths
     found = [
-        *_added_masses(packed, max(wide.added_mass, uncertainty.added_mass)),
-        *_dampings(packed, max(wide.damping, uncertainty.damping)),
-        *_hydrostatics(packed.vector, wide, uncertainty),
-        *_lags(packed, wide.lag),
+        *_added_masses(packed, max(_SHARE, uncertainty.added_mass)),
+        *_dampings(packed, max(_SHARE, uncertainty.damping)),
+        *_hydrostatics(packed.vector, uncertainty),
+        *_lags(packed),
         *_inflows(packed),
     ]
     return tuple(p for p in found if only is None or p.name in only)
@@ -193,9 +177,7 @@ def _entry(
     return write_value
 
 
-def _hydrostatics(
-    nominal: FloatArray, wide: PriorWidths, uncertainty: Uncertainty
-) -> list[FreeParameter]:
+def _hydrostatics(nominal: FloatArray, uncertainty: Uncertainty) -> list[FreeParameter]:
     """Residual buoyancy, and the centre of buoyancy against the centre of mass.
 
     The centre of buoyancy is what is moved: that changes the righting moment and nothing else.
@@ -209,10 +191,10 @@ def _hydrostatics(
             "metacentric_height",
             "centre of mass below the centre of buoyancy",
             2,
-            wide.metacentric_height * abs(float(offset[2])),
+            _SHARE * abs(float(offset[2])),
         ),
-        ("trim_x", "centre of mass ahead of the centre of buoyancy", 0, wide.trim_m),
-        ("trim_y", "centre of mass to starboard of the centre of buoyancy", 1, wide.trim_m),
+        ("trim_x", "centre of mass ahead of the centre of buoyancy", 0, _TRIM_M),
+        ("trim_y", "centre of mass to starboard of the centre of buoyancy", 1, _TRIM_M),
     )
     return [
         FreeParameter(
@@ -220,7 +202,7 @@ def _hydrostatics(
             "N",
             "buoyancy less weight",
             float(read(nominal, "buoyancy")) - weight,
-            max(wide.buoyancy * weight, uncertainty.buoyancy_n),
+            max(_BUOYANCY_SHARE * weight, uncertainty.buoyancy_n),
             _entry("buoyancy", ..., weight),
         ),
         *(
@@ -237,7 +219,7 @@ def _hydrostatics(
     ]
 
 
-def _lags(packed: PackedVehicle, share: float) -> list[FreeParameter]:
+def _lags(packed: PackedVehicle) -> list[FreeParameter]:
     """One time constant for all thrusters that follow their code by a lag."""
     count = len(packed.thruster_names)
     stated = read(packed.vector, "lag")[:count].copy()
@@ -256,7 +238,7 @@ def _lags(packed: PackedVehicle, share: float) -> list[FreeParameter]:
             "s",
             "time constant of the thrusters, mean over them",
             mean,
-            share * mean,
+            _SHARE * mean,
             write_value,
             _SMALLEST_SHARE * mean,
         )

@@ -25,7 +25,6 @@ from pipeline.identify.parameter_intervals import close_pairs
 from pipeline.identify.thrust_found import deduction_found, thrust_found
 from pipeline.identify.unused_channels import notes_on_unused
 from pipeline.identify.vehicle_fit import VehicleFit, chained_windows, fit_for_file, fit_vehicle
-from pipeline.identify.vehicle_parameters import PriorWidths
 from pipeline.identify.window_prediction import prediction_quality
 from pipeline.identify.windows import cut
 from pipeline.physics.parameters import read
@@ -53,7 +52,6 @@ def identify_vehicle(
     runs: Sequence[RunTable],
     *,
     uncertainty: Uncertainty | None = None,
-    widths: PriorWidths | None = None,
     only: Sequence[str] | None = None,
     holdout: Sequence[RunTable] = (),
     window_s: float | None = None,
@@ -74,8 +72,6 @@ def identify_vehicle(
         Runs to identify from; channels that are missing are done without.
     uncertainty : Uncertainty, optional
         Of the vehicle file; widens the priors and says how far the thrust is trusted.
-    widths : PriorWidths, optional
-        Prior standard deviations.
     only : sequence of str, optional
         Names of the parameters to free; all otherwise.
     holdout : sequence of RunTable
@@ -107,7 +103,6 @@ def identify_vehicle(
         sensors,
         runs,
         uncertainty=doubts,
-        widths=widths,
         only=only,
         hold_out=not holdout,
         window_s=window_s,

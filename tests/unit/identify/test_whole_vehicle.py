@@ -15,7 +15,7 @@ from pipeline.identify.channel_noise import ChannelNoise, channel_noise
 from pipeline.identify.output_error import reduce_windows
 from pipeline.identify.run_nuisance import bridge_weights, chain_precision, run_nuisance
 from pipeline.identify.vehicle_fit import fit_vehicle
-from pipeline.identify.vehicle_parameters import PriorWidths, free_parameters, vector_with
+from pipeline.identify.vehicle_parameters import free_parameters, vector_with
 from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.identify.window_derivatives import FitProblem, derivatives, moved_starts
 from pipeline.identify.window_outputs import _whitener, stack_windows
@@ -281,7 +281,7 @@ def test_damping_is_not_negative_and_its_interval_begins_at_zero(
         sensors,
         simulated_runs(campaign, vector, 5),
         only=(*FEW, "linear_damping_heave"),
-        widths=PriorWidths(damping=5.0),
+        uncertainty=Uncertainty(damping=5.0),
         suggest=False,
     )
     assert found.converged
