@@ -9,7 +9,8 @@ from scipy.spatial.transform import Rotation
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.errors import CannotComputeError
-from pipeline.measured.inject import commanded_without_effect, injected, mass_of
+from pipeline.measured.demand import mass_of
+from pipeline.measured.inject import commanded_without_effect, injected
 from pipeline.measured.motion import MeasuredMotion
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
@@ -91,7 +92,7 @@ def test_a_vehicle_with_the_effect_does_by_the_new_commands_what_was_measured(
 
 def energy(rov: PackedVehicle, nu: FloatArray) -> float:
     """Twice the kinetic energy of a motion, its mean."""
-    return float(np.einsum("ki,ij,kj->", nu, mass_of(rov), nu) / len(nu))
+    return float(np.einsum("ki,ij,kj->", nu, mass_of(rov.vector), nu) / len(nu))
 
 
 def test_only_the_commands_are_rewritten(rov: PackedVehicle, flown: Trajectory) -> None:
