@@ -99,7 +99,9 @@ def _diagnose_tables(
 ) -> None:
     """Ask the same question of mooring tables."""
     from pipeline.actions.bench_diagnosis import TableRequest, diagnose_table_to_file
-    from pipeline.actions.bench_diagnosis_text import bench_text
+    from pipeline.actions.diagnosis_text import diagnosis_text
+    from pipeline.report.diagnosis_page import bench_glance
+    from pipeline.report.glance_text import glance_text
 
     record, result, page = diagnose_table_to_file(
         TableRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)
@@ -107,6 +109,7 @@ def _diagnose_tables(
     if as_json:
         click.echo(json.dumps(record.model_dump(mode="json"), indent=1))
         return
-    click.echo(translate(bench_text(record)))
+    click.echo(glance_text(record.vehicle, bench_glance(record)))
+    click.echo(translate(diagnosis_text(record)))
     click.echo(str(result))
     click.echo(translate(f"report: {page}"))

@@ -118,7 +118,7 @@ def _completed(job: Job, run: PageReceipt, told: DayDiagnosis | None, day: Glanc
         matter = run.glance.matter.replace(FOLLOWS, f"No diagnosis: {why}" if why else "").strip()
         glance = run.glance.model_copy(update={"matter": matter, "last_advice": day.last_advice})
     mine = next((one for one in told.findings if run.name in one.runs), None)
-    picture = None if mine is None else finding_figure(mine)
+    picture = None if mine is None else finding_figure(mine, run.name)
     write_page(with_glance(text, glance, picture), Path(run.address))
     return run.model_copy(update={"glance": glance})
 

@@ -142,11 +142,14 @@ def run_figure(record: DiagnosisRecord, one: HeldOut, number: int, detail: Resol
     return _figure(name, lead, one, floor, detail, bench=bench)
 
 
-def finding_figure(finding: DayFinding) -> Figure | None:
-    """Draw the readings in which a finding is to be seen best; None where there are none."""
+def finding_figure(finding: DayFinding, run: str = "") -> Figure | None:
+    """Draw the readings in which a finding is to be seen best; None where there are none.
+
+    On the page of a run these are readings of that run.
+    """
     if finding.event is not None:
-        return _event_figure(finding.event)
-    drawn = held_out(finding.shown)
+        return _event_figure(finding.event) if run in {"", finding.event.run} else None
+    drawn = held_out([one for one in finding.shown if run in {"", one.run}])
     if not drawn:
         return None
     one = drawn[0]

@@ -179,6 +179,8 @@ def test_the_picture_of_a_finding_takes_the_place_of_the_pages_own() -> None:
     done = with_glance(page, glance, picture)
     assert done.index('id="fig-shown"') < done.index("<h2>") < done.index("track")
     assert finding_figure(FAULT) is None
+    shown = FAULT.model_copy(update={"shown": (seen,)})
+    assert finding_figure(shown, "another run") is None
 
 
 def test_an_event_is_told_with_the_line_that_notes_it() -> None:
