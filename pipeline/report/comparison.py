@@ -84,24 +84,10 @@ class ThrustComparison:
     polynomial_n: FloatArray
     published_n: FloatArray
 
-    @property
-    def scored(self) -> FloatArray:
-        """Mask: codes whose published thrust is over 0.5 N."""
-        return np.asarray(self.published_n > THRUST_FROM_N, dtype=float)
-
-    def largest_family_difference(self) -> tuple[float, float] | None:
-        """Signed family less published where it is largest, and the code there."""
-        return self._largest(self.family_n)
-
-    def largest_polynomial_difference(self) -> tuple[float, float] | None:
-        """Signed own Table 2 less published where it is largest, and the code there."""
-        return self._largest(self.polynomial_n)
-
-    def _largest(self, ours: FloatArray) -> tuple[float, float] | None:
-        mask = self.scored > 0
-        if not mask.any():
-            return None
-        difference = np.where(mask, ours - self.published_n, np.nan)
+    def largest_difference(self, ours: FloatArray) -> tuple[float, float] | None:
+        """Ours less published where it is largest, and the code there. [N], [-]."""
+        scored = self.published_n > THRUST_FROM_N
+        difference = np.where(scored, ours - self.published_n, np.nan)
         if np.isnan(difference).all():
             return None
         worst = int(np.nanargmax(np.abs(difference)))

@@ -161,14 +161,15 @@ def _by_run(gains: ThrusterGains, told: Sequence[ThrusterGain]) -> Table:
 
 
 def _cell(row: Row | None) -> str:
-    if row is None or row.value is None or row.ci95 is None:
-        return "–"
-    return f"{fixed(row.value, 2)} ({fixed(row.ci95[0], 2)} to {fixed(row.ci95[1], 2)})"
+    return "–" if row is None else _bounded(row.value, row.ci95)
 
 
 def _ratio(row: Row | None) -> str:
     known = None if row is None else row.reference
-    if known is None or known.ratio is None or known.ratio_ci95 is None:
+    return "–" if known is None else _bounded(known.ratio, known.ratio_ci95)
+
+
+def _bounded(value: float | None, ends: tuple[float, float] | None) -> str:
+    if value is None or ends is None:
         return "–"
-    low, high = known.ratio_ci95
-    return f"{fixed(known.ratio, 2)} ({fixed(low, 2)} to {fixed(high, 2)})"
+    return f"{fixed(value, 2)} ({fixed(ends[0], 2)} to {fixed(ends[1], 2)})"

@@ -22,31 +22,31 @@ Marked = tuple[Source, tuple[str, ...]]
 
 def inputs_section(results: VehicleResults) -> Section:
     """Show the three kinds of raw file as they were understood."""
+    kinds: tuple[tuple[str, str, LoadTestRecord | MooringRecord | OpenWaterRecord | None], ...] = (
+        ("Load test of the drive", "load_test", results.load_test),
+        ("Mooring test", "mooring", results.mooring),
+        ("Open-water curves", "open_water", results.open_water),
+    )
     blocks: list[Block] = []
-    missing = results.missing
-    blocks.append(Heading("Load test of the drive", "inputs-load-test"))
-    if results.load_test is not None:
-        blocks += _load_test(results.load_test)
-    else:
-        blocks.append(_absent("load-test", missing.get("load_test")))
-    blocks.append(Heading("Mooring test", "inputs-mooring"))
-    if results.mooring is not None:
-        blocks += _mooring(results, results.mooring)
-    else:
-        blocks.append(_absent("mooring", missing.get("mooring")))
-    blocks.append(Heading("Open-water curves", "inputs-open-water"))
-    if results.open_water is not None:
-        blocks += _open_water(results.open_water)
-    else:
-        blocks.append(_absent("open-water", missing.get("open_water")))
+    for title, stage, record in kinds:
+        kind = stage.replace("_", "-")
+        blocks.append(Heading(title, f"inputs-{kind}"))
+        if record is None:
+            reason = results.missing.get(stage) or f"There is no {kind} data."
+            blocks.append(Paragraph(reason, tone="warning"))
+            continue
+        if isinstance(record, LoadTestRecord):
+            texts = [_load_test(record)]
+        elif isinstance(record, MooringRecord):
+            texts = _mooring(results, record)
+        else:
+            texts = [_open_water(record)]
+        marked = [(point.source, point.marks) for point in record.points]
+        blocks += [*map(Paragraph, texts), *_tables(record.sheets, marked)]
     return Section("inputs", "What came in", tuple(blocks))
 
 
-def _absent(kind: str, reason: str | None) -> Paragraph:
-    return Paragraph(reason or f"There is no {kind} data.", tone="warning")
-
-
-def _load_test(record: LoadTestRecord) -> list[Block]:
+def _load_test(record: LoadTestRecord) -> str:
     used = [point for point in record.points if not point.marks]
     codes = sorted({point.code for point in used if point.code is not None})
     loading = sum(point.branch == "loading" for point in used)
@@ -59,10 +59,10 @@ def _load_test(record: LoadTestRecord) -> list[Block]:
             f"{general(min(abs(p.torque_nm) for p in used))} to "
             f"{general(max(abs(p.torque_nm) for p in used))} N m."
         )
-    return [Paragraph(text), *_tables(record.sheets, [(p.source, p.marks) for p in record.points])]
+    return text
 
 
-def _mooring(results: VehicleResults, record: MooringRecord) -> list[Block]:
+def _mooring(results: VehicleResults, record: MooringRecord) -> list[str]:
     used = [point for point in record.points if not point.marks]
     codes = sorted({point.code for point in used})
     text = f"{_usage(record.points, used)} {_codes(codes)}"
@@ -91,14 +91,10 @@ def _mooring(results: VehicleResults, record: MooringRecord) -> list[Block]:
         else f"Tare: the reading at code 0 moved by up to {fixed(record.tare_drift_n, 2)} N "
         "within a file; it was subtracted."
     )
-    return [
-        Paragraph(text),
-        Paragraph(f"{sweeps} {drift}"),
-        *_tables(record.sheets, [(p.source, p.marks) for p in record.points]),
-    ]
+    return [text, f"{sweeps} {drift}"]
 
 
-def _open_water(record: OpenWaterRecord) -> list[Block]:
+def _open_water(record: OpenWaterRecord) -> str:
     used = [point for point in record.points if not point.marks]
     text = _usage(record.points, used)
     if used:
@@ -106,7 +102,7 @@ def _open_water(record: OpenWaterRecord) -> list[Block]:
             f" J from {fixed(min(p.advance_ratio for p in used), 3)} to "
             f"{fixed(max(p.advance_ratio for p in used), 3)}."
         )
-    return [Paragraph(text), *_tables(record.sheets, [(p.source, p.marks) for p in record.points])]
+    return text
 
 
 def _usage(points: Sequence[object], used: Sequence[object]) -> str:

@@ -205,8 +205,12 @@ def _against_published(static: StaticCharacteristic, published: PublishedTable2)
     everywhere = compare_table2(static, published, static.code)
     if not everywhere:
         return "The published Table 2 has no speed in common with ours."
-    family = [(d, one.speed_mps) for one in everywhere if (d := one.largest_family_difference())]
-    own = [(d, one.speed_mps) for one in everywhere if (d := one.largest_polynomial_difference())]
+    family = [
+        (d, one.speed_mps) for one in everywhere if (d := one.largest_difference(one.family_n))
+    ]
+    own = [
+        (d, one.speed_mps) for one in everywhere if (d := one.largest_difference(one.polynomial_n))
+    ]
     sentences = []
     for name, found in (("the family", family), ("our quadratic Table 2", own)):
         if found:
