@@ -1,6 +1,6 @@
 """The page of a design calculation: one self-contained file, made from its record alone."""
 
-from pipeline.language import as_it_is
+from pipeline.language import as_it_is, translate
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign
 from pipeline.report.blocks import Paragraph, Section
 from pipeline.report.page import Page
@@ -27,6 +27,7 @@ def design_page(found: Design, crumbs: tuple[tuple[str, str], ...] = ()) -> str:
         under.append(f"Compared with: {as_it_is(found.published_source)}")
     return Page(
         title=as_it_is(found.title),
+        tab=as_it_is(f"{found.title}: {translate(kind)}"),
         under=tuple(under),
         notes=tuple(Paragraph(text, tone="warning") for text in found.warnings),
         crumbs=crumbs,

@@ -30,6 +30,8 @@ class Page:
     """Shows it."""
     notes: tuple[Paragraph, ...] = ()
     data_note: str = ""
+    tab: str = ""
+    """Name of the window, where it says more than the title."""
     crumbs: Labels = ()
     """The way back: label and address, relative to the page and quoted."""
     assets: str = ""

@@ -64,6 +64,7 @@ def vehicle_page(results: VehicleResults, index_href: str = INDEX_HREF, assets: 
     vehicle = results.vehicle
     return Page(
         title=as_it_is(vehicle.title),
+        tab=f"{as_it_is(vehicle.title)}: thruster tables",
         under=(f"Thruster tables from rig data: {as_it_is(vehicle.name)}",),
         sections=sections,
         glance=vehicle_glance(results),

@@ -99,6 +99,7 @@ def test_same_results_give_the_same_bytes(results: VehicleResults, page: str) ->
 
 
 def test_page_is_small_and_self_contained(page: str) -> None:
+    assert ": thruster tables</title>" in page
     assert len(page.encode()) < 3_000_000
     tags = outline(page).tags
     assert not [tag for tag, _ in tags if tag in {"iframe", "object", "embed"}]
