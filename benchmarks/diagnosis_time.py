@@ -16,8 +16,7 @@ from typing import TypeVar
 
 from benchmarks import page
 from pipeline.blind.generate import CaseSpec, generate
-from pipeline.campaign.blind_case import packed_of
-from pipeline.campaign.blind_subjects import load_subject
+from pipeline.campaign.blind_case import load_subject, packed_of
 from pipeline.diagnose.baselines import bic_baseline
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.engine import diagnose

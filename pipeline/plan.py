@@ -12,18 +12,20 @@ from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.log_names import LOG_SUFFIXES, is_log_anywhere
-from pipeline.stage_table import STAGES
+from pipeline.stage_table import STAGES, stages_of
 
 VEHICLE_FILE = "vehicle.yaml"
-RAW_KINDS = ("load_test", "mooring", "open_water")
+#: Kinds of test of a bench, each a folder of raw files: the stages that read no other's result.
+RAW_KINDS = tuple(name for name in stages_of("vehicle") if not STAGES[name].needs)
 #: Folder of the pool runs' logs.
 POOL = "pool"
 #: How the names of files end that a test bench or a vehicle writes.
 _DATA = frozenset({".xlsx", ".xlsm", ".xls", ".ods", ".csv", ".tsv", *LOG_SUFFIXES})
-#: Stages that write an envelope of the same name, in the order in which data flow.
-RECORD_STAGES = (*RAW_KINDS, "propeller", "drive", "static", "inverse", "allocation", "validation")
-#: Stages whose envelope is a receipt for other files.
-RECEIPT_STAGES = ("firmware", "vehicle_page")
+#: Stages of a vehicle by what their envelope holds, a record or a receipt for other files.
+RECORD_STAGES, RECEIPT_STAGES = (
+    tuple(name for name in stages_of("vehicle") if STAGES[name].leaves == leaves)
+    for leaves in ("record", "receipt")
+)
 #: What a stage's result is called in messages.
 TITLES = {name: stage.title for name, stage in STAGES.items()}
 #: What is wrong with a raw file that the workflow cannot handle.

@@ -171,8 +171,8 @@ def _installed_version(package: str) -> str:
         return ""
 
 
-def write_atomically(path: Path, text: str) -> None:
-    """Write a text file so that readers see the old one or the whole new one.
+def write_atomically(path: Path, content: str | bytes) -> None:
+    """Write a file so that readers see the old one or the whole new one; text as UTF-8.
 
     Raises
     ------
@@ -182,11 +182,11 @@ def write_atomically(path: Path, text: str) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor, temporary = tempfile.mkstemp(
-            dir=path.parent, prefix=f".{path.name}.", suffix=".part"
+            dir=path.parent, prefix=f".{path.name[:80]}.", suffix=".part"
         )
         try:
-            with os.fdopen(descriptor, "w", encoding="utf-8", newline="\n") as file:
-                file.write(text)
+            with os.fdopen(descriptor, "wb") as file:
+                file.write(content.encode() if isinstance(content, str) else content)
                 file.flush()
                 os.fsync(file.fileno())
             # mkstemp makes the file private; results are as readable as any other file

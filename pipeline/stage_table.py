@@ -16,7 +16,8 @@ class Stage:
     run, each day, or all vehicles together. `needs` are the stages of the vehicle whose results it
     reads; what a stage of a run or a day reads beside these is in `workflow.pool_plan`. `of_types`
     are those of further types of thruster that it reads, too. `room` is the folder of its results,
-    of stages that have one a run or a day.
+    of stages that have one a run or a day. `leaves` is what its result holds: a record, a receipt
+    for other files, or, of ``tables.json``, a form of its own.
     """
 
     title: str
@@ -24,6 +25,7 @@ class Stage:
     needs: tuple[str, ...] = ()
     room: str = ""
     of_types: tuple[str, ...] = ()
+    leaves: Literal["record", "receipt", "tables"] = "record"
 
 
 #: What the bench gave of the thrusters.
@@ -47,9 +49,13 @@ STAGES: dict[str, Stage] = {
         ("load_test", "propeller", "drive", "static", "inverse"),
         of_types=("load_test", "propeller", "drive", "static", "inverse"),
     ),
-    "tables": Stage("tables.json", "vehicle", ("propeller", "static", "inverse")),
+    "tables": Stage("tables.json", "vehicle", ("propeller", "static", "inverse"), leaves="tables"),
     "firmware": Stage(
-        "firmware tables", "vehicle", ("inverse", "tables"), of_types=("inverse", "tables")
+        "firmware tables",
+        "vehicle",
+        ("inverse", "tables"),
+        of_types=("inverse", "tables"),
+        leaves="receipt",
     ),
     "pool_run": Stage("pool run", "run", room="pool"),
     "run_trial": Stage("pool run against simulation", "run", BENCH, "run_trials"),
@@ -66,6 +72,7 @@ STAGES: dict[str, Stage] = {
             *("load_test", "mooring", "open_water", "propeller", "drive", "static", "inverse"),
             *("allocation", "validation", "tables", "firmware"),
         ),
+        leaves="receipt",
     ),
     "index_page": Stage("index of reports", "all"),
 }

@@ -25,7 +25,7 @@ from evaluation.diagnosis.threshold_search import (
 )
 from pipeline.blind.generate import GeneratedCase
 from pipeline.blind.label import open_label
-from pipeline.campaign.blind_case import BlindPlace, diagnose_in_memory, run_case
+from pipeline.campaign.blind_case import BlindRequest, diagnose_in_memory, run_case
 from pipeline.campaign.many_cases import as_they_come
 from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 from pipeline.diagnose.rules.calibration import Calibration, calibration
@@ -36,9 +36,10 @@ from pipeline.stopping import stopped_by_sigterm
 _COMMAND = "python -m evaluation.diagnosis.calibration"
 
 
-def collect_case(number: int, place: BlindPlace) -> dict[str, Any]:
+def collect_case(number: int, request: BlindRequest) -> dict[str, Any]:
     """Run one case and keep its evidence beside the verdict."""
-    return run_case(number, place, partial(_diagnose, place.to / "evidence" / f"{number:05d}.json"))
+    evidence = request.to / "evidence" / f"{number:05d}.json"
+    return run_case(number, request, partial(_diagnose, evidence))
 
 
 def _diagnose(
@@ -52,17 +53,17 @@ def _diagnose(
     return diagnose_in_memory(case, packed, without, keep)
 
 
-def collect(first: int, cases: int, place: BlindPlace, processes: int) -> None:
+def collect(first: int, request: BlindRequest) -> None:
     """Run the cases that are not there yet."""
     wanted = [
         number
-        for number in range(first, first + cases)
-        if not (place.to / "lines" / f"{number:05d}.json").exists()
+        for number in range(first, first + request.cases)
+        if not (request.to / "lines" / f"{number:05d}.json").exists()
     ]
-    (place.to / "lines").mkdir(parents=True, exist_ok=True)
+    (request.to / "lines").mkdir(parents=True, exist_ok=True)
     with stopped_by_sigterm():
-        for line in as_they_come(partial(collect_case, place=place), wanted, processes):
-            file = place.to / "lines" / f"{line['number']:05d}.json"
+        for line in as_they_come(partial(collect_case, request=request), wanted, request.processes):
+            file = request.to / "lines" / f"{line['number']:05d}.json"
             write_atomically(file, json.dumps(line))
             score = line.get("score")
             told = line.get("not_made") if score is None else _told(score)
@@ -150,17 +151,18 @@ def main() -> None:
     if given.set_them or given.dry:
         set_thresholds(given.to, write=given.set_them)
         return
-    place = BlindPlace(
-        given.raw,
-        given.out,
-        given.to,
-        tuple(given.vehicles.split(",")),
-        0,
+    request = BlindRequest(
+        to=given.to,
+        cases=given.cases,
+        processes=given.processes,
+        raw=given.raw,
+        out=given.out,
+        vehicles=tuple(given.vehicles.split(",")),
         baselines=False,
         calibration=True,
     )
     try:
-        collect(given.first, given.cases, place, given.processes)
+        collect(given.first, request)
     except KeyboardInterrupt:
         print("stopped; the same command goes on from here")
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipeline import __version__
 from pipeline.actions.diagnosis_page import OVERLAY_END, write_page
-from pipeline.actions.found_changes import diagnosed_changes, source_of
+from pipeline.actions.found_changes import diagnosed_changes, source_of, write_corrected
 from pipeline.actions.simulation import simulate_to_file
 from pipeline.actions.simulation_request import SimulationRequest
 from pipeline.diagnose.case import Case
@@ -97,7 +97,9 @@ def diagnose_to_files(
     text = _corrected(one, found)
     result = folder / RESULT_FILE
     write_atomically(result, canonical_json(found.record.model_dump(mode="json")) + "\n")
-    corrected = _write_corrected(folder, one, text)
+    corrected = write_corrected(folder / CORRECTED_FILE, one, text)
+    if corrected is not None:
+        load_vehicle(corrected)  # a file that no command would read is none
     overlays, without = _write_overlays(request, folder, one, found, tell)
     files = [result, *([] if corrected is None else [corrected]), *overlays]
     page = write_page(found.record, question, request.out, request.to, files)
@@ -240,17 +242,3 @@ def _corrected(one: SimulatedVehicle, found: Diagnosis) -> str | None:
         lines.append("No key of this file can say: " + " ".join(rest))
     original = one.file.read_text(encoding="utf-8")
     return text_with(original, changes, source_of(found.record.runs), "\n".join(lines))
-
-
-def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:
-    """Write the corrected file, never over the engineer's own, and read it back."""
-    path = folder / CORRECTED_FILE
-    if text is None:
-        # what an earlier diagnosis left would pass for this one's
-        path.unlink(missing_ok=True)
-        return None
-    if path.exists() and path.samefile(one.file):
-        raise CannotComputeError(f"{path} is the vehicle file itself; choose another folder (--to)")
-    write_atomically(path, text)
-    load_vehicle(path)
-    return path

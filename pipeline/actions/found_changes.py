@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from pipeline.effects.library import apply_effects, effects
 from pipeline.effects.specification import EffectSpec
@@ -11,6 +12,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.identify.file_changes import file_changes
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 from pipeline.plan import VEHICLE_FILE
+from pipeline.provenance import write_atomically
 from pipeline.records.diagnosis import RankedEffect
 from pipeline.records.file_change import FileChange
 from pipeline.records.identification import VehicleIdentification
@@ -125,3 +127,22 @@ def _with_thrust(whole: VehicleIdentification, k: int, value: float) -> VehicleI
     every = list(whole.thrust)
     every[k] = every[k].model_copy(update={"file_value": value})
     return whole.model_copy(update={"thrust": tuple(every)})
+
+
+def write_corrected(file: Path, one: SimulatedVehicle, text: str | None) -> Path | None:
+    """Write a corrected vehicle file, not over the engineer's own; None removes an old one.
+
+    Raises
+    ------
+    CannotComputeError
+        When the place is that of the vehicle file.
+    InputError
+        When it cannot be written.
+    """
+    if text is None:
+        file.unlink(missing_ok=True)  # it would pass for this one's
+        return None
+    if file.exists() and file.samefile(one.file):
+        raise CannotComputeError(f"{file} is the vehicle file itself; choose another folder (--to)")
+    write_atomically(file, text)
+    return file

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Literal
 
 from pipeline import __version__
-from pipeline.actions.found_changes import identified_changes, source_of
+from pipeline.actions.found_changes import identified_changes, source_of, write_corrected
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.identify.channel_noise import QUANTITIES
 from pipeline.identify.smoothing import Method as Smoothing
@@ -140,7 +140,8 @@ def identify_runs(
     result = folder / RESULT_FILE
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
     pictures = tuple(_write_slope(folder, line) for line in lines)
-    return IdentificationFiles(record, result, _write_corrected(folder, one, text), pictures)
+    corrected = write_corrected(folder / CORRECTED_FILE, one, text)
+    return IdentificationFiles(record, result, corrected, pictures)
 
 
 def _write_slope(folder: Path, line: StraightLineIdentification) -> Path:
@@ -244,23 +245,3 @@ def _corrected(
     except (CannotComputeError, InputError) as error:
         return None, (), (f"No corrected vehicle file was written: {error}",)
     return text, changes, ()
-
-
-def _write_corrected(folder: Path, one: SimulatedVehicle, text: str | None) -> Path | None:
-    """Write the corrected file, never over the engineer's own."""
-    path = folder / CORRECTED_FILE
-    if text is None:
-        # what an earlier identification left would pass for this one's
-        path.unlink(missing_ok=True)
-        return None
-    if path.exists() and path.samefile(one.file):
-        raise CannotComputeError(f"{path} is the vehicle file itself; choose another folder (--to)")
-    write_atomically(path, text)
-    return path
-
-
-__all__ = [
-    "IdentificationFiles",
-    "IdentificationRequest",
-    "identify_runs",
-]

@@ -1,8 +1,8 @@
 """Where a campaign stands against its goals, one row a goal, and every case that it missed."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
-from pipeline.blind.rates import Rate, rate
+from pipeline.blind.rates import Goal, Rate, at_least, at_most, between, rate
 from pipeline.blind.verdict_score import CaseScore
 from pipeline.records.base import Record
 
@@ -18,19 +18,11 @@ class Miss(Record):
     fault: str
 
 
-def between(low: float, high: float) -> Callable[[float], bool]:
-    """Return the test whether a share lies in a range."""
-    return lambda share: low <= share <= high
-
-
-def at_least(limit: float) -> Callable[[float], bool]:
-    """Return the test whether a share reaches a limit."""
-    return lambda share: share >= limit
-
-
-def at_most(limit: float) -> Callable[[float], bool]:
-    """Return the test whether a share keeps below a limit."""
-    return lambda share: share <= limit
+#: False alarms on a healthy vehicle, with healthy runs given and without.
+FALSE_ALARMS = {
+    "with healthy runs": Goal("0 of 300", high=0.0),
+    "without healthy runs": at_most(0.02),
+}
 
 
 def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
@@ -45,38 +37,26 @@ def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
     small = [one for one in single if one.gap_ratio < CLEAR_GAP]
     clear = [one for one in single if one.gap_ratio >= CLEAR_GAP]
     told = [(word, [one for one in scores if one.healthy == yes]) for yes, word in _TOLD]
-    limits = {"with healthy runs": ("0 of 300", 0.0), "without healthy runs": ("<= 2 %", 0.02)}
     return (
         *(
             rate(
                 "healthy vehicle called ill",
                 word,
                 (one.false_alarm for one in part),
-                limits[word][0],
-                at_most(limits[word][1]),
+                FALSE_ALARMS[word],
             )
             for word, part in told
         ),
-        *_of_singles(small, "single, gap 1-3", ">= 80 %, otherwise it abstains", 0.80),
-        *_of_singles(clear, "single, gap from 3", ">= 95 %", 0.95),
+        *_of_singles(small, "single, gap 1-3", at_least(0.80, ", otherwise it abstains")),
+        *_of_singles(clear, "single, gap from 3", at_least(0.95)),
         rate("surely wrong", "single", (one.confidently_wrong for one in single)),
-        *(
-            rate("both named", f"pair, {word}", _exact(part), ">= 80 %", at_least(0.80))
-            for word, part in told
-        ),
-        rate(
-            "at least one named",
-            "pair",
-            (one.pair_any for one in scores),
-            ">= 97 %",
-            at_least(0.97),
-        ),
+        *(rate("both named", f"pair, {word}", _exact(part), at_least(0.80)) for word, part in told),
+        rate("at least one named", "pair", (one.pair_any for one in scores), at_least(0.97)),
         *(
             rate(
                 "called unknown",
                 f"outside the library, {word}",
                 (one.unknown_right for one in part if one.kind == "outside"),
-                ">= 90 %",
                 at_least(0.90),
             )
             for word, part in told
@@ -85,7 +65,6 @@ def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
             "known, called unknown",
             "single or pair",
             (one.called_unknown for one in scores),
-            "<= 3 %",
             at_most(0.03),
         ),
         rate(
@@ -98,23 +77,15 @@ def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
                 "right channel",
                 f"single, {where}",
                 (one.channel_right for one in part),
-                ">= 98 %",
                 at_least(0.98),
             )
             for where, part in (("gap 1-3", small), ("gap from 3", clear))
         ),
-        rate(
-            "right regime",
-            "single",
-            (one.regime_right for one in single),
-            ">= 90 %",
-            at_least(0.90),
-        ),
+        rate("right regime", "single", (one.regime_right for one in single), at_least(0.90)),
         rate(
             "95 % interval holds the truth",
             "all",
             (width.inside for one in scores for width in one.intervals),
-            "93-97 %",
             between(0.93, 0.97),
         ),
     )
@@ -153,23 +124,17 @@ def _fault(one: CaseScore) -> str:
     return next((fault for wrong, fault in faults if wrong), "")
 
 
-def _of_singles(part: Sequence[CaseScore], where: str, goal: str, least: float) -> list[Rate]:
+def _of_singles(part: Sequence[CaseScore], where: str, goal: Goal) -> list[Rate]:
     """Single effects of one range of gaps."""
     apart = [one for one in part if one.separable]
     return [
-        rate(
-            "first",
-            f"{where}, can be told apart",
-            (one.first_right for one in apart),
-            goal,
-            at_least(least),
-        ),
+        rate("first", f"{where}, can be told apart", (one.first_right for one in apart), goal),
         rate(
             "first, or abstains",
             f"{where}, can be told apart",
             (one.first_right or one.abstained for one in apart),
         ),
-        rate("in the answer set", where, (one.in_set for one in part), ">= 99 %", at_least(0.99)),
+        rate("in the answer set", where, (one.in_set for one in part), at_least(0.99)),
     ]
 
 

@@ -4,6 +4,7 @@ Bounds are those of Clopper and Pearson 1934, Biometrika 26(4), 404-413, at 95 %
 """
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -61,29 +62,42 @@ def clopper_pearson(yes: int, cases: int, level: float = 0.95) -> tuple[float, f
     return low, high
 
 
+@dataclass(frozen=True)
+class Goal:
+    """The range that a share is to lie in, and how a table words it."""
+
+    text: str
+    low: float = 0.0
+    high: float = 1.0
+
+
+def at_least(share: float, more: str = "") -> Goal:
+    """Return the goal that a share reaches a limit; `more` is added to its words.
+
+    >>> at_least(0.95).text
+    '>= 95 %'
+    """
+    return Goal(f">= {100.0 * share:g} %{more}", low=share)
+
+
+def at_most(share: float) -> Goal:
+    """Return the goal that a share keeps below a limit."""
+    return Goal(f"<= {100.0 * share:g} %", high=share)
+
+
+def between(low: float, high: float) -> Goal:
+    """Return the goal that a share lies in a range."""
+    return Goal(f"{100.0 * low:g}-{100.0 * high:g} %", low, high)
+
+
 def rate(
-    question: str,
-    stratum: str,
-    answers: Iterable[bool | None],
-    goal: str = "",
-    met: Callable[[float], bool] | None = None,
+    question: str, stratum: str, answers: Iterable[bool | None], goal: Goal | None = None
 ) -> Rate:
     """Count the cases that answer a question; None does not count."""
     asked = [answer for answer in answers if answer is not None]
-    if not asked:
-        return Rate(
-            question=question,
-            stratum=stratum,
-            yes=0,
-            cases=0,
-            share=None,
-            low=None,
-            high=None,
-            goal=goal,
-        )
     yes = sum(asked)
-    low, high = clopper_pearson(yes, len(asked))
-    share = yes / len(asked)
+    share = yes / len(asked) if asked else None
+    low, high = (None, None) if share is None else clopper_pearson(yes, len(asked))
     return Rate(
         question=question,
         stratum=stratum,
@@ -92,8 +106,8 @@ def rate(
         share=share,
         low=low,
         high=high,
-        goal=goal,
-        met=None if met is None else met(share),
+        goal="" if goal is None else goal.text,
+        met=None if goal is None or share is None else goal.low <= share <= goal.high,
     )
 
 

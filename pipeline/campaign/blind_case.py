@@ -1,42 +1,55 @@
-"""One case of the blind check from end to end: made, sealed, diagnosed, opened, scored."""
+"""The blind check on generated cases: each made, sealed, diagnosed, opened, scored."""
 
 import json
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pipeline.blind.cases import RUN_S, Numbered, case_of, write_case
+from pipeline.blind.cases import RUN_S, case_of, write_case
 from pipeline.blind.generate import GeneratedCase, generate
-from pipeline.blind.label import open_label, seal
-from pipeline.blind.subject import BlindSubject
+from pipeline.blind.label import seal
+from pipeline.blind.score import CampaignScore, score_campaign
+from pipeline.blind.subject import BlindSubject, subject_from
 from pipeline.blind.verdict_score import CaseScore, score_case
-from pipeline.campaign.blind_subjects import load_subject
+from pipeline.campaign.campaign import (
+    CampaignRequest,
+    CampaignResult,
+    Said,
+    diagnosed,
+    judged,
+    run_cases,
+)
+from pipeline.effects.discovery import module_names
 from pipeline.effects.library import candidates
 from pipeline.errors import CannotComputeError
-from pipeline.provenance import write_atomically
+from pipeline.inputs.simulated_vehicle import bench_result
+from pipeline.inputs.vehicle_place import find_vehicle
+from pipeline.provenance import code_digest
+from pipeline.records.fits import StaticCharacteristic
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.vehicle.load import load_vehicle
 
 if TYPE_CHECKING:
     from pipeline.diagnose.conclude.case_evidence import CaseEvidence
 
+SCHEMA = "rig2sea/blind/1"
+#: Vehicles of a campaign that names none.
+USUAL = ("mmt300", "rov8", "cargo_carrier")
 #: From a case, as an engineer would have it, and the effects that are left out of the library, to
 #: the content of ``diagnosis.json``.
 Diagnose = Callable[[GeneratedCase, PackedVehicle, tuple[str, ...]], Mapping[str, Any]]
 
 
-@dataclass(frozen=True)
-class BlindPlace:
-    """Where a campaign's vehicles come from and where its files go."""
+@dataclass(frozen=True, kw_only=True)
+class BlindRequest(CampaignRequest):
+    """A campaign of generated cases: where its vehicles come from, and what each case is."""
 
-    raw: Path
-    out: Path
-    to: Path
-    vehicles: tuple[str, ...]
-    seed: int
+    raw: Path = Path("raw")
+    out: Path = Path()
+    vehicles: tuple[str, ...] = USUAL
     baselines: bool = True
     keep_logs: bool = False
     calibration: bool = False
@@ -44,19 +57,34 @@ class BlindPlace:
 
 
 @cache
-def subjects_of(place: BlindPlace) -> dict[str, BlindSubject]:
+def subjects_of(names: tuple[str, ...], raw: Path, out: Path) -> dict[str, BlindSubject]:
     """Vehicles of a campaign by name, read once a process."""
-    return {
-        subject.name: subject
-        for subject in (load_subject(name, place.raw, place.out) for name in place.vehicles)
-    }
+    return {one.name: one for one in (load_subject(name, raw, out) for name in names)}
+
+
+def load_subject(text: str, raw: Path, out: Path) -> BlindSubject:
+    """Find a vehicle by name or path and read it, with the bench's family where it needs one.
+
+    Raises
+    ------
+    UsageError
+        When there is no such vehicle.
+    InputError, CannotComputeError
+        When it cannot be read, or its bench results are missing.
+    """
+    name, file = find_vehicle(text, raw, out)
+    model = load_vehicle(file).model
+    drives = () if model is None else model.thrusters.values()
+    static: StaticCharacteristic | None = None
+    if any(one.characteristic.kind == "tables" for one in drives):
+        static, _ = bench_result(name, out, "static", StaticCharacteristic)
+    return subject_from(file, static)
 
 
 def packed_of(subject: BlindSubject) -> PackedVehicle:
     """Pack a case's vehicle file for the simulation that the diagnosis fits."""
-    return pack_vehicle(
-        subject.vehicle, BenchModel(subject.static) if subject.static is not None else None
-    )
+    bench = BenchModel(subject.static) if subject.static is not None else None
+    return pack_vehicle(subject.vehicle, bench)
 
 
 def diagnose_in_memory(
@@ -65,95 +93,74 @@ def diagnose_in_memory(
     without: tuple[str, ...],
     keep: "Callable[[CaseEvidence], None] | None" = None,
 ) -> Mapping[str, Any]:
-    """Diagnose a case's tables; data that are called hopeless give ``{"refused": reason}``.
-
-    `keep` is given the evidence that was weighed.
-    """
+    """Diagnose a case's tables; `keep` as `diagnosed` has it."""
     from pipeline.diagnose.case import Case
-    from pipeline.diagnose.engine import diagnose_fully
 
     library = {
         name: effect for name, effect in candidates(packed.context).items() if name not in without
     }
-    try:
-        found = diagnose_fully(
-            Case(
-                name=case.subject.name,
-                vehicle=case.subject.vehicle,
-                packed=packed,
-                runs=case.runs,
-                holdout=case.holdout,
-                healthy=case.healthy,
-                effects=library,
-            ),
-            threads=1,
-            seed=0,
-            keep=keep,
-        )
-    except CannotComputeError as error:
-        return {"refused": str(error)}
-    content: dict[str, Any] = found.record.model_dump(mode="json", exclude={"series"})
-    return content
+    asked = Case(
+        name=case.subject.name,
+        vehicle=case.subject.vehicle,
+        packed=packed,
+        runs=case.runs,
+        holdout=case.holdout,
+        healthy=case.healthy,
+        effects=library,
+    )
+    return diagnosed(asked, keep)
 
 
 def run_case(
-    number: int, place: BlindPlace, diagnose: Diagnose = diagnose_in_memory
+    number: int, request: BlindRequest, diagnose: Diagnose = diagnose_in_memory
 ) -> dict[str, Any]:
-    """Run one case and return its line: the score, or why there is none.
-
-    The label is sealed before the diagnosis begins and opened when the verdict is on disk.
-
-    Parameters
-    ----------
-    number : int
-        Of the case.
-    place : BlindPlace
-        The campaign.
-    diagnose : callable
-        The diagnosis.
-
-    Returns
-    -------
-    dict
-        ``number`` and either ``score`` or ``not_made``.
-    """
-    subjects = subjects_of(place)
+    """Run one case and return its line: ``number`` and either ``score`` or ``not_made``."""
+    subjects = subjects_of(request.vehicles, request.raw, request.out)
     numbered = case_of(
-        number, subjects, place.seed, calibration=place.calibration, run_s=place.run_s
+        number, subjects, request.seed, calibration=request.calibration, run_s=request.run_s
     )
+    name, spec = numbered.name, numbered.spec
     try:
-        case = generate(subjects[numbered.vehicle], numbered.spec)
+        case = generate(subjects[numbered.vehicle], spec)
     except CannotComputeError as error:
-        return {"number": number, "not_made": str(error), "what": list(numbered.spec.what)}
-    sealed = place.to / "sealed"
-    if place.keep_logs:
-        write_case(case, numbered.name, place.to / "cases", sealed)
+        return {"number": number, "not_made": str(error), "what": list(spec.what)}
+    sealed = request.to / "sealed" / f"{name}.json"
+    if request.keep_logs:
+        write_case(case, name, request.to / "cases", sealed.parent)
     else:
-        seal(case.label, sealed / f"{numbered.name}.json")
-    score = _judge(numbered, case, place, diagnose)
-    return {"number": number, "score": score.model_dump(mode="json")}
-
-
-def _judge(
-    numbered: Numbered, case: GeneratedCase, place: BlindPlace, diagnose: Diagnose
-) -> CaseScore:
+        seal(case.label, sealed)
     packed = packed_of(case.subject)
-    without = numbered.spec.what if numbered.spec.kind == "leave_one_out" else ()
-    begin = time.perf_counter()
-    try:
-        content = diagnose(case, packed, without)
-    except Exception as error:  # noqa: BLE001 - a fault of the program is no right answer, and told
-        content = {"refused": f"fault of the program: {type(error).__name__}: {error}"[:500]}
-    elapsed_s = time.perf_counter() - begin
-    verdict = place.to / "verdicts" / numbered.name / "diagnosis.json"
-    write_atomically(verdict, json.dumps(content))
+    without = spec.what if spec.kind == "leave_one_out" else ()
+    label, content, elapsed_s = judged(sealed, lambda: diagnose(case, packed, without))
     answers: dict[str, str] = {}
-    if place.baselines and not without:
+    if request.baselines and not without:
         from pipeline.diagnose.baselines import bic_baseline, sparse_baseline
 
         answers = {
             "BIC on raw residuals": bic_baseline(case.subject.vehicle, packed, case.runs),
             "sparse regression": sparse_baseline(case.subject.vehicle, packed, case.runs),
         }
-    label = open_label(place.to / "sealed" / f"{numbered.name}.json", verdict)
-    return score_case(numbered.name, label, content, elapsed_s=elapsed_s, baselines=answers)
+    score = score_case(name, label, content, elapsed_s=elapsed_s, baselines=answers)
+    return {"number": number, "score": score.model_dump(mode="json")}
+
+
+def run_campaign(
+    request: BlindRequest, said: Said = lambda *_: None
+) -> CampaignResult[CampaignScore]:
+    """Run the cases that are not done yet, and score all that are; raises as `run_cases`."""
+    # a vehicle that cannot be read is found before any case is made
+    subjects_of(request.vehicles, request.raw, request.out)
+    header = {
+        "schema": SCHEMA,
+        "vehicles": list(request.vehicles),
+        "calibration": request.calibration,
+        "run_s": request.run_s,
+        "code": code_digest(__name__, *module_names()),
+    }
+    return run_cases(request, header, partial(run_case, request=request), _scored, said)
+
+
+def _scored(lines: Sequence[Mapping[str, Any]]) -> CampaignScore:
+    return score_campaign(
+        [CaseScore.model_validate_json(json.dumps(line["score"])) for line in lines]
+    )

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.blind.goals import Miss
-from pipeline.blind.rates import QuantileFigure, Rate
-from pipeline.blind.score import BANDS, PAIR_BANDS, CampaignScore
-from pipeline.campaign.blind_campaign import BlindRequest, BlindResult
-from pipeline.campaign.page_block import write_csv
+from pipeline.blind.rates import QuantileFigure
+from pipeline.blind.score import CampaignScore
+from pipeline.campaign.blind_case import BlindRequest
+from pipeline.campaign.campaign import CampaignResult
+from pipeline.campaign.page import goal_table, write_csv, write_pictures, write_rates
 from pipeline.provenance import write_atomically
-from pipeline.report.blind import confusion_picture, rates_picture
 
 _DISTRUST = """\
 ## When to distrust this
@@ -24,53 +24,29 @@ _DISTRUST = """\
 - The directions and sizes of the effects are drawn from this program's idea of what is plausible.
 """
 
-#: Strata that stand side by side, under their title.
-_COLUMNS = (
-    ("One effect", tuple(f"gap {name}" for name, *_ in BANDS)),
-    ("Two effects", tuple(f"gap of the smaller one {name}" for name, *_ in PAIR_BANDS)),
-    ("With healthy runs and without", ("with healthy runs", "without healthy runs")),
-)
 
-
-def write_page(result: BlindResult, request: BlindRequest, page: Path) -> None:
+def write_page(result: CampaignResult[CampaignScore], request: BlindRequest, page: Path) -> None:
     """Write the page and its pictures beside it, each whole or not at all.
 
     Parameters
     ----------
-    result : BlindResult
+    result : CampaignResult
         The campaign.
     request : BlindRequest
         What was asked for, for the command on the page.
     page : Path
         ``*.md``; pictures go to ``images`` beside it.
     """
-    images = page.parent / "images"
-    images.mkdir(parents=True, exist_ok=True)
-    score = result.score
-    pictures = {
-        "blind-confusion.svg": confusion_picture(
-            score.confusion.truths, score.confusion.answers, score.confusion.counts
-        ),
-        "blind-rates.svg": rates_picture(
-            [
-                (f"{one.question}, {one.stratum}", one.share, one.low, one.high, one.met)
-                for one in score.rates
-                if one.share is not None and one.low is not None and one.high is not None
-                if one.met is not None
-            ]
-        ),
-    }
-    for name, content in pictures.items():
-        write_atomically(images / name, content)
+    write_pictures(page, "blind", result.score.rates, result.score.confusion)
     write_atomically(page, _text(result, request, page))
 
 
-def _text(result: BlindResult, request: BlindRequest, page: Path) -> str:
-    place, score = request.place, result.score
-    vehicles = " ".join(f"--vehicle {name}" for name in place.vehicles)
-    asked = " ".join(f"--only {number}" for number in request.only) or f"--cases {request.cases}"
+def _text(result: CampaignResult[CampaignScore], request: BlindRequest, page: Path) -> str:
+    score = result.score
+    vehicles = " ".join(f"--vehicle {name}" for name in request.vehicles)
     command = (
-        f"rig2sea blind {asked} --seed {place.seed} --run-s {place.run_s:g} {vehicles} --to DIR"
+        f"rig2sea blind {request.asked} --seed {request.seed} --run-s {request.run_s:g} "
+        f"{vehicles} --to DIR"
     )
     done = (
         f"{result.done} cases."
@@ -84,8 +60,8 @@ def _text(result: BlindResult, request: BlindRequest, page: Path) -> str:
         "<!-- Written by rig2sea blind --page; do not edit. -->",
         "",
         done,
-        f"Vehicles {', '.join(place.vehicles)}; seed {place.seed};",
-        f"six runs of {place.run_s:g} s in each case, two of them held out;",
+        f"Vehicles {', '.join(request.vehicles)}; seed {request.seed};",
+        f"six runs of {request.run_s:g} s in each case, two of them held out;",
         f"{result.not_made} could not be flown, {score.refused} were refused as hopeless;",
         f"made by the program with the digest {result.code}.",
         "The words of the tables are explained in docs/diagnosis.md, under How often it is right.",
@@ -98,8 +74,8 @@ def _text(result: BlindResult, request: BlindRequest, page: Path) -> str:
         "",
         "## Against the goals",
         "",
-        *_goals(score.goals),
-        *_tables(score.rates),
+        *goal_table(score.goals, "rate", digits=1),
+        *write_rates(page, score.rates),
         "![Rates with their bounds; orange: the goal is missed](images/blind-rates.svg)",
         "",
         "## Figures",
@@ -117,62 +93,6 @@ def _text(result: BlindResult, request: BlindRequest, page: Path) -> str:
         _DISTRUST,
     ]
     return "\n".join(lines)
-
-
-def _goals(goals: Sequence[Rate]) -> list[str]:
-    """Tabulate the rates that the goals are stated for."""
-    rows = [
-        f"| {one.stratum} | {one.question} | {_cell(one)} | {one.goal} |"
-        for one in goals
-        if one.cases
-    ]
-    return ["| cases | question | rate | goal |", "|---|---|---|---|", *rows, ""]
-
-
-def _tables(rates: Sequence[Rate]) -> list[str]:
-    """Set the rates of strata that are compared side by side, and list all others."""
-    left = [one for one in rates if one.cases]
-    lines: list[str] = []
-    for title, columns in _COLUMNS:
-        mine = [one for one in left if _column(one, columns) is not None]
-        left = [one for one in left if one not in mine]
-        if mine:
-            lines += [f"## {title}", "", *_beside(mine, columns), ""]
-    if left:
-        lines += ["## Further rates", "", "| question | rate | goal |", "|---|---|---|"]
-        lines += [f"| {one.question}; {one.stratum} | {_cell(one)} | {one.goal} |" for one in left]
-        lines.append("")
-    return lines
-
-
-def _column(one: Rate, columns: Sequence[str]) -> str | None:
-    return next((part for part in one.stratum.split(", ") if part in columns), None)
-
-
-def _beside(rates: Sequence[Rate], columns: Sequence[str]) -> list[str]:
-    """Tabulate rates with a column for each of some strata, in the order of the questions."""
-    rows: dict[str, dict[str, Rate]] = {}
-    for one in rates:
-        column = _column(one, columns)
-        rest = ", ".join(part for part in one.stratum.split(", ") if part != column)
-        row = rows.setdefault(f"{one.question}, {rest}" if rest else one.question, {})
-        row[column or ""] = one
-    lines = [
-        f"| question | {' | '.join(columns)} | goal |",
-        "|---" * (len(columns) + 2) + "|",
-    ]
-    for question, row in rows.items():
-        cells = [_cell(row[name]) if name in row else "" for name in columns]
-        goals = dict.fromkeys(row[name].goal for name in columns if name in row)
-        lines.append(f"| {question} | {' | '.join(cells)} | {'; '.join(filter(None, goals))} |")
-    return lines
-
-
-def _cell(one: Rate) -> str:
-    text = f"{one.yes} of {one.cases}"
-    if one.share is not None and one.low is not None and one.high is not None:
-        text += f" = {100 * one.share:.1f} % ({100 * one.low:.0f} to {100 * one.high:.0f} %)"
-    return text + {None: "", True: ", met", False: ", **missed**"}[one.met]
 
 
 def _figure_row(one: QuantileFigure) -> str:

@@ -1,14 +1,10 @@
 """Many cases in several processes, each as it comes; once stopped no waiting one is begun."""
 
 import os
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from multiprocessing import get_context
-from pathlib import Path
-from typing import Any, TypeVar
-
-from pipeline.campaign.result_lines import appending, read_lines
-from pipeline.stopping import stopped_by_sigterm
+from typing import TypeVar
 
 Case = TypeVar("Case")
 Result = TypeVar("Result")
@@ -44,42 +40,3 @@ def as_they_come(
             for future in waiting:
                 future.cancel()
             raise
-
-
-def lines_of_cases(
-    file: Path,
-    numbers: Collection[int],
-    run: Callable[[int], dict[str, Any]],
-    said: Callable[[int, int, str], None],
-    text_of: Callable[[dict[str, Any]], str],
-    *,
-    processes: int,
-) -> list[dict[str, Any]]:
-    """Run the cases that have no line in a file yet, and return the lines of all that are done.
-
-    Parameters
-    ----------
-    file : Path
-        Has a line for each case; what is done is added to it at once.
-    numbers : collection of int
-        The cases that are asked for.
-    run : callable
-        From a number to the line; another process must be able to import it.
-    said : callable
-        Told of every case: how many are done, how many there are, one line.
-    text_of : callable
-        That line.
-    processes : int
-        Cases at a time.
-    """
-    done = {line["number"]: line for line in read_lines(file) if line["number"] in numbers}
-    wanted = [number for number in numbers if number not in done]
-    with appending(file) as append, stopped_by_sigterm():
-        try:
-            for line in as_they_come(run, wanted, processes):
-                append(line)
-                done[line["number"]] = line
-                said(len(done), len(numbers), text_of(line))
-        except KeyboardInterrupt:
-            said(len(done), len(numbers), "stopped; --resume goes on from here")
-    return list(done.values())

@@ -1,80 +1,40 @@
-"""The measured blind check: effects put into runs that were flown, diagnosed, opened, scored.
-
-As in the generated one (`blind_campaign`), ``cases.jsonl`` has a line for each case that is done,
-labels are sealed until the verdict is on disk, and a campaign that was stopped goes on.
-"""
+"""The measured blind check: effects put into runs that were flown, diagnosed, opened, scored."""
 
 import hashlib
-import json
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
-from pipeline.blind.label import CaseLabel, TrueEffect, open_label, seal
+from pipeline.blind.label import CaseLabel, TrueEffect, seal
+from pipeline.blind.score import Score
 from pipeline.blind.verdict_score import score_case
-from pipeline.campaign.campaign_folder import claim_folder
-from pipeline.campaign.many_cases import lines_of_cases
+from pipeline.campaign.campaign import (
+    CampaignRequest,
+    CampaignResult,
+    Said,
+    diagnosed,
+    judged,
+    run_cases,
+)
 from pipeline.campaign.measured_cases import MeasuredCase, measured_case
-from pipeline.campaign.measured_score import MeasuredLine, MeasuredScore, score_measured
+from pipeline.campaign.measured_score import MeasuredLine, measured_lines, score_measured
 from pipeline.campaign.measured_subjects import MeasuredSubject, load_subjects
 from pipeline.effects.discovery import module_names
 from pipeline.errors import CannotComputeError
-from pipeline.provenance import code_digest, file_digest, write_atomically
+from pipeline.provenance import code_digest, file_digest
 
 SCHEMA = "rig2sea/blind_measured/1"
-CASES_FILE = "cases.jsonl"
 #: From what an engineer would have to the content of ``diagnosis.json``.
 Diagnose = Callable[[MeasuredCase], Mapping[str, Any]]
 
 
-@dataclass(frozen=True)
-class MeasuredRequest:
-    """What is asked for: `data` holds the measured vehicles, `to` is the campaign's folder."""
+@dataclass(frozen=True, kw_only=True)
+class MeasuredRequest(CampaignRequest):
+    """A campaign on the measured vehicles of a folder, `data`."""
 
     data: Path
-    to: Path
-    cases: int = 60
-    seed: int = 0
-    resume: bool = False
-    processes: int = 1
-    only: tuple[int, ...] = ()
-
-    @property
-    def numbers(self) -> Sequence[int]:
-        """Numbers of the cases that are asked for."""
-        return sorted(set(self.only)) or range(self.cases)
-
-
-@dataclass(frozen=True)
-class MeasuredResult:
-    """A campaign, finished or stopped."""
-
-    score: MeasuredScore
-    lines: tuple[MeasuredLine, ...]
-    wanted: int
-    not_made: int
-    to: Path
-    code: str
-
-    @property
-    def done(self) -> int:
-        """Cases that are over, those that could not be made included."""
-        return len(self.lines) + self.not_made
-
-    def to_json(self) -> dict[str, Any]:
-        """Return what ``rig2sea blind --measured --json`` prints."""
-        return {
-            "schema": SCHEMA,
-            "cases": self.done,
-            "wanted": self.wanted,
-            "not_made": self.not_made,
-            "to": str(self.to),
-            "code": self.code,
-            "score": self.score.model_dump(mode="json"),
-        }
 
 
 @cache
@@ -84,22 +44,11 @@ def subjects_of(data: Path, to: Path) -> tuple[MeasuredSubject, ...]:
 
 
 def diagnose_measured(case: MeasuredCase) -> Mapping[str, Any]:
-    """Diagnose the runs of a case; runs that are called hopeless give ``{"refused": reason}``."""
+    """Diagnose the runs of a case."""
     from pipeline.diagnose.case import Case
-    from pipeline.diagnose.engine import diagnose
 
-    subject = case.subject
-    try:
-        record = diagnose(
-            Case(
-                subject.vehicle.name, subject.vehicle, subject.packed, case.runs, (), case.healthy
-            ),
-            threads=1,
-        )
-    except CannotComputeError as error:
-        return {"refused": str(error)}
-    content: dict[str, Any] = record.model_dump(mode="json", exclude={"series"})
-    return content
+    one = case.subject
+    return diagnosed(Case(one.vehicle.name, one.vehicle, one.packed, case.runs, (), case.healthy))
 
 
 def run_case(
@@ -112,19 +61,9 @@ def run_case(
     except CannotComputeError as error:
         return {"number": number, "not_made": str(error)}
     name = f"case_{number:05d}"
-    sealed, verdict = (
-        request.to / "sealed" / f"{name}.json",
-        request.to / "verdicts" / name / "diagnosis.json",
-    )
+    sealed = request.to / "sealed" / f"{name}.json"
     seal(_label(case, request.seed), sealed)
-    began = time.perf_counter()
-    try:
-        content = diagnose(case)
-    except Exception as error:  # noqa: BLE001 - a fault of the program is no right answer, and told
-        content = {"refused": f"fault of the program: {type(error).__name__}: {error}"[:500]}
-    elapsed_s = time.perf_counter() - began
-    write_atomically(verdict, json.dumps(content))
-    label = open_label(sealed, verdict)
+    label, content, elapsed_s = judged(sealed, lambda: diagnose(case))
     line = MeasuredLine(
         number=number,
         subject=case.subject.name,
@@ -178,53 +117,22 @@ _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 def run_measured(
     request: MeasuredRequest,
-    said: Callable[[int, int, str], None] = lambda *_: None,
+    said: Said = lambda *_: None,
     diagnose: Diagnose = diagnose_measured,
-) -> MeasuredResult:
-    """Run the cases that are not done yet, and score all that are.
+) -> CampaignResult[Score]:
+    """Run the cases that are not done yet, and score all that are; raises as `run_cases`.
 
-    Parameters
-    ----------
-    request : MeasuredRequest
-        The campaign.
-    said : callable
-        Told of every case: how many are done, how many there are, one line.
-    diagnose : callable
-        What is judged.
-
-    Raises
-    ------
-    InputError
-        When the data cannot be read, or the folder holds a campaign and `resume` is not set, or
-        another campaign.
+    Also where the data cannot be read. `diagnose` is what is judged.
     """
-    subjects = subjects_of(request.data, request.to)
-    lines_file = request.to / CASES_FILE
-    code = code_digest("pipeline.campaign.measured_campaign", *module_names())
     header = {
         "schema": SCHEMA,
-        "seed": request.seed,
-        "vehicles": {one.name: len(one.runs) for one in subjects},
+        "vehicles": {one.name: len(one.runs) for one in subjects_of(request.data, request.to)},
         "data": _data_digest(request.data),
-        "code": code,
+        "code": code_digest(__name__, *module_names()),
     }
-    claim_folder(lines_file, header, resume=request.resume)
     run = partial(run_case, request=request, diagnose=diagnose)
-    lines = lines_of_cases(
-        lines_file, request.numbers, run, said, _line_text, processes=request.processes
-    )
-    told = tuple(
-        MeasuredLine.model_validate_json(json.dumps(line))
-        for line in sorted(lines, key=lambda one: one["number"])
-        if "score" in line
-    )
-    return MeasuredResult(
-        score_measured(told),
-        told,
-        len(request.numbers),
-        len(lines) - len(told),
-        request.to,
-        code,
+    return run_cases(
+        request, header, run, lambda lines: score_measured(measured_lines(lines)), said
     )
 
 
@@ -235,20 +143,3 @@ def _data_digest(data: Path) -> str:
         if path.suffix in {".mcap", ".npz", ".yaml"}:
             digest.update(f"{path.relative_to(data).as_posix()} {file_digest(path)}\n".encode())
     return digest.hexdigest()[:16]
-
-
-def _line_text(line: Mapping[str, Any]) -> str:
-    """One line for a person; the truth is told, since the case is over."""
-    if "not_made" in line:
-        return f"case {line['number']}: not made: {line['not_made']}"
-    score = line["score"]
-    told = "+".join(score["verdict"])
-    if line["told_thruster"]:
-        told += f" {line['told_thruster']}"
-    if score["ambiguous_with"]:
-        told += f" (or {', '.join(score['ambiguous_with'])})"
-    truth = "+".join(score["truth"]) + (f" {line['thruster']}" if line["thruster"] else "")
-    return (
-        f"case {line['number']}: {line['subject']}, {truth} at {line['size']:.1f} floors: "
-        f"{told}, {score['probability']:.2f}, {score['elapsed_s']:.0f} s"
-    )

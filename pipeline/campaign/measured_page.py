@@ -1,14 +1,12 @@
 """The result of a measured blind check as tables and pictures of a page."""
 
-from collections.abc import Sequence
 from pathlib import Path
 
-from pipeline.blind.rates import Rate
-from pipeline.campaign.measured_campaign import MeasuredRequest, MeasuredResult
-from pipeline.campaign.measured_score import MeasuredLine
-from pipeline.campaign.page_block import write_block, write_csv
-from pipeline.provenance import write_atomically
-from pipeline.report.blind import confusion_picture, rates_picture
+from pipeline.blind.score import Score
+from pipeline.campaign.campaign import CampaignResult
+from pipeline.campaign.measured_campaign import MeasuredRequest
+from pipeline.campaign.measured_score import MeasuredLine, measured_lines
+from pipeline.campaign.page import goal_table, write_block, write_csv, write_pictures, write_rates
 
 BLOCK, TITLE = "the measured campaign", "The measured blind check"
 _CASES_HEAD = (
@@ -17,82 +15,38 @@ _CASES_HEAD = (
 )
 
 
-def write_page(result: MeasuredResult, request: MeasuredRequest, page: Path) -> None:
+def write_page(result: CampaignResult[Score], request: MeasuredRequest, page: Path) -> None:
     """Write tables between the marks of a page, and pictures into `images` beside it.
 
     Parameters
     ----------
-    result : MeasuredResult
+    result : CampaignResult
         The campaign.
     request : MeasuredRequest
         What was asked for, for the command on the page.
     page : Path
         ``*.md``.
     """
-    images = page.parent / "images"
-    images.mkdir(parents=True, exist_ok=True)
     score = result.score
-    pictures = {
-        "measured-rates.svg": rates_picture(picture_rows(score.goals)),
-        "measured-confusion.svg": confusion_picture(
-            score.confusion.truths, score.confusion.answers, score.confusion.counts
-        ),
-    }
-    for name, content in pictures.items():
-        write_atomically(images / name, content)
+    write_pictures(page, "measured", score.goals, score.confusion)
     cases = page.with_name(f"{page.stem}_cases.csv")
-    write_csv(cases, [_CASES_HEAD, *(_row(line) for line in result.lines)])
-    write_block(page, BLOCK, TITLE, "\n".join([*_text(result, request), _led_to(cases)]))
-
-
-def picture_rows(rates: Sequence[Rate]) -> list[tuple[str, float, float, float, bool]]:
-    """Make the rows of a picture of those rates that have a goal."""
-    return [
-        (f"{one.question}, {one.stratum}", one.share, one.low, one.high, one.met)
-        for one in rates
-        if one.share is not None and one.low is not None and one.high is not None
-        if one.met is not None
-    ]
-
-
-def goal_table(rates: Sequence[Rate]) -> list[str]:
-    """Tabulate rates with their bounds and goals."""
-    rows = [
-        f"| {one.stratum} | {one.question} | {_cell(one)} | {one.goal} |"
-        for one in rates
-        if one.cases
-    ]
-    return ["| cases | question | rate (95 %) | goal |", "|---|---|---|---|", *rows, ""]
-
-
-def _cell(one: Rate) -> str:
-    text = f"{one.yes} of {one.cases}"
-    if one.share is not None and one.low is not None and one.high is not None:
-        text += f" = {100 * one.share:.0f} % ({100 * one.low:.0f} to {100 * one.high:.0f} %)"
-    return text + {None: "", True: ", met", False: ", **missed**"}[one.met]
-
-
-def _text(result: MeasuredResult, request: MeasuredRequest) -> list[str]:
-    score = result.score
-    asked = " ".join(f"--only {number}" for number in request.only) or f"--cases {request.cases}"
-    return [
+    write_csv(cases, [_CASES_HEAD, *(_row(line) for line in measured_lines(result.lines))])
+    text = [
         f"{result.done} of {result.wanted} cases of seed {request.seed};",
         f"{result.not_made} could not be made, {score.refused} were refused;",
         f"by the program with the digest {result.code}. Again with",
         "",
-        f"    rig2sea blind --measured DATA {asked} --seed {request.seed} --to DIR",
+        f"    rig2sea blind --measured DATA {request.asked} --seed {request.seed} --to DIR",
         "",
         *goal_table(score.goals),
         "![Rates with their bounds; orange: the goal is missed](images/measured-rates.svg)",
         "",
-        *goal_table(score.rates),
+        *write_rates(page, score.rates),
         "![Truth against answer](images/measured-confusion.svg)",
         "",
+        f"Every case, what was put in and what was said: [{cases.name}]({cases.name}).",
     ]
-
-
-def _led_to(cases: Path) -> str:
-    return f"Every case, what was put in and what was said: [{cases.name}]({cases.name})."
+    write_block(page, BLOCK, TITLE, "\n".join(text))
 
 
 def _row(line: MeasuredLine) -> tuple[str, ...]:

@@ -1,10 +1,11 @@
 """What the measured blind check is judged by: every case a line, and rates against the goals."""
 
-from collections.abc import Iterable, Sequence
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-from pipeline.blind.goals import at_least, at_most, between
-from pipeline.blind.rates import Rate, rate
-from pipeline.blind.score import Confusion, confusion
+from pipeline.blind.rates import Goal, Rate, at_least, at_most, between, rate
+from pipeline.blind.score import Score, confusion
 from pipeline.blind.verdict_score import CaseScore
 from pipeline.records.base import Record
 
@@ -66,17 +67,12 @@ class MeasuredLine(Record):
         return sure and bool(named - COMMON_THRUST)
 
 
-class MeasuredScore(Record):
-    """The result of a measured blind check."""
-
-    cases: int
-    refused: int
-    goals: tuple[Rate, ...]
-    rates: tuple[Rate, ...]
-    confusion: Confusion
+def measured_lines(lines: Iterable[Mapping[str, Any]]) -> list[MeasuredLine]:
+    """Read the lines of a campaign's file that have a score."""
+    return [MeasuredLine.model_validate_json(json.dumps(line)) for line in lines]
 
 
-def score_measured(lines: Sequence[MeasuredLine]) -> MeasuredScore:
+def score_measured(lines: Sequence[MeasuredLine]) -> Score:
     """Put the lines of a campaign together."""
     put = [line for line in lines if line.kind != "none"]
     calm = [line for line in lines if line.kind == "none"]
@@ -84,75 +80,27 @@ def score_measured(lines: Sequence[MeasuredLine]) -> MeasuredScore:
     weak = [line for line in put if line.effect == "thruster_degraded" and line.size >= CLEAR]
     other = [line for line in put if line.effect != "thruster_degraded" and line.size >= CLEAR]
     covered = [one.inside for line in put for one in line.score.intervals]
-    goals = (
-        rate(
-            "thruster first, 0.5 or more",
-            f"a thruster weak, {CLEAR:g} floors or more",
-            (line.first for line in weak),
-            ">= 90 %",
-            at_least(0.90),
-        ),
-        rate(
-            "truth in the answer set",
-            f"a thruster weak, {CLEAR:g} floors or more",
-            (line.in_set for line in weak),
-            ">= 98 %",
-            at_least(0.98),
-        ),
-        rate(
-            "effect first, 0.5 or more",
-            f"another effect, {CLEAR:g} floors or more",
-            (line.first for line in other),
-            ">= 70 %",
-            at_least(0.70),
-        ),
-        rate(
-            "truth in the answer set",
-            f"another effect, {CLEAR:g} floors or more",
-            (line.in_set for line in other),
-            ">= 95 %",
-            at_least(0.95),
-        ),
-        rate(
-            "surely wrong",
-            "all effects put in",
-            (line.surely_wrong for line in put),
-            "<= 2 %",
-            at_most(0.02),
-        ),
-        rate(
-            "a sure effect",
-            "runs as they are",
-            (line.sure_effect for line in calm),
-            "0",
-            at_most(0.0),
-        ),
-        rate(
-            "95 % intervals cover the size",
-            "right answers",
-            covered,
-            "90-98 %",
-            between(0.90, 0.98),
-        ),
-        rate(
-            "answered, neither refused nor a fault of the program",
-            "all cases",
-            (not line.score.refused for line in lines),
-            "100 %",
-            at_least(1.0),
-        ),
-        rate(
-            "named",
-            "a thruster commanded and without effect",
-            (line.first for line in dead),
-            "100 %",
-            at_least(1.0),
-        ),
+    of_weak, of_other = (
+        f"{what}, {CLEAR:g} floors or more" for what in ("a thruster weak", "another effect")
     )
-    return MeasuredScore(
+    in_set, wrong, as_flown = "truth in the answer set", "surely wrong", "runs as they are"
+    answered = "answered, neither refused nor a fault of the program"
+    calm_goal, whole = Goal("0", high=0.0), Goal("100 %", low=1.0)
+    asked = (
+        ("thruster first, 0.5 or more", of_weak, (one.first for one in weak), at_least(0.90)),
+        (in_set, of_weak, (one.in_set for one in weak), at_least(0.98)),
+        ("effect first, 0.5 or more", of_other, (one.first for one in other), at_least(0.70)),
+        (in_set, of_other, (one.in_set for one in other), at_least(0.95)),
+        (wrong, "all effects put in", (one.surely_wrong for one in put), at_most(0.02)),
+        ("a sure effect", as_flown, (one.sure_effect for one in calm), calm_goal),
+        ("95 % intervals cover the size", "right answers", covered, between(0.90, 0.98)),
+        (answered, "all cases", (not one.score.refused for one in lines), whole),
+        ("named", "a thruster commanded and without effect", (one.first for one in dead), whole),
+    )
+    return Score(
         cases=len(lines),
         refused=sum(bool(line.score.refused) for line in lines),
-        goals=goals,
+        goals=tuple(rate(*question) for question in asked),
         rates=tuple(_rates(put, calm)),
         confusion=confusion([line.score for line in lines], lambda one: "+".join(one.verdict)),
     )

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,8 +12,8 @@ from pipeline.language import translate
 
 if TYPE_CHECKING:
     from pipeline.blind.rates import Rate
-    from pipeline.campaign.blind_campaign import BlindResult
-    from pipeline.campaign.measured_campaign import MeasuredRequest
+    from pipeline.blind.score import Score
+    from pipeline.campaign.campaign import CampaignResult
 
 
 @click.command()
@@ -110,49 +110,34 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
       rig2sea blind --only 368 --seed 1 --to one-case --keep-logs
       rig2sea blind --measured data --cases 120 --to measured --resume
     """
-    from pipeline.campaign.blind_campaign import BlindRequest, run_campaign
-    from pipeline.campaign.blind_case import BlindPlace
-    from pipeline.campaign.blind_subjects import USUAL
-    from pipeline.campaign.measured_campaign import MeasuredRequest
+    from pipeline.campaign import blind_case, blind_page, measured_campaign, measured_page
 
+    what = {"cases": cases, "seed": seed, "resume": resume, "processes": processes, "only": only}
+    result: CampaignResult[Any]
     if data is not None:
         if vehicles or keep_logs:
             raise click.UsageError(
                 "--vehicle and --keep-logs belong to generated cases, not to --measured."
             )
-        measured = MeasuredRequest(
-            data,
-            to or out / "processed" / "blind_measured",
-            cases,
-            seed,
-            resume=resume,
-            processes=processes,
-            only=only,
-        )
-        _measured(measured, page, as_json=as_json)
-        return
-    request = BlindRequest(
-        cases,
-        BlindPlace(
-            raw,
-            out,
-            to or out / "processed" / "blind",
-            vehicles or USUAL,
-            seed,
+        to = to or out / "processed" / "blind_measured"
+        measured = measured_campaign.MeasuredRequest(to=to, data=data, **what)
+        result = measured_campaign.run_measured(measured, _said)
+        if page is not None:
+            measured_page.write_page(result, measured, page)
+    else:
+        request = blind_case.BlindRequest(
+            to=to or out / "processed" / "blind",
+            raw=raw,
+            out=out,
+            vehicles=vehicles or blind_case.USUAL,
             baselines=baselines,
             keep_logs=keep_logs,
             run_s=run_s,
-        ),
-        resume=resume,
-        processes=processes,
-        only=only,
-    )
-
-    result = run_campaign(request, _said)
-    if page is not None:
-        from pipeline.campaign.blind_page import write_page
-
-        write_page(result, request, page)
+            **what,
+        )
+        result = blind_case.run_campaign(request, _said)
+        if page is not None:
+            blind_page.write_page(result, request, page)
     if as_json:
         click.echo(json.dumps(result.to_json(), indent=1))
     else:
@@ -165,29 +150,6 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
 
 def _said(done: int, wanted: int, line: str) -> None:
     click.echo(f"[{done}/{wanted}] {translate(line)}", err=True)
-
-
-def _measured(request: "MeasuredRequest", page: Path | None, *, as_json: bool) -> None:
-    """Run the campaign on measured runs."""
-    from pipeline.campaign.measured_campaign import run_measured
-
-    result = run_measured(request, _said)
-    if page is not None:
-        from pipeline.campaign.measured_page import write_page
-
-        write_page(result, request, page)
-    if as_json:
-        click.echo(json.dumps(result.to_json(), indent=1))
-    else:
-        lines = [
-            f"{result.done} of {result.wanted} cases done, {result.not_made} could not be made"
-        ]
-        lines += _rates(result.score.goals)
-        click.echo(translate("\n".join([*lines, str(result.to)])))
-        if page is not None:
-            click.echo(str(page))
-    if result.done < result.wanted:  # stopped: a script must not take it for a whole campaign
-        raise click.exceptions.Exit(1)
 
 
 def _rates(rates: "Iterable[Rate]") -> list[str]:
@@ -204,8 +166,8 @@ def _rates(rates: "Iterable[Rate]") -> list[str]:
     return lines
 
 
-def _text(result: "BlindResult") -> str:
-    lines = [f"{result.done} of {result.wanted} cases done, {result.not_made} could not be flown"]
+def _text(result: "CampaignResult[Score]") -> str:
+    lines = [f"{result.done} of {result.wanted} cases done, {result.not_made} could not be made"]
     lines += _rates(result.score.goals)
     lines += [
         f"  {figure.question}; {figure.stratum}: median {figure.median:.3g}, "

@@ -88,7 +88,7 @@ def _bench(
     known: set[str | None] = set()
 
     def read(thruster_type: str, stage: str, kind: type[R]) -> R:
-        record, inputs = _result(typed_name(name, thruster_type), out, stage, kind)
+        record, inputs = bench_result(typed_name(name, thruster_type), out, stage, kind)
         known.add(inputs.get(f"raw/{name}/{VEHICLE_FILE}"))
         return record
 
@@ -110,7 +110,7 @@ def load_inverse(name: str, out: Path) -> InverseCharacteristic:
     CannotComputeError
         When the bench gave none.
     """
-    record, _ = _result(name, out, "inverse", InverseCharacteristic)
+    record, _ = bench_result(name, out, "inverse", InverseCharacteristic)
     return record
 
 
@@ -119,8 +119,14 @@ def load_inverses(vehicle: Vehicle, name: str, out: Path) -> dict[str, InverseCh
     return {one: load_inverse(typed_name(name, one), out) for one in vehicle.used_types}
 
 
-def _result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, dict[str, str]]:
-    """Read a stage's record and the digests of what it was made from."""
+def bench_result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, dict[str, str]]:
+    """Read a stage's record and the digests of what it was made from.
+
+    Raises
+    ------
+    CannotComputeError
+        When it is not there, or the bench gave none.
+    """
     path = out / processed_file(name, stage)
     remedy = f"Run `rig2sea run {name}` first."
     if not path.is_file():

@@ -49,6 +49,11 @@ class PackedVehicle:
         """Names in the order of the commands' columns."""
         return self.context.thruster_names
 
+    @property
+    def tables(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """What every kernel takes in this order: strips, thrust, screws, torque, grids."""
+        return self.strips, self.thrust_tables, self.screws, self.torque_tables, self.steps
+
     def fastest_shaft_rate(self, kind: int, density_kgpm3: float) -> float:
         """Largest (dM_propeller/dn - dM_drive/dn) / (2 pi) over a drive's table. [kg m^2/s].
 

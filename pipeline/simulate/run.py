@@ -137,6 +137,45 @@ def run(
         For commands that are not finite or not (m, n), and when the state leaves the finite
         numbers: the step is too large for this vehicle.
     """
+    p = packed.vector if vector is None else vector
+    codes = checked_codes(packed, commands, p, dt_s, start_time_s=start_time_s, method=method)
+    outside = np.zeros((1, 6)) if external is None else np.ascontiguousarray(external, float)
+    begin = initial_state() if start is None else np.array(start, float)
+    states = np.empty((len(codes) + 1, STATE))
+    accelerations = np.empty((len(codes) + 1, 6))
+    thrusts = np.empty((len(codes) + 1, MOST_THRUSTERS))
+    simulate(
+        p,
+        begin,
+        codes,
+        outside,
+        float(dt_s),
+        _METHODS[method],
+        *packed.tables,
+        states,
+        accelerations,
+        thrusts,
+    )
+    if not np.isfinite(states[-1]).all():
+        last = int(np.argmax(~np.isfinite(states).all(axis=1)))
+        raise CannotComputeError(
+            f"the simulation of {packed.name} left the finite numbers at "
+            f"{start_time_s + last * dt_s:.3f} s: a step of {dt_s:g} s is too large for this "
+            "vehicle's fastest motion; try half of it"
+        )
+    return trajectory(packed, codes, states, accelerations, thrusts, dt_s, start_time_s)
+
+
+def checked_codes(
+    packed: PackedVehicle,
+    commands: FloatArray,
+    vector: FloatArray,
+    dt_s: float,
+    *,
+    start_time_s: float,
+    method: Method = "rk4",
+) -> FloatArray:
+    """Return commands (m, n) as the kernel takes them, (m, 12); raises as `run`."""
     count = len(packed.thruster_names)
     codes = np.asarray(commands, float)
     if codes.ndim != 2 or codes.shape[1] != count or not len(codes):
@@ -150,8 +189,7 @@ def run(
             f"the command of {packed.thruster_names[column]} at {row * dt_s + start_time_s:.3f} s "
             "is not a number"
         )
-    if not (np.isfinite(dt_s) and dt_s > 0.0):
-        raise CannotComputeError(f"a step of {dt_s:g} s cannot be; a time above zero is expected")
+    check_step(dt_s)
     limit = largest_step_s(packed, vector, method)
     if dt_s > limit:
         raise CannotComputeError(
@@ -160,41 +198,33 @@ def run(
         )
     padded = np.zeros((len(codes), MOST_THRUSTERS))
     padded[:, :count] = codes
-    outside = np.zeros((1, 6)) if external is None else np.ascontiguousarray(external, float)
-    begin = initial_state() if start is None else np.array(start, float)
-    states = np.empty((len(codes) + 1, STATE))
-    accelerations = np.empty((len(codes) + 1, 6))
-    thrusts = np.empty((len(codes) + 1, MOST_THRUSTERS))
-    simulate(
-        packed.vector if vector is None else vector,
-        begin,
-        padded,
-        outside,
-        float(dt_s),
-        _METHODS[method],
-        packed.strips,
-        packed.thrust_tables,
-        packed.screws,
-        packed.torque_tables,
-        packed.steps,
-        states,
-        accelerations,
-        thrusts,
-    )
-    if not np.isfinite(states[-1]).all():
-        last = int(np.argmax(~np.isfinite(states).all(axis=1)))
-        raise CannotComputeError(
-            f"the simulation of {packed.name} left the finite numbers at "
-            f"{start_time_s + last * dt_s:.3f} s: a step of {dt_s:g} s is too large for this "
-            "vehicle's fastest motion; try half of it"
-        )
+    return padded
+
+
+def check_step(dt_s: float) -> None:
+    """Refuse a step that is none."""
+    if not (np.isfinite(dt_s) and dt_s > 0.0):
+        raise CannotComputeError(f"a step of {dt_s:g} s cannot be; a time above zero is expected")
+
+
+def trajectory(  # noqa: PLR0917 - what the kernel filled
+    packed: PackedVehicle,
+    codes: FloatArray,
+    states: FloatArray,
+    accelerations: FloatArray,
+    thrusts: FloatArray,
+    dt_s: float,
+    start_time_s: float,
+) -> Trajectory:
+    """Return a run from what the kernel took and filled."""
+    count = len(packed.thruster_names)
     return Trajectory(
-        time_s=start_time_s + dt_s * np.arange(len(codes) + 1, dtype=float),
+        time_s=start_time_s + dt_s * np.arange(len(states), dtype=float),
         position_ned_m=states[:, 0:3],
         quaternion=states[:, 3:7],
         nu=states[:, 7:13],
         nu_dot=accelerations,
-        command=np.concatenate([codes, codes[-1:]]),
+        command=np.concatenate([codes[:, :count], codes[-1:, :count]]),
         actuator=states[:, BODY : BODY + count],
         thrust_n=thrusts[:, :count],
         final_state=states[-1].copy(),

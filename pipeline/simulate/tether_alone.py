@@ -10,10 +10,10 @@ from pipeline.physics.tether_cable import Cable
 from pipeline.physics.tether_static import solve_tether
 from pipeline.physics.winch import Winch
 from pipeline.simulate import kernel_swing as kernel
+from pipeline.simulate.run import check_step
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState
 from pipeline.simulate.tether_arrays import (
     TetherRecord,
-    check_step,
     history,
     prepare,
     refuse,
@@ -71,7 +71,7 @@ def hang(
     if settle_s <= 0:
         return state
     steps = max(int(np.ceil(settle_s / 0.1)), 1)
-    settled = _swing(
+    settled = swing(
         tether,
         state,
         steps=steps,
@@ -146,6 +146,7 @@ def swing(
     current_profile: FloatArray | None = None,
     winch: Winch | None = None,
     winch_command: ArrayLike = 0.0,
+    settle: bool = False,
 ) -> TetherHistory:
     """Simulate a tether without a vehicle.
 
@@ -170,6 +171,8 @@ def swing(
         At the top.
     winch_command : float or ndarray, shape (steps,)
         u, between -1 and 1. [-]
+    settle : bool
+        Whether the nodes are stopped at each peak of their energy, which brings them to rest.
 
     Raises
     ------
@@ -177,37 +180,6 @@ def swing(
         A number is not one, the step is too large, or more cable was paid out than there is
         room for.
     """
-    return _swing(
-        tether,
-        state,
-        steps=steps,
-        dt_s=dt_s,
-        lower=lower,
-        current_mps=current_mps,
-        top_velocity_mps=top_velocity_mps,
-        lower_velocity_mps=lower_velocity_mps,
-        current_profile=current_profile,
-        winch=winch,
-        winch_command=winch_command,
-    )
-
-
-def _swing(
-    tether: LumpedMassTether,
-    state: TetherState,
-    *,
-    steps: int,
-    dt_s: float,
-    lower: Literal["free", "held"],
-    current_mps: FloatArray,
-    top_velocity_mps: FloatArray | None = None,
-    lower_velocity_mps: FloatArray | None = None,
-    current_profile: FloatArray | None = None,
-    winch: Winch | None = None,
-    winch_command: ArrayLike = 0.0,
-    settle: bool = False,
-) -> TetherHistory:
-    """`swing`, or with `settle` the relaxation to rest."""
     check_step(dt_s)
     inputs = prepare(
         tether,

@@ -173,12 +173,6 @@ def history(
     )
 
 
-def check_step(dt_s: float) -> None:
-    """Refuse a step that is none."""
-    if not (np.isfinite(dt_s) and dt_s > 0):
-        raise CannotComputeError(f"A step of {dt_s:g} s cannot be; expected a time above zero.")
-
-
 def refuse_short(length_m: float, top: FloatArray, lower: FloatArray) -> None:
     """Refuse a tether that does not reach from its top to its lower end."""
     distance = float(np.linalg.norm(lower - top))

@@ -9,15 +9,14 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.physics.winch import Winch
-from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.kernel import STATE
 from pipeline.simulate.kernel_tethered import simulate_tethered
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Trajectory, initial_state, largest_step_s
+from pipeline.simulate.run import Trajectory, checked_codes, initial_state, trajectory
 from pipeline.simulate.tether import LumpedMassTether, TetherHistory, TetherState, lumped_tether
 from pipeline.simulate.tether_alone import hang
 from pipeline.simulate.tether_arrays import (
     TetherRecord,
-    check_step,
     history,
     prepare,
     refuse,
@@ -93,16 +92,9 @@ def fly_tethered(
     Fourth order (RK4) in the sub-steps that the tether needs, as long as no segment goes slack or
     taut; first order with a winch.
     """
-    check_step(dt_s)
-    codes = _codes(packed, commands, dt_s, start_time_s)
-    steps, thrusters = codes.shape
     p = packed.vector if vector is None else np.asarray(vector, float)
-    limit = largest_step_s(packed, p)
-    if dt_s > limit:
-        raise CannotComputeError(
-            f"a step of {dt_s:g} s is too large for the shafts of {packed.name}, whose torque "
-            f"balance is solved in time: at most {limit:.2g} s"
-        )
+    codes = checked_codes(packed, commands, p, dt_s, start_time_s=start_time_s)
+    steps = len(codes)
     cable = tether
     if isinstance(cable, Tether):
         cable = lumped_tether(
@@ -131,8 +123,6 @@ def fly_tethered(
         winch=winch,
         winch_command=winch_command,
     )
-    padded = np.zeros((steps, MOST_THRUSTERS))
-    padded[:, :thrusters] = codes
     states = np.empty((steps + 1, STATE))
     accelerations, wrenches = np.empty((steps + 1, 6)), np.empty((steps + 1, 6))
     thrusts = np.empty((steps + 1, MOST_THRUSTERS))
@@ -140,14 +130,10 @@ def fly_tethered(
     status = simulate_tethered(
         p,
         begin,
-        padded,
+        codes,
         _external(external, steps),
         float(dt_s),
-        packed.strips,
-        packed.thrust_tables,
-        packed.screws,
-        packed.torque_tables,
-        packed.steps,
+        *packed.tables,
         prepared.cable,
         prepared.winch,
         prepared.profile,
@@ -169,38 +155,8 @@ def fly_tethered(
     )
     refuse(status, cable, dt_s, name=f"{packed.name} on its tether")
     tether_run = history(record, prepared, dt_s=dt_s, start_time_s=start_time_s, wrench=wrenches)
-    trajectory = Trajectory(
-        time_s=tether_run.time_s,
-        position_ned_m=states[:, 0:3],
-        quaternion=states[:, 3:7],
-        nu=states[:, 7:13],
-        nu_dot=accelerations,
-        command=np.concatenate([codes, codes[-1:]]),
-        actuator=states[:, BODY : BODY + thrusters],
-        thrust_n=thrusts[:, :thrusters],
-        final_state=states[-1].copy(),
-    )
-    return trajectory, tether_run
-
-
-def _codes(
-    packed: PackedVehicle, commands: FloatArray, dt_s: float, start_time_s: float
-) -> FloatArray:
-    """Return checked commands (m, n)."""
-    count = len(packed.thruster_names)
-    codes = np.asarray(commands, float)
-    if codes.ndim != 2 or codes.shape[1] != count or not len(codes):
-        raise CannotComputeError(
-            f"commands of shape {codes.shape} were given; (steps, {count}) are expected, one "
-            f"column for each of {', '.join(packed.thruster_names)}"
-        )
-    if not np.isfinite(codes).all():
-        row, column = np.argwhere(~np.isfinite(codes))[0]
-        raise CannotComputeError(
-            f"the command of {packed.thruster_names[column]} at {row * dt_s + start_time_s:.3f} s "
-            "is not a number"
-        )
-    return codes
+    flown = trajectory(packed, codes, states, accelerations, thrusts, dt_s, start_time_s)
+    return flown, tether_run
 
 
 def _external(external: FloatArray | None, steps: int) -> FloatArray:

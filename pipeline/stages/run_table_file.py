@@ -7,8 +7,6 @@ follow from rate and start. The same table gives the same bytes.
 
 import io
 import json
-import os
-import tempfile
 import zipfile
 import zlib
 from collections.abc import Mapping
@@ -19,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import InputError, Place
-from pipeline.provenance import unwritable
+from pipeline.provenance import write_atomically
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 
@@ -90,7 +88,7 @@ def write_tables(path: Path, tables: Mapping[str, RunTable]) -> None:
             info = zipfile.ZipInfo(f"{member}.npy")
             info.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(info, inside.getvalue(), compresslevel=1)
-    write_bytes_atomically(path, buffer.getvalue())
+    write_atomically(path, buffer.getvalue())
 
 
 def _stored(values: FloatArray) -> FloatArray | npt.NDArray[np.float32]:
@@ -169,30 +167,3 @@ def _list(value: object) -> list[object]:
     if not isinstance(value, list):
         raise TypeError("a list is expected")
     return value
-
-
-def write_bytes_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that readers see the old one or the whole new one.
-
-    Raises
-    ------
-    InputError
-        When the place cannot be written.
-    """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor, temporary = tempfile.mkstemp(
-            dir=path.parent, prefix=f".{path.name[:80]}.", suffix=".part"
-        )
-        try:
-            with os.fdopen(descriptor, "wb") as file:
-                file.write(content)
-            umask = os.umask(0)
-            os.umask(umask)
-            Path(temporary).chmod(0o666 & ~umask)
-            Path(temporary).replace(path)
-        except BaseException:
-            Path(temporary).unlink(missing_ok=True)
-            raise
-    except OSError as error:
-        raise unwritable(path, error) from error

@@ -7,15 +7,14 @@ there now, whatever the times of files say. What does not fit is removed and mad
 import errno
 import os
 import shutil
-from collections.abc import Callable, Mapping, Sequence
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
 
-from pipeline.errors import InputError
-from pipeline.plan import MISNAMED, RAW_KINDS, RECEIPT_STAGES, VehicleFolder, processed_file
-from pipeline.provenance import code_digest, file_digest, read_raw_envelope, read_tables, unwritable
+from pipeline.plan import MISNAMED, RAW_KINDS, VEHICLE_FILE, VehicleFolder, processed_file
+from pipeline.provenance import code_digest, unwritable
 from pipeline.stage_table import STAGES, stages_of
+from pipeline.workflow.known_files import KnownFiles, misfits
 
 
 def due_stages(
@@ -24,6 +23,7 @@ def due_stages(
     wanted: frozenset[str],
     code: Callable[[str], str] = code_digest,
     *,
+    known: KnownFiles | None = None,
     force: bool = False,
 ) -> tuple[str, ...]:
     """Return the stages of a vehicle whose results are missing or do not fit, in order.
@@ -38,6 +38,8 @@ def due_stages(
         The stages that are looked at, with all that they need.
     code : callable
         Digest of the code of a module, which takes its time: kept by who asks for many vehicles.
+    known : KnownFiles, optional
+        Digests from earlier runs.
     force : bool
         All of them are to be made anew.
 
@@ -47,7 +49,7 @@ def due_stages(
         When a folder stands where a result belongs.
     """
     due: list[str] = []
-    digest = cache(file_digest)
+    known = KnownFiles() if known is None else known
     for stage in stages_of("vehicle"):
         if stage not in wanted:
             continue
@@ -56,7 +58,7 @@ def due_stages(
             raise unwritable(path, IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR)))
         after = not set(due).isdisjoint(STAGES[stage].needs)
         of = code(f"pipeline.stages.{stage}")
-        if force or after or not _is_fresh(path, stage, of, vehicle, out, digest):
+        if force or after or not _is_fresh(path, stage, of, vehicle, out, known):
             due.append(stage)
     return tuple(due)
 
@@ -75,45 +77,24 @@ def remove_results(vehicle: VehicleFolder, out: Path, due: Sequence[str]) -> Non
 
 
 def _is_fresh(  # noqa: PLR0917 - one caller
-    path: Path,
-    stage: str,
-    code: str,
-    vehicle: VehicleFolder,
-    out: Path,
-    digest: Callable[[Path], str],
+    path: Path, stage: str, code: str, vehicle: VehicleFolder, out: Path, known: KnownFiles
 ) -> bool:
-    try:
-        body = (
-            read_tables(path)["provenance"] if stage == "tables" else read_raw_envelope(path, stage)
-        )
-        if body["code"] != code:
-            return False
-        if stage in RAW_KINDS and not _are_the_files(body, stage, vehicle, out):
-            return False
-        prefix, raw_folder = vehicle.digest_prefix, out / vehicle.folder
-        made_from: Mapping[str, str] = body["inputs"]
-        for name, known in made_from.items():
-            is_raw = name.startswith(prefix)
-            if digest(raw_folder / name.removeprefix(prefix) if is_raw else out / name) != known:
-                return False
-        if stage in RECEIPT_STAGES and body["record"] is not None:
-            files: Mapping[str, str] = body["record"]["files"]
-            return all(digest(out / name) == files[name] for name in files)
-    except (InputError, KeyError, TypeError, AttributeError, ValueError):
+    head = known.head(path, stage)
+    if head is None:
         return False
-    return True
+    expected = None
+    if stage in RAW_KINDS:
+        expected = {f"{vehicle.digest_prefix}{VEHICLE_FILE}", *vehicle.digest_names(stage, out)}
+        shown = vehicle.digest_prefix.removeprefix("raw/")
+        room = f"{shown}{stage}/{vehicle.thruster_type}/".replace("//", "/")
+        badly = {room + name for name in vehicle.misnamed_files(stage, out)}
+        if badly != {one["place"]["file"] for one in head.problems if one["what"] == MISNAMED}:
+            return False
+    place = partial(place_of, vehicle, out)
+    return next(misfits(head, code, place, known.digest, expected), None) is None
 
 
-def _are_the_files(body: Mapping[str, Any], kind: str, vehicle: VehicleFolder, out: Path) -> bool:
-    """Whether a result is of the raw files there are, those counted that have a bad name."""
-    room = f"{vehicle.digest_prefix}{kind}/"
-    read = {name for name in body["inputs"] if name.startswith(room)}
-    shown = f"{room.removeprefix('raw/')}{vehicle.thruster_type}/".replace("//", "/")
-    badly = {shown + name for name in vehicle.misnamed_files(kind, out)}
-    return read == vehicle.digest_names(kind, out) and _named_badly(body) == badly
-
-
-def _named_badly(body: Mapping[str, Any]) -> set[str]:
-    """Return the raw files that a result says were not read for their names."""
-    problems = (*body["problems"], *(body["record"] or {}).get("problems", ()))
-    return {one["place"]["file"] for one in problems if one["what"] == MISNAMED}
+def place_of(vehicle: VehicleFolder, out: Path, name: str) -> Path:
+    """Return where the file lies that results of a vehicle call by a name."""
+    inside = name.removeprefix(vehicle.digest_prefix)
+    return out / name if inside == name else out / vehicle.folder / inside

@@ -1,4 +1,7 @@
-"""Digests of large files and heads of results, remembered from run to run.
+"""What a result was made from, and whether it still fits; digests are remembered from run to run.
+
+A result fits where this code made it of these files as they are now: `misfits` alone says so, for
+stages, runs, days and ``rig2sea why``.
 
 Two hundred logs of a season are gigabytes: a run that has nothing to do must not read them again.
 A file is known by its size, its times (that of the last change of its entry too, which no program
@@ -9,13 +12,19 @@ without it, or with a broken one, everything is read.
 import json
 import os
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError
-from pipeline.provenance import UNREADABLE, file_digest, read_raw_envelope, write_atomically
+from pipeline.provenance import (
+    UNREADABLE,
+    file_digest,
+    read_raw_envelope,
+    read_tables,
+    write_atomically,
+)
 
 #: A file that changed less than this ago may change again without a sign. [ns]
 _YOUNG_NS = 100_000_000
@@ -27,11 +36,67 @@ class Head:
     """What a processed file says of itself, without its numbers."""
 
     code: str
-    inputs: Mapping[str, str]
-    files: Mapping[str, str]
+    inputs: dict[str, str]
+    files: dict[str, str]
     why_not: str | None
     problems: tuple[Mapping[str, Any], ...]
     """Those of the file and of its record."""
+
+
+def read_head(path: Path, kind: str) -> Head:
+    """Read what a processed file says of itself.
+
+    Raises
+    ------
+    InputError
+        When it is absent, half-written, edited by hand, or something else.
+    """
+    if kind == "tables":
+        body = {"record": None, "why_not": None, "problems": ()} | read_tables(path)["provenance"]
+    else:
+        body = read_raw_envelope(path, kind)
+    record = body["record"] or {}
+    return Head(
+        str(body["code"]),
+        dict(body["inputs"]),
+        dict(record.get("files", {})),
+        body["why_not"],
+        (*body["problems"], *record.get("problems", ())),
+    )
+
+
+def misfits(
+    head: Head,
+    code: str,
+    place: Callable[[str], Path],
+    digest: Callable[[Path], str],
+    expected: Collection[str] | None = None,
+) -> Iterator[str]:
+    """Yield each reason why a result does not fit what there is now; none where it does.
+
+    Parameters
+    ----------
+    head : Head
+        What the result says of itself.
+    code : str
+        Digest of the code that would make it now.
+    place : callable
+        Where the file lies that a result calls by a name.
+    digest : callable
+        Digest of a file as it is now.
+    expected : collection of str, optional
+        Names of all the files that it would be made from now.
+    """
+    if head.code != code:
+        yield "the program has changed since"
+    for name, known in sorted((head.inputs | head.files).items()):
+        now = digest(place(name))
+        if now != known or (
+            expected is not None and name not in expected and name not in head.files
+        ):
+            yield f"{name} {'is gone' if now == UNREADABLE else 'has changed since'}"
+    if expected is not None:
+        yield from (f"{name} is new" for name in sorted(set(expected) - head.inputs.keys()))
 
 
 @dataclass
@@ -86,15 +151,7 @@ class KnownFiles:
         try:
             if known is not None and known[0] == mark and known[1] == kind:
                 return Head(*known[2])
-            body = read_raw_envelope(path, kind)
-            record = body["record"] or {}
-            found = Head(
-                str(body["code"]),
-                dict(body["inputs"]),
-                dict(record.get("files", {})),
-                body["why_not"],
-                (*body["problems"], *record.get("problems", ())),
-            )
+            found = read_head(path, kind)
         except (InputError, KeyError, TypeError, AttributeError, ValueError, IndexError):
             return None
         if _is_settled(mark):

@@ -8,11 +8,14 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
 from pipeline.plan import RECORD_STAGES, TITLES, VehicleFolder, processed_file
-from pipeline.provenance import UNREADABLE, code_digest, file_digest, read_raw_envelope, read_tables
+from pipeline.provenance import code_digest, file_digest, read_raw_envelope, read_tables
+from pipeline.workflow.freshness import place_of
+from pipeline.workflow.known_files import Head, misfits
 
 
 @dataclass(frozen=True)
@@ -103,28 +106,24 @@ def _link(
 ) -> Link:
     relative = processed_file(vehicle.name, stage)
     inputs: Mapping[str, str] = body["inputs"]
-    code_now = code_digest(f"pipeline.stages.{stage}")
-    stale = [] if body["code"] == code_now else ["the program has changed since"]
+    code_now, path = code_digest(f"pipeline.stages.{stage}"), out / relative
+    there = vehicle.digest_names(stage, out)
+    digest, place = cache(file_digest), partial(place_of, vehicle, out)
+    head = Head(body["code"], dict(inputs), {}, None, ())
+    stale = misfits(head, code_now, place, digest, there | inputs.keys())
     links: list[Link] = []
     raw: list[Raw] = []
     read = _points(body.get("record"))
     for name, known in sorted(inputs.items()):
         before = Path(name).stem
         is_result = name == processed_file(vehicle.name, before) and before in RECORD_STAGES
-        actual = out / name if is_result else _raw_path(vehicle, out, name)
-        now = file_digest(actual)
-        if now != known:
-            gone = "is gone" if now == UNREADABLE else "has changed since"
-            stale.append(f"{name} {gone}")
         if not is_result:
-            raw.append(Raw(name, known, now, read.get(name.removeprefix("raw/"), ())))
+            points = read.get(name.removeprefix("raw/"), ())
+            raw.append(Raw(name, known, digest(place(name)), points))
         elif before not in spare and (only is None or before in only) and _is_before(before, stage):
             links.append(
-                _link(vehicle, out, before, read_raw_envelope(actual, before), spare=spare)
+                _link(vehicle, out, before, read_raw_envelope(out / name, before), spare=spare)
             )
-    there = vehicle.digest_names(stage, out)
-    stale += [f"{name} is new" for name in sorted(there - set(inputs))]
-    path = out / relative
     return Link(
         path=relative,
         stage=stage,
@@ -145,10 +144,6 @@ def _is_before(stage: str, after: str) -> bool:
     """Tell whether data flow that way: a chain has an end, whatever a file says."""
     order = (*RECORD_STAGES, "tables")
     return order.index(stage) < order.index(after)
-
-
-def _raw_path(vehicle: VehicleFolder, out: Path, name: str) -> Path:
-    return out / vehicle.folder / name.removeprefix(vehicle.digest_prefix)
 
 
 def _points(record: Mapping[str, Any] | None) -> dict[str, tuple[Points, ...]]:

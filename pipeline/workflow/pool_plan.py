@@ -7,7 +7,7 @@ are finished files to it, so a run costs what is new and not what there is.
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,8 @@ from pipeline.ingest.mcap_start import day_of
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
 from pipeline.stage_table import STAGES, stages_of
-from pipeline.workflow.known_files import Head, KnownFiles
+from pipeline.workflow.freshness import place_of
+from pipeline.workflow.known_files import Head, KnownFiles, misfits
 from pipeline.workflow.pool_batches import Batch, batches
 from pipeline.workflow.pool_runs import (
     UNDATED,
@@ -57,6 +58,11 @@ class PoolPlan:
     def _dated(self) -> tuple[str, ...]:
         """The days that are known, in order."""
         return tuple(sorted(day for day in self.days if day != UNDATED))
+
+    @property
+    def latest(self) -> str:
+        """The last day that is known."""
+        return self._dated[-1] if self._dated else UNDATED
 
     def state(self) -> dict[str, Any]:
         """Return plain values of all that decides what the runs lead to."""
@@ -163,22 +169,19 @@ def plan_pool(
     plan = PoolPlan(vehicle.name, logs, days, {}, contents, sound=sound)
     pending: dict[str, tuple[str, ...]] = {}
     gone: set[str] = set()
-    latest = max((day for day in days if day != UNDATED), default=UNDATED)
     for stages, items in ((RUN_STAGES, tuple(logs)), (DAY_STAGES, tuple(days))):
         for stage in stages:
             code = code_digest(f"pipeline.stages.{stage}") if items else ""
             due = []
             for item in items:
-                frozen = stage == "day_tables" and item != latest
                 path = out / plan.outputs(stage, item)[0]
                 head = known.head(path, stage)
-                whole = head is not None and _is_whole(head, out, known)
-                fits = (
-                    whole
-                    and head is not None
-                    and (frozen or _fits(head, code, vehicle, out, plan, stage, item, known, gone))
-                )
-                if not fits or (force and not frozen):
+                anew = force and not (stage == "day_tables" and item != plan.latest)
+                if (
+                    anew
+                    or head is None
+                    or not _fits(head, code, vehicle, out, plan, stage, item, known, gone)
+                ):
                     due.append(item)
                     gone.update(_left_by(plan, stage, item, head))
             if due:
@@ -204,10 +207,6 @@ def sound_of_reference(path: Path, logs: Mapping[str, PoolLog]) -> tuple[str, ..
     return tuple(name for name in names if name in logs)
 
 
-def _is_whole(head: Head, out: Path, known: KnownFiles) -> bool:
-    return all(known.digest(out / name) == own for name, own in head.files.items())
-
-
 def _fits(  # noqa: PLR0917 - one caller
     head: Head,
     code: str,
@@ -219,19 +218,22 @@ def _fits(  # noqa: PLR0917 - one caller
     known: KnownFiles,
     gone: set[str],
 ) -> bool:
-    """Whether a result was made by this code from these files as they are now."""
-    if head.code != code:
+    """Whether a result was made by this code from these files as they are now, none of them gone.
+
+    Tables of a past day are history: they need but be whole.
+    """
+    if stage == "day_tables" and item != plan.latest:
+        return all(known.digest(out / name) == own for name, own in head.files.items())
+    files = plan.inputs(stage, item, vehicle.vehicle_file)
+    if not gone.isdisjoint(files):
         return False
-    expected = {}
-    for file in plan.inputs(stage, item, vehicle.vehicle_file):
-        inside = file.removeprefix(f"{vehicle.folder}/")
-        name = f"raw/{vehicle.name}/{inside}" if inside != file else file
-        if file in gone:
-            return False
-        expected[name] = file
-    if set(expected) != set(head.inputs):
-        return False
-    return all(known.digest(out / expected[name]) == own for name, own in head.inputs.items())
+    own = f"{vehicle.folder}/"
+    names = {
+        f"{vehicle.digest_prefix}{one.removeprefix(own)}" if one.startswith(own) else one
+        for one in files
+    }
+    place = partial(place_of, vehicle, out)
+    return next(misfits(head, code, place, known.digest, names), None) is None
 
 
 def _left_by(plan: PoolPlan, stage: str, item: str, head: Head | None) -> list[str]:

@@ -184,7 +184,7 @@ def due_of(
     for vehicle in sorted(vehicles, key=lambda one: not one.thruster_type):
         out, plan = request.out, None
         own = of_types if vehicle.thruster_type else wanted
-        stages = due_stages(vehicle, out, own, code, force=request.force)
+        stages = due_stages(vehicle, out, own, code, known=known, force=request.force)
         remove_results(vehicle, out, stages)
         if not request.only and not vehicle.thruster_type:
             plan = _plan_pool(vehicle, request, known)

@@ -233,11 +233,7 @@ def _follow_window(
         np.array([TURN_BANDWIDTH, GO_BANDWIDTH, _PLACE if leader.sure else 0.0, _MOST_OFF]),
         leader.place,
         *one.readings,
-        packed.strips,
-        packed.thrust_tables,
-        packed.screws,
-        packed.torque_tables,
-        packed.steps,
+        *packed.tables,
         states,
         pull,
     )

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pipeline.blind.rates import clopper_pearson, figure, rate
+from pipeline.blind.rates import at_least, clopper_pearson, figure, rate
 
 
 @pytest.mark.parametrize(
@@ -15,9 +15,9 @@ def test_bounds_of_clopper_and_pearson(yes: int, cases: int, low: float, high: f
 
 
 def test_what_does_not_apply_is_not_counted() -> None:
-    found = rate("right", "all", (True, None, False, True), ">= 60 %", lambda share: share >= 0.6)
+    found = rate("right", "all", (True, None, False, True), at_least(0.6))
     assert (found.yes, found.cases, found.met) == (2, 3, True)
-    nothing = rate("right", "all", (None, None), ">= 60 %", lambda share: share >= 0.6)
+    nothing = rate("right", "all", (None, None), at_least(0.6))
     assert (nothing.cases, nothing.share, nothing.met) == (0, None, None)
 
 

@@ -12,12 +12,13 @@ import pytest
 from click.testing import CliRunner
 
 from pipeline.blind.generate import CaseSpec, GeneratedCase
-from pipeline.blind.rates import Rate
-from pipeline.campaign import blind_campaign, blind_case
-from pipeline.campaign.blind_campaign import BlindRequest, run_campaign
-from pipeline.campaign.blind_case import BlindPlace
+from pipeline.blind.rates import at_least, rate
+from pipeline.blind.score import CampaignScore
+from pipeline.campaign import blind_case
+from pipeline.campaign.blind_case import BlindRequest, run_campaign
 from pipeline.campaign.blind_page import write_page
-from pipeline.campaign.result_lines import read_lines
+from pipeline.campaign.campaign import CampaignResult
+from pipeline.campaign.folder import read_lines
 from pipeline.cli import cli
 from pipeline.errors import InputError
 from pipeline.simulate.pack import PackedVehicle
@@ -39,7 +40,7 @@ def says_none(
 
 
 @pytest.fixture
-def place(tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch) -> BlindPlace:
+def place(tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch) -> BlindRequest:
     """A campaign of one vehicle with short runs and the made-up diagnosis."""
     whole = blind_case.generate
 
@@ -49,10 +50,15 @@ def place(tmp_path: Path, repository: Path, monkeypatch: pytest.MonkeyPatch) -> 
     run = blind_case.run_case
     monkeypatch.setattr(blind_case, "generate", short)
     monkeypatch.setattr(
-        blind_campaign, "run_case", lambda number, place: run(number, place, says_none)
+        blind_case, "run_case", lambda number, request: run(number, request, says_none)
     )
-    return BlindPlace(
-        repository / "raw", repository, tmp_path / "blind", ("rov8",), 0, baselines=False
+    return BlindRequest(
+        to=tmp_path / "blind",
+        raw=repository / "raw",
+        out=repository,
+        vehicles=("rov8",),
+        baselines=False,
+        processes=1,
     )
 
 
@@ -66,7 +72,9 @@ def heeds_ctrl_c() -> Iterator[None]:
 
 @pytest.mark.usefixtures("heeds_ctrl_c")
 @pytest.mark.parametrize("by", [signal.SIGINT, signal.SIGTERM])
-def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace, by: signal.Signals) -> None:
+def test_a_campaign_is_resumed_where_it_was_stopped(
+    place: BlindRequest, by: signal.Signals
+) -> None:
     """By Ctrl-C, or as a machine stops what runs in its background."""
     heard: list[str] = []
 
@@ -75,14 +83,14 @@ def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace, by: signa
         if done == 2 and len(heard) == 2:
             signal.raise_signal(by)
 
-    first = run_campaign(BlindRequest(4, place, processes=1), stop_after_two)
+    first = run_campaign(replace(place, cases=4), stop_after_two)
     assert first.done == 2
     assert "--resume" in heard[-1]
     before = read_lines(place.to / "cases.jsonl")
     # a line that was cut off is made again
     with (place.to / "cases.jsonl").open("a") as stream:
         stream.write('{"number": 2, "sco')
-    second = run_campaign(BlindRequest(4, place, resume=True, processes=1))
+    second = run_campaign(replace(place, cases=4, resume=True))
     assert second.done == 4
     lines = read_lines(place.to / "cases.jsonl")
     assert lines[:2] == before
@@ -93,10 +101,10 @@ def test_a_campaign_is_resumed_where_it_was_stopped(place: BlindPlace, by: signa
         assert json.loads(verdict.read_text())["verdict"]["effects"] == ["none"]
 
 
-def test_one_case_is_made_again_by_its_number(place: BlindPlace, tmp_path: Path) -> None:
-    whole = run_campaign(BlindRequest(2, place, processes=1))
+def test_one_case_is_made_again_by_its_number(place: BlindRequest, tmp_path: Path) -> None:
+    whole = run_campaign(replace(place, cases=2))
     alone = replace(place, to=tmp_path / "alone")
-    request = BlindRequest(2, alone, processes=1, only=(1,))
+    request = replace(alone, cases=2, only=(1,))
     one = run_campaign(request)
     assert (whole.done, one.done, one.wanted) == (2, 1, 1)
     (again,) = read_lines(alone.to / "cases.jsonl")
@@ -108,56 +116,59 @@ def test_one_case_is_made_again_by_its_number(place: BlindPlace, tmp_path: Path)
     assert "    rig2sea blind --only 1 --seed 0 " in (tmp_path / "page.md").read_text()
 
 
-def quick_case(number: int, place: BlindPlace) -> dict[str, Any]:
+def quick_case(number: int, request: BlindRequest) -> dict[str, Any]:
     """Leave a trace, as a case leaves its verdict; other processes take it from this module."""
     time.sleep(0.1)
-    (place.to / f"{number}.txt").touch()
+    (request.to / f"{number}.txt").touch()
     return {"number": number, "not_made": "nothing was flown"}
 
 
 def test_cases_that_wait_are_not_run_when_a_campaign_is_stopped(
-    place: BlindPlace, monkeypatch: pytest.MonkeyPatch
+    place: BlindRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Its processes went on with all of them after a SIGTERM, and nobody counted what they did."""
-    monkeypatch.setattr(blind_campaign, "run_case", quick_case)
+    monkeypatch.setattr(blind_case, "run_case", quick_case)
 
     def stop(done: int, _wanted: int, line: str) -> None:
         if done == 2 and "--resume" not in line:
             signal.raise_signal(signal.SIGTERM)
 
-    result = run_campaign(BlindRequest(60, place, processes=2), stop)
+    result = run_campaign(replace(place, cases=60, processes=2), stop)
     assert result.done == 2
     done = len(list(place.to.glob("*.txt")))
     time.sleep(1.0)
     assert len(list(place.to.glob("*.txt"))) == done < 60
 
 
-def test_a_folder_that_is_taken_is_left_alone(place: BlindPlace) -> None:
-    run_campaign(BlindRequest(1, place, processes=1))
+def test_a_folder_that_is_taken_is_left_alone(place: BlindRequest) -> None:
+    run_campaign(replace(place, cases=1))
     with pytest.raises(InputError, match="--resume"):
-        run_campaign(BlindRequest(1, place, processes=1))
-    other = BlindPlace(place.raw, place.out, place.to, place.vehicles, 1, baselines=False)
+        run_campaign(replace(place, cases=1))
+    other = replace(place, seed=1)
     with pytest.raises(InputError, match="another seed"):
-        run_campaign(BlindRequest(1, other, resume=True, processes=1))
+        run_campaign(replace(other, cases=1, resume=True))
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "{"])
-def test_a_damaged_header_is_one_message(place: BlindPlace, text: str) -> None:
+def test_a_damaged_header_is_one_message(place: BlindRequest, text: str) -> None:
     place.to.mkdir()
     (place.to / "cases.jsonl").touch()
     (place.to / "campaign.json").write_text(text)
     with pytest.raises(InputError, match=r"campaign\.json: is not the header of a campaign"):
-        run_campaign(BlindRequest(1, place, resume=True, processes=1))
+        run_campaign(replace(place, cases=1, resume=True))
     assert (place.to / "campaign.json").read_text() == text
 
 
-def test_the_page_names_the_command_and_has_its_pictures(place: BlindPlace, tmp_path: Path) -> None:
-    request = BlindRequest(2, place, processes=1)
+def test_the_page_names_the_command_and_has_its_pictures(
+    place: BlindRequest, tmp_path: Path
+) -> None:
+    request = replace(place, cases=2)
     result = run_campaign(request)
     write_page(result, request, tmp_path / "docs" / "blind_check.md")
     text = (tmp_path / "docs" / "blind_check.md").read_text()
     assert "rig2sea blind --cases 2 --seed 0 --run-s 60 --vehicle rov8" in text
-    assert "false alarm on none" in text
+    assert "healthy vehicle called ill" in text
+    assert "false alarm on none" in (tmp_path / "docs" / "blind_check_rates.csv").read_text()
     for name in ("blind-confusion.svg", "blind-rates.svg"):
         assert f"images/{name}" in text
         picture = (tmp_path / "docs" / "images" / name).read_text()
@@ -165,48 +176,23 @@ def test_the_page_names_the_command_and_has_its_pictures(place: BlindPlace, tmp_
         assert picture.count('xmlns="http://www.w3.org/2000/svg"') == 1
 
 
-def test_every_rate_stands_on_the_page_once_beside_those_it_compares_with(
-    place: BlindPlace, tmp_path: Path
-) -> None:
-    request = BlindRequest(9, place, processes=1)
-    whole = run_campaign(BlindRequest(2, place, processes=1))
-    rates = [
-        Rate(
-            question=question,
-            stratum=stratum,
-            yes=yes,
-            cases=10,
-            share=yes / 10,
-            low=0.1,
-            high=0.9,
-            goal=">= 70 %",
-            met=yes >= 7,
-        )
-        for question, stratum, yes in (
-            ("first", "gap 1-3, separable", 6),
-            ("first", "gap 3-10, separable", 7),
-            ("first", "gap >= 3, with healthy runs", 8),
-            ("first", "gap >= 3, no dvl", 9),
-        )
-    ]
-    score = whole.score.model_copy(update={"rates": tuple(rates)})
+def test_every_rate_stands_beside_the_page_once(place: BlindRequest, tmp_path: Path) -> None:
+    request = replace(place, cases=9)
+    whole = run_campaign(replace(place, cases=2))
+    asked = rate("first", "gap 1-3, separable", [True] * 6 + [False] * 4, at_least(0.7))
+    rates = (asked, rate("first", "gap >= 3, no dvl", [None]))
+    score = whole.score.model_copy(update={"rates": rates})
     write_page(replace(whole, score=score, wanted=9), request, tmp_path / "blind_check.md")
     lines = (tmp_path / "blind_check.md").read_text().splitlines()
     assert any(line.startswith("2 of the 9 cases of the campaign; ") for line in lines)
     assert "Vehicles rov8; seed 0;" in lines
-    assert [line for line in lines if line.startswith("| first")] == [
-        (
-            "| first, separable | 6 of 10 = 60.0 % (10 to 90 %), **missed** "
-            "| 7 of 10 = 70.0 % (10 to 90 %), met |  | >= 70 % |"
-        ),
-        "| first, gap >= 3 | 8 of 10 = 80.0 % (10 to 90 %), met |  | >= 70 % |",
-        "| first; gap >= 3, no dvl | 9 of 10 = 90.0 % (10 to 90 %), met | >= 70 % |",
-    ]
+    table = (tmp_path / "blind_check_rates.csv").read_text().splitlines()
+    assert table[1:] == ['first,"gap 1-3, separable",6,10,0.600,0.262,0.878,>= 70 %,missed']
 
 
-def test_every_goal_and_every_miss_stands_on_the_page(place: BlindPlace, tmp_path: Path) -> None:
+def test_every_goal_and_every_miss_stands_on_the_page(place: BlindRequest, tmp_path: Path) -> None:
     """An answer of none to everything misses all effects and raises no alarm."""
-    request = BlindRequest(9, place, processes=1)
+    request = replace(place, cases=9)
     result = run_campaign(request)
     write_page(result, request, tmp_path / "blind_check.md")
     lines = (tmp_path / "blind_check.md").read_text().splitlines()
@@ -228,8 +214,8 @@ def test_every_goal_and_every_miss_stands_on_the_page(place: BlindPlace, tmp_pat
     assert "[blind_check_missed.csv](blind_check_missed.csv)" in "\n".join(lines)
 
 
-def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:
-    run_campaign(BlindRequest(1, place, processes=1))
+def test_the_command_says_what_a_taken_folder_needs(place: BlindRequest) -> None:
+    run_campaign(replace(place, cases=1))
     result = CliRunner().invoke(
         cli,
         ["blind", "--cases", "1", "--vehicle", "rov8", "--to", str(place.to), "--no-baselines"],
@@ -239,7 +225,7 @@ def test_the_command_says_what_a_taken_folder_needs(place: BlindPlace) -> None:
 
 
 def test_a_stopped_campaign_does_not_end_as_a_whole_one_does(
-    place: BlindPlace, monkeypatch: pytest.MonkeyPatch
+    place: BlindRequest, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A script that writes the page of a campaign would take the part for all of it."""
 
@@ -247,15 +233,15 @@ def test_a_stopped_campaign_does_not_end_as_a_whole_one_does(
         if "--resume" not in line:
             signal.raise_signal(signal.SIGTERM)
 
-    def stopped(_request: BlindRequest, _said: object) -> blind_campaign.BlindResult:
-        return run_campaign(BlindRequest(3, place, processes=1), stop)
+    def stopped(_request: BlindRequest, _said: object) -> CampaignResult[CampaignScore]:
+        return run_campaign(replace(place, cases=3), stop)
 
     command = ["blind", "--cases", "3", "--vehicle", "rov8", "--to", str(place.to), "--json"]
-    monkeypatch.setattr(blind_campaign, "run_campaign", stopped)
+    monkeypatch.setattr(blind_case, "run_campaign", stopped)
     result = CliRunner().invoke(cli, command, prog_name="rig2sea")
     assert json.loads(result.stdout)["cases"] == 1
     assert result.exit_code == 1
-    monkeypatch.setattr(blind_campaign, "run_campaign", run_campaign)
+    monkeypatch.setattr(blind_case, "run_campaign", run_campaign)
     result = CliRunner().invoke(
         cli, [*command, "--resume", "--processes", "1", "--no-baselines"], prog_name="rig2sea"
     )
@@ -272,14 +258,14 @@ def test_the_campaign_lies_in_the_folder_of_results(
         asked.append(request)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(blind_campaign, "run_campaign", stop)
+    monkeypatch.setattr(blind_case, "run_campaign", stop)
     CliRunner().invoke(cli, ["blind", "--out", str(tmp_path / "results")])
-    assert asked[0].place.to == tmp_path / "results/processed/blind"
+    assert asked[0].to == tmp_path / "results/processed/blind"
 
 
 def test_a_folder_that_cannot_be_made_names_the_option_for_it(
-    place: BlindPlace, tmp_path: Path
+    place: BlindRequest, tmp_path: Path
 ) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match=r"another folder with --to"):
-        run_campaign(BlindRequest(1, replace(place, to=tmp_path / "file/x"), processes=1))
+        run_campaign(replace(place, cases=1, to=tmp_path / "file/x"))

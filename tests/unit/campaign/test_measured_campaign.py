@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +16,9 @@ from pipeline.campaign import measured_campaign, measured_cases
 from pipeline.campaign.measured_campaign import MeasuredRequest, run_measured
 from pipeline.campaign.measured_cases import MeasuredCase, measured_case
 from pipeline.campaign.measured_page import write_page
-from pipeline.campaign.measured_score import MeasuredLine, score_measured
+from pipeline.campaign.measured_score import MeasuredLine, measured_lines, score_measured
 from pipeline.campaign.measured_subjects import MeasuredSubject, load_subjects
-from pipeline.campaign.page_block import write_block
+from pipeline.campaign.page import write_block
 from pipeline.commands.blind import blind
 from pipeline.errors import InputError
 from pipeline.records.run_table import RunTable
@@ -100,7 +101,9 @@ def test_a_case_is_drawn_from_seed_and_number_alone(rov: MeasuredSubject) -> Non
 
 def test_a_campaign_is_scored_and_goes_on(here: MeasuredSubject, tmp_path: Path) -> None:
     (tmp_path / "data").mkdir()
-    request = MeasuredRequest(tmp_path / "data", tmp_path / "to", cases=4, seed=1, only=(0, 3))
+    request = MeasuredRequest(
+        data=tmp_path / "data", to=tmp_path / "to", seed=1, processes=1, only=(0, 3)
+    )
     told: list[str] = []
     weak = measured_case(0, 1, (here,)).spec
     assert weak is not None
@@ -108,13 +111,13 @@ def test_a_campaign_is_scored_and_goes_on(here: MeasuredSubject, tmp_path: Path)
     result = run_measured(request, lambda *said: told.append(said[-1]), answers)
     assert (result.done, result.wanted, result.not_made) == (2, 2, 0)
     assert told[0].startswith(f"case 0: rov, thruster_degraded {weak.target} at ")
-    first, calm = result.lines
+    first, calm = measured_lines(result.lines)
     assert first.first
     assert not first.surely_wrong
     assert calm.sure_effect
     with pytest.raises(InputError, match="there is a campaign in this folder already"):
         run_measured(request, diagnose=answers)
-    again = MeasuredRequest(request.data, request.to, 4, 1, resume=True, only=(0, 3))
+    again = replace(request, resume=True)
     assert run_measured(again, diagnose=says("current")).lines == result.lines
     page = tmp_path / "page.md"
     write_page(result, request, page)

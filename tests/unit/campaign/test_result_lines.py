@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.campaign.result_lines import appending, read_lines
+from pipeline.campaign.folder import appending, read_lines
 from pipeline.errors import InputError
 
 

@@ -5,8 +5,7 @@ from pathlib import Path
 import pytest
 
 from pipeline.blind.generate import CaseSpec, generate
-from pipeline.campaign.blind_case import diagnose_in_memory, packed_of
-from pipeline.campaign.blind_subjects import load_subject
+from pipeline.campaign.blind_case import diagnose_in_memory, load_subject, packed_of
 from pipeline.effects.library import candidates
 
 #: Effects that are asked for where few are.

@@ -1,6 +1,5 @@
 """The second generator: its vehicles are those of their files, and a campaign is resumed."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -16,6 +15,7 @@ from evaluation.faults import drawn
 from evaluation.flight import COMMAND_S, STEP_S
 from evaluation.runs import codes_for, fly, write_log
 from evaluation.second_generator import rates_of, run_campaign, write_page
+from pipeline.campaign.campaign import CampaignRequest
 from pipeline.errors import InputError
 from pipeline.inputs.runs_to_identify import read_run
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
@@ -100,15 +100,16 @@ def says(effect: str) -> Any:  # noqa: ANN401 - a diagnosis that always says the
 
 def test_a_campaign_is_scored_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cases, "RUN_S", 20.0)
-    lines = run_campaign((0, 6), 5, tmp_path, says("none"))
-    assert [line["score"]["kind"] for line in lines] == ["single", "none"]
+    request = CampaignRequest(to=tmp_path, only=(0, 6), seed=5, processes=1)
+    result = run_campaign(request, says("none"))
+    assert [line["score"]["kind"] for line in result.lines] == ["single", "none"]
     assert not list((tmp_path / "cases").iterdir())
-    again = run_campaign((0, 6), 5, tmp_path, says("payload"), resume=True)
-    assert json.dumps(again) == json.dumps(lines)
+    again = run_campaign(replace(request, resume=True), says("payload"))
+    assert again == result
     with pytest.raises(InputError, match="there is a campaign in this folder already"):
-        run_campaign((0,), 5, tmp_path, says("none"))
+        run_campaign(request, says("none"))
     page = tmp_path / "page.md"
-    write_page(lines, "the command", "0123", page)
+    write_page(result, "the command", page)
     text = page.read_text(encoding="utf-8")
     assert "| none | false alarm | 0 of 1" in text
     assert (tmp_path / "images" / "second-confusion.svg").is_file()

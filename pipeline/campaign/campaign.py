@@ -1,0 +1,189 @@
+"""What every blind campaign does: run the cases that are not done yet, seal, diagnose, open, count.
+
+``cases.jsonl`` has a line for each case that is done, ``campaign.json`` what the campaign is; the
+sealed labels and the verdicts lie beside them.
+"""
+
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from pipeline.blind.label import CaseLabel, open_label
+from pipeline.blind.score import Score
+from pipeline.campaign.folder import CASES_FILE, appending, claim_folder, read_lines
+from pipeline.campaign.many_cases import as_they_come
+from pipeline.errors import CannotComputeError
+from pipeline.provenance import write_atomically
+from pipeline.stopping import stopped_by_sigterm
+
+if TYPE_CHECKING:
+    from pipeline.diagnose.case import Case
+    from pipeline.diagnose.conclude.case_evidence import CaseEvidence
+
+#: Told of every case: how many are done, how many there are, one line.
+Said = Callable[[int, int, str], None]
+S = TypeVar("S", bound=Score)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CampaignRequest:
+    """What is asked for; `to` is the folder of the campaign.
+
+    `only` names some cases by number, which need not be among the first `cases`.
+    """
+
+    to: Path
+    cases: int = 60
+    seed: int = 0
+    resume: bool = False
+    processes: int = 2
+    only: tuple[int, ...] = ()
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Numbers of the cases that are asked for."""
+        return sorted(set(self.only)) or range(self.cases)
+
+    @property
+    def asked(self) -> str:
+        """The option of the command that asks for them."""
+        return " ".join(f"--only {number}" for number in self.only) or f"--cases {self.cases}"
+
+
+@dataclass(frozen=True)
+class CampaignResult(Generic[S]):
+    """A campaign, finished or stopped.
+
+    `lines` are those of ``cases.jsonl`` that have a score, by number; `code` is the digest of the
+    program that made them.
+    """
+
+    schema: str
+    score: S
+    lines: tuple[Mapping[str, Any], ...]
+    wanted: int
+    not_made: int
+    to: Path
+    code: str
+
+    @property
+    def done(self) -> int:
+        """Cases that are over, those that could not be made included."""
+        return len(self.lines) + self.not_made
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what ``rig2sea blind --json`` prints."""
+        return {
+            "schema": self.schema,
+            "cases": self.done,
+            "wanted": self.wanted,
+            "not_made": self.not_made,
+            "to": str(self.to),
+            "code": self.code,
+            "score": self.score.model_dump(mode="json"),
+        }
+
+
+def run_cases(
+    request: CampaignRequest,
+    header: Mapping[str, Any],
+    run: Callable[[int], dict[str, Any]],
+    score: Callable[[Sequence[Mapping[str, Any]]], S],
+    said: Said,
+) -> CampaignResult[S]:
+    """Run the cases of a campaign that have no line yet, and score all that are done.
+
+    Parameters
+    ----------
+    request : CampaignRequest
+        The campaign.
+    header : mapping
+        What makes its cases what they are: ``schema``, ``code`` (of the program) and more.
+    run : callable
+        From a number to the line; another process must be able to import it.
+    score : callable
+        From the lines of cases that could be made to the score.
+    said : callable
+        Told of every case.
+
+    Raises
+    ------
+    InputError
+        When the folder holds a campaign and `resume` is not set, or another campaign.
+    """
+    file, numbers = request.to / CASES_FILE, request.numbers
+    claim_folder(file, {**header, "seed": request.seed}, resume=request.resume)
+    done = {line["number"]: line for line in read_lines(file) if line["number"] in numbers}
+    wanted = [number for number in numbers if number not in done]
+    with appending(file) as append, stopped_by_sigterm():
+        try:
+            for line in as_they_come(run, wanted, request.processes):
+                append(line)
+                done[line["number"]] = line
+                said(len(done), len(numbers), _line_text(line))
+        except KeyboardInterrupt:
+            said(len(done), len(numbers), "stopped; --resume goes on from here")
+    lines = tuple(done[number] for number in sorted(done) if "score" in done[number])
+    not_made = len(done) - len(lines)
+    return CampaignResult(
+        header["schema"], score(lines), lines, len(numbers), not_made, request.to, header["code"]
+    )
+
+
+def diagnosed(
+    case: "Case", keep: "Callable[[CaseEvidence], None] | None" = None
+) -> Mapping[str, Any]:
+    """Return the content of ``diagnosis.json``, or ``{"refused": reason}`` where there is none.
+
+    `keep` is given the evidence that was weighed.
+    """
+    from pipeline.diagnose.engine import diagnose_fully
+
+    try:
+        record = diagnose_fully(case, threads=1, keep=keep).record
+    except CannotComputeError as error:
+        return {"refused": str(error)}
+    content: dict[str, Any] = record.model_dump(mode="json", exclude={"series"})
+    return content
+
+
+def judged(
+    sealed: Path, diagnose: Callable[[], Mapping[str, Any]]
+) -> tuple[CaseLabel, Mapping[str, Any], float]:
+    """Diagnose a case whose label is sealed, and open it when the verdict is on disk.
+
+    A fault of the program is no right answer, and told.
+
+    Returns
+    -------
+    tuple
+        Label, content of the verdict, time that it took [s].
+    """
+    began = time.perf_counter()
+    try:
+        content = diagnose()
+    except Exception as error:  # noqa: BLE001 - whatever went wrong is the verdict
+        content = {"refused": f"fault of the program: {type(error).__name__}: {error}"[:500]}
+    elapsed_s = time.perf_counter() - began
+    verdict = sealed.parents[1] / "verdicts" / sealed.stem / "diagnosis.json"
+    write_atomically(verdict, json.dumps(content))
+    return open_label(sealed, verdict), content, elapsed_s
+
+
+def _line_text(line: Mapping[str, Any]) -> str:
+    """One line for a person; the truth is told, since the case is over."""
+    if "not_made" in line:
+        return f"case {line['number']}: not made: {line['not_made']}"
+    score = line["score"]
+    truth, told = "+".join(score["truth"]), "+".join(score["verdict"])
+    truth += f" {line['thruster']}" if line.get("thruster") else ""
+    told += f" {line['told_thruster']}" if line.get("told_thruster") else ""
+    if score["ambiguous_with"]:
+        told += f" (or {', '.join(score['ambiguous_with'])})"
+    return (
+        f"case {line['number']}: {score['vehicle']}, {truth} at {score['gap_ratio']:.1f} floors: "
+        f"{told}, {score['probability']:.2f}, {score['elapsed_s']:.0f} s"
+    )

@@ -1,0 +1,123 @@
+"""Pages of a campaign: tables of rates, pictures, and the part of a page that a command writes."""
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+from pipeline.blind.rates import Rate
+from pipeline.blind.score import Confusion
+from pipeline.errors import InputError, Place
+from pipeline.provenance import write_atomically
+from pipeline.report.blind import confusion_picture, rates_picture
+
+
+def write_block(page: Path, name: str, title: str, text: str) -> None:
+    """Put a text between the marks of a page; a page that is not there is begun.
+
+    Parameters
+    ----------
+    page : Path
+        Markdown with ``<!-- name -->`` and ``<!-- end of name -->``.
+    name : str
+        Of the block.
+    title : str
+        Of a page that is begun.
+    text : str
+        What stands in it.
+
+    Raises
+    ------
+    InputError
+        When the page has no such marks, or cannot be read or written.
+    """
+    begin, end = f"<!-- {name} -->", f"<!-- end of {name} -->"
+    try:
+        there = page.read_text(encoding="utf-8")
+    except FileNotFoundError:
+        there = f"# {title}\n\n{begin}\n{end}\n"
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError.at(
+            Place(str(page)),
+            f"the page cannot be read: {error}.",
+            remedy="Give another page.",
+        ) from None
+    before, mark, rest = there.partition(begin)
+    _, closing, after = rest.partition(end)
+    if not (mark and closing):
+        raise InputError.at(
+            Place(str(page)),
+            f"the page has no place for {name}.",
+            expected=f"a line {begin} and, below it, a line {end}.",
+            remedy="Put the two lines where the result is to stand, or give a page that is not "
+            "there yet.",
+        )
+    write_atomically(page, f"{before}{begin}\n{text.strip()}\n{end}{after}")
+
+
+def write_csv(path: Path, rows: Iterable[Sequence[str]]) -> None:
+    """Write what is too long for a page beside it: comma-parted, whole or not at all."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_atomically(path, text.getvalue())
+
+
+def write_pictures(page: Path, name: str, rates: Iterable[Rate], table: Confusion) -> None:
+    """Draw rates that have a goal, and truth against answer, into `images` beside a page."""
+    rows = [
+        (f"{one.question}, {one.stratum}", one.share, one.low, one.high, one.met)
+        for one in rates
+        if one.share is not None and one.low is not None and one.high is not None
+        if one.met is not None
+    ]
+    images = page.parent / "images"
+    confusion = confusion_picture(table.truths, table.answers, table.counts)
+    write_atomically(images / f"{name}-confusion.svg", confusion)
+    write_atomically(images / f"{name}-rates.svg", rates_picture(rows))
+
+
+def goal_table(rates: Iterable[Rate], title: str = "rate (95 %)", digits: int = 0) -> list[str]:
+    """Tabulate rates with their bounds and goals."""
+    rows = [
+        f"| {one.stratum} | {one.question} | {_cell(one, digits)} | {one.goal} |"
+        for one in rates
+        if one.cases
+    ]
+    return [f"| cases | question | {title} | goal |", "|---|---|---|---|", *rows, ""]
+
+
+def write_rates(page: Path, rates: Iterable[Rate]) -> list[str]:
+    """Write rates by band, stratum and vehicle beside a page; returns the line that leads there."""
+    table = page.with_name(f"{page.stem}_rates.csv")
+    head = ("question", "cases are", "yes", "of", "share", "low", "high", "goal", "met")
+    rows = [
+        (
+            one.question,
+            one.stratum,
+            str(one.yes),
+            str(one.cases),
+            *_bounds(one),
+            one.goal,
+            _met(one),
+        )
+        for one in rates
+        if one.cases
+    ]
+    write_csv(table, [head, *rows])
+    return [f"All rates, by size, stratum and vehicle: [{table.name}]({table.name}).", ""]
+
+
+def _bounds(one: Rate) -> list[str]:
+    return ["" if value is None else f"{value:.3f}" for value in (one.share, one.low, one.high)]
+
+
+def _met(one: Rate) -> str:
+    return {None: "", True: "met", False: "missed"}[one.met]
+
+
+def _cell(one: Rate, digits: int) -> str:
+    text = f"{one.yes} of {one.cases}"
+    if one.share is not None and one.low is not None and one.high is not None:
+        share = f"{100 * one.share:.{digits}f}"
+        text += f" = {share} % ({100 * one.low:.0f} to {100 * one.high:.0f} %)"
+    return text + {None: "", True: ", met", False: ", **missed**"}[one.met]
