@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 #: Told of every case: how many are done, how many there are, one line.
 Said = Callable[[int, int, str], None]
-S = TypeVar("S", bound=Score)
+S_co = TypeVar("S_co", bound=Score, covariant=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,7 +54,7 @@ class CampaignRequest:
 
 
 @dataclass(frozen=True)
-class CampaignResult(Generic[S]):
+class CampaignResult(Generic[S_co]):
     """A campaign, finished or stopped.
 
     `lines` are those of ``cases.jsonl`` that have a score, by number; `code` is the digest of the
@@ -62,7 +62,7 @@ class CampaignResult(Generic[S]):
     """
 
     schema: str
-    score: S
+    score: S_co
     lines: tuple[Mapping[str, Any], ...]
     wanted: int
     not_made: int
@@ -91,9 +91,9 @@ def run_cases(
     request: CampaignRequest,
     header: Mapping[str, Any],
     run: Callable[[int], dict[str, Any]],
-    score: Callable[[Sequence[Mapping[str, Any]]], S],
+    score: Callable[[Sequence[Mapping[str, Any]]], S_co],
     said: Said,
-) -> CampaignResult[S]:
+) -> CampaignResult[S_co]:
     """Run the cases of a campaign that have no line yet, and score all that are done.
 
     Parameters

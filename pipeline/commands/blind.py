@@ -112,7 +112,8 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
     """
     from pipeline.campaign import blind_case, blind_page, measured_campaign, measured_page
 
-    what = {"cases": cases, "seed": seed, "resume": resume, "processes": processes, "only": only}
+    what: dict[str, Any] = {"cases": cases, "seed": seed, "resume": resume, "only": only}
+    what["processes"] = processes
     result: CampaignResult[Any]
     if data is not None:
         if vehicles or keep_logs:
