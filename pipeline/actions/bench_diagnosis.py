@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 from pipeline.actions.diagnosis_page import write_page
 from pipeline.diagnose.bench.engine import diagnose_bench
@@ -13,10 +12,10 @@ from pipeline.errors import CannotComputeError, InputError
 from pipeline.ingest.bench_file import source_name
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
+from pipeline.inputs.bench_results import result_of
 from pipeline.inputs.vehicle_place import find_vehicle
-from pipeline.plan import UsageError, processed_file, seen_from
-from pipeline.provenance import canonical_json, file_digest, read_envelope, write_atomically
-from pipeline.records.base import Record
+from pipeline.plan import UsageError, seen_from
+from pipeline.provenance import canonical_json, file_digest, write_atomically
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
 from pipeline.records.fits import StaticCharacteristic
 from pipeline.records.measurements import MooringRecord
@@ -24,7 +23,6 @@ from pipeline.stages.diagnosis_links import Question
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
-R = TypeVar("R", bound=Record)
 TABLE_SUFFIXES = WORKBOOK_SUFFIXES | TEXT_SUFFIXES
 RESULT = "diagnosis.json"
 
@@ -135,31 +133,22 @@ def _model(
     vehicle: Vehicle, name: str, file: Path, out: Path
 ) -> tuple[ThrusterAtRest, tuple[str, ...]]:
     """Gather the thruster model from the results of the vehicle's bench data."""
-    static, inputs, why = _result(name, out, "static", StaticCharacteristic)
-    mooring, more, why_too = _result(name, out, "mooring", MooringRecord)
+    static, inputs, why = result_of(name, out, "static", StaticCharacteristic)
+    mooring, more, why_too = result_of(name, out, "mooring", MooringRecord)
     if static is None and mooring is None:
         raise CannotComputeError(
             f"{name} has no thruster model to judge the table against: {why} {why_too}\n"
             f"Run `rig2sea run {name}` with its bench data first."
         )
+    model = bench_model(vehicle, static, mooring)
     stated = (inputs or more).get(f"raw/{name}/{file.name}")
     if stated is None or stated == file_digest(file):
-        return bench_model(vehicle, static, mooring), ()
+        return model, ()
     changed = (
         f"{file.name} was changed after the bench results were computed; `rig2sea run {name}` "
         "brings them up to date."
     )
-    return bench_model(vehicle, static, mooring), (changed,)
-
-
-def _result(
-    name: str, out: Path, stage: str, kind: type[R]
-) -> tuple[R | None, dict[str, str], str]:
-    path = out / processed_file(name, stage)
-    if not path.is_file():
-        return None, {}, f"{path} does not exist."
-    envelope = read_envelope(path, stage, kind)
-    return envelope.record, dict(envelope.inputs), envelope.why_not or ""
+    return model, (changed,)
 
 
 def _read(

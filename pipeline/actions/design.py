@@ -1,8 +1,6 @@
 """Design calculations: read the file and the vehicle it names, compute, write JSON and page."""
 
-import contextlib
 import json
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -20,10 +18,11 @@ from pipeline.design.propeller_select import DriveLimit
 from pipeline.design.tether_design import design_tether
 from pipeline.design.tether_input import TetherInput
 from pipeline.design.tether_thrusters import HeldVehicle
-from pipeline.errors import CannotComputeError, InputError, Place
+from pipeline.errors import CannotComputeError
+from pipeline.inputs.bench_results import result_of
 from pipeline.inputs.vehicle_place import find_vehicle
-from pipeline.plan import UsageError, processed_file
-from pipeline.provenance import read_envelope
+from pipeline.plan import UsageError
+from pipeline.provenance import write_atomically
 from pipeline.records.design import BalanceDesign, Design, PropellerDesign, TetherDesign
 from pipeline.records.fits import DriveFit, StaticCharacteristic
 from pipeline.types import FloatArray
@@ -77,24 +76,17 @@ def _balance(one: BalanceInput, request: DesignRequest) -> BalanceDesign:
         return design_balance(one)
     name, file = find_vehicle(one.vehicle, request.raw, request.out)
     vehicle = load_vehicle(file)
-    path = request.out / processed_file(name, "static")
-    static = _record(path, "static", StaticCharacteristic)
+    static, _, _ = result_of(name, request.out, "static", StaticCharacteristic)
     drive = vehicle.drives[vehicle.tables.drive]
     tables = table_limits(static, drive.code_max, drive.code_min, name)
     found = design_balance(one, vehicle, tables)
     if tables is None:
         note = (
-            f"{name} has no identified thrust yet ({path} is not there), so limit: of the design "
-            f"file holds. Run `rig2sea run {name}` first."
+            f"{name} has no identified thrust yet, so limit: of the design file holds. "
+            f"Run `rig2sea run {name}` first."
         )
         found = found.model_copy(update={"warnings": (note, *found.warnings)})
     return found
-
-
-def _record(
-    path: Path, stage: str, kind: type[StaticCharacteristic]
-) -> StaticCharacteristic | None:
-    return read_envelope(path, stage, kind).record if path.is_file() else None
 
 
 def _drive(one: PropellerInput, request: DesignRequest) -> tuple[DriveLimit, str]:
@@ -115,11 +107,10 @@ def _measured_drive(drive: DriveOfVehicle, request: DesignRequest) -> tuple[Driv
     from pipeline.physics.drive import drive_torque
 
     name, _ = find_vehicle(drive.vehicle, request.raw, request.out)
-    path = request.out / processed_file(name, "drive")
-    fit = read_envelope(path, "drive", DriveFit).record if path.is_file() else None
+    fit, _, why_not = result_of(name, request.out, "drive", DriveFit)
     if fit is None:
         raise CannotComputeError(
-            f"{name} has no measured mechanical characteristic: {path} holds none.\nRun "
+            f"{name} has no measured mechanical characteristic: {why_not}\nRun "
             f"`rig2sea run {name}` with its load tests in raw/{name}/load_test first."
         )
     low, high = fit.code_range
@@ -208,19 +199,7 @@ def write_design(request: DesignRequest, found: Design, to: Path) -> tuple[Path,
     listed = to.resolve() == (request.out / "reports/design").resolve()
     crumbs = (("All vehicles", "../index.html"),) if listed else ()
     write_page(design_page(found, crumbs), page)
-    beside = data.with_name(f".{data.name}.part")
-    try:
-        beside.write_text(json.dumps(design_json(request, found), indent=1), encoding="utf-8")
-        os.replace(beside, data)  # noqa: PTH105 - atomic by contract
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            beside.unlink()
-        raise InputError.at(
-            Place(str(data)),
-            f"the result cannot be written: {error.strerror}",
-            expected="a folder that may be written to",
-            remedy="Free the folder or choose another one with --to.",
-        ) from None
+    write_atomically(data, json.dumps(design_json(request, found), indent=1))
     if listed:
         from pipeline.stages.index_page import write_index_again
 

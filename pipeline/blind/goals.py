@@ -18,6 +18,8 @@ class Miss(Record):
     fault: str
 
 
+#: Of effects whose gap is small.
+SMALL_GAP = Goal(">= 80 %, otherwise it abstains", low=0.80)
 #: False alarms on a healthy vehicle, with healthy runs given and without.
 FALSE_ALARMS = {
     "with healthy runs": Goal("0 of 300", high=0.0),
@@ -47,7 +49,7 @@ def against_goals(scores: Sequence[CaseScore]) -> tuple[Rate, ...]:
             )
             for word, part in told
         ),
-        *_of_singles(small, "single, gap 1-3", at_least(0.80, ", otherwise it abstains")),
+        *_of_singles(small, "single, gap 1-3", SMALL_GAP),
         *_of_singles(clear, "single, gap from 3", at_least(0.95)),
         rate("surely wrong", "single", (one.confidently_wrong for one in single)),
         *(rate("both named", f"pair, {word}", _exact(part), at_least(0.80)) for word, part in told),

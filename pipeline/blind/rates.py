@@ -71,13 +71,13 @@ class Goal:
     high: float = 1.0
 
 
-def at_least(share: float, more: str = "") -> Goal:
-    """Return the goal that a share reaches a limit; `more` is added to its words.
+def at_least(share: float) -> Goal:
+    """Return the goal that a share reaches a limit.
 
     >>> at_least(0.95).text
     '>= 95 %'
     """
-    return Goal(f">= {100.0 * share:g} %{more}", low=share)
+    return Goal(f">= {100.0 * share:g} %", low=share)
 
 
 def at_most(share: float) -> Goal:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
-from pipeline.blind.goals import FALSE_ALARMS, Miss, against_goals, missed
+from pipeline.blind.goals import FALSE_ALARMS, SMALL_GAP, Miss, against_goals, missed
 from pipeline.blind.rates import QuantileFigure, Rate, at_least, at_most, between, figure, rate
 from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore
 from pipeline.records.base import Record
@@ -150,7 +150,7 @@ def _of_band(name: str, inside: Sequence[CaseScore], *, strict: bool) -> list[Ra
     where = f"gap {name}"
     apart = [one for one in inside if one.separable]
     alike = [one for one in inside if one.separable is False]
-    goal = at_least(0.95) if strict else at_least(0.80, ", otherwise it abstains")
+    goal = at_least(0.95) if strict else SMALL_GAP
     return [
         rate("right effect first", f"{where}, separable", _first(apart), goal),
         rate(

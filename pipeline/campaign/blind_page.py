@@ -8,7 +8,7 @@ from pipeline.blind.rates import QuantileFigure
 from pipeline.blind.score import CampaignScore
 from pipeline.campaign.blind_case import BlindRequest
 from pipeline.campaign.campaign import CampaignResult
-from pipeline.campaign.page import goal_table, write_csv, write_pictures, write_rates
+from pipeline.campaign.page import asked_for, goal_table, write_csv, write_pictures, write_rates
 from pipeline.provenance import write_atomically
 
 _DISTRUST = """\
@@ -45,7 +45,7 @@ def _text(result: CampaignResult[CampaignScore], request: BlindRequest, page: Pa
     score = result.score
     vehicles = " ".join(f"--vehicle {name}" for name in request.vehicles)
     command = (
-        f"rig2sea blind {request.asked} --seed {request.seed} --run-s {request.run_s:g} "
+        f"rig2sea blind {asked_for(request)} --seed {request.seed} --run-s {request.run_s:g} "
         f"{vehicles} --to DIR"
     )
     done = (

@@ -47,11 +47,6 @@ class CampaignRequest:
         """Numbers of the cases that are asked for."""
         return sorted(set(self.only)) or range(self.cases)
 
-    @property
-    def asked(self) -> str:
-        """The option of the command that asks for them."""
-        return " ".join(f"--only {number}" for number in self.only) or f"--cases {self.cases}"
-
 
 @dataclass(frozen=True)
 class CampaignResult(Generic[S_co]):

@@ -6,7 +6,14 @@ from pipeline.blind.score import Score
 from pipeline.campaign.campaign import CampaignResult
 from pipeline.campaign.measured_campaign import MeasuredRequest
 from pipeline.campaign.measured_score import MeasuredLine, measured_lines
-from pipeline.campaign.page import goal_table, write_block, write_csv, write_pictures, write_rates
+from pipeline.campaign.page import (
+    asked_for,
+    goal_table,
+    write_block,
+    write_csv,
+    write_pictures,
+    write_rates,
+)
 
 BLOCK, TITLE = "the measured campaign", "The measured blind check"
 _CASES_HEAD = (
@@ -36,7 +43,7 @@ def write_page(result: CampaignResult[Score], request: MeasuredRequest, page: Pa
         f"{result.not_made} could not be made, {score.refused} were refused;",
         f"by the program with the digest {result.code}. Again with",
         "",
-        f"    rig2sea blind --measured DATA {request.asked} --seed {request.seed} --to DIR",
+        f"    rig2sea blind --measured DATA {asked_for(request)} --seed {request.seed} --to DIR",
         "",
         *goal_table(score.goals),
         "![Rates with their bounds; orange: the goal is missed](images/measured-rates.svg)",

@@ -7,9 +7,15 @@ from pathlib import Path
 
 from pipeline.blind.rates import Rate
 from pipeline.blind.score import Confusion
+from pipeline.campaign.campaign import CampaignRequest
 from pipeline.errors import InputError, Place
 from pipeline.provenance import write_atomically
 from pipeline.report.blind import confusion_picture, rates_picture
+
+
+def asked_for(request: CampaignRequest) -> str:
+    """Return the option of the command that asks for the cases of a campaign."""
+    return " ".join(f"--only {one}" for one in request.only) or f"--cases {request.cases}"
 
 
 def write_block(page: Path, name: str, title: str, text: str) -> None:

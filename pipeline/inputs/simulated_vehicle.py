@@ -6,9 +6,10 @@ from typing import TypeVar
 
 from pipeline.errors import CannotComputeError
 from pipeline.inputs.bench_models import bench_model
+from pipeline.inputs.bench_results import result_of
 from pipeline.inputs.vehicle_place import find_vehicle
-from pipeline.plan import TITLES, VEHICLE_FILE, processed_file, typed_name
-from pipeline.provenance import file_digest, read_envelope
+from pipeline.plan import TITLES, VEHICLE_FILE, typed_name
+from pipeline.provenance import file_digest
 from pipeline.records.base import Record
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.simulate.bench_model import BenchModel
@@ -127,17 +128,10 @@ def bench_result(name: str, out: Path, stage: str, kind: type[R]) -> tuple[R, di
     CannotComputeError
         When it is not there, or the bench gave none.
     """
-    path = out / processed_file(name, stage)
-    remedy = f"Run `rig2sea run {name}` first."
-    if not path.is_file():
+    record, inputs, why_not = result_of(name, out, stage, kind)
+    if record is None:
         raise CannotComputeError(
             f"{name} takes its thrust from its bench data, and there is no {TITLES[stage]}: "
-            f"{path} does not exist.\n{remedy}"
+            f"{why_not}\nRun `rig2sea run {name}` first, where its bench data are there."
         )
-    envelope = read_envelope(path, stage, kind)
-    if envelope.record is None:
-        raise CannotComputeError(
-            f"{name} takes its thrust from its bench data, and they gave no {TITLES[stage]}: "
-            f"{envelope.why_not}"
-        )
-    return envelope.record, dict(envelope.inputs)
+    return record, inputs

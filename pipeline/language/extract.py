@@ -39,6 +39,7 @@ _SILENT = (
     "campaign/blind_page.py",
     "campaign/measured_page.py",
     "campaign/measured_score.py",
+    "campaign/page.py",
     "workflow/engine.py",
 )
 #: Errors for programmers: they never reach a person as they are.
