@@ -77,6 +77,8 @@ def bic_baseline(vehicle: Vehicle, packed: PackedVehicle, runs: Sequence[RunTabl
         )
 
     plain = differences(packed.vector)
+    if not plain.size:  # no window is as long as it takes
+        return "refused"
     best, least = "none", _bic(plain, 0)
     for name, target, effect in _all_targets(packed):
         columns = _columns(packed, effect, target, differences, plain)
@@ -104,6 +106,8 @@ def sparse_baseline(vehicle: Vehicle, packed: PackedVehicle, runs: Sequence[RunT
         return (seen - np.concatenate(modelled)).ravel()
 
     plain = differences(packed.vector)
+    if not plain.size:
+        return "refused"
     scale = np.maximum(np.std(plain.reshape(-1, 6), axis=0), _SLOWEST)
     weight = np.tile(1.0 / scale, len(plain) // 6)
     best, least = "none", _bic(plain * weight, 0)
