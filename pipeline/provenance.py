@@ -102,8 +102,10 @@ def _closure(modules: Iterable[str]) -> tuple[set[Path], set[str]]:
     waiting = list(modules)
     while waiting:
         name = waiting.pop()
-        path = None if name in seen else _module_file(name)
+        if name in seen:
+            continue
         seen.add(name)
+        path = _module_file(name)
         if path is None:
             continue
         members.add(path)
@@ -124,17 +126,18 @@ def _module_file(name: str) -> Path | None:
     parts = name.split(".")
     if parts[0] != PACKAGE.name:
         return None
-    base = PACKAGE.joinpath(*parts[1:])
-    for candidate in (base / "__init__.py", base.with_suffix(".py")):
-        if candidate.is_file() and candidate.is_relative_to(PACKAGE):
-            return candidate
+    # thousands are asked for: as texts, in a tenth of the time of paths
+    base = os.path.join(PACKAGE, *parts[1:])  # noqa: PTH118
+    for candidate in (f"{base}/__init__.py", f"{base}.py" if parts[1:] else ""):
+        if os.path.isfile(candidate):  # noqa: PTH113
+            return Path(candidate)
     return None
 
 
 def _data_files(package: Path) -> Iterable[Path]:
-    for path in package.rglob("*"):
-        if path.is_file() and path.suffix != ".py" and "__pycache__" not in path.parts:
-            yield path
+    for folder, folders, files in os.walk(package):
+        folders[:] = [one for one in folders if one != "__pycache__"]
+        yield from (Path(folder, one) for one in files if not one.endswith(".py"))
 
 
 def _state(path: Path) -> tuple[int, int]:

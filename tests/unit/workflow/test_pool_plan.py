@@ -100,7 +100,6 @@ def test_changed_log_or_notes_redo_the_run(season: Path, ending: str) -> None:
 )
 def test_edited_or_half_written_result_is_made_again(season: Path, spoilt: str, stage: str) -> None:
     (season / spoilt).write_text("half")
-    assert stage in plan(season).pending
     assert len(plan(season).pending[stage]) == 1
 
 
