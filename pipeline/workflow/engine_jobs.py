@@ -11,7 +11,8 @@ import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from itertools import chain
+from graphlib import TopologicalSorter
+from itertools import chain, pairwise
 from pathlib import Path
 
 from pipeline.plan import RAW_KINDS, VehicleFolder, processed_file, report_file
@@ -27,6 +28,8 @@ _BEFORE_RUNS = (*RAW_KINDS, "propeller", "drive", "static")
 #: Stages of a day: the long one by itself, then what waits for it.
 _OF_DAY = (("trial_day",), ("day_diagnosis", "day_tables", "trial_page"))
 INDEX = "reports/index.html"
+#: Steps that are soon done: with more, what is done is better told to the engine now and then.
+_FEW_STEPS = 40
 
 
 @dataclass(frozen=True)
@@ -95,7 +98,20 @@ def engine_jobs(
             found += _with_runs(one, one.plan, out)
     if others is not None:
         found.append(EngineJob("index/page", (_index_step([d.vehicle.name for d in due], others),)))
-    return tuple(job for job in found if job.steps)
+    return _in_one(tuple(job for job in found if job.steps), workers)
+
+
+def _in_one(jobs: tuple[EngineJob, ...], workers: int) -> tuple[EngineJob, ...]:
+    """Give few steps to one process where no two jobs would be at work side by side."""
+    before = waits(jobs)
+    order = tuple(TopologicalSorter(before).static_order())
+    one_by_one = all(job in before[after] for job, after in pairwise(order))
+    few = sum(len(job.steps) for job in jobs) <= _FEW_STEPS
+    if len(jobs) < 2 or not few or not (one_by_one or workers == 1):
+        return jobs
+    steps = {job.name: job.steps for job in jobs}
+    together = tuple(chain.from_iterable(steps[name] for name in order))
+    return (EngineJob(order[0], together),)
 
 
 def _with_runs(one: Due, plan: PoolPlan, out: Path) -> Iterator[EngineJob]:

@@ -1,6 +1,5 @@
 """A measured withheld effect: a thruster modelled at one supply voltage, measured at another."""
 
-import shutil
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -43,16 +42,10 @@ class Workbook:
 
 
 @pytest.fixture(scope="module")
-def workbook(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Workbook:
-    found = sorted((shared_data / "t200_bollard").glob("*.xlsx"))
-    if not found:
-        pytest.skip(f"no T200 workbook in {shared_data}")
-    folder = tmp_path_factory.mktemp("raw") / "t200"
-    (folder / "mooring").mkdir(parents=True)
-    shutil.copy(VEHICLE / "vehicle.yaml", folder)
-    copied = Path(shutil.copy(found[0], folder / "mooring" / "t200.xlsx"))
+def workbook(t200_workbook: Path) -> Workbook:
+    folder = t200_workbook.parents[1]
     vehicle = load_vehicle(folder)
-    return Workbook(vehicle, read_mooring_tables([copied], vehicle, folder.parent))
+    return Workbook(vehicle, read_mooring_tables([t200_workbook], vehicle, folder.parent))
 
 
 @pytest.mark.parametrize(("modelled", "measured"), LOWER)

@@ -21,22 +21,14 @@ from pipeline.simulate.pack_thrusters import family_table
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
-VEHICLE = Path(__file__).parent / "t200"
-
 Measured = tuple[Vehicle, MooringRecord, InverseCharacteristic]
 
 
 @pytest.fixture(scope="module")
-def measured(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Measured:
-    found = sorted((shared_data / "t200_bollard").glob("*.xlsx"))
-    if not found:
-        pytest.skip(f"no T200 workbook in {shared_data}")
-    folder = tmp_path_factory.mktemp("raw") / "t200"
-    (folder / "mooring").mkdir(parents=True)
-    shutil.copy(VEHICLE / "vehicle.yaml", folder)
-    book = Path(shutil.copy(found[0], folder / "mooring" / "t200.xlsx"))
+def measured(t200_workbook: Path) -> Measured:
+    folder = t200_workbook.parents[1]
     vehicle = load_vehicle(folder)
-    record = read_mooring_tables([book], vehicle, folder.parent)
+    record = read_mooring_tables([t200_workbook], vehicle, folder.parent)
     return vehicle, record, inverse_characteristic(None, record, vehicle)
 
 

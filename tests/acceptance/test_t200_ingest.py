@@ -1,6 +1,5 @@
 """A measured mooring workbook that nobody here wrote, with nothing but a vehicle.yaml."""
 
-import shutil
 from pathlib import Path
 
 import numpy as np
@@ -16,22 +15,9 @@ KGF_N = 9.80665
 
 
 @pytest.fixture(scope="module")
-def workbook(shared_data: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The workbook in a raw folder of its own."""
-    found = sorted((shared_data / "t200_bollard").glob("*.xlsx"))
-    if not found:
-        pytest.skip(f"no T200 workbook in {shared_data}")
-    folder = tmp_path_factory.mktemp("raw") / "t200"
-    (folder / "mooring").mkdir(parents=True)
-    shutil.copy(VEHICLE / "vehicle.yaml", folder)
-    copied = shutil.copy(found[0], folder / "mooring" / "t200.xlsx")
-    return Path(copied)
-
-
-@pytest.fixture(scope="module")
-def record(workbook: Path) -> MooringRecord:
-    folder = workbook.parents[1]
-    return read_mooring_tables([workbook], load_vehicle(folder), folder.parent)
+def record(t200_workbook: Path) -> MooringRecord:
+    folder = t200_workbook.parents[1]
+    return read_mooring_tables([t200_workbook], load_vehicle(folder), folder.parent)
 
 
 def test_the_vehicle_file_agrees_with_itself() -> None:
@@ -64,9 +50,9 @@ def test_columns_and_units_as_the_sheet_states_them(record: MooringRecord) -> No
         assert columns["thrust"].unit == "Kg f"
 
 
-def test_every_number_is_that_of_the_sheet(record: MooringRecord, workbook: Path) -> None:
+def test_every_number_is_that_of_the_sheet(record: MooringRecord, t200_workbook: Path) -> None:
     """Read again with another library, cell by cell."""
-    book = load_workbook(workbook, read_only=True, data_only=True)
+    book = load_workbook(t200_workbook, read_only=True, data_only=True)
     points = {(point.source.sheet, point.source.row): point for point in record.points}
     checked = 0
     for voltage_v in range(10, 22, 2):

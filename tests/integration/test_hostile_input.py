@@ -151,7 +151,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Ran:
         (root / "reports").mkdir()
         (root / "reports/blocked").write_text("in the way", encoding="utf-8")
         before = digests(root / "raw")
-        done = rig2sea(root, "run")
+        done = rig2sea(root, "run", "--cores", "1")
         said = {"code": done.returncode, "out": done.stdout, "err": done.stderr, "raw": before}
         (root / "said.json").write_text(json.dumps(said), encoding="utf-8")
 

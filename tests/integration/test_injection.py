@@ -106,7 +106,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
         notes = LOG_NAME.replace(".mcap", ".yaml")
         quoted = json.dumps(EVIL)
         (folder / "pool" / notes).write_text(f"what: {quoted}\nwho: [{quoted}]\ntext: {quoted}\n")
-        done = rig2sea(root, "run")
+        done = rig2sea(root, "run", "--cores", "1")
         (root / "printed.txt").write_text(done.stdout + done.stderr, encoding="utf-8")
 
     return once(tmp_path_factory, "injection", build)

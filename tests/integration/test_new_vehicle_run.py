@@ -1,22 +1,10 @@
 """From ``rig2sea new`` to tables: check a blank folder, fill in a form, run."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 from openpyxl import load_workbook
-
-
-def rig2sea(folder: Path, *arguments: str) -> "subprocess.CompletedProcess[str]":
-    return subprocess.run(
-        [sys.executable, "-m", "pipeline", *arguments],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+from shared_runs import rig2sea
 
 
 def test_new_vehicle_becomes_tables(tmp_path: Path) -> None:

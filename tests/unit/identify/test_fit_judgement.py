@@ -113,8 +113,7 @@ def test_without_a_doubt_in_the_thrust_both_are_one(
     assert found.thrust == ()
 
 
-@pytest.mark.parametrize("quantity", ["depth", "velocity"])
-@pytest.mark.parametrize("lacking", [0, 1])
+@pytest.mark.parametrize(("quantity", "lacking"), [("depth", 0), ("velocity", 1)])
 def test_a_hold_out_run_may_have_other_channels(
     packed: PackedVehicle,
     sensors: Sensors,

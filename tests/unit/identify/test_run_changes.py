@@ -1,6 +1,5 @@
 """Two bundled zig-zags, one with a thruster at 0.7: that is found, and no other thruster."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -9,22 +8,9 @@ from bundled_models import bundled, mmt300_bench
 from pipeline.identify.run_changes import changes_between
 from pipeline.inputs.runs_to_identify import read_run
 from pipeline.inputs.simulated_vehicle import SimulatedVehicle
-from pipeline.records.run_table import RunTable
 from pipeline.simulate.context import model_of
 from pipeline.simulate.pack import pack_vehicle
 from pipeline.vehicle.sensor_schema import Sensors
-
-
-def beginning(table: RunTable, rows: int) -> RunTable:
-    """The first rows of a run."""
-    return replace(
-        table,
-        time_s=table.time_s[:rows],
-        values={name: values[:rows] for name, values in table.values.items()},
-        valid={name: flags[:rows] for name, flags in table.valid.items()},
-        reading={name: marks[:rows] for name, marks in table.reading.items()},
-        off_row={name: off.rows(slice(rows)) for name, off in table.off_row.items()},
-    )
 
 
 def test_the_weak_thruster_is_found_between_two_runs(
@@ -35,7 +21,7 @@ def test_the_weak_thruster_is_found_between_two_runs(
     raw = repository / "raw"
     one = SimulatedVehicle("mmt300", raw / "mmt300/vehicle.yaml", vehicle, packed, ())
     days = ("2024-05-14-zig-zag", "2024-05-15-zig-zag")
-    runs = [beginning(read_run(raw / f"mmt300/pool/{day}.mcap", one, raw)[1], 2000) for day in days]
+    runs = [read_run(raw / f"mmt300/pool/{day}.mcap", one, raw)[1].rows(0, 2000) for day in days]
     found = changes_between(
         packed, vehicle.sensors or Sensors(), runs[:1], runs[1:], model_of(vehicle).uncertainty
     )

@@ -58,6 +58,7 @@ def test_an_error_leads_to_its_curves(long_run: str) -> None:
         assert f'<figure id="{address}">' in long_run
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_commands_are_drawn_without_limits_where_the_vehicle_file_has_no_thrusters(
     results: VehicleResults,
 ) -> None:
@@ -80,6 +81,7 @@ def test_the_command_that_went_furthest_keeps_its_sign() -> None:
     assert figure.lead == "Commanded codes over 2.00 s; right went furthest, to −101."
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_every_place_of_a_problem_is_listed(results: VehicleResults) -> None:
     found = run_records.run_results(results.vehicle)
     assert found.stored is not None
@@ -93,6 +95,7 @@ def test_every_place_of_a_problem_is_listed(results: VehicleResults) -> None:
         assert f"<li>{problem.place}</li>" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_notes_are_asked_for_under_the_name_of_the_log(results: VehicleResults) -> None:
     found = run_records.run_results(results.vehicle, name="dive_3-32565f6e")
     text = run_page(replace(found, shown_path="raw/boat/pool/dive 3.mcap"), CRUMBS)
@@ -118,6 +121,7 @@ def test_one_figure_folded_away_is_no_figures(results: VehicleResults) -> None:
     assert "<summary>1 more figure</summary>" in text
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_without_scripts_there_are_none(results: VehicleResults) -> None:
     text = run_page(run_records.run_results(results.vehicle), CRUMBS)
     assert "<script defer" not in text

@@ -390,6 +390,7 @@ def test_writing_leaves_no_half_page_beside_it(results: VehicleResults, tmp_path
     assert target.read_bytes().endswith(b"</html>\n")
 
 
+@pytest.mark.usefixtures("undrawn")
 def test_changes_of_the_vehicle_file_are_listed_with_digests(results: VehicleResults) -> None:
     change = FileChange(path="thrusters.0.gain_ahead", old=1.0, value=0.69, ci95=(0.63, 0.76))
     entry = AppliedChange(

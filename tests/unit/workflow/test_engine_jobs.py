@@ -51,6 +51,17 @@ def test_every_stage_of_every_run_is_in_one_job_and_a_job_is_of_one_day(season: 
     assert len(found) < RUNS
 
 
+def test_few_steps_that_wait_for_each_other_share_a_process(season: Path) -> None:
+    due = [Due(VehicleFolder(name, f"raw/{name}"), ("vehicle_page",)) for name in "ab"]
+    (chain,) = engine_jobs(due[:1], Path(), 2, ())
+    assert [step.stage for step in chain.steps] == ["vehicle_page", "index_page"]
+    (alone,) = engine_jobs(due, Path(), 1, ())
+    assert [step.vehicle for step in alone.steps] == ["a", "b", ""]
+    assert len(engine_jobs(due, Path(), 2, ())) == 3
+    # a season tells the engine now and then what is done
+    assert len(engine_jobs([Due(BOAT, (), plan_of(season))], season, 1, ())) > RUNS / MOST_RUNS
+
+
 def test_work_of_a_run_keeps_its_order(season: Path) -> None:
     fly = next(job for name, job in jobs(season).items() if name.startswith("boat/fly-"))
     first = fly.steps[0].item
@@ -122,7 +133,8 @@ def test_only_what_is_due_is_in_a_job(season: Path, tmp_path: Path) -> None:
     assert [*jobs(root, ())] == ["index/page"]
     (root / "reports/boat/runs/run-0003.html").unlink()
     found = jobs(root)
-    assert work_of(found["boat/fly-run-0003"]) == [("run_page", "run-0003")]
+    work = work_of(found["boat/fly-run-0003"])
+    assert [one for one in work if one[0] in RUN_STAGES] == [("run_page", "run-0003")]
 
 
 def test_marks_of_an_earlier_execution_are_forgotten(season: Path) -> None:
