@@ -14,9 +14,6 @@ from pipeline.ingest.log_names import (
     log_among_bench_files,
     log_beside,
 )
-from pipeline.ingest.pool_run import read_pool_run, resample, summarize
-from pipeline.ingest.same_run import repeated_runs
-from pipeline.inputs.runs_to_identify import RATE_HZ
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, is_raw
 from pipeline.records.run_table import RunTable
 from pipeline.vehicle.run_notes import NOTES_SUFFIXES, read_run_notes
@@ -55,6 +52,10 @@ def read_run(path: Path, vehicle: Vehicle, kind_from: str) -> tuple[RunFinding, 
     RunTable or None
         Its channels on one time base, where they can be put onto one.
     """
+    # of use with logs alone: a check of bench files is done before this is imported
+    from pipeline.ingest.pool_run import read_pool_run, resample, summarize
+    from pipeline.inputs.runs_to_identify import RATE_HZ
+
     misplaced = path.absolute().parent.name in RAW_KINDS
     lies = (log_among_bench_files(str(path)),) if misplaced else ()
     try:
@@ -111,6 +112,8 @@ def strays(folder: Path) -> list[Problem]:
 
 def repeated(runs: Sequence[RunFinding]) -> list[Problem]:
     """Say which logs hold the run of another, of which one counts."""
+    from pipeline.ingest.same_run import repeated_runs
+
     records = {run.file: run.record for run in runs if run.record is not None}
     return [
         Problem(
