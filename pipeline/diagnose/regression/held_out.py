@@ -6,18 +6,17 @@ velocity from the other runs; the learned one by its regression, a linear black 
 without squares and products.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import Literal
 
 import numpy as np
 
+from pipeline.diagnose.regression.file_step import MOST, Step, file_step
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.diagnose.regression.response import FORCES, Response
-from pipeline.measured.demand import mass_of
 from pipeline.records.reference import Prediction
-from pipeline.simulate.kernel_demand import demand_along
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import FloatArray, IntArray
 
@@ -26,8 +25,6 @@ Method = Literal["reference", "vehicle file", "identified file", "black box", "l
 AHEAD_S = (1.0, 3.0, 6.0)
 #: Windows begin so far apart. [s]
 _EVERY_S = 1.5
-#: Steps in which the file's motion is followed [s]; speeds beyond which it has run away.
-_STEP_S, _MOST = 0.02, 20.0
 _RIDGE = 3.0
 
 
@@ -37,9 +34,6 @@ class FileModel:
 
     packed: PackedVehicle
     apart: frozenset[int] | None = None
-
-
-Step = Callable[[FloatArray, FloatArray, "GridRun", IntArray], FloatArray]
 
 
 def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[Prediction, ...]:
@@ -53,7 +47,7 @@ def predictions(response: Response, files: Mapping[Method, FileModel]) -> tuple[
         Vehicle files, by what they are called.
     """
     errors: dict[tuple[Method, str, float], list[FloatArray]] = {}
-    steps = {method: _by_file(model.packed) for method, model in files.items()}
+    steps = {method: file_step(model.packed) for method, model in files.items()}
     constant = {
         method: [_off(step, run) for run in response.runs] for method, step in steps.items()
     }
@@ -152,7 +146,7 @@ def _followed(
         rows = starts + done
         alive = rows <= last
         rows = np.minimum(rows, last)
-        following = np.clip(np.nan_to_num(step(now, before, run, rows)), -_MOST, _MOST)
+        following = np.clip(np.nan_to_num(step(now, before, run, rows)), -MOST, MOST)
         now, before = following, now
         for ahead, count in counts.items():
             if count == done:
@@ -160,56 +154,9 @@ def _followed(
     return found
 
 
-def _forces(run: GridRun, rows: IntArray) -> FloatArray:
-    return np.stack([run.wrench[np.maximum(rows - back, 0)] for back in range(FORCES)], axis=1)
-
-
 def _by_response(response: Response, left: int) -> Step:
     def step(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
-        return response.next_of(left, (now, before), run.down[rows - 1], _forces(run, rows))
-
-    return step
-
-
-def _by_file(packed: PackedVehicle) -> Step:
-    """Follow the file's motion; what was not measured of it is as it has it along the run."""
-    inverse = np.linalg.inv(mass_of(packed.vector))
-    known: dict[str, FloatArray] = {}
-
-    def ahead(nu: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
-        """Velocities (k, 6) a period after those that a vehicle has at the rows before."""
-        state = np.zeros((len(nu), 13))
-        begin, end = run.attitude[rows - 1], run.attitude[rows]
-        # the same turn has two quaternions
-        end = end * np.where(np.sum(begin * end, axis=1) < 0.0, -1.0, 1.0)[:, None]
-        count = max(round(run.period_s / _STEP_S), 1)
-        for k in range(count):
-            between = begin + (k + 0.5) / count * (end - begin)
-            state[:, 3:7] = between / np.linalg.norm(between, axis=1)[:, None]
-            state[:, 7:13] = nu
-            demand = np.zeros((len(nu), 6))
-            demand_along(packed.vector, state, np.zeros((len(nu), 6)), packed.strips, demand)
-            rate = (run.wrench[rows] - demand) @ inverse.T
-            nu = np.clip(nu + run.period_s / count * rate, -_MOST, _MOST)
-        return nu
-
-    def along(run: GridRun, own: list[int]) -> FloatArray:
-        """Velocities (m, 6) along a run, from rest: as measured where they were."""
-        found = np.zeros((len(run.velocity), 6))
-        found[:, own] = run.velocity
-        others = [axis for axis in range(6) if axis not in own]
-        for row in range(1, len(found)) if others else ():
-            now = ahead(found[row - 1 : row], run, np.array([row]))
-            found[row, others] = np.nan_to_num(now[0, others])
-        return found
-
-    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
-        own = [CHANNELS.index(name) for name in run.channels]
-        if run.name not in known:
-            known[run.name] = along(run, own)
-        nu = known[run.name][rows - 1].copy()
-        nu[:, own] = now
-        return np.asarray(ahead(nu, run, rows)[:, own])
+        return response.next_of(left, (now, before), run, rows)
 
     return step
 

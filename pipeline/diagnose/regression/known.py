@@ -2,10 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import product
 
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import directions_of, stated_widths
+from pipeline.diagnose.regression.file_step import file_step
 from pipeline.diagnose.regression.grid import grid_periods, on_grids
 from pipeline.diagnose.regression.held_out import (
     FileModel,
@@ -15,7 +17,7 @@ from pipeline.diagnose.regression.held_out import (
     predictions,
 )
 from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, power_of
-from pipeline.diagnose.regression.response import BENT, Response
+from pipeline.diagnose.regression.response import BENT, Response, stays
 from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
 from pipeline.records.reference import Prediction, Width
@@ -92,9 +94,10 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
             + ". Name runs that measured the same velocities and rates."
         )
     stated = stated_widths(case.vehicle, directions)
-    found = []
+    found, means = [], (stays, file_step(case.packed))
     for runs in zip(*every, strict=True):
-        response = min((Response(runs, bent) for bent in BENT), key=error_ahead)
+        tried = [Response(runs, bent, mean) for bent, mean in product(BENT, means)]
+        response = min(tried, key=error_ahead)
         told = response.told_of_sound()
         ordinary = ordinary_of(told, directions, stated)
         found.append((power_of(told, ordinary), ordinary, response))

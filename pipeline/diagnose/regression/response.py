@@ -9,11 +9,12 @@ differ.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
+from pipeline.diagnose.regression.file_step import Step
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
 from pipeline.types import FloatArray, IntArray
 
@@ -66,27 +67,25 @@ class Told:
         return Told(self.by_channel[own], self.score_by_channel[own], self.thrust)
 
 
-class _Rows:
-    """The regression of one run: features (k, f), next velocities (k, c), signatures."""
+def stays(now: FloatArray, _before: FloatArray, _run: GridRun, _rows: IntArray) -> FloatArray:
+    """Let velocities stay as they are."""
+    return now
 
-    def __init__(self, run: GridRun) -> None:
+
+class _Rows:
+    """The regression of one run: features (k, f), next velocities (k, c), signatures.
+
+    `mean` (k, c) are the next velocities before anything was learned.
+    """
+
+    def __init__(self, run: GridRun, mean: Step) -> None:
         self.run = run
         velocity = run.velocity
-        rows = np.arange(2, len(velocity))
-        now = velocity[rows - 1]
-        first, second = np.triu_indices(velocity.shape[1], 1)
-        state = [
-            np.ones((rows.size, 1)),
-            now,
-            velocity[rows - 2],
-            np.abs(now) * now,
-            now[:, first] * now[:, second],
-            run.down[rows - 1],
-        ]
-        self.rows, self.now, self.next = rows, now, velocity[rows]
-        self.state_count = sum(one.shape[1] for one in state)
-        force = _lagged(run.wrench, rows)
-        self.features = np.concatenate([*state, force.reshape(rows.size, -1)], axis=1)
+        self.rows = np.arange(2, len(velocity))
+        self.now, before = velocity[self.rows - 1], velocity[self.rows - 2]
+        self.next = velocity[self.rows]
+        self.features = _features(self.now, before, run, self.rows)
+        self.mean = mean(self.now, before, run, self.rows)
 
     @cached_property
     def more(self) -> FloatArray:
@@ -116,6 +115,28 @@ class _Rows:
         return np.asarray(found - np.einsum("dab,kb,ac->kdc", run.heavier, rate, force[:6]))
 
 
+def _features(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+    """Return what is regressed on (k, f): the state, then the wrenches."""
+    first, second = np.triu_indices(now.shape[1], 1)
+    every = [np.ones((rows.size, 1)), now, before, np.abs(now) * now]
+    every += [now[:, first] * now[:, second], run.down[rows - 1]]
+    every.append(_lagged(run.wrench, rows).reshape(rows.size, -1))
+    return np.concatenate(every, axis=1)
+
+
+def _by_force(mean: Step, runs: Sequence[GridRun]) -> FloatArray:
+    """Change of the next velocities (6, c) by a newton, or newton metre, before all is learned."""
+    found = np.zeros((6, len(runs[0].channels)))
+    for run in runs:
+        rows = np.arange(2, len(run.velocity))
+        now, before = run.velocity[rows - 1], run.velocity[rows - 2]
+        as_it_is = mean(now, before, run, rows)
+        for axis, unit in enumerate(np.eye(6)):
+            more = mean(now, before, replace(run, wrench=run.wrench + unit), rows)
+            found[axis] += np.mean(more - as_it_is, axis=0) / len(runs)
+    return found
+
+
 def _lagged(values: FloatArray, rows: IntArray) -> FloatArray:
     """Values of the last periods (k, FORCES, ...), the newest first."""
     return np.stack([values[np.maximum(rows - back, 0)] for back in range(FORCES)], axis=1)
@@ -138,6 +159,8 @@ class Response:
         Sound runs with the same channels.
     bent : float
         Times the ridge for squares and products; see `BENT`.
+    mean : callable, optional
+        The next velocities that the regression starts from; they stay as they are without it.
 
     Attributes
     ----------
@@ -147,15 +170,18 @@ class Response:
         Of each run (k, c) what the others do not predict.
     """
 
-    def __init__(self, runs: Sequence[GridRun], bent: float) -> None:
+    def __init__(self, runs: Sequence[GridRun], bent: float, mean: Step = stays) -> None:
         self.runs = tuple(runs)
-        self._bent = bent
+        self._bent, self._mean = bent, mean
         self.channels = runs[0].channels
         self.period_s = runs[0].period_s
-        self._sets = [_Rows(run) for run in runs]
+        self._sets = [_Rows(run, mean) for run in runs]
+        self._states = self._sets[0].features.shape[1] - 6 * FORCES
+        self._force = np.zeros((6 * FORCES, len(self.channels)))
+        self._force[:6] = _by_force(mean, runs)
         self._scale_features()
         scaled = [self._scaled(one) for one in self._sets]
-        spread = np.concatenate([one.next - one.now for one in self._sets]).var(axis=0)
+        spread = np.concatenate([one.next - one.mean for one in self._sets]).var(axis=0)
         noise = [np.broadcast_to(spread + 1e-12, one.next.shape) for one in self._sets]
         self._filter = np.zeros((len(self.channels), FILTER))
         for _ in range(_ROUNDS):
@@ -165,9 +191,8 @@ class Response:
 
     def _scale_features(self) -> None:
         every = np.concatenate([one.features for one in self._sets])
-        states = self._sets[0].state_count
         self._middle = np.zeros(every.shape[1])
-        self._middle[1:states] = every[:, 1:states].mean(axis=0)
+        self._middle[1 : self._states] = every[:, 1 : self._states].mean(axis=0)
         size = np.sqrt(np.mean((every - self._middle) ** 2, axis=0))
         self._scale = np.where(size > 1e-9, 1.0 / np.maximum(size, 1e-9), 0.0)
 
@@ -175,7 +200,7 @@ class Response:
         return np.asarray((one.features - self._middle) * self._scale)
 
     def _ridge(self, channel: int) -> FloatArray:
-        states = self._sets[0].state_count
+        states = self._states
         found = np.full(self._scale.size, _RIDGE)
         other = np.ones(6, bool)
         other[list(_MOVED_BY[self.channels[channel]])] = False
@@ -191,24 +216,20 @@ class Response:
         slopes = np.zeros((count + 1, width, len(self.channels)))
         spreads = np.zeros((count + 1, len(self.channels), width, width))
         for c in range(len(self.channels)):
-            before = np.zeros(width)
-            if self._scale[1 + c] > 0.0:
-                before[1 + c] = 1.0 / self._scale[1 + c]  # a velocity stays as it is
             squares, products = [], []
             for one, x, own in zip(self._sets, scaled, noise, strict=True):
-                rest = one.next[:, c] - x @ before
-                both = self._whitened(np.column_stack([x, rest]), c, own)
+                both = self._whitened(np.column_stack([x, (one.next - one.mean)[:, c]]), c, own)
                 squares.append(both[:, :-1].T @ both[:, :-1])
                 products.append(both[:, :-1].T @ both[:, -1])
             square, product, ridge = sum(squares), sum(products), np.diag(self._ridge(c))
             for left in range(count + 1):
                 out = (squares[left], products[left]) if left < count else (0.0, 0.0)
                 spreads[left, c] = np.linalg.inv(square - out[0] + ridge)
-                slopes[left, :, c] = spreads[left, c] @ (product - out[1]) + before
+                slopes[left, :, c] = spreads[left, c] @ (product - out[1])
         self._left_out = [_Fit(slopes[k], spreads[k]) for k in range(count)]
         self._of_all = _Fit(slopes[-1], spreads[-1])
         self.remainders = [
-            one.next - x @ fit.slope
+            one.next - one.mean - x @ fit.slope
             for one, x, fit in zip(self._sets, scaled, self._left_out, strict=True)
         ]
 
@@ -257,12 +278,12 @@ class Response:
 
     def told(self, run: GridRun) -> Told:
         """Return what a run that took no part says of the directions."""
-        return self._told(_Rows(run), self._of_all)
+        return self._told(_Rows(run, self._mean), self._of_all)
 
     def _told(self, one: _Rows, fit: _Fit) -> Told:
         """Weigh the remainder along the signatures; errors of the slopes are integrated out."""
         x = self._scaled(one)
-        predicted = x @ fit.slope
+        predicted = one.mean + x @ fit.slope
         remainder = one.next - predicted
         noise = self._noise(remainder)
         signature = one.signatures(self.force_of(fit.slope), predicted)
@@ -291,8 +312,7 @@ class Response:
 
     def force_of(self, slope: FloatArray) -> FloatArray:
         """Change of the next velocities (FORCES * 6, c) by a newton in each of the last periods."""
-        states = self._sets[0].state_count
-        return np.asarray(slope[states:] * self._scale[states:, None])
+        return self._force + slope[self._states :] * self._scale[self._states :, None]
 
     def after(
         self, run: GridRun, changed: FloatArray, *, left_out: int | None = None
@@ -313,15 +333,15 @@ class Response:
         tuple of ndarray
             Rows of the grid (k,), remainders without and with the change (k, c).
         """
-        one = _Rows(run)
+        one = _Rows(run, self._mean)
         fit = self._of_all if left_out is None else self._left_out[left_out]
-        predicted = self._scaled(one) @ fit.slope
+        predicted = one.mean + self._scaled(one) @ fit.slope
         left = one.next - predicted
         signature = one.signatures(self.force_of(fit.slope), predicted)
         return one.rows, left, left - np.einsum("kdc,d->kc", signature, changed)
 
     def next_of(
-        self, left_out: int, velocity: Sequence[FloatArray], down: FloatArray, force: FloatArray
+        self, left_out: int, velocity: Sequence[FloatArray], run: GridRun, rows: IntArray
     ) -> FloatArray:
         """Predict next velocities (k, c) with a run left out.
 
@@ -331,14 +351,11 @@ class Response:
             Which run takes no part.
         velocity : sequence of ndarray, shape (k, c)
             Now and a period before.
-        down : ndarray, shape (k, 3)
-            Now.
-        force : ndarray, shape (k, FORCES, 6)
-            Of the last periods, the newest first.
+        run : GridRun
+            The run that attitude and wrench are those of.
+        rows : ndarray, shape (k,)
+            Rows of it that are predicted.
         """
         now, before = velocity
-        first, second = np.triu_indices(now.shape[1], 1)
-        every = [np.ones((len(now), 1)), now, before, np.abs(now) * now]
-        every += [now[:, first] * now[:, second], down, force.reshape(len(now), -1)]
-        scaled = (np.concatenate(every, axis=1) - self._middle) * self._scale
-        return np.asarray(scaled @ self._left_out[left_out].slope)
+        scaled = (_features(now, before, run, rows) - self._middle) * self._scale
+        return self._mean(now, before, run, rows) + scaled @ self._left_out[left_out].slope
