@@ -138,7 +138,7 @@ def _at_their_sizes(
     directions, sensors = known.directions, case.vehicle.sensors
     own, taken, rounds = list(runs), dict[int, float](), 0
     while True:
-        told = [known.response.told(run) for run in own]
+        told = known.told(own)
         ranking = weighed(told, directions, known.ordinary, gained)
         sizes = {
             one.which[0]: float(np.clip(one.mean[0], *directions[one.which[0]].bounds))
@@ -201,7 +201,9 @@ def _never(
     rows: Sequence[RankedEffect], directions: Sequence[Coordinate]
 ) -> tuple[RankedEffect, ...]:
     """Effects that are not among the first."""
-    every = {NONE, UNKNOWN, *(one.effect.id for one in directions)} - {row.effect for row in rows}
+    every = {NONE, UNKNOWN, *(one.effect.id for one in directions if not one.effect.unstated)} - {
+        row.effect for row in rows
+    }
     return tuple(
         RankedEffect(effect=name, probability=0.0, parameters={}, gap_closed=None, log_evidence=0.0)
         for name in sorted(every)

@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.diagnose.linear.coordinates import Coordinate, coordinates
 from pipeline.effects.effect import Effect
+from pipeline.effects.library import unstated
 from pipeline.measured.inject import READINGS
 from pipeline.simulate.context import model_of
 from pipeline.simulate.pack import PackedVehicle
@@ -27,8 +28,12 @@ _OF_ALL, _OF_ONE, _UNSTATED = 0.75, 0.2, 0.15
 def directions_of(
     vehicle: Vehicle, packed: PackedVehicle, effects: Mapping[str, Effect]
 ) -> tuple[Coordinate, ...]:
-    """List the directions that are asked: one a parameter of an effect and thruster."""
+    """List the directions: one a parameter of an effect and thruster.
+
+    What no vehicle file states is ordinary on every vehicle; it is among them and never asked.
+    """
     asked = {name: one for name, one in effects.items() if name not in NOT_ASKED}
+    asked |= unstated(packed.context)
     uncertainty = model_of(vehicle).uncertainty or Uncertainty()
     return coordinates(packed, asked, uncertainty)
 

@@ -201,7 +201,7 @@ def _closed(before: float, after: float) -> float | None:
 
 def _size_from(known: Reference, said: Said, runs: Sequence[GridRun]) -> FloatArray:
     """Size of each direction that is named, from some runs alone."""
-    told = [known.response.told(run).tempered(known.ordinary.share) for run in runs]
+    told = [one.tempered(known.ordinary.share) for one in known.told(runs)]
     own = list(said.first.which)
     found = np.zeros(len(known.directions))
     information = np.sum([one.information for one in told], axis=0)[np.ix_(own, own)]

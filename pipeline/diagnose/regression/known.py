@@ -1,6 +1,6 @@
 """The vehicle as its sound runs show it, where that predicts better than its file."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -8,7 +8,7 @@ from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import directions_of, stated_widths
 from pipeline.diagnose.regression.file_step import file_step
-from pipeline.diagnose.regression.grid import grid_periods, on_grids
+from pipeline.diagnose.regression.grid import GridRun, grid_periods, on_grids
 from pipeline.diagnose.regression.held_out import (
     FileModel,
     Method,
@@ -16,8 +16,9 @@ from pipeline.diagnose.regression.held_out import (
     error_ahead,
     predictions,
 )
+from pipeline.diagnose.regression.offset import Offset, offset_of, without_offset
 from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, power_of
-from pipeline.diagnose.regression.response import BENT, Response, stays
+from pipeline.diagnose.regression.response import BENT, Response, Told, stays
 from pipeline.effects.effect import AXES
 from pipeline.errors import CannotComputeError
 from pipeline.records.reference import Prediction, Width
@@ -33,17 +34,23 @@ _LEAST_TRUSTED = 0.75
 class Reference:
     """A vehicle as its sound runs show it; `why` tells why it decides.
 
-    `stated` and `ordinary` are what its directions differ by between runs, before and after these
-    runs were seen; `table` says how well runs that were left out are predicted.
+    `offset` is what the response is off by in all of them alike; `stated` and `ordinary` are what
+    its directions differ by between runs, before and after these runs were seen; `table` says how
+    well runs that were left out are predicted.
     """
 
     directions: tuple[Coordinate, ...]
     response: Response
+    offset: Offset
     stated: FloatArray
     ordinary: Ordinary
     table: tuple[Prediction, ...]
     used: bool
     why: str
+
+    def told(self, runs: Sequence[GridRun]) -> list[Told]:
+        """Return what runs that are weighed together say of the directions."""
+        return [self.offset.removed(self.response.told(run), len(runs)) for run in runs]
 
     @property
     def force(self) -> dict[str, dict[str, float]]:
@@ -98,16 +105,19 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
     for runs in zip(*every, strict=True):
         tried = [Response(runs, bent, mean) for bent, mean in product(BENT, means)]
         response = min(tried, key=error_ahead)
-        told = response.told_of_sound()
+        sound = response.told_of_sound()
+        told = without_offset(sound)
         ordinary = ordinary_of(told, directions, stated)
-        found.append((power_of(told, ordinary), ordinary, response))
-    sound = [one for one in found if one[1].trusted >= _LEAST_TRUSTED]
-    _, ordinary, response = (
-        max(sound, key=lambda one: one[0]) if sound else max(found, key=lambda one: one[1].trusted)
+        found.append((power_of(told, ordinary), ordinary, response, offset_of(sound)))
+    trusted = [one for one in found if one[1].trusted >= _LEAST_TRUSTED]
+    _, ordinary, response, offset = (
+        max(trusted, key=lambda one: one[0])
+        if trusted
+        else max(found, key=lambda one: one[1].trusted)
     )
     table = predictions(response, files)
     used, why = decides(table)
-    return Reference(directions, response, stated, ordinary, table, used, why)
+    return Reference(directions, response, offset, stated, ordinary, table, used, why)
 
 
 def reference_of(case: Case) -> tuple[Reference | None, str]:

@@ -10,7 +10,6 @@ differ.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -87,32 +86,19 @@ class _Rows:
         self.features = _features(self.now, before, run, self.rows)
         self.mean = mean(self.now, before, run, self.rows)
 
-    @cached_property
-    def more(self) -> FloatArray:
-        """Wrench (k, d, FORCES * 6) of a unit of each direction.
+    def signatures(self, force: FloatArray, predicted: FloatArray) -> FloatArray:
+        """Change of the next velocities (k, d, c) by a unit of each direction.
 
-        Of past periods the acceleration is that which was measured; of the period that is to be
-        explained it is the predicted one, which `signatures` adds.
+        The acceleration that a heavier vehicle resists is the predicted one: that which was
+        measured holds what is to be explained, and more noise than motion.
         """
         run = self.run
-        own = [CHANNELS.index(name) for name in run.channels]
         rate = np.zeros((len(run.velocity), 6))
-        rate[1:, own] = np.diff(run.velocity, axis=0) / run.period_s
-        found = _lagged(run.more, self.rows)
-        inert = _lagged(-np.einsum("dab,mb->mda", run.heavier, rate), self.rows)
-        inert[:, 0] = 0.0
-        found = (found + inert).transpose(0, 2, 1, 3)
-        return np.asarray(found.reshape(self.rows.size, run.more.shape[1], -1))
-
-    def signatures(self, force: FloatArray, predicted: FloatArray) -> FloatArray:
-        """Change of the next velocities (k, d, c) by a unit of each direction."""
-        run = self.run
-        rate = np.zeros((self.rows.size, 6))
-        rate[:, [CHANNELS.index(name) for name in run.channels]] = (
-            predicted - self.now
-        ) / run.period_s
-        found = np.einsum("kdf,fc->kdc", self.more, force)
-        return np.asarray(found - np.einsum("dab,kb,ac->kdc", run.heavier, rate, force[:6]))
+        own = [CHANNELS.index(name) for name in run.channels]
+        rate[np.ix_(self.rows, own)] = (predicted - self.now) / run.period_s
+        more = run.more - np.einsum("dab,mb->mda", run.heavier, rate)
+        lagged = _lagged(more, self.rows).transpose(0, 2, 1, 3)
+        return np.einsum("kdf,fc->kdc", lagged.reshape(*lagged.shape[:2], -1), force)
 
 
 def _features(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:

@@ -182,7 +182,7 @@ def weighed(
     found.append(Change(UNKNOWN, (), (), runs.strange, runs.strange + rest, nothing, nothing))
     singles = []
     for k, prior in enumerate(priors):
-        if all(one.information[k, k] <= 0.0 for one in told):
+        if directions[k].effect.unstated or all(one.information[k, k] <= 0.0 for one in told):
             continue
         single = _single(runs, k, directions[k], float(np.log(_ONE * prior)))
         single = max([single, *_by_gains(directions[k], k, prior, gained)], key=_value)
@@ -242,7 +242,8 @@ def _log_bound(p_value: float) -> float:
 def _priors(directions: Sequence[Coordinate]) -> FloatArray:
     """Share alike between effects, then between the directions of each."""
     names = [one.effect.id for one in directions]
-    return np.array([1.0 / len(set(names)) / names.count(name) for name in names])
+    asked = {one.effect.id for one in directions if not one.effect.unstated}
+    return np.array([1.0 / len(asked) / names.count(name) for name in names])
 
 
 def _name(one: Coordinate) -> str:
