@@ -52,14 +52,20 @@ class Decided:
 
 
 def without_gap(
-    ranking: Sequence[Share], worst_ratio: float, worst_since: float, limits: Calibration
+    ranking: Sequence[Share],
+    worst_ratio: float,
+    worst_since: float,
+    limits: Calibration,
+    *,
+    healthy_known: bool,
 ) -> tuple[Share, ...]:
     """Put `none` first where the vehicle file predicts every channel as well as a healthy vehicle.
 
     With enough readings the flaws of any model are significant. What is no gap needs no cause. With
     healthy runs a gap is what came since: what the vehicle has always differed from its file by
-    would otherwise be part of the error and of the floor, and hide as much again. A
-    force that no healthy vehicle has is told from a gap on that is larger than a healthy one's,
+    would otherwise be part of the error and of the floor, and hide as much again. Without them the
+    floor is what the file states to be unsure of, which the evidence has weighed already. A force
+    that no healthy vehicle has is told from a gap on that is larger than a healthy one's,
     with `none` beside it where it is hardly larger. An error of measurement is told all the same:
     the sensors contradict each other, whatever moves the vehicle, and the prediction starts from
     what they show.
@@ -74,12 +80,15 @@ def without_gap(
         The same since the healthy runs; as `worst_ratio` where there are none.
     limits : Calibration
         Thresholds.
+    healthy_known : bool
+        The floor was learned from healthy runs.
     """
     top = ranking[0].name
     if top == NONE or set(top.split("+")) <= MEASUREMENT:
         return tuple(ranking)
     if top != UNKNOWN:
-        return tuple(ranking) if worst_since >= limits.least_gap else none_first(ranking)
+        told = not healthy_known or worst_since >= limits.least_gap
+        return tuple(ranking) if told else none_first(ranking)
     least = min(limits.least_gap, HEALTHY_GAP)
     if least <= worst_ratio < _HARDLY:
         return _with_beside(ranking, NONE)
@@ -251,7 +260,10 @@ def decide(
     shares = with_sure_effect(shares, held_out, worst_ratio, limits, healthy_known=healthy_known)
     if left is not None and not left.supply_known:
         shares = with_measured_supply(shares, worst_ratio, limits, healthy_known=healthy_known)
-    first, shares = shares[0].name, without_gap(shares, worst_ratio, since, limits)
+    first, shares = (
+        shares[0].name,
+        without_gap(shares, worst_ratio, since, limits, healthy_known=healthy_known),
+    )
     too_small = first if shares[0].name == NONE and first not in {NONE, UNKNOWN} else ""
     told = verdict_of(shares, () if left is None else left.alike, limits)
     return Decided(shares, *told, too_small)
