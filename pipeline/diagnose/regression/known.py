@@ -106,9 +106,10 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         tried = [Response(runs, bent, mean) for bent, mean in product(BENT, means)]
         response = min(tried, key=error_ahead)
         sound = response.told_of_sound()
-        told = without_offset(sound)
+        offset = offset_of(sound)
+        told = without_offset(sound, offset)
         ordinary = ordinary_of(told, directions, stated)
-        found.append((power_of(told, ordinary), ordinary, response, offset_of(sound)))
+        found.append((power_of(told, ordinary), ordinary, response, offset))
     trusted = [one for one in found if one[1].trusted >= _LEAST_TRUSTED]
     _, ordinary, response, offset = (
         max(trusted, key=lambda one: one[0])
