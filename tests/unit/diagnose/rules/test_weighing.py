@@ -144,15 +144,17 @@ def test_answer_that_closes_no_gap_is_none() -> None:
 
 
 def test_no_gap_needs_no_cause() -> None:
-    found = without_gap(SHARES, 1.2, 1.2, LIMITS)
+    found = without_gap(SHARES, 1.2, 1.2, LIMITS, healthy_known=True)
     assert found[0].name == "none"
     assert sum(one.probability for one in found) == pytest.approx(1.0)
-    assert without_gap(SHARES, 1.4, 1.4, LIMITS) == SHARES
+    assert without_gap(SHARES, 1.4, 1.4, LIMITS, healthy_known=True) == SHARES
+    # what no healthy runs have narrowed, the evidence has weighed already
+    assert without_gap(SHARES, 1.2, 1.2, LIMITS, healthy_known=False) == SHARES
     unexplained = (Share("unknown", 0.9), Share("none", 0.1))
-    assert without_gap(unexplained, 1.2, 1.2, LIMITS) == unexplained
-    assert without_gap(unexplained, 0.9, 0.9, LIMITS)[0].name == "none"
+    assert without_gap(unexplained, 1.2, 1.2, LIMITS, healthy_known=True) == unexplained
+    assert without_gap(unexplained, 0.9, 0.9, LIMITS, healthy_known=True)[0].name == "none"
     contradiction = (Share("dvl_scale", 0.9), Share("none", 0.1))
-    assert without_gap(contradiction, 1.0, 1.0, LIMITS) == contradiction
+    assert without_gap(contradiction, 1.0, 1.0, LIMITS, healthy_known=True) == contradiction
 
 
 def test_answer_that_held_out_windows_speak_against_does_not_lead() -> None:
@@ -342,14 +344,14 @@ def test_of_two_that_leave_less_alone_the_more_probable_takes_the_place() -> Non
 
 def test_unknown_at_what_is_hardly_a_gap_has_none_beside_it() -> None:
     sure = (Share("unknown", 0.999), Share("lift", 0.001))
-    found = without_gap(sure, 1.02, 1.02, LIMITS)
+    found = without_gap(sure, 1.02, 1.02, LIMITS, healthy_known=True)
     assert [one.name for one in found] == ["unknown", "none", "lift"]
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert verdict_of(found, (), LIMITS) == (("unknown",), ("none",))
-    assert without_gap(sure, 1.2, 1.2, LIMITS) == sure
+    assert without_gap(sure, 1.2, 1.2, LIMITS, healthy_known=True) == sure
     # what is less sure than that stays so, and goes behind what is surer
     doubtful = (Share("unknown", 0.4), Share("lift", 0.35), Share("none", 0.25))
-    assert without_gap(doubtful, 1.02, 1.02, LIMITS) == doubtful
+    assert without_gap(doubtful, 1.02, 1.02, LIMITS, healthy_known=True) == doubtful
 
 
 @pytest.mark.parametrize(
@@ -423,8 +425,8 @@ def test_a_gap_is_what_came_since_the_healthy_runs(
 
 def test_a_force_is_told_from_the_gap_against_the_file() -> None:
     ranking = (Share("unknown", 0.99), Share("none", 0.01))
-    assert without_gap(ranking, 0.9, 5.0, LIMITS)[0].name == "none"
-    assert without_gap(ranking, 1.2, 0.5, LIMITS)[0].name == "unknown"
+    assert without_gap(ranking, 0.9, 5.0, LIMITS, healthy_known=True)[0].name == "none"
+    assert without_gap(ranking, 1.2, 0.5, LIMITS, healthy_known=True)[0].name == "unknown"
 
 
 def test_beside_none_at_a_gap_that_hardly_a_healthy_vehicle_has_stands_unknown() -> None:
