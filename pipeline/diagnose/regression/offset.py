@@ -4,8 +4,8 @@ A regression on smoothed and noisy readings is biased: they answer a force later
 vehicle does, and the acceleration that a heavier vehicle would resist has their noise. Sound runs
 that took no part then all seem to have the same change, and so does any other run. What they share
 is no change. It is taken off, channel by channel, with the error that it is known to. In which
-directions, and how wide, is chosen one after the other, as long as the sound runs become clearly
-more probable by it; where they share nothing, nothing is taken off.
+directions, and how wide, is chosen one after the other, as long as each sound run is predicted from
+the others clearly better by it; where they share nothing, nothing is taken off.
 """
 
 from collections.abc import Sequence
@@ -57,11 +57,15 @@ class Offset:
 
 def offset_of(sound: Sequence[Told]) -> Offset:
     """Estimate what sound runs, each predicted from the others, are off by alike."""
-    information = np.sum([one.by_channel for one in sound], axis=0)
-    score = np.sum([one.score_by_channel for one in sound], axis=0)
-    return _told_by(
-        sound, np.array([_chosen(*own) for own in zip(information, score, strict=True)])
-    )
+    variance = np.zeros_like(sound[0].score_by_channel)
+    for c in range(len(variance)):
+        own = [one.of_channel(c) for one in sound]
+        for _ in range(_MOST):
+            found = _plainest(without_offset(own, _told_by(own, variance[c : c + 1])))
+            if found is None or variance[c, found[0]] > 0.0:
+                break
+            variance[c, found[0]] = found[1]
+    return _told_by(sound, variance)
 
 
 def without_offset(sound: Sequence[Told], offset: Offset) -> list[Told]:
@@ -84,22 +88,21 @@ def _told_by(sound: Sequence[Told], variance: FloatArray) -> Offset:
     return Offset(variance, mean, covariance)
 
 
-def _chosen(information: FloatArray, score: FloatArray) -> FloatArray:
-    """Choose variances (d,) of the directions in which runs are off alike, the plainest first.
+def _plainest(sound: Sequence[Told]) -> tuple[int, float] | None:
+    """Choose the direction in which runs of one channel are off alike, and its variance.
 
-    Each must gain more than the choice among all directions is worth.
+    Each run is predicted from the others, with an offset and without; what is gained over all runs
+    must be more than the choice among all directions is worth.
     """
-    variance = np.zeros(score.size)
-    for _ in range(_MOST):
-        # (I^-1 + V)^-1 and its score: what is left of the runs once the chosen are integrated out
-        left = np.linalg.solve(
-            np.eye(score.size) + information * variance, np.column_stack([information, score])
-        )
-        own, value = np.diag(left[:, :-1]), left[:, -1]
-        wide = np.square(_WIDTHS)[:, None]
-        gain = 0.5 * (wide * value**2 / (1.0 + wide * own) - np.log1p(wide * own))
-        width, k = np.unravel_index(int(np.argmax(gain)), gain.shape)
-        if variance[k] > 0.0 or gain[width, k] <= np.log(score.size):
-            break
-        variance[k] = _WIDTHS[width] ** 2
-    return variance
+    own = np.array([np.diag(one.information) for one in sound])
+    score = np.array([one.score for one in sound])
+    gain = np.zeros((len(_WIDTHS), score.shape[1]))
+    for row, width in enumerate(_WIDTHS):
+        spread = 1.0 / (own.sum(axis=0) - own + 1.0 / width**2)
+        mean = spread * (score.sum(axis=0) - score)
+        # log N(score / own; mean, 1 / own + spread) over log N(score / own; 0, 1 / own)
+        grown = 1.0 + own * spread
+        each = (spread * score**2 + 2.0 * mean * score - own * mean**2) / grown - np.log(grown)
+        gain[row] = 0.5 * each.sum(axis=0)
+    width, k = np.unravel_index(int(np.argmax(gain)), gain.shape)
+    return (int(k), _WIDTHS[width] ** 2) if gain[width, k] > np.log(score.shape[1]) else None
