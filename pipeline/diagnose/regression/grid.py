@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.regression.supply import supply_told
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
@@ -45,7 +46,7 @@ class GridRun:
     mean wrench of the thrusters over the period that ends at a row. For each direction `more`
     (m, d, 6) is the mean wrench of a unit of it but for what goes with the acceleration, and
     `heavier` (d, 6, 6) the mass that a unit adds. `attitude` (m, 4) is the quaternion from body to
-    NED.
+    NED. `supply` is what a logged voltage says of them, information (d, d) and score (d,).
     """
 
     name: str
@@ -58,6 +59,7 @@ class GridRun:
     wrench: FloatArray
     more: FloatArray
     heavier: FloatArray
+    supply: tuple[FloatArray, FloatArray] | None = None
 
 
 def grid_periods(runs: Sequence[RunTable]) -> tuple[float, ...]:
@@ -98,7 +100,11 @@ def on_grids(
     """Put a run on several grids; see `on_grid`."""
     claimed = _Claimed(packed, run, sensors)
     departures = [claimed.departure(one, np.sign(one.step) * _STEP) for one in directions]
-    return [_gridded(claimed, run, departures, period_s) for period_s in periods_s]
+    supply = supply_told(packed, run, sensors, directions)
+    return [
+        replace(_gridded(claimed, run, departures, period_s), supply=supply)
+        for period_s in periods_s
+    ]
 
 
 def _gridded(

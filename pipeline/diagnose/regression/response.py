@@ -35,6 +35,8 @@ _MOVED_BY = {"u": (0, 4), "v": (1, 3), "w": (2,), "p": (3, 1), "q": (4, 0), "r":
 class Told:
     """What the channels of a run say of the directions: information (c, d, d) and score (c, d).
 
+    The last channel is the logged supply voltage, which says nothing where there is none.
+
     `thrust` (d,) is the share by which a unit of each direction changes the thrust of the run.
     """
 
@@ -275,7 +277,9 @@ class Response:
         signature = one.signatures(self.force_of(fit.slope), predicted)
         count = signature.shape[1]
         channels = len(self.channels)
-        information, score = np.zeros((channels, count, count)), np.zeros((channels, count))
+        information, score = np.zeros((channels + 1, count, count)), np.zeros((channels + 1, count))
+        if one.run.supply is not None:
+            information[-1], score[-1] = one.run.supply
         for c in range(channels):
             every = np.column_stack([signature[:, :, c], x, remainder[:, c]])
             white = self._whitened(every, c, noise)

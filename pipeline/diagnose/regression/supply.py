@@ -1,0 +1,59 @@
+"""What a logged supply voltage says of the supply, whatever the vehicle does.
+
+The drives have V / V_nominal = 1 - drop - load_drop mean((N_i / N_max)^2), so that the two
+parameters of the supply are read off the voltage by a straight line. A battery that runs down
+during a run shows as the mean of what it lacks.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pipeline.diagnose.linear.coordinates import Coordinate
+from pipeline.diagnose.linear.predictions import voltage_channel
+from pipeline.records.run_table import RunTable
+from pipeline.simulate.pack import PackedVehicle
+from pipeline.types import FloatArray
+from pipeline.vehicle.sensor_schema import Sensors
+
+#: Readings of a supply that wanders go together: so long ones count as one. [s]
+_BLOCK_S = 4.0
+_PARAMETERS = ("voltage_sag:drop", "voltage_sag:load_drop")
+
+
+def supply_told(
+    packed: PackedVehicle,
+    run: RunTable,
+    sensors: Sensors | None,
+    directions: Sequence[Coordinate],
+) -> tuple[FloatArray, FloatArray]:
+    """Information (d, d) and score (d,) of the logged voltage; zeros where there is none."""
+    count = len(directions)
+    information, score = np.zeros((count, count)), np.zeros(count)
+    place = {one.name: k for k, one in enumerate(directions)}
+    own = [place[name] for name in _PARAMETERS if name in place]
+    voltage, marks = run.values.get("voltage"), run.reading.get("voltage")
+    logged = voltage is not None and marks is not None and bool(marks.any())
+    if not logged or len(own) < 2 or sensors is None or sensors.voltage is None:
+        return information, score
+    nominal_v = sensors.voltage.nominal_v
+    missing = 1.0 - np.asarray(voltage, float).reshape(len(run.time_s), -1)[marks, 0] / nominal_v
+    codes = np.nan_to_num(np.array(run.values["command"], float))[marks]
+    load = np.mean((codes / packed.code_limits[:, 1]) ** 2, axis=1)
+    block = ((run.time_s[marks] - run.time_s[0]) / _BLOCK_S).astype(int)
+    _, block = np.unique(block, return_inverse=True)
+    readings = np.bincount(block)
+    x = np.column_stack([np.ones(readings.size), np.bincount(block, load) / readings])
+    x *= [directions[k].unit_size for k in own]
+    y = np.bincount(block, missing) / readings
+    channel = voltage_channel(nominal_v, sensors.voltage.noise_v, 1.0)
+    noise, bias = channel.white / nominal_v, channel.bias / nominal_v
+    # the mean is known but for what it is off by in a run; what varies beside the load is no
+    # noise, but slow, and counts as one reading
+    apart, varies = x - x.mean(axis=0), y - y.mean()
+    left = varies - apart @ np.linalg.lstsq(apart, varies, rcond=None)[0]
+    weight = 1.0 / (noise**2 + readings.size * float(np.mean(left**2)))
+    mean, sure = x.mean(axis=0), 1.0 / (bias**2 + noise**2 / readings.size)
+    information[np.ix_(own, own)] = sure * np.outer(mean, mean) + weight * apart.T @ apart
+    score[own] = sure * mean * y.mean() + weight * apart.T @ varies
+    return information, score
