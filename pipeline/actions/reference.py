@@ -70,7 +70,7 @@ def make_reference(
         used=found.used,
         why=found.why,
         period_s=found.response.period_s,
-        noise_trusted=found.ordinary.trusted,
+        noise_trusted=found.trusted,
         force=found.force,
         widths=found.widths,
         predictions=found.table,

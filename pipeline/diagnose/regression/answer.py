@@ -264,7 +264,7 @@ def _evidence(
         noise[name] = ChannelNoiseCheck(
             variance=float(np.mean(left**2)),
             lag1=float(np.mean(left[1:] * left[:-1]) / max(float(np.mean(left**2)), 1e-12)),
-            widened_by=float(known.ordinary.trusted**-0.5),
+            widened_by=float(known.trusted**-0.5),
         )
     seconds = sum(float(run.time_s[-1]) for run in runs)
     return Evidence(

@@ -4,6 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
+import numpy as np
+
 from pipeline.diagnose.case import Case
 from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.directions import directions_of, stated_widths
@@ -51,6 +53,11 @@ class Reference:
     def told(self, runs: Sequence[GridRun]) -> list[Told]:
         """Return what runs that are weighed together say of the directions."""
         return [self.offset.removed(self.response.told(run), len(runs)) for run in runs]
+
+    @property
+    def trusted(self) -> float:
+        """Share of the information of a run that is left over all channels."""
+        return float(np.exp(np.mean(np.log(self.offset.share * self.ordinary.share))))
 
     @property
     def force(self) -> dict[str, dict[str, float]]:
@@ -106,19 +113,20 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         tried = [Response(runs, bent, mean) for bent, mean in product(BENT, means)]
         response = min(tried, key=error_ahead)
         sound = response.told_of_sound()
-        offset = offset_of(sound)
-        told = without_offset(sound, offset)
-        ordinary = ordinary_of(told, directions, stated)
-        found.append((power_of(told, ordinary), ordinary, response, offset))
+        ordinary = ordinary_of(sound, directions, stated)
+        found.append((power_of(sound, ordinary), ordinary, response, sound))
     trusted = [one for one in found if one[1].trusted >= _LEAST_TRUSTED]
-    _, ordinary, response, offset = (
+    _, before, response, sound = (
         max(trusted, key=lambda one: one[0])
         if trusted
         else max(found, key=lambda one: one[1].trusted)
     )
+    ordinary = ordinary_of(without_offset(sound, before.share), directions, stated)
     table = predictions(response, files)
     used, why = decides(table)
-    return Reference(directions, response, offset, stated, ordinary, table, used, why)
+    return Reference(
+        directions, response, offset_of(sound, before.share), stated, ordinary, table, used, why
+    )
 
 
 def reference_of(case: Case) -> tuple[Reference | None, str]:

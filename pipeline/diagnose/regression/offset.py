@@ -24,9 +24,11 @@ _WIDTHS, _MOST = (0.03, 0.1, 0.3, 1.0, 3.0), 6
 class Offset:
     """Mean (c, d) and covariance (c, d, d) of what a channel is off by along the directions.
 
-    `variance` (c, d) is what they were before any run was seen.
+    `share` (c,) of the information of a run was trusted to tell it, and is of any other run;
+    `variance` (c, d) is what the directions were before any run was seen.
     """
 
+    share: FloatArray
     variance: FloatArray
     mean: FloatArray
     covariance: FloatArray
@@ -42,8 +44,9 @@ class Offset:
             Runs that are weighed together. They share the error of the offset, and each counts it
             as so many times larger, so that together they are told no better than it is known.
         """
-        information, score = told.by_channel.copy(), told.score_by_channel.copy()
-        for c, own in enumerate(told.by_channel):
+        tempered = told.tempered(self.share)
+        information, score = tempered.by_channel.copy(), tempered.score_by_channel.copy()
+        for c, own in enumerate(tempered.by_channel):
             spread = runs * self.covariance[c]
             if not spread.any():
                 continue
@@ -55,37 +58,53 @@ class Offset:
         return Told(information, score, told.thrust)
 
 
-def offset_of(sound: Sequence[Told]) -> Offset:
-    """Estimate what sound runs, each predicted from the others, are off by alike."""
+def offset_of(sound: Sequence[Told], share: FloatArray) -> Offset:
+    """Estimate what sound runs, each predicted from the others, are off by alike.
+
+    Parameters
+    ----------
+    sound : sequence of Told
+        Of each sound run.
+    share : ndarray, shape (c,)
+        Share of the information of each channel that is trusted.
+    """
     variance = np.zeros_like(sound[0].score_by_channel)
     for c in range(len(variance)):
         own = [one.of_channel(c) for one in sound]
         for _ in range(_MOST):
-            found = _plainest(without_offset(own, _told_by(own, variance[c : c + 1])))
+            found = _plainest(_removed(own, share[c : c + 1], variance[c : c + 1]))
             if found is None or variance[c, found[0]] > 0.0:
                 break
             variance[c, found[0]] = found[1]
-    return _told_by(sound, variance)
+    return _told_by(sound, share, variance)
 
 
-def without_offset(sound: Sequence[Told], offset: Offset) -> list[Told]:
-    """Take off each sound run what the others are off by alike."""
+def without_offset(sound: Sequence[Told], share: FloatArray) -> list[Told]:
+    """Take off each sound run what the others are off by alike, and nothing that it chose."""
+    return [offset_of(_others(sound, k), share).removed(one, 1) for k, one in enumerate(sound)]
+
+
+def _removed(sound: Sequence[Told], share: FloatArray, variance: FloatArray) -> list[Told]:
     return [
-        _told_by([*sound[:k], *sound[k + 1 :]], offset.variance).removed(one, 1)
-        for k, one in enumerate(sound)
+        _told_by(_others(sound, k), share, variance).removed(one, 1) for k, one in enumerate(sound)
     ]
 
 
-def _told_by(sound: Sequence[Told], variance: FloatArray) -> Offset:
+def _others(sound: Sequence[Told], left_out: int) -> list[Told]:
+    return [*sound[:left_out], *sound[left_out + 1 :]]
+
+
+def _told_by(sound: Sequence[Told], share: FloatArray, variance: FloatArray) -> Offset:
     """Estimate an offset from runs, with its variances (c, d) before they were seen."""
-    information = np.sum([one.by_channel for one in sound], axis=0)
-    score = np.sum([one.score_by_channel for one in sound], axis=0)
+    tempered = [one.tempered(share) for one in sound]
+    information = np.sum([one.by_channel for one in tempered], axis=0)
+    score = np.sum([one.score_by_channel for one in tempered], axis=0)
     mean, covariance = np.zeros_like(score), np.zeros_like(information)
     for c, wide in enumerate(variance > 0.0):
         own = np.ix_(wide, wide)
         spread = np.linalg.inv(information[c][own] + np.diag(1.0 / variance[c, wide]))
         mean[c, wide], covariance[c][own] = spread @ score[c, wide], spread
-    return Offset(variance, mean, covariance)
+    return Offset(share, variance, mean, covariance)
 
 
 def _plainest(sound: Sequence[Told]) -> tuple[int, float] | None:
