@@ -53,7 +53,7 @@ def test_every_effect_is_in_the_ranking_and_probabilities_add_up(weak: Diagnosis
 def test_what_is_not_named_goes_into_no_vehicle_file(
     weak_case: Case, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    patient = replace(calibration(), least_gap=1e3, most_none_gap=1e3)
+    patient = replace(calibration(), verdict=1.1, most_none_gap=1e3)
     monkeypatch.setattr(engine, "calibration", lambda: patient)
     found = diagnose_fully(weak_case, threads=1)
     assert found.record.verdict.effects == ("none",)

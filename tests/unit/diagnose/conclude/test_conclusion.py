@@ -91,7 +91,7 @@ def test_the_record_tells_what_was_concluded(weighed: Weighed) -> None:
 def test_what_stands_beside_none_goes_into_no_model_but_says_where_to_look(
     weighed: Weighed,
 ) -> None:
-    wide = replace(calibration(), least_gap=100.0, most_none_gap=100.0)
+    wide = replace(calibration(), verdict=1.1, most_none_gap=100.0)
     concluded = weighed.conclude(wide)
     assert concluded.said.names == ("none",)
     assert concluded.said.ambiguous == ("thruster_degraded",)
