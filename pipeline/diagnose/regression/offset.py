@@ -123,5 +123,5 @@ def _plainest(sound: Sequence[Told]) -> tuple[int, float] | None:
         grown = 1.0 + own * spread
         each = (spread * score**2 + 2.0 * mean * score - own * mean**2) / grown - np.log(grown)
         gain[row] = 0.5 * each.sum(axis=0)
-    width, k = np.unravel_index(int(np.argmax(gain)), gain.shape)
-    return (int(k), _WIDTHS[width] ** 2) if gain[width, k] > np.log(score.shape[1]) else None
+    best, k = divmod(int(np.argmax(gain)), gain.shape[1])
+    return (k, _WIDTHS[best] ** 2) if gain[best, k] > np.log(score.shape[1]) else None

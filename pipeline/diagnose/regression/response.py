@@ -97,10 +97,10 @@ class _Rows:
         run = self.run
         rate = np.zeros((len(run.velocity), 6))
         own = [CHANNELS.index(name) for name in run.channels]
-        rate[np.ix_(self.rows, own)] = (predicted - self.now) / run.period_s
+        rate[self.rows[:, None], own] = (predicted - self.now) / run.period_s
         more = run.more - np.einsum("dab,mb->mda", run.heavier, rate)
         lagged = _lagged(more, self.rows).transpose(0, 2, 1, 3)
-        return np.einsum("kdf,fc->kdc", lagged.reshape(*lagged.shape[:2], -1), force)
+        return np.asarray(np.einsum("kdf,fc->kdc", lagged.reshape(*lagged.shape[:2], -1), force))
 
 
 def _features(now: FloatArray, before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
