@@ -16,7 +16,7 @@ from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_validity import LARGEST, impossible
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.records.run_arrays import PoolRun, RunChannel
-from pipeline.types import FloatArray
+from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
 #: Ratio between what was read and what would be plausible -> what it looks like.
@@ -31,6 +31,8 @@ _FACTORS = (
     (1000.0 / 9.80665, "thousandths of g"),
 )
 _TABLE_HZ = 20.0
+#: Of what command and shaft speed reach: a speed that follows its command changes by about as much.
+_LEAST_SLOPE = 0.5
 #: A day of comparing; a clock that jumps makes a run of many.
 _MOST_ROWS = 1_800_000
 
@@ -292,15 +294,20 @@ def _shaft_against_command(run: PoolRun, place: Place) -> list[Problem]:
 
 
 def _contradiction(code: FloatArray, speed: FloatArray) -> str:
-    """Say how shaft speeds contradict commands; nothing where they agree or say little."""
+    """Say how shaft speeds contradict commands; nothing where they agree or say little.
+
+    A shaft takes up to a second to follow, and one command that is held says nothing of how its
+    size follows: that is told by an interval, which short or steady runs leave wide.
+    """
     largest = float(np.abs(code).max()) if code.size else 0.0
     driven = np.abs(code) > 0.3 * largest
-    if code.size < 50 or driven.sum() < 20:
+    held = _held(np.sign(code) * driven)
+    if code.size < 50 or held.sum() < 20:
         return ""
     fast = float(np.quantile(np.abs(speed), 0.95))
     if fast < 1.0:
         return "it stands still while it is commanded"
-    turning = driven & (np.abs(speed) > 0.1 * fast)
+    turning = held & (np.abs(speed) > 0.1 * fast)
     if turning.sum() >= 20:
         against = float((np.sign(speed[turning]) != np.sign(code[turning])).mean())
         # a tachometer may not know the direction; noise about zero has both signs
@@ -310,15 +317,44 @@ def _contradiction(code: FloatArray, speed: FloatArray) -> str:
             against = 0.0
         if against > 0.3:
             return f"in {100 * against:.0f} % of the time it turns the other way"
-    still = float((np.abs(speed[driven]) < 0.05 * fast).mean())
+    still = float((np.abs(speed[held]) < 0.05 * fast).mean())
     if still > 0.3:
         return f"in {100 * still:.0f} % of the time it stands still while it is commanded"
-    size, effort = np.abs(speed), np.abs(code)
-    if effort.std() > 0.05 * largest and size.std() > 0:
+    effort, size = _over_a_second(np.abs(code) / largest), _over_a_second(np.abs(speed) / fast)
+    if effort.std() > 0.05 and size.std() > 0:
         agreement = float(np.corrcoef(effort, size)[0, 1])
-        if agreement < 0.3:
+        if agreement < 0.3 and _highest_slope(effort, size) < _LEAST_SLOPE:
             return f"its size does not follow that of the command (correlation {agreement:.2f})"
     return ""
+
+
+def _held(way: FloatArray) -> BoolArray:
+    """Tell in which rows a thruster has been driven one way for a second."""
+    rows = np.arange(way.size)
+    changes = np.where(np.diff(way, prepend=way[:1]) != 0.0, rows, 0)
+    since: IntArray = rows - np.maximum.accumulate(changes)
+    return np.asarray((way != 0.0) & (since >= _TABLE_HZ))
+
+
+def _over_a_second(values: FloatArray) -> FloatArray:
+    """Mean over a second, in which a shaft follows its command."""
+    return np.convolve(values, np.full(round(_TABLE_HZ), 1.0 / _TABLE_HZ), mode="valid")
+
+
+def _highest_slope(effort: FloatArray, size: FloatArray) -> float:
+    """Upper end of a 95 % interval of the slope of `size` over `effort`, both shares of the largest.
+
+    Neighbouring rows say the same: n (1 - a b) / (1 + a b) of n rows count, with the correlations
+    a and b of one row with the next (Bartlett 1935).
+    """
+    x, y = effort - effort.mean(), size - size.mean()
+    slope = float(x @ y / (x @ x))
+    rest = y - slope * x
+    alike = float(np.prod([one[1:] @ one[:-1] / max(one @ one, 1e-12) for one in (x, rest)]))
+    freedom = x.size * (1.0 - alike) / (1.0 + alike) - 2.0
+    if freedom <= 1.0:
+        return np.inf
+    return slope + 2.0 * float(np.sqrt(rest @ rest / (x @ x) / freedom))
 
 
 def worth_saying(counts: Mapping[str, int]) -> Sequence[str]:

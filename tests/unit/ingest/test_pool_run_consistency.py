@@ -231,6 +231,20 @@ def test_a_supply_in_millivolts(tmp_path: Path) -> None:
     assert "looks like thousandths" in warnings_of(tmp_path, [topic], vehicle)
 
 
+@pytest.mark.parametrize("seconds", [4, 10])
+def test_a_steady_command_does_not_tell_how_the_speed_follows_it(
+    tmp_path: Path, seconds: int
+) -> None:
+    """The shaft spins up for 1.2 s, then keeps a speed; the autopilot trims its command a little."""
+    t = np.arange(100 * seconds) / 100.0
+    trim = np.outer(np.sin(2.0 * t) + (t > 1.0), [8.0, 6.0, 4.0, 8.0])
+    codes = [60.0, 50.0, 70.0, -60.0] + trim
+    shafts = np.where(t[:, None] < 1.2, 0.0, [40.0, 20.0, 70.0, -60.0])
+    _, rate = excited()
+    told = warnings_of(tmp_path, [*topics_of(codes, rate[: t.size]), shaft_topic(shafts)])
+    assert "contradicts its command" not in told
+
+
 def test_the_noise_of_a_shaft_that_is_hardly_commanded_says_nothing(tmp_path: Path) -> None:
     codes, rate = excited()
     codes[:, 3] = 0.01 * codes[:, 3]
