@@ -1,7 +1,6 @@
-"""What the readers of bench tables share: the tables of a file, and what is wrong with it."""
+"""The tables of a bench file with their readings, and what is wrong with the file."""
 
-import hashlib
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,21 +10,31 @@ from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_number, shorten
 from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
+from pipeline.ingest.load_test_rows import RowWords
 from pipeline.ingest.readings import Reading, readings_of
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
 from pipeline.ingest.workbook import read_sheets
-from pipeline.vehicle.bench_schema import BenchColumns, Column
+from pipeline.vehicle.bench_schema import BenchColumns
 
 #: A table that lies on its side has a row for each quantity.
 _MOST_TURNED_ROWS = 40
 
 
 @dataclass(frozen=True)
-class BenchFile:
-    """The tables of one file with their readings, and every problem met."""
+class FoundTable:
+    """A table with at least one reading, and what words say of its rows in a load test."""
 
-    tables: tuple[tuple[Block, tuple[Reading, ...]], ...]
+    block: Block
+    readings: tuple[Reading, ...]
+    words: RowWords | None = None
+
+
+@dataclass(frozen=True)
+class BenchFile:
+    """The tables of one file, and every problem met."""
+
+    tables: tuple[FoundTable, ...]
     problems: tuple[Problem, ...]
     is_blank: bool = False
     """Whether it is a form that nobody has filled in yet."""
@@ -43,51 +52,6 @@ def source_name(path: Path, raw_root: Path) -> str:
         return path.absolute().relative_to(raw_root.absolute()).as_posix()
     except ValueError:
         return path.name
-
-
-def without_copies(paths: Sequence[Path], raw_root: Path) -> tuple[list[Path], list[Problem]]:
-    """Leave out files that are byte for byte a copy of an earlier one.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        Files; one that cannot be read is kept, its reader will say why.
-    raw_root : Path
-        For the names in messages.
-
-    Returns
-    -------
-    list of Path
-        Files to read.
-    list of Problem
-        A warning for each copy: its points would count twice.
-    """
-    kept: list[Path] = []
-    problems: list[Problem] = []
-    first: dict[str, Path] = {}
-    for path in paths:
-        try:
-            with path.open("rb") as stream:
-                digest = hashlib.file_digest(stream, "sha256").hexdigest()
-        except OSError:
-            kept.append(path)
-            continue
-        if first.setdefault(digest, path) is path:
-            kept.append(path)
-            continue
-        what = f"the same content as {source_name(first[digest], raw_root)}; left out."
-        place = Place(source_name(path, raw_root))
-        problems.append(Problem("warning", place, what, "", "Delete the copy."))
-    return kept, problems
-
-
-def mapped_columns(columns: BenchColumns) -> dict[str, Column]:
-    """Return the columns that vehicle.yaml states, by quantity."""
-    return {
-        name: column
-        for name in type(columns).model_fields
-        if isinstance(column := getattr(columns, name), Column)
-    }
 
 
 def sheets_of(path: Path, shown_as: str) -> tuple[Sheet, ...] | Problem:
@@ -109,7 +73,7 @@ def read_bench_file(
     columns: BenchColumns,
     looked_for: str,
     *,
-    headings_of: Callable[[Block], Collection[int]] | None = None,
+    words_of: Callable[[Block], RowWords] | None = None,
 ) -> BenchFile:
     """Read every table of one file; never raises for what is in it.
 
@@ -125,16 +89,11 @@ def read_bench_file(
         What vehicle.yaml states: sheets, and texts of rows to keep.
     looked_for : str
         The required columns in words, for the message that there are none.
-    headings_of : callable, optional
-        Rows of a table that are headings although they hold numbers ("Code: 90").
-
-    Returns
-    -------
-    BenchFile
-        Tables with at least one row.
+    words_of : callable, optional
+        Reads the words between the rows; some of these are headings with numbers ("Code: 90").
     """
     problems: list[Problem] = []
-    tables: list[tuple[Block, tuple[Reading, ...]]] = []
+    tables: list[FoundTable] = []
     missed: list[tuple[Sheet, str]] = []
     wrong: Sequence[Problem]
     sheets = sheets_of(path, shown_as)
@@ -152,12 +111,11 @@ def read_bench_file(
             missed.append((sheet, instead))
         for block in search.blocks:
             problems += _assumed_units(block, wanted)
-            readings, wrong = readings_of(
-                block, wanted, () if headings_of is None else headings_of(block)
-            )
+            words = None if words_of is None else words_of(block)
+            readings, wrong = readings_of(block, wanted, () if words is None else words.headings)
             problems += wrong
             if readings:
-                tables.append((block, readings))
+                tables.append(FoundTable(block, readings, words))
     if tables or any(problem.severity == "error" for problem in problems):
         for sheet, instead in missed:
             what = f"no {looked_for} here; the sheet was not read. It has {instead}."

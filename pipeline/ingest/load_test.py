@@ -1,33 +1,30 @@
 """Load tests of a drive: speed and torque for each control code, from workbooks and text files."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import (
-    BenchFile,
-    mapped_columns,
-    read_bench_file,
-    source_name,
-    without_copies,
-)
+from pipeline.ingest.bench_file import FoundTable
+from pipeline.ingest.bench_kind import FileFound, Kind, read_files
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.columns_stated import sheet_read
-from pipeline.ingest.headers import Wanted
-from pipeline.ingest.load_test_codes import codes_of_blocks
-from pipeline.ingest.load_test_repeats import LoadTable, Repeats
-from pipeline.ingest.load_test_rows import WARM_UP, RowWords, row_words
-from pipeline.ingest.load_test_table import read_table, summary
-from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED, VOCABULARY
+from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_problems
+from pipeline.ingest.load_test_checks import check_magnitudes, check_powers, drop_dead_channels
+from pipeline.ingest.load_test_codes import TableCode, codes_of_blocks
+from pipeline.ingest.load_test_rows import WARM_UP, RowWords, mark_early, row_words, with_words
+from pipeline.ingest.load_test_signs import check_signs, two_curves, with_signs_of_codes
+from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
+from pipeline.ingest.load_test_words import ANY_POWER, BRANCH_WORDS, REQUIRED, VOCABULARY
 from pipeline.ingest.readings import Reading
-from pipeline.ingest.rows import counted
-from pipeline.ingest.usable import with_cause
+from pipeline.ingest.repeats import BenchTable
+from pipeline.ingest.row_directions import with_signed_codes
+from pipeline.ingest.rows import counted, listed
+from pipeline.ingest.settled_steps import settle_loads
+from pipeline.ingest.usable import is_refused
+from pipeline.ingest.vocabulary import name_score, split_header, unit_fits
 from pipeline.records.base import Source
-from pipeline.records.measurements import LoadTestPoint, LoadTestRecord, SheetRead
+from pipeline.records.measurements import LoadTestPoint, LoadTestRecord
 from pipeline.vehicle.schema import Vehicle
-
-_LOOKED_FOR = "table of torque against shaft speed"
 
 
 def read_load_tests(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> LoadTestRecord:
@@ -49,77 +46,148 @@ def read_load_tests(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
     LoadTestRecord
         Points in rpm, N m, A, V, W with marks, what was read of each table, and all problems.
     """
-    columns = vehicle.columns.load_test
-    wanted = Wanted(
-        vocabulary=VOCABULARY,
-        required=REQUIRED,
-        kind="load_test",
-        mapping=mapped_columns(columns),
-        only=columns.only,
-        shared=frozenset({"code"}),
-        split_words=BRANCH_WORDS,
-    )
-    points: list[LoadTestPoint] = []
-    sheets: list[SheetRead] = []
-    kept, problems = without_copies(sorted(paths), raw_root)
-    repeats = Repeats()
-    for path in kept:
-        words: dict[int, RowWords] = {}
-
-        def headings_of(block: Block, words: dict[int, RowWords] = words) -> Collection[int]:
-            words[id(block)] = row_words(block, vehicle.drive.code_max)
-            return words[id(block)].headings
-
-        shown_as = source_name(path, raw_root)
-        found = read_bench_file(
-            path, shown_as, wanted, columns, _LOOKED_FOR, headings_of=headings_of
-        )
-        said = list(found.problems)
-        tables, read = _tables(found, path, words, vehicle, said)
-        sheets += read
-        tables = repeats.marked(tables, said)
-        own = [_point(table.place, one) for table in tables for one in table.readings]
-        points += own
-        if not found.is_blank:
-            said = with_cause(said, shown_as, [point.marks for point in own], "load-test")
-        problems += [*said, *_of_file(Place(shown_as), own)]
-    codes = {point.code for point in points if point.code is not None and not point.marks}
-    if len({abs(code) for code in codes}) == 1:
-        what = (
-            f"there is one control code only ({', '.join(f'{code:g}' for code in sorted(codes))}): "
-            "the family M(n, N) over codes cannot be fitted."
-        )
-        expected = f"several codes between 0 and {vehicle.drive.code_max}."
-        folder = Place(source_name(min(paths).parent, raw_root))
-        problems.append(Problem("error", folder, what, expected, "Add the records of other codes."))
-    return LoadTestRecord(
-        points=tuple(points), sheets=tuple(sheets), problems=tuple(dict.fromkeys(problems))
-    )
+    read = read_files(_KIND, sorted(paths), vehicle, raw_root)
+    return LoadTestRecord(points=read.points, sheets=read.sheets, problems=read.problems)
 
 
-def _tables(
-    found: BenchFile,
-    path: Path,
-    words: dict[int, RowWords],
-    vehicle: Vehicle,
-    problems: list[Problem],
-) -> tuple[list[LoadTable], list[SheetRead]]:
+def _tables(file: FileFound) -> list[BenchTable]:
     """Read the tables of a file, sheet by sheet: a heading may state the code of several."""
-    tables: list[LoadTable] = []
-    read: list[SheetRead] = []
-    for _, of_sheet in groupby(found.tables, key=lambda one: one[0].sheet.name):
+    tables: list[BenchTable] = []
+    for _, of_sheet in groupby(file.tables, key=lambda one: one.block.sheet.name):
         own = list(of_sheet)
-        codes = codes_of_blocks([block for block, _ in own], path, vehicle.drive.code_max, problems)
-        for (block, rows), code in zip(own, codes, strict=True):
-            readings, wrong = read_table(block, rows, code, words[id(block)], vehicle)
-            problems += wrong
-            tables.append(LoadTable(block.sheet.place(), tuple(readings), code.found_in))
-            said = summary(readings, code) if readings else "left out"
-            read.append(sheet_read(block, vehicle.columns.load_test, len(readings), said))
-    return tables, read
+        blocks, code_max = [one.block for one in own], file.vehicle.drive.code_max
+        codes = codes_of_blocks(blocks, file.path, code_max, file.problems)
+        for one, code in zip(own, codes, strict=True):
+            readings = _read_table(one, code, file.vehicle, file.problems)
+            tables.append(BenchTable(one.block.place(), tuple(readings), code.found_in))
+    return tables
 
 
-def _of_file(file: Place, points: Sequence[LoadTestPoint]) -> list[Problem]:
+def _read_table(
+    found: FoundTable, code: TableCode, vehicle: Vehicle, problems: list[Problem]
+) -> list[Reading]:
+    """Tell code, direction, branch and steadiness of a table's readings, and check them.
+
+    Returns the readings in the order of the rows, marked where they are not to be fitted; none of
+    a table that is left out. `code` is that of the table, where no column holds it.
+    """
+    block, readings, words = found.block, found.readings, found.words or RowWords()
+    mapping, drive = vehicle.columns.load_test, vehicle.drive
+    problems += words.problems
+    wrong = pwm_problems(block, readings, vehicle, "shaft_speed")
+    problems += wrong
+    if is_refused([*words.problems, *wrong]):
+        return []
+    done = command_in_codes(block, readings, vehicle, "load_test", problems)
+    done = with_words(done, words, code.value, drive.code_max)
+    if mapping.warm_up_s is not None:
+        done = mark_early(done, mapping.warm_up_s)
+    steps = settle_loads(block.place(), done)
+    problems += steps.problems
+    signed = with_signed_codes(block, steps.readings, mapping.direction, "load_test", problems)
+    if signed is None or is_refused(steps.problems):
+        return []
+    done = signed
+    for check in (with_signs_of_codes, drop_dead_channels, _sweeps, check_signs):
+        done, wrong = check(block, done)
+        problems += wrong
+    done = codes_in_range(block, done, drive, problems)
+    curves = two_curves(block, done)
+    if curves is not None:
+        problems.append(curves)
+        return []
+    problems += check_powers(block, done)
+    problems += check_magnitudes(
+        block, done, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
+    )
+    problems += [*_no_clock(block, readings, mapping.warm_up_s), *_powers_not_read(block)]
+    return done
+
+
+def _no_clock(block: Block, readings: Sequence[Reading], warm_up_s: float | None) -> list[Problem]:
+    if warm_up_s is None or any("time" in one.values for one in readings):
+        return []
+    what = f"vehicle.yaml states warm_up_s: {warm_up_s:g}, but there is no time to count it by."
+    remedy = "Add one, or mark the rows with a word (warm-up) in a column named status."
+    return [Problem("warning", block.place(block.header_row), what, "a time column.", remedy)]
+
+
+def _sweeps(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading], list[Problem]]:
+    """Tell branches and warm-up, code by code, in the order of the rows."""
+    by_code: dict[float | None, list[int]] = {}
+    for index, reading in enumerate(readings):
+        if not reading.marks:
+            by_code.setdefault(reading.values.get("code"), []).append(index)
+    done = list(readings)
+    problems: list[Problem] = []
+    for code, indices in by_code.items():
+        sweep, drifting = mark_drift([readings[index] for index in indices])
+        if drifting:
+            rows = [reading.row for reading in sweep[:drifting]]
+            problems.append(
+                Problem(
+                    "note",
+                    block.place(rows[0]),
+                    f"{listed(rows)}{_at(code)}: no load and a speed that still drifts; taken for "
+                    "warm-up and not fitted.",
+                    "",
+                    "To say it yourself, add a time column and warm_up_s in vehicle.yaml, or a "
+                    'column "status".',
+                )
+            )
+        settled = with_branches(sweep[drifting:])
+        for index, reading in zip(indices, [*sweep[:drifting], *settled], strict=True):
+            done[index] = reading
+    return done, problems
+
+
+def _at(code: float | None) -> str:
+    return "" if code is None else f", code {code:g}"
+
+
+def _powers_not_read(block: Block) -> list[Problem]:
+    return [
+        Problem(
+            "note",
+            block.place(block.header_row),
+            f'"{header}" says neither input nor output power; it was not read.',
+            "input (electric) or output (shaft) power in the name.",
+            "Rename it, or state it in vehicle.yaml under columns: load_test: input_power or "
+            "output_power.",
+        )
+        for header in block.other_headers
+        if _is_power(header)
+    ]
+
+
+def _is_power(header: str) -> bool:
+    return any(
+        name_score(text, ANY_POWER) > 0 and (text.unit is None or unit_fits(text.unit, ANY_POWER))
+        for text in split_header(header)
+    )
+
+
+def _points(_file: FileFound, tables: Sequence[BenchTable]) -> list[tuple[LoadTestPoint, ...]]:
+    return [tuple(_point(table.place, one) for one in table.readings) for table in tables]
+
+
+def _point(place: Place, one: Reading) -> LoadTestPoint:
+    values = one.values
+    return LoadTestPoint(
+        source=Source(file=place.file, sheet=place.sheet, row=one.row),
+        code=values.get("code"),
+        shaft_speed_rpm=values["shaft_speed"],
+        torque_nm=values["torque"],
+        current_a=values.get("current"),
+        voltage_v=values.get("voltage"),
+        input_power_w=values.get("input_power"),
+        output_power_w=values.get("output_power"),
+        branch=one.branch or "loading",
+        marks=one.marks,
+    )
+
+
+def _remarks(file: Place, points: Sequence[LoadTestPoint]) -> list[Problem]:
     """Say what is said once for a file: no code, rows of warm-up."""
     problems: list[Problem] = []
     codeless = list(dict.fromkeys(one.source.sheet for one in points if one.code is None))
@@ -146,17 +214,48 @@ def _of_file(file: Place, points: Sequence[LoadTestPoint]) -> list[Problem]:
     return problems
 
 
-def _point(place: Place, one: Reading) -> LoadTestPoint:
-    values = one.values
-    return LoadTestPoint(
-        source=Source(file=place.file, sheet=place.sheet, row=one.row),
-        code=values.get("code"),
-        shaft_speed_rpm=values["shaft_speed"],
-        torque_nm=values["torque"],
-        current_a=values.get("current"),
-        voltage_v=values.get("voltage"),
-        input_power_w=values.get("input_power"),
-        output_power_w=values.get("output_power"),
-        branch=one.branch or "loading",
-        marks=one.marks,
+def _one_code(points: Sequence[LoadTestPoint], folder: Place, vehicle: Vehicle) -> list[Problem]:
+    """Say where all files together have one code only."""
+    codes = {point.code for point in points if point.code is not None}
+    if len({abs(code) for code in codes}) != 1:
+        return []
+    what = (
+        f"there is one control code only ({', '.join(f'{code:g}' for code in sorted(codes))}): "
+        "the family M(n, N) over codes cannot be fitted."
     )
+    expected = f"several codes between 0 and {vehicle.drive.code_max}."
+    return [Problem("error", folder, what, expected, "Add the records of other codes.")]
+
+
+def _summary(table: BenchTable, points: Sequence[LoadTestPoint]) -> str:
+    codes = sorted({one.code for one in points if one.code is not None})
+    if not codes:
+        what = "no control code"
+    elif len(codes) == 1:
+        what = f"code {codes[0]:g} ({table.code_from})"
+    else:
+        what = f"{len(codes)} codes from {codes[0]:g} to {codes[-1]:g} ({table.code_from})"
+    speeds = [one.shaft_speed_rpm for one in points]
+    torques = [one.torque_nm for one in points]
+    return (
+        f"{what}, {counted(len(points), 'point')}, {min(speeds):.0f} to {max(speeds):.0f} rpm, "
+        f"{min(torques):.3g} to {max(torques):.3g} N m"
+    )
+
+
+_KIND = Kind(
+    name="load_test",
+    noun="load-test",
+    looked_for="table of torque against shaft speed",
+    vocabulary=VOCABULARY,
+    required=REQUIRED,
+    tables=_tables,
+    points=_points,
+    summary=_summary,
+    remarks=_remarks,
+    over_all=_one_code,
+    row_words=lambda block, vehicle: row_words(block, vehicle.drive.code_max),
+    shared=frozenset({"code"}),
+    split_words=BRANCH_WORDS,
+    copies_by_row=True,
+)

@@ -2,40 +2,47 @@
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import mapped_columns, read_bench_file, source_name, without_copies
+from pipeline.ingest.bench_file import FoundTable
+from pipeline.ingest.bench_kind import FileFound, Kind, read_files
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import shorten
-from pipeline.ingest.columns_stated import sheet_read
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
-from pipeline.ingest.copied_tables import TablesSeen
-from pipeline.ingest.headers import Wanted
-from pipeline.ingest.mooring_points import MooringTable, points_of_file
+from pipeline.ingest.mooring_points import points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis
-from pipeline.ingest.mooring_words import DOWN, LEVER, OF_THE_RIG, UP, VOCABULARY
 from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.readings import COMMENTED, Reading
-from pipeline.ingest.row_directions import signed_codes
+from pipeline.ingest.repeats import BenchTable
+from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_limits import thrust_problem
 from pipeline.ingest.thrust_shape import shape_problem
 from pipeline.ingest.thrusters_apart import compare_thrusters
-from pipeline.ingest.usable import with_cause
+from pipeline.ingest.usable import is_refused
 from pipeline.ingest.vocabulary import plain
-from pipeline.ingest.word_lists import words_of
-from pipeline.records.measurements import MooringPoint, MooringRecord, SheetRead
+from pipeline.ingest.word_lists import vocabulary_of, words_of
+from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
 
 __all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
 
+VOCABULARY = vocabulary_of("mooring")
+_UP, _DOWN = words_of("directions", "up"), words_of("directions", "down")
+#: A lever between thruster and sensor, or a factor: whether the numbers hold it people must say.
+_LEVER = re.compile(
+    r"\b(?:lever\w*|moment arm|arm ratio|arms?\b(?=.*\d)|pivot\w*|rocker|bell[ -]?crank|beam ratio"
+    r"|рычаг\w*|плеч[оеа]\w*|коромысл\w*|балансир\w*|качалк\w*)\b"
+    r"|\b(?:multipl\w*|divid\w*|умнож\w*|раздел[иеё]\w*|дел[ие]\w*|множител\w*)\b.{0,30}?\d",
+    re.IGNORECASE,
+)
 #: Slower than this is rest. [m/s]
 _AT_REST_MPS = 0.05
-_LOOKED_FOR = "table of thrust against code or pulse width (PWM)"
 #: A small "в" that stands by itself is a preposition ("опыт 3 в бассейне"), and so is a large one
 #: before a word in capitals.
 _VOLTS = re.compile(
@@ -67,95 +74,76 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
     Order of rows is taken for order of measurement: it tells rising sweeps from falling ones and
     carries the tare between its readings at code 0.
     """
-    columns = vehicle.columns.mooring
-    wanted = Wanted(
-        VOCABULARY,
-        required=(("code", "pwm"), ("thrust",)),
-        kind="mooring",
-        mapping=mapped_columns(columns),
-        only=columns.only,
-        shared=frozenset({"code", "pwm"}),
-        split_words=tuple(
-            word
-            for name in ("up", "down", "reverse", "forward")
-            for word in words_of("directions", name)
-        ),
-    )
-    points: list[MooringPoint] = []
-    sheets: list[SheetRead] = []
-    drifts: list[float] = []
-    kept, problems = without_copies(paths, raw_root)
-    seen = TablesSeen()
-    for path in kept:
-        shown_as = source_name(path, raw_root)
-        found = read_bench_file(path, shown_as, wanted, columns, _LOOKED_FOR)
-        said = list(found.problems)
-        tables = [_table(block, readings, vehicle, said) for block, readings in found.tables]
-        tables = [_without_copy(table, seen, said) for table in tables]
-        file = points_of_file(tables)
-        said += file.problems
-        drifts += [] if file.tare_drift_n is None else [file.tare_drift_n]
-        tables_points = compare_thrusters(
-            [(block.place(), block.thruster) for block, _ in found.tables], file.points, said
-        )
-        for (block, readings), measured in zip(found.tables, tables_points, strict=True):
-            own = _possible(block, measured, vehicle, said)
-            points += own
-            sheets.append(sheet_read(block, vehicle.columns.mooring, len(readings), _summary(own)))
-        if any("code" not in block.columns for block, _ in found.tables):
-            said.append(pwm_note(shown_as, vehicle))
-        marks = [point.marks for own in file.points for point in own]
-        problems += said if found.is_blank else with_cause(said, shown_as, marks, "mooring")
-    fitted = [point for point in points if not point.marks]
-    if fitted:
-        folder = Place(source_name(min(paths).parent, raw_root))
-        problems += _over_all(fitted, folder, vehicle)
+    read = read_files(_KIND, paths, vehicle, raw_root)
+    fitted = [point for point in read.points if not point.marks]
     return MooringRecord(
-        points=tuple(points),
-        sheets=tuple(sheets),
-        problems=tuple(problems),
+        points=read.points,
+        sheets=read.sheets,
+        problems=read.problems,
         hysteresis_n=hysteresis(
             [point.code for point in fitted],
             [point.thrust_n for point in fitted],
             [point.sweep for point in fitted],
             [point.voltage_v for point in fitted],
         ),
-        tare_drift_n=max(drifts, default=None),
+        tare_drift_n=_tare_drift(read.tables),
     )
 
 
-def _table(
-    block: Block, readings: tuple[Reading, ...], vehicle: Vehicle, problems: list[Problem]
-) -> MooringTable:
+def _tare_drift(tables: Sequence[BenchTable]) -> float | None:
+    """Return the largest change of what a table reads at code 0; None without two readings. [N]."""
+    zeros = [[one.values["thrust"] for one in table.readings if one.is_zero] for table in tables]
+    return max((float(np.ptp(one)) for one in zeros if len(one) > 1), default=None)
+
+
+def _tables(file: FileFound) -> list[BenchTable]:
+    return [_table(one, file.vehicle, file.problems) for one in file.tables]
+
+
+def _table(found: FoundTable, vehicle: Vehicle, problems: list[Problem]) -> BenchTable:
     """Add to the readings what the headings tell: voltage, sweep, direction, per cent."""
+    block, place = found.block, found.block.place()
     thrust = block.columns["thrust"]
-    own = f"{thrust.header} {thrust.group}"
-    texts = (own, block.sheet.name or "", heading_text(block.above))
-    place = block.place()
-    wrong = _lever_unclear(block, vehicle) or pwm_problems(block, readings, vehicle, "thrust")
+    texts = (
+        f"{thrust.header} {thrust.group}",
+        block.sheet.name or "",
+        heading_text(block.above),
+    )
+    wrong = _lever_unclear(block, vehicle) or pwm_problems(block, found.readings, vehicle, "thrust")
     problems += wrong
-    if any(problem.severity == "error" for problem in wrong):
-        return MooringTable(place, ())
-    coded = command_in_codes(block, readings, vehicle, "mooring", problems)
+    if is_refused(wrong):
+        return BenchTable(place, ())
+    coded = command_in_codes(block, found.readings, vehicle, "mooring", problems)
     steps = settle(place, tuple(coded), "thrust")
     problems += steps.problems
     readings = _at_rest(block, steps.readings, problems)
-    codes = {one.row: one.values["code"] for one in readings if "code" in one.values}
-    signed, said = signed_codes(block, codes, vehicle.columns.mooring.direction, "mooring")
-    problems += said
-    if signed is None or any(problem.severity == "error" for problem in steps.problems):
-        return MooringTable(place, ())
-    coded = [
-        one.with_values(code=signed[one.row]) if one.row in signed else one for one in readings
-    ]
-    readings = tuple(codes_in_range(block, coded, vehicle.drive, problems))
+    stated = vehicle.columns.mooring.direction
+    signed = with_signed_codes(block, readings, stated, "mooring", problems)
+    if signed is None or is_refused(steps.problems):
+        return BenchTable(place, ())
+    readings = tuple(codes_in_range(block, signed, vehicle.drive, problems))
     sense: Sweep | None = None
-    if _told(texts, DOWN, UP):
+    if _told(texts, _DOWN, _UP):
         sense = "down"
-    elif _told(texts, UP, DOWN):
+    elif _told(texts, _UP, _DOWN):
         sense = "up"
     voltage = None if "voltage" in block.columns else _stated_voltage(texts)
-    return MooringTable(place, readings, voltage, sense, block.thruster)
+    return BenchTable(place, readings, nominal_voltage_v=voltage, sense=sense)
+
+
+def _points(file: FileFound, tables: Sequence[BenchTable]) -> list[tuple[MooringPoint, ...]]:
+    of_tables = points_of_file(tables, file.problems)
+    blocks = [one.block for one in file.tables]
+    of_tables = compare_thrusters(
+        [(block.place(), block.thruster) for block in blocks], of_tables, file.problems
+    )
+    possible = [
+        _possible(block, points, file.vehicle, file.problems)
+        for block, points in zip(blocks, of_tables, strict=True)
+    ]
+    if any("code" not in block.columns for block in blocks):
+        file.problems.append(pwm_note(file.place.file, file.vehicle))
+    return possible
 
 
 def _lever_unclear(block: Block, vehicle: Vehicle) -> list[Problem]:
@@ -164,7 +152,7 @@ def _lever_unclear(block: Block, vehicle: Vehicle) -> list[Problem]:
     stated = vehicle.columns.mooring.thrust
     title = heading_text(block.above)
     lever = next(
-        (text for text in (thrust.header, thrust.group, title) if LEVER.search(text)),
+        (text for text in (thrust.header, thrust.group, title) if _LEVER.search(text)),
         title if factor_in_name(title, "thrust") else None,
     )
     if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
@@ -205,15 +193,10 @@ def _at_rest(
     return tuple(one.marked("not at rest") if one.row in rows else one for one in readings)
 
 
-def _without_copy(table: MooringTable, seen: TablesSeen, problems: list[Problem]) -> MooringTable:
-    told = table.nominal_voltage_v, table.sense
-    return replace(table, readings=seen.marked(table.place, table.readings, problems, *told))
-
-
 def _told(texts: Sequence[str], words: Sequence[str], opposite: Sequence[str]) -> bool:
     """Tell whether the first text that has a word of either list has one of `words` alone.
 
-    >>> _told(["Power up"], UP, DOWN), _told(["Set-up 2, codes up"], UP, DOWN)
+    >>> _told(["Power up"], _UP, _DOWN), _told(["Set-up 2, codes up"], _UP, _DOWN)
     (False, True)
     """
     for text in texts:
@@ -251,7 +234,7 @@ def _possible(
         found.append(thrust_problem(block.place(), points, vehicle, block.columns["thrust"]))
     said = [problem for problem in found if problem is not None]
     problems += said
-    return () if any(problem.severity == "error" for problem in said) else points
+    return () if is_refused(said) else points
 
 
 def _is_stand_in(vehicle: Vehicle) -> bool:
@@ -259,9 +242,7 @@ def _is_stand_in(vehicle: Vehicle) -> bool:
     return vehicle.name == "unknown"
 
 
-def _summary(points: Sequence[MooringPoint]) -> str:
-    if not points:
-        return "left out"
+def _summary(_table: BenchTable, points: Sequence[MooringPoint]) -> str:
     codes = [point.code for point in points]
     thrust = [point.thrust_n for point in points]
     parts = [
@@ -306,3 +287,22 @@ def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -
             remedy = "Correct tables: supply_voltage_v in vehicle.yaml, or measure at it."
             problems.append(Problem("warning", folder, what, "", remedy))
     return problems
+
+
+_KIND = Kind(
+    name="mooring",
+    noun="mooring",
+    looked_for="table of thrust against code or pulse width (PWM)",
+    vocabulary=VOCABULARY,
+    required=(("code", "pwm"), ("thrust",)),
+    tables=_tables,
+    points=_points,
+    summary=_summary,
+    over_all=_over_all,
+    shared=frozenset({"code", "pwm"}),
+    split_words=tuple(
+        word
+        for name in ("up", "down", "reverse", "forward")
+        for word in words_of("directions", name)
+    ),
+)

@@ -9,12 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import mapped_columns, read_bench_file, source_name, without_copies
+from pipeline.ingest.bench_kind import FileFound, Kind, read_files
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_text, shorten
-from pipeline.ingest.columns_stated import sheet_read
-from pipeline.ingest.copied_tables import TablesSeen
-from pipeline.ingest.headers import Wanted
 from pipeline.ingest.open_water_coefficients import (
     TORQUE_FACTORS,
     Coefficients,
@@ -25,17 +22,16 @@ from pipeline.ingest.open_water_coefficients import (
     efficiency,
 )
 from pipeline.ingest.readings import Reading
+from pipeline.ingest.repeats import BenchTable
 from pipeline.ingest.rows import counted, listed
-from pipeline.ingest.usable import with_cause
 from pipeline.ingest.word_lists import vocabulary_of
 from pipeline.records.base import Source
-from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord, SheetRead
+from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord
 from pipeline.vehicle.schema import Vehicle
 
 __all__ = ["VOCABULARY", "read_open_water"]
 
 VOCABULARY = vocabulary_of("open_water")
-_LOOKED_FOR = "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed"
 _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\s*$")
 #: Outside of it an advance ratio is a mistake of units or of columns.
 _LARGEST_ADVANCE_RATIO = 3.0
@@ -63,40 +59,22 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
         Points of all files that could be read, with every problem. A file that cannot be read is
         a problem of severity "error", and the others are read.
     """
-    columns = vehicle.columns.open_water
-    wanted = Wanted(
-        VOCABULARY,
-        required=(
-            ("advance_ratio", "speed"),
-            (
-                *("thrust_coefficient", "torque_coefficient", "torque_coefficient_x10"),
-                *("power_coefficient", "thrust", "torque"),
-            ),
-        ),
-        kind="open_water",
-        mapping=mapped_columns(columns),
-        only=columns.only,
-    )
-    points: list[OpenWaterPoint] = []
-    sheets: list[SheetRead] = []
-    kept, problems = without_copies(paths, raw_root)
-    seen = TablesSeen()
-    for path in kept:
-        shown_as = source_name(path, raw_root)
-        found = read_bench_file(path, shown_as, wanted, columns, _LOOKED_FOR)
-        said: list[Problem] = list(found.problems)
-        marks: list[tuple[str, ...]] = []
-        for block, given in found.tables:
-            readings = seen.marked(block.place(), given, said)
-            own = _points(block, readings, vehicle, said)
-            points += own
-            marks += [point.marks for point in own]
-            sheets.append(sheet_read(block, columns, len(readings), _summary(own)))
-        problems += said if found.is_blank else with_cause(said, shown_as, marks, "open-water")
-    return OpenWaterRecord(points=tuple(points), sheets=tuple(sheets), problems=tuple(problems))
+    read = read_files(_KIND, paths, vehicle, raw_root)
+    return OpenWaterRecord(points=read.points, sheets=read.sheets, problems=read.problems)
 
 
-def _points(
+def _tables(file: FileFound) -> list[BenchTable]:
+    return [BenchTable(one.block.place(), one.readings) for one in file.tables]
+
+
+def _points(file: FileFound, tables: Sequence[BenchTable]) -> list[tuple[OpenWaterPoint, ...]]:
+    return [
+        tuple(_of_table(one.block, table.readings, file.vehicle, file.problems))
+        for one, table in zip(file.tables, tables, strict=True)
+    ]
+
+
+def _of_table(
     block: Block, readings: tuple[Reading, ...], vehicle: Vehicle, problems: list[Problem]
 ) -> list[OpenWaterPoint]:
     problems += _notes(block, vehicle)
@@ -309,9 +287,7 @@ _CHECK_COLUMN = (
 )
 
 
-def _summary(points: Sequence[OpenWaterPoint]) -> str:
-    if not points:
-        return "left out"
+def _summary(_table: BenchTable, points: Sequence[OpenWaterPoint]) -> str:
     ratios = [point.advance_ratio for point in points]
     parts = [counted(len(points), "point"), f"J {min(ratios):.3g} to {max(ratios):.3g}"]
     for name, values in (
@@ -329,3 +305,23 @@ def _summary(points: Sequence[OpenWaterPoint]) -> str:
     if marked:
         parts.append(f"{marked} left out")
     return ", ".join(parts)
+
+
+_KIND = Kind(
+    name="open_water",
+    noun="open-water",
+    looked_for=(
+        "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed"
+    ),
+    vocabulary=VOCABULARY,
+    required=(
+        ("advance_ratio", "speed"),
+        (
+            *("thrust_coefficient", "torque_coefficient", "torque_coefficient_x10"),
+            *("power_coefficient", "thrust", "torque"),
+        ),
+    ),
+    tables=_tables,
+    points=_points,
+    summary=_summary,
+)

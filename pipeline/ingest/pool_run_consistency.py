@@ -342,7 +342,7 @@ def _over_a_second(values: FloatArray) -> FloatArray:
 
 
 def _highest_slope(effort: FloatArray, size: FloatArray) -> float:
-    """Upper end of a 95 % interval of the slope of `size` over `effort`, both shares of the largest.
+    """Upper end of a 95 % interval of the slope of `size` over `effort`.
 
     Neighbouring rows say the same: n (1 - a b) / (1 + a b) of n rows count, with the correlations
     a and b of one row with the next (Bartlett 1935).

@@ -36,6 +36,11 @@ class Reading:
     marks: tuple[str, ...] = ()
     branch: Literal["loading", "unloading"] | None = None
 
+    @property
+    def is_zero(self) -> bool:
+        """Whether it is of a command of 0 and counts: a reading of the tare."""
+        return not self.marks and self.values.get("code") == 0.0
+
     def marked(self, *marks: str) -> "Reading":
         """Return the reading with more marks, each once."""
         both = tuple(dict.fromkeys((*self.marks, *marks)))

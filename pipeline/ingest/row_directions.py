@@ -1,5 +1,6 @@
 """Which rows were taken in reverse: a column or headings that say so, where codes have no sign."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import PurePath
@@ -7,8 +8,9 @@ from pathlib import PurePath
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
-from pipeline.ingest.mooring_words import OF_THE_RIG
+from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import listed
+from pipeline.ingest.usable import is_refused
 from pipeline.ingest.vocabulary import plain, split_header
 from pipeline.ingest.word_lists import words_of
 from pipeline.vehicle.bench_schema import Direction
@@ -26,6 +28,11 @@ _TRUTHS = (
     {"да": -1, "нет": 1},
 )
 _MOST_TEXTS = 4
+#: What is done to a rig, and says nothing of the order of codes or of a direction.
+OF_THE_RIG = re.compile(
+    r"\b(set|warm\w*|power\w*|start\w*|back|close|mock|wake) up\b"
+    r"|\b(cool\w*|power\w*|shut|break|tear|strip|wind) down\b"
+)
 
 
 @dataclass(frozen=True)
@@ -221,35 +228,27 @@ def _filled(signs: Mapping[int, int], rows: Sequence[int]) -> dict[int, int]:
     return filled
 
 
-def signed_codes(
-    block: Block, codes: Mapping[int, float], stated: Direction | None, kind: str
-) -> tuple[dict[int, float] | None, list[Problem]]:
-    """Return the codes with the sign of their direction, where anything tells one.
+def with_signed_codes(
+    block: Block,
+    readings: Sequence[Reading],
+    stated: Direction | None,
+    kind: str,
+    problems: list[Problem],
+) -> list[Reading] | None:
+    """Return the readings with the sign of their direction on the codes, where anything tells one.
 
-    Parameters
-    ----------
-    block : Block
-        The table.
-    codes : mapping of int to float
-        Code of each row that has one.
-    stated : Direction or None
-        What vehicle.yaml says of a column of directions.
-    kind : str
-        Section of vehicle.yaml.
-
-    Returns
-    -------
-    tuple of (dict of int to float or None, list of Problem)
-        Codes that have signs already keep them, and rows in which the two contradict are named.
-        None where a column parts the rows and nobody knows how.
+    Codes that have signs already keep them, and rows in which the two contradict are named. None
+    where a column parts the rows and nobody knows how. `stated` is what vehicle.yaml says of a
+    column of directions, `kind` its section.
     """
+    codes = {one.row: one.values["code"] for one in readings if "code" in one.values}
     if not codes:
-        return {}, []
+        return list(readings)
     found = directions_of(block, list(codes), stated, kind)
-    problems = list(found.problems)
+    problems += found.problems
     signs, unsigned = found.signs, min(codes.values()) >= 0.0
-    if any(problem.severity == "error" for problem in problems):
-        return (None if unsigned else dict(codes)), problems
+    if is_refused(found.problems):
+        return None if unsigned else list(readings)
     if not unsigned:
         wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
         if wrong:
@@ -258,13 +257,16 @@ def signed_codes(
             place = block.sheet.place(wrong[0], letter)
             remedy = "Correct the rows, or rename the column if it is no direction of thrust."
             problems.append(Problem("warning", place, what, "one direction a row.", remedy))
-        return dict(codes), problems
+        return list(readings)
     told = "" if signs else _told_reverse(block, kind)
     if told:
         signs = dict.fromkeys(codes, -1)
         what = f'"{shorten(told)}" says reverse and no code is negative: codes were given a minus.'
         problems.append(Problem("note", block.place(), what))
-    return {row: code * signs.get(row, 1) + 0.0 for row, code in codes.items()}, problems
+    return [
+        one.with_values(code=codes[one.row] * signs.get(one.row, 1)) if one.row in codes else one
+        for one in readings
+    ]
 
 
 def _told_reverse(block: Block, kind: str) -> str:

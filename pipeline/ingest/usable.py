@@ -1,4 +1,4 @@
-"""A file that gives no point to fit: one error that says so, and why."""
+"""Tables that are left out, and a file that gives no point to fit: one error that says why."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -8,6 +8,11 @@ from pipeline.ingest.rows import counted
 
 #: How the marks of points begin that only repeat what is read elsewhere.
 _COPIES = ("duplicate", "also on sheet")
+
+
+def is_refused(problems: Sequence[Problem]) -> bool:
+    """Tell whether one of the problems of a table or file leaves it out."""
+    return any(problem.severity == "error" for problem in problems)
 
 
 def with_cause(
@@ -36,7 +41,7 @@ def with_cause(
     """
     if any(not own or own[0].startswith(_COPIES) for own in marks):
         return list(problems)
-    if any(problem.severity == "error" for problem in problems):
+    if is_refused(problems):
         return list(problems)
     rest = [problem for problem in problems if problem.severity != "warning"]
     warnings = [problem for problem in problems if problem.severity == "warning"]

@@ -1,7 +1,10 @@
-"""Readings that occur twice: repeated rows, copied sheets, a code measured on two sheets."""
+"""What stands twice counts once: copied files, tables and rows, and a code on two sheets."""
 
-from collections.abc import Sequence
+import hashlib
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -10,36 +13,79 @@ from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import counted, listed
 from pipeline.types import FloatArray
 
-_Key = tuple[str, ...]
+COPY = "duplicate"
+#: Fewer readings may agree by chance.
+_LEAST_ROWS = 4
 #: Of the largest value; what rounding to three digits may change.
 _ROUNDING = 1e-3
 _DERIVED_SHARE = 0.9
 _LEAST_DERIVED = 10
 _MOST_PAIRS = 4_000_000
+#: A thrust alone, read coarsely, may well repeat in the next row; so many quantities do not.
+_LEAST_QUANTITIES = 3
 
 
 @dataclass(frozen=True)
-class LoadTable:
-    """Readings of a table, its sheet, and where their codes were found."""
+class BenchTable:
+    """Readings of a table in the order of its rows, and what its headings tell of all of them."""
 
     place: Place
     readings: tuple[Reading, ...]
-    code_from: str
+    code_from: str = ""
+    """Where the codes of a load test were found."""
+    nominal_voltage_v: float | None = None
+    sense: Literal["up", "down"] | None = None
+    """Of a mooring test's sweep."""
+
+
+def without_copies(paths: Sequence[Path], shown: Sequence[str]) -> tuple[list[Path], list[Problem]]:
+    """Leave out files that are byte for byte a copy of an earlier one; `shown` are their names.
+
+    One that cannot be read is kept: its reader will say why.
+    """
+    kept: list[Path] = []
+    problems: list[Problem] = []
+    first: dict[str, int] = {}
+    for number, path in enumerate(paths):
+        try:
+            with path.open("rb") as stream:
+                digest = hashlib.file_digest(stream, "sha256").hexdigest()
+        except OSError:
+            digest = str(path)
+        earlier = first.setdefault(digest, number)
+        if earlier == number:
+            kept.append(path)
+            continue
+        what = f"the same content as {shown[earlier]}; left out."
+        problems.append(Problem("warning", Place(shown[number]), what, "", "Delete the copy."))
+    return kept, problems
 
 
 class Repeats:
-    """Remembers the load tests of all files and marks readings that were read before."""
+    """Remembers the tables of all files of a folder and marks what was read before."""
 
-    def __init__(self) -> None:
-        self._seen: dict[_Key, tuple[Place, int]] = {}
+    def __init__(self, *, by_row: bool) -> None:
+        """Begin with nothing seen.
 
-    def marked(self, tables: Sequence[LoadTable], problems: list[Problem]) -> list[LoadTable]:
-        """Return the tables of a file, marked where a reading or a code was read before.
+        Parameters
+        ----------
+        by_row : bool
+            Whether one row that stands twice is a copy, as of a load test, whose speeds and
+            torques have many digits; else only a whole table is.
+        """
+        self._by_row = by_row
+        self._rows: dict[object, tuple[Place, int]] = {}
+        self._tables: dict[object, Place] = {}
+
+    def marked(self, tables: Sequence[BenchTable], problems: list[Problem]) -> list[BenchTable]:
+        """Return the tables of a file, marked where they were read before, and say so.
 
         Several files may measure the same code: that is a repetition of the test and nothing is
-        marked. What was marked is added to `problems`.
+        marked.
         """
-        done: list[LoadTable] = []
+        if not self._by_row:
+            return [self._whole(table, problems) for table in tables]
+        done: list[BenchTable] = []
         for table in tables:
             earlier = [one for one in done if one.place != table.place]
             readings = _codes_twice(table, earlier, problems)
@@ -48,6 +94,22 @@ class Repeats:
             done.append(replace(table, readings=tuple(readings)))
         return done
 
+    def _whole(self, table: BenchTable, problems: list[Problem]) -> BenchTable:
+        live = [one for one in table.readings if not one.marks]
+        numbers = tuple(map(_key, live))
+        key = (table.nominal_voltage_v, table.sense, numbers)
+        if len(set(numbers)) < _LEAST_ROWS or self._tables.setdefault(key, table.place) is (
+            table.place
+        ):
+            return table
+        what = (
+            f"all {len(live)} rows stand in {self._tables[key]}, too, with the same numbers; kept "
+            "but not fitted."
+        )
+        problems.append(Problem("warning", table.place, what, "", "Delete the copy."))
+        marked = (one if one.marks else one.marked(COPY) for one in table.readings)
+        return replace(table, readings=tuple(marked))
+
     def _rows_twice(
         self, place: Place, readings: Sequence[Reading], problems: list[Problem]
     ) -> list[Reading]:
@@ -55,10 +117,10 @@ class Repeats:
         repeated: dict[Place, list[int]] = {}
         for one in readings:
             here = (place, one.row)
-            seen = here if one.marks else self._seen.setdefault(_key(one), here)
+            seen = here if one.marks else self._rows.setdefault(_key(one), here)
             if seen != here:
                 repeated.setdefault(seen[0], []).append(one.row)
-            marked.append(one if seen == here else one.marked("duplicate"))
+            marked.append(one if seen == here else one.marked(COPY))
         for first, rows in repeated.items():
             whole = len(rows) == len(readings)
             where = "further up" if first == place else f"in {first}"
@@ -73,7 +135,7 @@ class Repeats:
 
 
 def _codes_twice(
-    table: LoadTable, earlier: Sequence[LoadTable], problems: list[Problem]
+    table: BenchTable, earlier: Sequence[BenchTable], problems: list[Problem]
 ) -> list[Reading]:
     """Mark the readings at a code that an earlier sheet of the file has with other values."""
     marked = list(table.readings)
@@ -110,7 +172,7 @@ def _branches(readings: Sequence[Reading]) -> set[str]:
 def _derived(
     place: Place,
     readings: Sequence[Reading],
-    earlier: Sequence[LoadTable],
+    earlier: Sequence[BenchTable],
     problems: list[Problem],
 ) -> list[Reading]:
     """Mark a sheet that holds an earlier one once more, rounded or without signs.
@@ -147,7 +209,26 @@ def _codeless(readings: Sequence[Reading]) -> FloatArray:
     ).reshape(-1, 2)
 
 
-def _key(reading: Reading) -> _Key:
+def _key(reading: Reading) -> tuple[str, ...]:
     # Nine digits: the same file read as text and as a workbook differs in the last ones.
     values = {name: v for name, v in reading.values.items() if name != "time"}
     return tuple(f"{name}={value:.9g}" for name, value in sorted(values.items()))
+
+
+def pasted_rows(place: Place, readings: Iterable[Reading], problems: list[Problem]) -> list[int]:
+    """Return the rows of a mooring test that were pasted twice, not measured twice, and say so.
+
+    They repeat the row above in all of at least three quantities, with the thruster running.
+    """
+    rows: list[int] = []
+    before: Reading | None = None
+    for one in readings:
+        again = before is not None and one.values == before.values and not one.marks
+        if again and len(one.values) >= _LEAST_QUANTITIES and one.values["code"] != 0.0:
+            rows.append(one.row)
+        before = one
+    if rows:
+        what = f"every value of the row above stands again in {listed(rows)}; left out."
+        at = replace(place, row=rows[0])
+        problems.append(Problem("warning", at, what, remedy="Delete the copies."))
+    return rows
