@@ -63,24 +63,7 @@ class Archive:
 def unpack(data: bytes, place: Place, limits: Limits) -> Archive:
     """Unpack the XML members of a zip file within the limits.
 
-    Parameters
-    ----------
-    data : bytes
-        The whole file.
-    place : Place
-        The file, for messages.
-    limits : Limits
-        What it may cost.
-
-    Returns
-    -------
-    Archive
-        Names and XML members.
-
-    Raises
-    ------
-    InputError
-        Truncated, damaged, encrypted, or larger than the limits.
+    Raises `InputError` for one that is truncated, damaged, encrypted, or larger than the limits.
     """
     try:
         with zipfile.ZipFile(BytesIO(data)) as packed:
@@ -210,18 +193,7 @@ def _inflate(packed: bytes, place: Place, limits: Limits, left: int) -> bytes:
 
 
 def scan_sheet(xml: bytes) -> SheetScan:
-    """Find a worksheet's extent and its formula cells without a stored value.
-
-    Parameters
-    ----------
-    xml : bytes
-        The member ``xl/worksheets/sheetN.xml``.
-
-    Returns
-    -------
-    SheetScan
-        Extent from cell A1, number of cells, and formulas without values.
-    """
+    """Find a worksheet's extent from cell A1, its cells, and its formulas without values."""
     scan = SheetScan()
     # The extent is taken from every reference in the text, so that no odd quoting can hide a cell
     # at the far end: a reader that lays the sheet out as a dense table would not survive it.

@@ -77,20 +77,9 @@ def read_bench_file(
 ) -> BenchFile:
     """Read every table of one file; never raises for what is in it.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    shown_as : str
-        Its name in messages and sources.
-    wanted : Wanted
-        Quantities to look for.
-    columns : BenchColumns
-        What vehicle.yaml states: sheets, and texts of rows to keep.
-    looked_for : str
-        The required columns in words, for the message that there are none.
-    words_of : callable, optional
-        Reads the words between the rows; some of these are headings with numbers ("Code: 90").
+    `shown_as` is its name in messages and sources, `columns` what vehicle.yaml states of sheets and
+    rows, `looked_for` the required columns in words. `words_of` reads the words between the rows of
+    a load test, some of which are headings with numbers ("Code: 90").
     """
     problems: list[Problem] = []
     tables: list[FoundTable] = []

@@ -14,26 +14,10 @@ _POINT = re.compile(r"\d\.\d|\d\.$|^\.\d")
 
 
 def check_width(rows: Sequence[Row], place: Place, *, by_comma: bool) -> tuple[Problem, ...]:
-    """Look for rows with more numbers than there are names.
+    """Warn of rows of a whole table that have more numbers than there are names above them.
 
-    Parameters
-    ----------
-    rows : sequence of Row
-        The whole table; the first is row 1.
-    place : Place
-        The file, for messages.
-    by_comma : bool
-        Whether a comma parts the cells.
-
-    Returns
-    -------
-    tuple of Problem
-        A warning about numbers that nothing names.
-
-    Raises
-    ------
-    InputError
-        The comma is both the decimal sign and the separator: ``30,4,41`` under two names.
+    Raises `InputError` where the comma is both the decimal sign and the separator: ``30,4,41``
+    under two names. `by_comma` tells whether it parts the cells.
     """
     under_names = list(_rows_under_names(rows))
     wide = [one for one in under_names if _last_number(one[1]) > one[2]]

@@ -17,21 +17,8 @@ def command_scale(
 ) -> float:
     """Return what a number of the code column is worth in codes.
 
-    Parameters
-    ----------
-    block : Block
-        The table.
-    codes : sequence of float
-        Numbers of its code column as they stand.
-    code_max : int
-        Code at full command.
-    problems : list of Problem
-        What was assumed is added here.
-
-    Returns
-    -------
-    float
-        1 where the column counts codes, else what its per cent or its share of full throttle is.
+    1 where the column counts codes, else what its per cent or its share of full throttle is, of
+    `code_max` at full command. What was assumed is added to the problems.
     """
     column = block.columns.get("code")
     if column is None:
@@ -76,21 +63,9 @@ def percent_note(place: Place, code_max: int) -> Problem:
 def fractional_codes(
     codes: Sequence[tuple[int, float]], place_of: Callable[[int], Place], kind: str
 ) -> list[Problem]:
-    """Tell of a code column with fractions: it is often a current or a share.
+    """Warn of a code column with fractions: it is often a current or a share.
 
-    Parameters
-    ----------
-    codes : sequence of tuple of (int, float)
-        Row and number of the code column.
-    place_of : callable
-        Place of a row, for the message.
-    kind : str
-        Section of vehicle.yaml, for the message.
-
-    Returns
-    -------
-    list of Problem
-        A warning, or nothing.
+    `codes` are row and number; `kind` is the section of vehicle.yaml.
     """
     odd = [(row, code) for row, code in codes if not code.is_integer()]
     if not odd:

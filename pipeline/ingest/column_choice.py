@@ -65,15 +65,7 @@ class ColumnChoice:
     def weigh(self, matches: Sequence[Match]) -> WeighedColumn:
         """Leave out what cannot be, and choose among what is left.
 
-        Parameters
-        ----------
-        matches : sequence of Match
-            Columns that may hold a quantity, by name or unit.
-
-        Returns
-        -------
-        WeighedColumn
-            At most one column of a quantity for each table, where the others are explained.
+        At most one column of a quantity remains for each table, where the others are explained.
         """
         weighed = WeighedColumn(list(matches))
         self._without_impossible(weighed)

@@ -46,23 +46,9 @@ class HeadRows:
 def read_columns(
     sheet: Sheet, wanted: Wanted, rows: HeadRows, group: Mapping[str, Match]
 ) -> tuple[dict[str, BlockColumn], list[Problem]]:
-    """Find the units of a table's columns.
+    """Find the units of a table's columns; a problem is told for each that was left out.
 
-    Parameters
-    ----------
-    sheet : Sheet
-        The sheet.
-    wanted : Wanted
-        Quantities, and units stated in vehicle.yaml.
-    rows : HeadRows
-        Where the head of the table is.
-    group : mapping of str to Match
-        The column of each quantity.
-
-    Returns
-    -------
-    tuple of (dict of str to BlockColumn, list of Problem)
-        Columns with units, and a problem for each that was left out.
+    `group` has the column of each quantity.
     """
     columns: dict[str, BlockColumn] = {}
     problems: list[Problem] = []

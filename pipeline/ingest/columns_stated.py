@@ -14,16 +14,8 @@ from pipeline.vehicle.bench_schema import BenchColumns, Column, LoadTestColumns,
 def sheet_read(block: Block, columns: BenchColumns, rows: int, summary: str) -> SheetRead:
     """Tell what was read of a table, which columns are not used, and what would state the others.
 
-    Parameters
-    ----------
-    block : Block
-        The table.
-    columns : BenchColumns
-        Its section of vehicle.yaml; what it states already is repeated as it is.
-    rows : int
-        Readings in it.
-    summary : str
-        What they are, in words.
+    What its section of vehicle.yaml states already is repeated as it is; `rows` are the readings in
+    it, `summary` says what they are.
     """
     known = type(columns).model_fields
     lines = [

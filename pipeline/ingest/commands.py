@@ -39,18 +39,7 @@ def command_in_codes(
 ) -> list[Reading]:
     """Return the readings with a code each, whatever the command was counted in.
 
-    Parameters
-    ----------
-    block : Block
-        The table.
-    readings : sequence of Reading
-        As the cells stand.
-    vehicle : Vehicle
-        Range of the codes and of the pulse widths.
-    kind : str
-        Section of vehicle.yaml, for messages.
-    problems : list of Problem
-        What was assumed is added here.
+    `kind` is the section of vehicle.yaml; what was assumed is added to the problems.
     """
     pwm, code_max = vehicle.columns.mooring.pwm_range, vehicle.drive.code_max
     scale = 1.0
@@ -113,22 +102,9 @@ def pwm_problems(
 ) -> list[Problem]:
     """Say where pulse widths are not of the range that is taken: one-way controllers, other ends.
 
-    Parameters
-    ----------
-    block : Block
-        The table; its headings may state a range.
-    readings : sequence of Reading
-        Its readings, still with pulse widths.
-    vehicle : Vehicle
-        The range of vehicle.yaml, or the assumed one.
-    quantity : str
-        What is 0 at rest: "thrust", "shaft_speed".
-
-    Returns
-    -------
-    list of Problem
-        An error where nothing states how the pulse widths are to be read, a warning where they end
-        far within the range that is stated.
+    An error where neither vehicle.yaml nor a heading states how the pulse widths of the readings
+    are to be read, a warning where they end far within the range that is stated. `quantity` is what
+    is 0 at rest: "thrust", "shaft_speed".
     """
     pwm = vehicle.columns.mooring.pwm_range
     pairs = [

@@ -14,15 +14,7 @@ _MOST_NAMED = 8
 
 
 def formula_problems(scan: SheetScan, where: Place) -> tuple[Problem, ...]:
-    """Warn of a sheet's formula cells without a value; they count as empty.
-
-    Parameters
-    ----------
-    scan : SheetScan
-        What the sheet's XML says.
-    where : Place
-        The sheet.
-    """
+    """Warn of a sheet's formula cells without a value; they count as empty."""
     cells = scan.formulas_without_value
     if not cells:
         return ()
@@ -42,15 +34,8 @@ def formula_problems(scan: SheetScan, where: Place) -> tuple[Problem, ...]:
 def with_one_cause(problems: Sequence[Problem]) -> list[Problem]:
     """Say once that a table was left out where formulas are why its column is empty.
 
-    Parameters
-    ----------
-    problems : sequence of Problem
-        Those of one file.
-
-    Returns
-    -------
-    list of Problem
-        The error about the column is gone, the warning about its formulas is the error.
+    Of the problems of one file the error about the column goes, the warning about its formulas
+    becomes the error.
     """
     kept = list(problems)
     for error in problems:

@@ -11,17 +11,7 @@ _OLD_ENCODINGS = ("koi8_r", "cp866")
 
 
 def odd_letters(texts: Iterable[str]) -> str:
-    """Say what is odd about the letters of headings; empty where nothing is.
-
-    Parameters
-    ----------
-    texts : iterable of str
-        Headings, as they were read.
-
-    Returns
-    -------
-    str
-        One sentence without its full stop, or "".
+    """Say in one sentence what is odd about the letters of headings; empty where nothing is.
 
     Examples
     --------

@@ -41,20 +41,10 @@ class BlockSearch:
 
 
 def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
-    """Find every table on a sheet that has the required columns.
+    """Find every table on a sheet that has the required columns, top to bottom and left to right.
 
-    Parameters
-    ----------
-    sheet : Sheet
-        The sheet.
-    wanted : Wanted
-        Quantities, their names and what vehicle.yaml states about them.
-
-    Returns
-    -------
-    BlockSearch
-        The tables, top to bottom and left to right, and problems: a required unit that is not
-        stated, a stated column that is not there, a header without data.
+    Problems are a required unit that is not stated, a stated column that is not there, a header
+    without data.
     """
     by_letter = {name: column for name, column in wanted.mapping.items() if letter_of(column)}
     if by_letter and wanted.is_complete(set(by_letter)):

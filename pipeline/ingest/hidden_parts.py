@@ -6,17 +6,7 @@ from pipeline.ingest.rows import listed
 
 
 def hidden_problems(scan: SheetScan | None, where: Place, *, is_hidden: bool) -> list[Problem]:
-    """Say that a sheet or rows of it are hidden and were read all the same.
-
-    Parameters
-    ----------
-    scan : SheetScan or None
-        What the sheet's XML says.
-    where : Place
-        The sheet.
-    is_hidden : bool
-        Whether the whole sheet is.
-    """
+    """Say that a sheet (`is_hidden`), or rows of it, are hidden and were read all the same."""
     if scan is None or not scan.cells:
         return []
     notes: list[Problem] = []

@@ -19,20 +19,7 @@ _STEADY = 0.05
 def drop_dead_channels(
     block: Block, readings: Sequence[Reading]
 ) -> tuple[list[Reading], list[Problem]]:
-    """Leave out channels that are zero throughout while the drive is loaded.
-
-    Parameters
-    ----------
-    block : Block
-        The table, for messages.
-    readings : sequence of Reading
-        Its readings.
-
-    Returns
-    -------
-    tuple of (list of Reading, list of Problem)
-        Readings without these channels, and a note or warning about each.
-    """
+    """Leave out channels that are zero throughout while the drive is loaded, and say so."""
     dead = [
         quantity
         for quantity in _CHANNELS
@@ -60,17 +47,7 @@ def drop_dead_channels(
 def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
     """Compare the power columns with 2 pi n M and with U I; a constant ratio betrays a unit.
 
-    Parameters
-    ----------
-    block : Block
-        The table, for messages and the units that were read.
-    readings : sequence of Reading
-        Its readings.
-
-    Returns
-    -------
-    list of Problem
-        Warnings, each with the unit that would make it right, if there is one.
+    The warnings name the unit that would make it right, if there is one.
     """
     live = [reading for reading in readings if not reading.marks]
     problems: list[Problem] = []

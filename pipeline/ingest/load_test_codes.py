@@ -22,23 +22,9 @@ class TableCode:
 def codes_of_blocks(
     blocks: Sequence[Block], path: Path, code_max: int, problems: list[Problem]
 ) -> list[TableCode]:
-    """Find the code of each table of a sheet.
+    """Find the code of each table of a sheet; the file's name may state it, too.
 
-    Parameters
-    ----------
-    blocks : sequence of Block
-        All tables of the sheet.
-    path : Path
-        The file; its name may state the code.
-    code_max : int
-        Code at full command, for codes in per cent.
-    problems : list of Problem
-        What is contradictory is added here.
-
-    Returns
-    -------
-    list of TableCode
-        One for each table.
+    Per cent are of `code_max`. What is contradictory is added to the problems.
     """
     found = [_code_of(block, path, code_max, problems) for block in blocks]
     for position, block in enumerate(blocks):

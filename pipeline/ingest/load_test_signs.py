@@ -22,17 +22,7 @@ _LEAST_OF_TWO, _TWO_SHARE, _TWO_SIGMAS = 6, 0.05, 6.0
 def check_signs(block: Block, readings: Sequence[Reading]) -> tuple[list[Reading], list[Problem]]:
     """Mark readings outside of the motoring quadrant of their code; signs are never changed.
 
-    Parameters
-    ----------
-    block : Block
-        The table, for messages.
-    readings : sequence of Reading
-        Its readings.
-
-    Returns
-    -------
-    tuple of (list of Reading, list of Problem)
-        Readings, those with opposed signs marked, and a warning with the likely cause.
+    The warning names the likely cause.
     """
     live = [i for i, one in enumerate(readings) if not {COMMENTED, STATISTICS} & set(one.marks)]
     if not live:
@@ -69,18 +59,8 @@ def with_signs_of_codes(
 ) -> tuple[list[Reading], list[Problem]]:
     """Give speed and torque the sign of a negative code where both were read without one.
 
-    Parameters
-    ----------
-    block : Block
-        The table, for messages.
-    readings : sequence of Reading
-        Its readings.
-
-    Returns
-    -------
-    tuple of (list of Reading, list of Problem)
-        A drive that motors has both signs of its code: with none of either, nothing else is meant.
-        One of them alone without a sign is a size only where positive codes stand beside it.
+    A drive that motors has both signs of its code: with none of either, nothing else is meant. One
+    of them alone without a sign is a size only where positive codes stand beside it.
     """
     back, ahead = (
         [one for one in readings if sign * one.values.get("code", 0.0) > 0.0 and not one.marks]
@@ -143,18 +123,9 @@ def _sense(block: Block) -> str:
 def two_curves(block: Block, readings: Sequence[Reading]) -> Problem | None:
     """Refuse a table whose drive turns at two speeds under one torque at most of its codes.
 
-    Parameters
-    ----------
-    block : Block
-        The table, for the message.
-    readings : sequence of Reading
-        Its readings with branches; those of one code, branch and voltage make one curve n(M).
-
-    Returns
-    -------
-    Problem or None
-        Rows that lie on two curves, far apart for how little each scatters, are of two directions,
-        of two drives: nothing in the table tells which.
+    Readings of one code, branch and voltage make one curve n(M). Rows that lie on two curves, far
+    apart for how little each scatters, are of two directions, or of two drives: nothing in the
+    table tells which.
     """
     groups: dict[tuple[object, ...], list[Reading]] = defaultdict(list)
     for one in readings:

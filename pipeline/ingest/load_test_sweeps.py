@@ -18,15 +18,7 @@ _LEAST_WARM_UP_ROWS = 6
 def with_branches(readings: Sequence[Reading]) -> list[Reading]:
     """Tell loading from unloading by the torque's rise and fall, where no row says it.
 
-    Parameters
-    ----------
-    readings : sequence of Reading
-        One sweep after the other at one code, in the order taken.
-
-    Returns
-    -------
-    list of Reading
-        The same readings, each with a branch.
+    The readings are of one code, one sweep after the other, in the order taken.
     """
     unstated = [index for index, reading in enumerate(readings) if reading.branch is None]
     if not unstated:
@@ -83,20 +75,10 @@ def branches_of(torque: FloatArray) -> list[Branch]:
 
 
 def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
-    """Mark a leading run without load in which the speed still drifts.
+    """Mark a leading run without load in which the speed still drifts, and count its rows.
 
     Only where it is plain: at least six rows at the same lowest torque, and a drift of the speed
-    far above its scatter and above 0.5 %.
-
-    Parameters
-    ----------
-    readings : sequence of Reading
-        One sweep after the other at one code, in the order taken.
-
-    Returns
-    -------
-    tuple of (list of Reading, int)
-        The readings, and how many were marked.
+    far above its scatter and above 0.5 %. The readings are as for `with_branches`.
     """
     if len(readings) < 2 * _LEAST_WARM_UP_ROWS or any("warm-up" in r.marks for r in readings):
         return list(readings), 0

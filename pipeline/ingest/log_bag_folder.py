@@ -32,19 +32,9 @@ class BagFolder:
     """A bag on disk: its topics, and its messages part by part."""
 
     def __init__(self, path: Path, shown_as: str) -> None:
-        """Open the parts.
+        """Open the parts that the ``metadata.yaml`` at `path` names.
 
-        Parameters
-        ----------
-        path : Path
-            The ``metadata.yaml`` of the folder.
-        shown_as : str
-            Its name in messages.
-
-        Raises
-        ------
-        InputError
-            If it cannot be read, or no part of it can.
+        Raises `InputError` if it cannot be read, or no part of it can.
         """
         self.place = Place(shown_as)
         self.directory = Directory(complete=True, library="ros2 bag")

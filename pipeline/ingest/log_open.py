@@ -69,19 +69,9 @@ READERS: Mapping[str, Callable[[Path, str], LogSource]] = {
 
 
 def open_log(path: Path, shown_as: str) -> LogSource:
-    """Open a log.
+    """Open a log; the ending of its name tells the format, MCAP for any that is not known.
 
-    Parameters
-    ----------
-    path : Path
-        The file; its ending tells the format, MCAP for any that is not known.
-    shown_as : str
-        Its name in messages.
-
-    Raises
-    ------
-    InputError
-        If it cannot be opened, or is not what its name says.
+    Raises `InputError` if it cannot be opened, or is not what its name says.
     """
     if path.name == BAG_FILE:
         return _folder(path, shown_as)

@@ -30,17 +30,7 @@ def mend_log_times(
 ) -> tuple[dict[str, TopicData], list[Problem]]:
     """Return the topics with log times that can be believed, and what was mended.
 
-    Parameters
-    ----------
-    data : mapping
-        Topic -> what was taken from it, with its stamps.
-    place : Place
-        The log, for messages.
-
-    Raises
-    ------
-    InputError
-        Where all messages have one time, and no message says its own.
+    Raises `InputError` where all messages have one time, and no message says its own.
     """
     every = [one.log_time_ns for one in data.values() if one.log_time_ns.size]
     if not every:

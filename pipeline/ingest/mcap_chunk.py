@@ -63,22 +63,11 @@ class ChunkBlock:
 
 
 def unpack(head: ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
-    """Decompress the records of a chunk.
+    """Decompress the records of a chunk, or as many bytes of them as there are.
 
-    Parameters
-    ----------
-    head : ChunkHead
-        What the file says of the chunk.
-    packed : bytes
-        The compressed records, or as many bytes of them as there are.
-    cut : bool
-        The file ends inside of the chunk: unpack as far as it goes, without the checksum.
-
-    Raises
-    ------
-    BrokenChunkError
-        Where the content is larger than stated or allowed, cannot be decompressed, has another
-        checksum than stated, or the compression is unknown.
+    Where the file is `cut` inside of it, it is unpacked as far as it goes, without the checksum.
+    Raises `BrokenChunkError` where the content is larger than stated or allowed, cannot be
+    decompressed, has another checksum than stated, or the compression is unknown.
     """
     if head.uncompressed_size > MAX_CHUNK_BYTES:
         raise BrokenChunkError(
@@ -144,20 +133,10 @@ def _unpack_lz4(packed: bytes, size: int, *, cut: bool) -> bytes:
 
 
 def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock | None:
-    """Find the messages of a chunk by its message index.
+    """Find the messages of a chunk by its index: channel -> offsets of the messages' records (k,).
 
-    Parameters
-    ----------
-    data : bytes
-        The unpacked records.
-    offsets : mapping
-        Channel -> offsets of the messages' records (k,).
-
-    Returns
-    -------
-    ChunkBlock or None
-        None where the index does not agree with the records: a message elsewhere than stated, of
-        another channel, overlapping another, or one that the index leaves out.
+    None where the index does not agree with the records: a message elsewhere than stated, of
+    another channel, overlapping another, or one that the index leaves out.
     """
     buffer = np.frombuffer(data, np.uint8)
     messages: dict[int, Messages] = {}

@@ -20,16 +20,9 @@ class LogFaults:
             self.problems.append(Problem("warning", self.place, what))
 
     def cut(self, at: int, size: int, how: str = "") -> None:
-        """Say that the log has no end.
+        """Say that the log has no end: records are whole up to byte `at` of `size`.
 
-        Parameters
-        ----------
-        at : int
-            Up to this byte records are whole.
-        size : int
-            Bytes of the file.
-        how : str
-            What is there instead of an end, with a blank behind it.
+        `how` is what is there instead of an end, with a blank behind it.
         """
         if self.cut_at is not None:
             return  # said by an earlier pass

@@ -58,17 +58,7 @@ class McapFile:
     def __init__(self, path: Path, shown_as: str) -> None:
         """Look at both ends of the file.
 
-        Parameters
-        ----------
-        path : Path
-            The file.
-        shown_as : str
-            Its name in messages.
-
-        Raises
-        ------
-        InputError
-            If it cannot be opened or is no MCAP file.
+        Raises `InputError` if it cannot be opened or is no MCAP file.
         """
         self.path = path
         self.place = Place(shown_as)
@@ -96,15 +86,8 @@ class McapFile:
     def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels in the order of the file.
 
-        Parameters
-        ----------
-        wanted : frozenset of int
-            Ids of channels; chunks whose index names none of them are passed over.
-
-        Yields
-        ------
-        ChunkBlock
-            May hold messages of other channels, too.
+        Chunks whose index names none of them are passed over; a block may hold messages of others,
+        too.
         """
         with self._open() as stream:
             yield from self._blocks(stream, wanted)

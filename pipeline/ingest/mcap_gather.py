@@ -107,17 +107,9 @@ def layout_of(definition: Definition, message: bytes | memoryview) -> Layout:
 
 
 def decode(definition: Definition, message: bytes | memoryview) -> dict[str, Any]:
-    r"""Decode one message: slow and general.
+    r"""Decode one message, slow and general: numbers, texts, lists, dictionaries by field.
 
-    Returns
-    -------
-    dict
-        Values by field: numbers, texts, lists, dictionaries.
-
-    Raises
-    ------
-    BrokenMessageError
-        If the bytes end too early or announce more than there is.
+    Raises `BrokenMessageError` if the bytes end too early or announce more than there is.
 
     Examples
     --------
@@ -224,21 +216,9 @@ class Layouts:
     def groups(
         self, buffer: Bytes, start: IntArray, size: IntArray
     ) -> tuple[list[tuple[IntArray, Layout]], dict[int, str]]:
-        """Sort messages by layout.
+        """Sort messages by layout; start and size (k,) say where they stand in a block.
 
-        Parameters
-        ----------
-        buffer : ndarray of uint8
-            Bytes of a block.
-        start, size : ndarray, shape (k,)
-            Where in it the messages are.
-
-        Returns
-        -------
-        list of (rows, Layout)
-            Numbers of the messages that have this layout.
-        dict of str
-            Number of a message that cannot be read -> why.
+        Returns the rows of each layout, and why others, by their row, cannot be read.
         """
         groups: list[tuple[IntArray, Layout]] = []
         broken: dict[int, str] = {}

@@ -15,25 +15,12 @@ _WELL_KNOWN = ("any", "duration", "empty", "field_mask", "struct", "timestamp", 
 
 
 def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]]:
-    """Make a decoder of messages.
+    """Make a decoder of messages ``package.Name``, which a serialised ``FileDescriptorSet`` defines.
 
-    Parameters
-    ----------
-    name : str
-        Full name of the message, ``package.Name``.
-    data : bytes
-        A serialised ``FileDescriptorSet``. Files of ``google/protobuf/`` may be missing in it.
-
-    Returns
-    -------
-    callable
-        Bytes to a dict: numbers, texts, lists, dictionaries; absent messages are left out. Raises
-        `BrokenMessageError` where the bytes are no message of this type.
-
-    Raises
-    ------
-    DefinitionError
-        If it is no descriptor set, or does not define the message.
+    Files of ``google/protobuf/`` may be missing in it. The decoder turns bytes into numbers, texts,
+    lists, dictionaries, absent messages left out, and raises `BrokenMessageError` where the bytes
+    are no message of this type. Raises `DefinitionError` if `data` is no descriptor set, or does
+    not define the message.
     """
     from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
     from google.protobuf.message import DecodeError

@@ -15,12 +15,7 @@ _TENFOLD = re.compile(r"^\s*10+\s*[xXхХ]?\s*(?=[KСCК])")
 def factor_in_name(header: str, quantity: str) -> str | None:
     """Return the factor that the name of a column holds, None where there is none.
 
-    Parameters
-    ----------
-    header : str
-        The whole text.
-    quantity : str
-        What the column holds; coefficients may have a 10 in front.
+    Coefficients may have a 10 in front.
 
     Examples
     --------

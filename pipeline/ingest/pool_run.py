@@ -251,18 +251,7 @@ def _notes_of(path: Path, raw_root: Path, problems: list[Problem]) -> RunNotes |
 
 
 def summarize(run: PoolRun) -> PoolRunRecord:
-    """Summarise a run for ``processed/``: channels, clocks, counts of marks, problems.
-
-    Parameters
-    ----------
-    run : PoolRun
-        The run.
-
-    Returns
-    -------
-    PoolRunRecord
-        Without the arrays.
-    """
+    """Summarise a run for ``processed/``: channels, clocks, counts of marks, problems."""
     return PoolRunRecord(
         vehicle=run.vehicle,
         file=run.file,

@@ -48,25 +48,9 @@ class ChannelSource:
 def choose_sources(
     groups: Sequence[Sequence[ChannelSource]], run: PoolRun, vehicle: Vehicle, place: Place
 ) -> tuple[dict[str, RunChannel], list[Problem]]:
-    """Choose one source of each group.
+    """Choose one source of each group, the likeliest first, and say what was chosen and why.
 
-    Parameters
-    ----------
-    groups : sequence of sequence of ChannelSource
-        Of each quantity what may be taken, the likeliest first.
-    run : PoolRun
-        The run with the channels that are settled.
-    vehicle : Vehicle
-        For what the checks compare with.
-    place : Place
-        The log, for messages.
-
-    Returns
-    -------
-    dict of RunChannel
-        By name, those that were taken.
-    list of Problem
-        What was chosen and why, where there was a choice.
+    `run` has the channels that are settled. Returns the channels that were taken, by name.
     """
     told: list[Problem] = []
     alive = [list(some) for group in groups if (some := _alive(group, place, told))]

@@ -191,19 +191,8 @@ def share_clocks(
 
     A line goes through the median latency of its topic, so a line each would move topics of
     different latency against each other. The line of the steadiest topic is taken for all whose
-    offsets agree within a second.
-
-    Parameters
-    ----------
-    timings : mapping
-        Topic -> times as `choose_time` chose them.
-    stamps : mapping
-        Topic -> stamps (k,).
-
-    Returns
-    -------
-    dict of Timing
-        The same topics.
+    offsets agree within a second. `timings` are as `choose_time` chose them, `stamps` (k,), by
+    topic.
     """
     shared = dict(timings)
     apart = [

@@ -40,19 +40,8 @@ _MOST_ROWS = 1_800_000
 def consistency_problems(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
     """Compare channels with each other and with the vehicle file.
 
-    Parameters
-    ----------
-    run : PoolRun
-        The run; its own problems are not looked at.
-    vehicle : Vehicle
-        Thrusters, drives, sensors.
-
-    Returns
-    -------
-    list of Problem
-        Warnings about units off by a factor, impossible readings, two opinions of where down is,
-        shaft speeds that contradict commands, thrusters that seem to be swapped or reversed. None
-        of them changes anything.
+    Warns of units off by a factor, impossible readings, two opinions of where down is, shaft speeds
+    that contradict commands, thrusters that seem to be swapped or reversed. It changes nothing.
     """
     place = Place(run.file)
     found = [*_sizes(run, place), *_impossible(run, place), *_voltage(run, vehicle, place)]

@@ -92,27 +92,10 @@ def convert(
     *,
     guessed: GuessedUnit | None = None,
 ) -> Converted:
-    """Convert readings; `raw` is changed in place where that saves memory.
+    """Convert numbers (k, m) of messages; `raw` is changed in place where that saves memory.
 
-    Parameters
-    ----------
-    plan : Plan
-        Units, signs, axes.
-    raw : ndarray, shape (k, m)
-        Numbers as they stand in the messages.
-    vehicle : Vehicle
-        For drives and the names of thrusters.
-    water : WaterOfRun
-        For depth.
-    names : Names, optional
-        Names of the elements where the messages have them.
-    guessed : GuessedUnit, optional
-        Unit of commands that state none; where it is not given, these readings alone tell it.
-
-    Returns
-    -------
-    Converted
-        Readings (k, n).
+    `names` are those of the elements where the messages have them; `guessed` is the unit of
+    commands that state none: where it is not given, these readings alone tell it.
     """
     if plan.quantity in PER_THRUSTER:
         return _by_thruster(plan, raw, vehicle, names, guessed)
@@ -272,17 +255,8 @@ def guess_units(
     """Guess the units of commands that come in several topics: by their ranges, and each other.
 
     A thruster that is only ever switched has the ratios -1, 0 and 1, whole numbers as codes are;
-    beside topics of ratios they are told.
-
-    Parameters
-    ----------
-    commands : mapping
-        Topic and channel -> readings (k, m) as they stand in the messages.
-
-    Returns
-    -------
-    dict of GuessedUnit
-        For each of them.
+    beside topics of ratios they are told. `commands` are readings (k, m) by topic and channel, as
+    they stand in the messages.
     """
     guessed = {key: _guess_unit(raw) for key, raw in commands.items()}
     if not any(one.unit == "ratio" for one in guessed.values()):

@@ -67,25 +67,10 @@ def choose_by_default(
     ignored: Sequence[str] = (),
     vehicle: str = "",
 ) -> Chosen:
-    """Find the quantities that the vehicle file does not state.
+    """Find the quantities that are not `stated`, in topics that are not `ignored`.
 
-    Parameters
-    ----------
-    topics : sequence of TopicFound
-        Of the log.
-    stated : sequence of str
-        Quantities that the vehicle file states.
-    thrusters : sequence of str
-        Names, in the order of the vehicle file.
-    ignored : sequence of str
-        Topics to leave alone.
-    vehicle : str
-        Its name, which may be that of a namespace.
-
-    Returns
-    -------
-    Chosen
-        Which of a group is taken shows when they have been read.
+    Thrusters are in the order of the vehicle file; the vehicle's name may be that of a namespace.
+    Which plan of a group is taken shows when they have been read.
     """
     groups: list[tuple[Plan, ...]] = []
     each: list[Plan] = []

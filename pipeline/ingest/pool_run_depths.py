@@ -16,21 +16,9 @@ _FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
 
 
 def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
-    """Say where depths are those of a pressure in another unit, or lie above the water.
+    """Warn where depths are those of a pressure in another unit, or lie above the water.
 
-    Parameters
-    ----------
-    run : PoolRun
-        The run.
-    vehicle : Vehicle
-        Its water turns depths back into pressures.
-    place : Place
-        The log, for messages.
-
-    Returns
-    -------
-    list of Problem
-        Warnings.
+    The vehicle's water turns depths back into pressures.
     """
     channel = run.channels.get("depth")
     if channel is None:

@@ -76,23 +76,10 @@ def extract(
     *,
     fast: bool = True,
 ) -> dict[str, TopicData]:
-    """Read a log once.
+    """Read a log once, for what is wanted of each topic.
 
-    Parameters
-    ----------
-    log : MessageFile
-        The log.
-    codecs : mapping
-        Channel (id) -> decoder.
-    requests : mapping
-        Topic -> what is wanted of it.
-    fast : bool
-        Gather numbers of CDR messages; otherwise decode every message, with the same result.
-
-    Returns
-    -------
-    dict of TopicData
-        By topic.
+    `codecs` are by channel (id). `fast` gathers the numbers of CDR messages; otherwise every
+    message is decoded, with the same result.
     """
     channels = log.directory.channels
     sinks = {

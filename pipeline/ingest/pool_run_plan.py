@@ -96,23 +96,10 @@ class Plan:
 def plan_channel(
     stated: PoolChannel, topic: TopicFound, thrusters: Sequence[str], mapped_by: str
 ) -> Plan:
-    """Work out what a channel takes from a topic.
+    """Work out what a channel takes from a topic, by the topic's first message.
 
-    Parameters
-    ----------
-    stated : PoolChannel
-        What is known of it; the rest is filled in.
-    topic : TopicFound
-        The topic with its first message.
-    thrusters : sequence of str
-        Names of the vehicle's thrusters, in its order.
-    mapped_by : str
-        "vehicle file", or the rule that chose it.
-
-    Raises
-    ------
-    NotThereError
-        Where the first message does not hold the field or not the right number of components.
+    `mapped_by` is "vehicle file", or the rule that chose it. Raises `NotThereError` where the
+    message does not hold the field or not the right number of components.
     """
     probe = topic.probe
     if probe is None:

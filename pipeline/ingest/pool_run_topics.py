@@ -198,29 +198,9 @@ def plans_of(
 ) -> Plans:
     """Make the plans that are stated, those usual for the recorder, those of the defaults.
 
-    Parameters
-    ----------
-    vehicle : Vehicle
-        Its thrusters, and whether defaults are wanted.
-    topics : sequence of TopicFound
-        Of the log.
-    place : Place
-        The log, for messages.
-    problems : list of Problem
-        Is added to.
-    prefix : str
-        Of the topics that are read.
-    stated : sequence of Stated
-        Channels of the vehicle file and of the notes of the run.
-    usual : sequence of PoolChannel
-        Those of the recorder that wrote the log, the likeliest first.
-    recorder : str
-        Its name.
-
-    Returns
-    -------
-    Plans
-        At most one of a quantity is settled, or one for each of its thrusters.
+    `stated` are channels of the vehicle file and of the notes of the run; `usual` those of the
+    recorder that wrote the log, the likeliest first. At most one of a quantity is settled, or one
+    for each of its thrusters.
     """
     names = [thruster.name for thruster in vehicle.thrusters]
     by_name = {_bare(topic.name): topic for topic in topics}

@@ -17,19 +17,7 @@ def topics_read(
     groups: Sequence[Sequence[ChannelSource]],
     vehicle: Vehicle,
 ) -> tuple[TopicRead, ...]:
-    """Return all topics by name.
-
-    Parameters
-    ----------
-    topics : sequence of TopicFound
-        Of the log.
-    channels : mapping
-        What was taken.
-    groups : sequence of sequence of ChannelSource
-        What else would have fitted.
-    vehicle : Vehicle
-        For the topics that it leaves alone.
-    """
+    """Return all topics by name: what was taken from them, and else what else would have fitted."""
     used: dict[str, list[str]] = {}
     for name, channel in channels.items():
         used.setdefault(channel.topic, []).append(name)

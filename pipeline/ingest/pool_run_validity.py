@@ -56,17 +56,8 @@ class Flag:
 def impossible(quantity: str, values: FloatArray) -> BoolArray:
     """Find readings that cannot be, such as the -32.768 m/s of a DVL without bottom lock.
 
-    Parameters
-    ----------
-    quantity : str
-        Of the records.
-    values : ndarray, shape (k, m)
-        Readings, in the units of the records.
-
-    Returns
-    -------
-    ndarray, shape (k,)
-        None are found where the unit is more likely wrong.
+    Of values (k, m) in the units of the records; none are found where the unit is more likely
+    wrong.
     """
     none = np.zeros(values.shape[0], np.bool_)
     most = LARGEST.get(quantity)
@@ -87,21 +78,9 @@ def validity_of(
 ) -> tuple[Flag, ...]:
     """Return what in a message says whether its readings are valid.
 
-    Parameters
-    ----------
-    quantity : str
-        Of the vehicle file.
-    probe : mapping
-        A message.
-    numbers : sequence of path
-        Where the components are; a flag stands beside them or above.
-
-    Returns
-    -------
-    tuple of Flag
-        Truth values of many names; the mode and the beams of marine_acoustic_msgs/Dvl, whose
-        velocity may be that through the water; a covariance that begins with -1, which in
-        sensor_msgs is "no estimate".
+    A flag stands beside the components (`numbers`) or above them: truth values of many names; the
+    mode and the beams of marine_acoustic_msgs/Dvl, whose velocity may be that through the water; a
+    covariance that begins with -1, which in sensor_msgs is "no estimate".
     """
     if not numbers:
         return ()

@@ -39,19 +39,7 @@ class _Reading:
 def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
     """Compare a velocity with the way that depth and position have gone, and with the thrusters.
 
-    Parameters
-    ----------
-    run : PoolRun
-        The run.
-    vehicle : Vehicle
-        Directions of its thrusters.
-    place : Place
-        The log, for messages.
-
-    Returns
-    -------
-    list of Problem
-        A warning for each contradiction, with its figures and what would agree.
+    A warning for each contradiction, with its figures and what would agree.
     """
     names = [name for name in ("velocity", "velocity_earth") if name in run.channels]
     if not names or (names == ["velocity_earth"] and "attitude" not in run.channels):
@@ -215,17 +203,8 @@ def _share_across(velocity: FloatArray) -> float:
 def disagreeing_frames(tables: Mapping[str, RunTable], axes: Mapping[str, str]) -> dict[str, str]:
     """Find velocities that are over the earth although they are said to be of the body.
 
-    Parameters
-    ----------
-    tables : mapping
-        Topic -> table with its velocity and the attitude.
-    axes : mapping
-        Topic -> body axes in which it was read.
-
-    Returns
-    -------
-    dict of str
-        Topic -> the figures: turned by the attitude it is the velocity of another topic.
+    `tables` have velocity and attitude, `axes` the body axes in which it was read, by topic.
+    Returns the figures: turned by the attitude it is the velocity of another topic.
     """
     found: dict[str, str] = {}
     for topic, table in tables.items():

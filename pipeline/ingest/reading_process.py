@@ -52,20 +52,8 @@ def opening(file: str) -> None:
 def in_reading_process(work: Callable[[], _Result]) -> _Result:
     """Do work in a process of its own, as often as files end it.
 
-    Parameters
-    ----------
-    work : callable
-        What it returns or raises comes back; nothing else that it changes in memory does.
-
-    Returns
-    -------
-    object
-        What the work returned.
-
-    Raises
-    ------
-    RuntimeError
-        If the process died although it had no (other) file open.
+    What it returns or raises comes back; nothing else that it changes in memory does. Raises
+    `RuntimeError` if the process died although it had no (other) file open.
     """
     if not hasattr(os, "fork"):
         return work()

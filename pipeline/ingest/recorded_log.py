@@ -16,20 +16,7 @@ class RecordedFile:
     """A log on disk; memory is that of a chunk. One that is damaged is read as far as it goes."""
 
     def __init__(self, path: Path, shown_as: str) -> None:
-        """Open it.
-
-        Parameters
-        ----------
-        path : Path
-            The MCAP file.
-        shown_as : str
-            Its name in messages.
-
-        Raises
-        ------
-        InputError
-            If it cannot be opened or is no MCAP file.
-        """
+        """Open it; raises `InputError` if it cannot be opened or is no MCAP file."""
         self._log = McapFile(path, shown_as)
 
     @property

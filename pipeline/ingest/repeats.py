@@ -67,11 +67,8 @@ class Repeats:
     def __init__(self, *, by_row: bool) -> None:
         """Begin with nothing seen.
 
-        Parameters
-        ----------
-        by_row : bool
-            Whether one row that stands twice is a copy, as of a load test, whose speeds and
-            torques have many digits; else only a whole table is.
+        `by_row`: one row that stands twice is a copy, as of a load test, whose speeds and torques
+        have many digits; else only a whole table is.
         """
         self._by_row = by_row
         self._rows: dict[object, tuple[Place, int]] = {}

@@ -47,24 +47,10 @@ class RowDirections:
 def directions_of(
     block: Block, rows: Sequence[int], stated: Direction | None, kind: str
 ) -> RowDirections:
-    """Find the direction of the rows of a table.
+    """Find the direction of the rows of a table that hold readings.
 
-    Parameters
-    ----------
-    block : Block
-        The table.
-    rows : sequence of int
-        Rows that hold readings.
-    stated : Direction or None
-        What vehicle.yaml says of it.
-    kind : str
-        Section of vehicle.yaml, for messages.
-
-    Returns
-    -------
-    RowDirections
-        No signs where nothing tells a direction; an error where a column of that name holds two
-        words that are not understood.
+    No signs where nothing tells a direction; an error where a column of that name holds two words
+    that are not understood. `stated` is what vehicle.yaml says, `kind` its section.
     """
     read = {column.index for column in block.columns.values()}
     heads = block.sheet.cells(block.header_row) if block.header_row >= block.sheet.first_row else ()

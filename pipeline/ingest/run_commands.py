@@ -49,21 +49,8 @@ def read_run_commands(path: Path, vehicle: Vehicle, raw_root: Path) -> RunComman
     """Read the commands of a log and the state to start from.
 
     Where the log holds the true motion of a simulation, the first message of it is the start;
-    otherwise what was measured next to the first command.
-
-    Parameters
-    ----------
-    path : Path
-        The MCAP file.
-    vehicle : Vehicle
-        Its ``pool:`` section maps channels; standard messages have defaults.
-    raw_root : Path
-        For the names in messages.
-
-    Raises
-    ------
-    InputError
-        If the file is no MCAP log, or holds no commands that can be read.
+    otherwise what was measured next to the first command. Raises `InputError` if the file is no
+    log, or holds no commands that can be read.
     """
     run = read_pool_run(path, vehicle, raw_root)
     said = [str(one) for one in run.problems if one.severity != "note"]
@@ -87,24 +74,9 @@ def read_run_commands(path: Path, vehicle: Vehicle, raw_root: Path) -> RunComman
 
 
 def commands_of(run: PoolRun, vehicle: Vehicle) -> RunCommands:
-    """Take the commands out of a run that was read.
+    """Take the commands out of a run that was read; `notes` say how the start was found.
 
-    Parameters
-    ----------
-    run : PoolRun
-        The run.
-    vehicle : Vehicle
-        Places of its sensors.
-
-    Returns
-    -------
-    RunCommands
-        `notes` say how the start was found.
-
-    Raises
-    ------
-    InputError
-        If the run has fewer than two commands.
+    Raises `InputError` if the run has fewer than two commands.
     """
     channels = [one for one in run.channels.values() if one.quantity == _COMMAND]
     parts = [(one, _own_time_ns(one), _timed(one)) for one in channels]

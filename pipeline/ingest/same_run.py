@@ -12,20 +12,8 @@ _LEAST_CHANNELS = 2
 
 
 def repeated_runs(runs: Mapping[str, PoolRunRecord]) -> dict[str, str]:
-    """Find logs that hold the run of another.
+    """Find logs that hold the run of another: the name of each copy -> the first such log by name.
 
-    Parameters
-    ----------
-    runs : mapping
-        Name -> what was read of the log.
-
-    Returns
-    -------
-    dict of str
-        Name of each copy -> the log whose run it is: the first in the order of names.
-
-    Notes
-    -----
     A vehicle makes one run at a time; but clocks that nobody set make all runs begin alike, so the
     readings are compared too: the extremes of every channel that both have, some of which moves.
     """

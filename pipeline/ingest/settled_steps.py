@@ -41,22 +41,10 @@ class Steps:
 
 
 def settle(place: Place, readings: tuple[Reading, ...], quantity: str) -> Steps:
-    """Average the settled part of each step of a log.
+    """Average the settled part of each step of a log in time; `quantity` is what settles.
 
-    Parameters
-    ----------
-    place : Place
-        The table, for messages.
-    readings : tuple of Reading
-        In the order of time, with a time where the file has one.
-    quantity : str
-        What settles, e.g. "thrust".
-
-    Returns
-    -------
-    Steps
-        The readings as they are where the file is no log in time: with fewer than four rows a
-        step, or without a time and without steps that settle.
+    The readings, in the order of time, stay as they are where the file is no such log: with fewer
+    than four rows a step, or without a time and without steps that settle.
     """
     live = [at for at, one in enumerate(readings) if not one.marks and quantity in one.values]
     if not live:
@@ -94,19 +82,9 @@ def settle(place: Place, readings: tuple[Reading, ...], quantity: str) -> Steps:
 def settle_loads(place: Place, readings: Sequence[Reading]) -> Steps:
     """Leave of a load test's log in time what is steady: steps of the load, or a slow ramp of it.
 
-    Parameters
-    ----------
-    place : Place
-        The table, for messages.
-    readings : sequence of Reading
-        With shaft speed and torque, in the order of time.
-
-    Returns
-    -------
-    Steps
-        The readings as they are where no times are there or the rows come seldom: each is a
-        reading then. Rows in which speed or torque still move are marked, the rows of a step are
-        averaged. An error where the command never rests or little else is steady.
+    The readings stay as they are where no times are there or the rows come seldom: each is a
+    reading then. Rows in which speed or torque still move are marked, the rows of a step are
+    averaged. An error where the command never rests or little else is steady.
     """
     live = [at for at, one in enumerate(readings) if not one.marks]
     time_s = np.array([readings[at].values.get("time", np.nan) for at in live])

@@ -138,19 +138,8 @@ def choose_sheets(
 ) -> tuple[tuple[Sheet, ...], tuple[Problem, ...]]:
     """Keep the sheets that vehicle.yaml names; a text file has one table without a name.
 
-    Parameters
-    ----------
-    sheets : sequence of Sheet
-        Of one file.
-    names : tuple of str or None
-        ``columns: <kind>: sheets`` of vehicle.yaml; None keeps all that are measured by name.
-    kind : str
-        Section of vehicle.yaml, for messages.
-
-    Returns
-    -------
-    tuple of (tuple of Sheet, tuple of Problem)
-        Kept sheets; a warning where a workbook has none of them.
+    `names` is ``columns: <kind>: sheets``; None keeps all that are measured by name. A warning
+    where a workbook has none of them.
     """
     if any(sheet.name is None for sheet in sheets):
         return tuple(sheets), ()

@@ -21,20 +21,7 @@ def is_statistics(block: Block, cells: Row) -> bool:
 
 
 def statistics_problems(block: Block, rows: Sequence[int]) -> list[Problem]:
-    """Say which rows were left out because they only sum up the others.
-
-    Parameters
-    ----------
-    block : Block
-        The table.
-    rows : sequence of int
-        Numbers of these rows.
-
-    Returns
-    -------
-    list of Problem
-        A warning, or nothing.
-    """
+    """Warn of the rows that were left out because they only sum up the others."""
     if not rows:
         return []
     what = (

@@ -57,26 +57,10 @@ def _try(data: bytes, encoding: str) -> str | None:
 
 
 def read_text_table(data: bytes, place: Place, limits: Limits) -> Sheet:
-    """Read a CSV, TSV or blank-separated table.
+    """Read a CSV, TSV or blank-separated table: cells are text as written, None where empty.
 
-    Parameters
-    ----------
-    data : bytes
-        The whole file.
-    place : Place
-        The file, for messages.
-    limits : Limits
-        What it may cost.
-
-    Returns
-    -------
-    Sheet
-        Cells are text as written; empty cells are None.
-
-    Raises
-    ------
-    InputError
-        Not text, HTML or XML, decimal commas that cannot be told from separators, too large.
+    Raises `InputError` for what is not text, HTML or XML, decimal commas that cannot be told from
+    separators, and what is too large.
     """
     text = decode(data, place)
     start = text.lstrip("\ufeff \t\r\n")[:200].lower()

@@ -35,26 +35,11 @@ def is_unclear(cell: Cell) -> bool:
 def meaning_of_signs(
     sheet: Sheet, index: int, rows: tuple[int, int], quantity: str, worth: float
 ) -> Meaning:
-    """Tell what the point or comma of a column's numbers means.
+    """Tell what the point or comma of a column's numbers means, between two rows.
 
-    Parameters
-    ----------
-    sheet : Sheet
-        The sheet.
-    index : int
-        The column.
-    rows : tuple of (int, int)
-        First and last row of numbers.
-    quantity : str
-        What the column holds.
-    worth : float
-        What one unit of it is in the unit of the records.
-
-    Returns
-    -------
-    str
-        "thousands" where other numbers of the table, or the neighbours of each number, say so;
-        "unclear" where they contradict each other.
+    "thousands" where other numbers of the table, or the neighbours of each number, say so;
+    "unclear" where they contradict each other. `worth` is one unit of it in the unit of the
+    records.
     """
     own = sheet.column(index, rows)
     doubtful = [cell for cell in own if is_unclear(cell)]

@@ -32,22 +32,8 @@ def thrust_problem(
 ) -> Problem | None:
     """Doubt or refuse a table whose thrust no propeller of this size gives.
 
-    Parameters
-    ----------
-    place : Place
-        The table, for the message.
-    points : sequence of MooringPoint
-        Its points.
-    vehicle : Vehicle
-        Propeller and water.
-    column : BlockColumn
-        The column of thrust.
-
-    Returns
-    -------
-    Problem or None
-        It names the unit that would fit, if there is one: a warning where the numbers are possible
-        and strange, an error where they are not.
+    It names the unit that would fit, if there is one: a warning where the numbers are possible and
+    strange, an error where they are not.
     """
     used = [point for point in points if not point.marks]
     thrust = np.array([abs(point.thrust_n) for point in used])

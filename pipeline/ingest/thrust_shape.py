@@ -20,15 +20,7 @@ _LATE = 0.5
 
 
 def shape_problem(place: Place, points: Sequence[MooringPoint]) -> Problem | None:
-    """Refuse a table whose thrust falls by a large factor, or has two values at most codes.
-
-    Parameters
-    ----------
-    place : Place
-        The table, for the message.
-    points : sequence of MooringPoint
-        Its points.
-    """
+    """Refuse a table whose thrust falls by a large factor, or has two values at most codes."""
     used = [point for point in points if not point.marks and point.code != 0.0]
     for sign in (1.0, -1.0):
         own = [point for point in used if sign * point.code > 0.0]

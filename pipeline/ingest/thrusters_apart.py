@@ -21,19 +21,8 @@ def compare_thrusters(
 ) -> list[tuple[MooringPoint, ...]]:
     """Compare the thrusters of a file with their median, and mark those that differ.
 
-    Parameters
-    ----------
-    tables : sequence of (Place, str or None)
-        Each table, and the thruster that it is of.
-    points : sequence of tuple of MooringPoint
-        Of each table.
-    problems : list of Problem
-        What was found is added here.
-
-    Returns
-    -------
-    list of tuple of MooringPoint
-        The same points, each with its thruster.
+    `tables` are places, each with the name of its thruster, if any. Returns the same points, each
+    with its thruster.
     """
     named = [at for at, (_, name) in enumerate(tables) if name is not None and points[at]]
     done = list(points)

@@ -24,22 +24,9 @@ class StartOfRun:
 
 
 def read_true_start(path: Path) -> StartOfRun | None:
-    """Read the first true motion of a log.
+    """Read the first true motion of a log in the layout of docs/formats_log.md, None for others.
 
-    Parameters
-    ----------
-    path : Path
-        The MCAP file.
-
-    Returns
-    -------
-    StartOfRun or None
-        None where the log has none in the layout of docs/formats_log.md.
-
-    Raises
-    ------
-    InputError
-        If the file is no MCAP file.
+    Raises `InputError` if the file is no MCAP file.
     """
     if path.suffix.lower() != ".mcap":
         return None  # another recorder's

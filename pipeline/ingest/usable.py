@@ -21,23 +21,8 @@ def with_cause(
     """Return the problems of one file, with an error among them if no point of it can be fitted.
 
     The first warning is taken for the cause and becomes the one error; without a warning the marks
-    of the points are the cause. A file that repeats another one is no error.
-
-    Parameters
-    ----------
-    problems : sequence of Problem
-        All of the file.
-    file : str
-        Its name in messages.
-    marks : sequence of tuple of str
-        Those of each point that was read.
-    what : str
-        What the points are of, e.g. "load-test".
-
-    Returns
-    -------
-    list of Problem
-        The problems, changed only where no point is left and nothing else is an error.
+    of the points that were read are the cause. A file that repeats another one is no error. `what`
+    is what the points are of, e.g. "load-test".
     """
     if any(not own or own[0].startswith(_COPIES) for own in marks):
         return list(problems)
