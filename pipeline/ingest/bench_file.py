@@ -1,21 +1,21 @@
 """The tables of a bench file with their readings, and what is wrong with the file."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
-from pipeline.ingest.blank_form import is_blank_form, no_data_yet
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_number, shorten
-from pipeline.ingest.formulas import with_one_cause
 from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.load_test_rows import RowWords
 from pipeline.ingest.readings import Reading, readings_of
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
 from pipeline.ingest.workbook import read_sheets
+from pipeline.ingest.workbook_notes import with_one_cause
 from pipeline.vehicle.bench_schema import BenchColumns
+from pipeline.vehicle.forms import FORM_MARK
 
 #: A table that lies on its side has a row for each quantity.
 _MOST_TURNED_ROWS = 40
@@ -54,7 +54,7 @@ def source_name(path: Path, raw_root: Path) -> str:
         return path.name
 
 
-def sheets_of(path: Path, shown_as: str) -> tuple[Sheet, ...] | Problem:
+def _sheets_of(path: Path, shown_as: str) -> tuple[Sheet, ...] | Problem:
     """Read the sheets of a file, or say why not; whatever is in it, the other files go on."""
     try:
         return read_sheets(path, shown_as)
@@ -85,16 +85,16 @@ def read_bench_file(
     tables: list[FoundTable] = []
     missed: list[tuple[Sheet, str]] = []
     wrong: Sequence[Problem]
-    sheets = sheets_of(path, shown_as)
+    sheets = _sheets_of(path, shown_as)
     if isinstance(sheets, Problem):
         return BenchFile((), (sheets,))
-    if is_blank_form(sheets):
-        return BenchFile((), (no_data_yet(shown_as),), is_blank=True)
+    if _is_blank_form(sheets):
+        return BenchFile((), (_no_data_yet(shown_as),), is_blank=True)
     kept, wrong = choose_sheets(sheets, columns.sheets, wanted.kind)
     problems += wrong
     for given in kept:
         problems += given.problems
-        sheet, search = search_sheet(given, wanted)
+        sheet, search = _search_sheet(given, wanted)
         problems += search.problems
         if not search.blocks and not search.problems and (instead := _instead(sheet)):
             missed.append((sheet, instead))
@@ -114,7 +114,27 @@ def read_bench_file(
     return BenchFile(tuple(tables), tuple(with_one_cause(problems)))
 
 
-def search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
+def _is_blank_form(sheets: Iterable[Sheet]) -> bool:
+    """Tell whether a file is a form without a single number in it."""
+    rows = [row for sheet in sheets for row in sheet.rows]
+    # saved as text, the heading may have been parted at its blanks
+    marked = any(
+        FORM_MARK in " ".join(cell for cell in row if isinstance(cell, str)) for row in rows
+    )
+    return marked and not any(is_number(cell) for row in rows for cell in row)
+
+
+def _no_data_yet(file: str) -> Problem:
+    """Return the note about a blank form."""
+    return Problem(
+        "note",
+        Place(file),
+        "no data yet: the form is still blank.",
+        remedy="Fill in rows under the units, or delete the file if there is no such test.",
+    )
+
+
+def _search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
     """Find the tables of a sheet; one that has its names in a column is turned first."""
     search = find_blocks(sheet, wanted)
     if search.blocks or search.problems or not 1 < len(sheet.rows) <= _MOST_TURNED_ROWS:

@@ -113,8 +113,6 @@ class Block:
     last_row: int
     above: tuple[HeadingCell, ...]
     """What stands over the numbers apart from the names: top to bottom, left to right."""
-    other_headers: tuple[str, ...] = ()
-    """Headers of columns that were not read."""
     not_used: Mapping[int, str] = field(default_factory=dict)
     """Why a column that fits a quantity is not read, by its index."""
     thruster: str | None = None

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pipeline.errors import Problem
-from pipeline.ingest.blocks import Block, BlockColumn, headings
+from pipeline.ingest.blocks import Block, headings
 from pipeline.ingest.cells import are_spoilt, column_letter, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, misfits, read_columns
@@ -147,7 +147,6 @@ def _blocks_of_header(
                 first_row=first,
                 last_row=last,
                 above=above,
-                other_headers=_unread(sheet, row, columns, (low, high)),
                 not_used=weighed.not_used,
                 thruster=thrusters.get(columns["thrust"].index) if thrusters else None,
                 only=only,
@@ -289,14 +288,3 @@ def _end_of_data(sheet: Sheet, first: int, following: int, columns: Sequence[int
         if numbers > len(columns) // 2:
             return at
     return first
-
-
-def _unread(
-    sheet: Sheet, row: int, columns: Mapping[str, BlockColumn], span: tuple[int, int]
-) -> tuple[str, ...]:
-    read = {column.index for column in columns.values()}
-    return tuple(
-        shorten(cell, 40)
-        for index, cell in enumerate(sheet.cells(row))
-        if isinstance(cell, str) and index not in read and span[0] <= index <= span[1]
-    )

@@ -10,8 +10,15 @@ from pipeline.ingest.bench_kind import FileFound, Kind, read_files
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_problems
 from pipeline.ingest.load_test_checks import check_magnitudes, check_powers, drop_dead_channels
-from pipeline.ingest.load_test_codes import TableCode, codes_of_blocks
-from pipeline.ingest.load_test_rows import WARM_UP, RowWords, mark_early, row_words, with_words
+from pipeline.ingest.load_test_rows import (
+    WARM_UP,
+    RowWords,
+    TableCode,
+    codes_of_blocks,
+    mark_early,
+    row_words,
+    with_words,
+)
 from pipeline.ingest.load_test_signs import check_signs, two_curves, with_signs_of_codes
 from pipeline.ingest.load_test_sweeps import mark_drift, with_branches
 from pipeline.ingest.load_test_words import ANY_POWER, BRANCH_WORDS, REQUIRED, VOCABULARY
@@ -155,7 +162,7 @@ def _powers_not_read(block: Block) -> list[Problem]:
             "Rename it, or state it in vehicle.yaml under columns: load_test: input_power or "
             "output_power.",
         )
-        for header in block.other_headers
+        for header in (one.header for one in block.columns_not_used(None))
         if _is_power(header)
     ]
 

@@ -75,28 +75,20 @@ def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
     usable &= shaft > 0.1 * shaft.max(initial=0.0)
     if usable.sum() >= 3:
         efficiency = float(np.median(shaft[usable] / drawn[usable]))
+        what, expected = "", ""
         if efficiency > 1.02:
-            problems.append(
-                Problem(
-                    "warning",
-                    block.place(block.first_row, "torque"),
-                    f"the shaft gives {efficiency:.3g} times the power that the drive takes: a "
-                    "unit of torque, speed, current or voltage is likely wrong.",
-                    "an efficiency below 1.",
-                    f"Check the units: {_units(block)}.",
-                )
-            )
+            what = f"the shaft gives {efficiency:.3g} times the power that the drive takes: a unit "
+            expected = "an efficiency below 1."
         elif efficiency < 0.005:
-            problems.append(
-                Problem(
-                    "warning",
-                    block.place(block.first_row, "torque"),
-                    f"the drive's efficiency comes out as {efficiency:.2g}: a unit of torque, "
-                    "speed, current or voltage is likely wrong.",
-                    "an efficiency between some per cent and 1.",
-                    f"Check the units: {_units(block)}.",
-                )
+            what = f"the drive's efficiency comes out as {efficiency:.2g}: a unit "
+            expected = "an efficiency between some per cent and 1."
+        if what:
+            what += "of torque, speed, current or voltage is likely wrong."
+            place, remedy = (
+                block.place(block.first_row, "torque"),
+                f"Check the units: {_units(block)}.",
             )
+            problems.append(Problem("warning", place, what, expected, remedy))
     return problems
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.readings import COMMENTED, Reading
+from pipeline.ingest.readings import COMMENTED, STATISTICS, Reading
 from pipeline.ingest.rows import counted, listed
-from pipeline.ingest.statistics_rows import STATISTICS
 
 #: Below this share of the largest torque or speed, its sign means nothing.
 _ZERO_SHARE = 0.03

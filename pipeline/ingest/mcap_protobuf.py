@@ -15,7 +15,7 @@ _WELL_KNOWN = ("any", "duration", "empty", "field_mask", "struct", "timestamp", 
 
 
 def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]]:
-    """Make a decoder of messages ``package.Name``, which a serialised ``FileDescriptorSet`` defines.
+    """Make a decoder of messages ``package.Name`` that a serialised descriptor set defines.
 
     Files of ``google/protobuf/`` may be missing in it. The decoder turns bytes into numbers, texts,
     lists, dictionaries, absent messages left out, and raises `BrokenMessageError` where the bytes

@@ -20,8 +20,7 @@ from pipeline.ingest.repeats import BenchTable
 from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
-from pipeline.ingest.thrust_limits import thrust_problem
-from pipeline.ingest.thrust_shape import shape_problem
+from pipeline.ingest.thrust_checks import shape_problem, thrust_problem
 from pipeline.ingest.thrusters_apart import compare_thrusters
 from pipeline.ingest.usable import is_refused
 from pipeline.ingest.vocabulary import plain

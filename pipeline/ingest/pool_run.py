@@ -12,7 +12,7 @@ from pipeline.ingest.log_open import open_log
 from pipeline.ingest.log_source import LogFacts
 from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
-from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources
+from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources, topics_read
 from pipeline.ingest.pool_run_clocks import Timing
 from pipeline.ingest.pool_run_consistency import consistency_problems
 from pipeline.ingest.pool_run_convert import Names, WaterOfRun, convert, guess_units
@@ -40,7 +40,6 @@ from pipeline.ingest.pool_run_topics import (
     plans_of,
     requests_of,
 )
-from pipeline.ingest.pool_run_unused import topics_read
 from pipeline.records.pool_run import ChannelSummary, PoolRunRecord, TopicRead
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_notes import RunNotes

@@ -16,6 +16,7 @@ from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_validity import LARGEST, impossible
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.records.run_components import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -182,7 +183,8 @@ def _attitude_against_rate(run: PoolRun, place: Place) -> list[Problem]:
         return []
     q, measured = table.values["attitude"], table.values["angular_velocity"]
     middle = rows[:-2] & rows[1:-1] & rows[2:]
-    step = _relative(q[:-2], q[2:])
+    # the turn from the attitude before to the one after, in body axes
+    step = quaternion_product(q[:-2] * np.array([1.0, -1.0, -1.0, -1.0]), q[2:])
     from_attitude = 2.0 * step[:, 1:] * np.where(step[:, :1] < 0, -1.0, 1.0) * _TABLE_HZ / 2.0
     from_attitude, measured = from_attitude[middle], measured[1:-1][middle]
     found = []
@@ -207,21 +209,6 @@ def _attitude_against_rate(run: PoolRun, place: Place) -> list[Problem]:
         remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
         found.append(_warn(place, f"the {name} rate ({topic}) {what}", remedy))
     return found
-
-
-def _relative(first: FloatArray, second: FloatArray) -> FloatArray:
-    """Quaternions of the turn from the first to the second attitude, in body axes."""
-    a, b, c, d = first[:, 0], -first[:, 1], -first[:, 2], -first[:, 3]
-    w, x, y, z = second.T
-    return np.stack(
-        [
-            a * w - b * x - c * y - d * z,
-            a * x + b * w + c * z - d * y,
-            a * y - b * z + c * w + d * x,
-            a * z + b * y - c * x + d * w,
-        ],
-        axis=1,
-    )
 
 
 def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:

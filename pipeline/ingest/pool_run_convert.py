@@ -8,6 +8,7 @@ import numpy as np
 from pipeline.ingest.pool_run_elements import PER_THRUSTER, thrusters_named
 from pipeline.ingest.pool_run_plan import Plan
 from pipeline.records.pool_schema import UNITS
+from pipeline.records.run_components import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -41,6 +42,7 @@ EARTH = {
     "enu": np.array([[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, -1.0]]),
     "nwu": np.diag([1.0, -1.0, -1.0]),
 }
+_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 #: Standard atmosphere; a sensor that reads less than half of it at its lowest reads from there.
 ATMOSPHERE_PA = 101325.0
 
@@ -138,39 +140,16 @@ def _attitude(plan: Plan, raw: FloatArray, order: str | None = None) -> FloatArr
     if (order or plan.order) == "xyzw":
         raw[:] = raw[:, [3, 0, 1, 2]]
     if plan.body_axes != "frd":
-        x, y, z, w = _as_quaternion(BODY[plan.body_axes])
-        _times_right(raw, (w, -x, -y, -z))
+        raw[:] = quaternion_product(raw, _as_quaternion(BODY[plan.body_axes]) * _CONJUGATE)
     if plan.earth_axes != "ned":
-        x, y, z, w = _as_quaternion(EARTH[plan.earth_axes])
-        _times_left(raw, (w, x, y, z))
+        raw[:] = quaternion_product(_as_quaternion(EARTH[plan.earth_axes]), raw)
     return raw
 
 
-def _as_quaternion(axes: FloatArray) -> tuple[float, float, float, float]:
+def _as_quaternion(axes: FloatArray) -> FloatArray:
     from scipy.spatial.transform import Rotation
 
-    x, y, z, w = Rotation.from_matrix(axes).as_quat()
-    return float(x), float(y), float(z), float(w)
-
-
-def _times_right(q: FloatArray, p: tuple[float, float, float, float]) -> None:
-    """Multiply quaternions q p in place."""
-    w, x, y, z = (q[:, i].copy() for i in range(4))
-    a, b, c, d = p
-    q[:, 0] = w * a - x * b - y * c - z * d
-    q[:, 1] = w * b + x * a + y * d - z * c
-    q[:, 2] = w * c - x * d + y * a + z * b
-    q[:, 3] = w * d + x * c - y * b + z * a
-
-
-def _times_left(q: FloatArray, p: tuple[float, float, float, float]) -> None:
-    """Multiply quaternions p q in place."""
-    w, x, y, z = (q[:, i].copy() for i in range(4))
-    a, b, c, d = p
-    q[:, 0] = a * w - b * x - c * y - d * z
-    q[:, 1] = a * x + b * w + c * z - d * y
-    q[:, 2] = a * y - b * z + c * w + d * x
-    q[:, 3] = a * z + b * y - c * x + d * w
+    return np.asarray(Rotation.from_matrix(axes).as_quat()[[3, 0, 1, 2]])
 
 
 def _from_euler(angles: FloatArray) -> FloatArray:

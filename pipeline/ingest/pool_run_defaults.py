@@ -10,14 +10,44 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.mcap_types import parse_path
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
 from pipeline.ingest.pool_run_elements import PER_THRUSTER, NotThereError
 from pipeline.ingest.pool_run_frames import is_earth
 from pipeline.ingest.pool_run_plan import Plan, TopicFound, plan_channel
-from pipeline.ingest.pool_run_rules import NOT_MEASURED, RULES, Rule
-from pipeline.records.pool_schema import COMPONENTS, PoolChannel
+from pipeline.records.pool_schema import COMPONENTS, PoolChannel, Quantity
 
+
+@dataclass(frozen=True)
+class Rule:
+    """A rule of ``topics.toml``: a field holds a quantity if the topic's name agrees.
+
+    Its name must fit `topic` and not `but_not`, its type end in `message_type`.
+    """
+
+    rank: int
+    quantity: Quantity
+    field: str
+    says: str
+    topic: str = ""
+    but_not: str = ""
+    message_type: str = ""
+
+
+def _pattern(text: str) -> str:
+    """Return a pattern, which may be called by its name: "@command"."""
+    if text.startswith("@"):
+        return str(data_of("topics")["patterns"][text.removeprefix("@")])
+    return text
+
+
+#: What was wanted, simulated or put together from other topics is not measured.
+NOT_MEASURED = _pattern("@not_measured")
+RULES = tuple(
+    Rule(**(one | {key: _pattern(one[key]) for key in ("topic", "but_not") if key in one}))
+    for one in data_of("topics")["rules"]["by_rank"]
+)
 #: Quantities that give the same: one of them is wanted.
 _SAME = (
     ("attitude_quaternion", "attitude_euler"),

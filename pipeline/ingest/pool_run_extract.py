@@ -82,17 +82,7 @@ def extract(
     message is decoded, with the same result.
     """
     channels = log.directory.channels
-    sinks = {
-        topic: _Sink(
-            request,
-            sum(
-                log.directory.counts.get(number, 0)
-                for number, channel in channels.items()
-                if channel.topic == topic
-            ),
-        )
-        for topic, request in requests.items()
-    }
+    sinks = {topic: _Sink(request) for topic, request in requests.items()}
     by_channel = {
         number: (sinks[channel.topic], _Reader(codecs[number], requests[channel.topic], fast=fast))
         for number, channel in channels.items()
@@ -129,49 +119,27 @@ def _in_order(
     ]
 
 
-#: Room is made beforehand for so many messages at most: their number is what the file states.
-_MOST_EXPECTED = 5_000_000
-
-
 class _Sink:
-    """Arrays that grow; their size is usually known beforehand."""
+    """What was taken from a topic so far: parts, one a block."""
 
-    def __init__(self, request: Request, count: int) -> None:
+    def __init__(self, request: Request) -> None:
         self._request = request
-        self._used = 0
-        count = min(count, _MOST_EXPECTED)
+        self._parts: list[_Rows] = []
         self.names: list[tuple[str, ...]] = []
         self.why_broken = ""
-        self._time = np.empty(count, np.int64)
-        self._values = np.empty((count, len(request.numbers)))
-        self._broken = np.zeros(count, np.bool_)
-        self._stamp = np.empty(count if request.stamp else 0, np.int64)
-        self._names = np.empty(count if request.names else 0, np.int64)
 
-    def room(self, count: int) -> "_Rows":
+    def room(self, log_time_ns: IntArray) -> "_Rows":
         """Make room for more messages and return it, to be filled."""
-        begin, self._used = self._used, self._used + count
-        if self._used > self._time.size:
-            self._grow(max(self._used, self._time.size * 3 // 2))
-        where = slice(begin, self._used)
-        return _Rows(
-            self._time[where],
-            self._values[where],
-            self._broken[where],
-            self._stamp[where] if self._request.stamp else None,
-            self._names[where] if self._request.names else None,
+        count = log_time_ns.size
+        part = _Rows(
+            log_time_ns,
+            np.empty((count, len(self._request.numbers))),
+            np.zeros(count, np.bool_),
+            np.empty(count, np.int64) if self._request.stamp else None,
+            np.empty(count, np.int64) if self._request.names else None,
         )
-
-    def _grow(self, size: int) -> None:
-        self._time = np.resize(self._time, size)
-        self._values = np.resize(self._values, (size, self._values.shape[1]))
-        grown = np.zeros(size, np.bool_)
-        grown[: self._broken.size] = self._broken
-        self._broken = grown
-        if self._request.stamp:
-            self._stamp = np.resize(self._stamp, size)
-        if self._request.names:
-            self._names = np.resize(self._names, size)
+        self._parts.append(part)
+        return part
 
     def name_list(self, names: tuple[str, ...]) -> int:
         """Return the number of a list of names, -1 beyond the most that are kept."""
@@ -182,21 +150,28 @@ class _Sink:
         return self.names.index(names)
 
     def finish(self) -> TopicData:
-        kept = slice(0, self._used)
+        """Put the parts together, and let go of them."""
+        if not self._parts:
+            self.room(np.empty(0, np.int64))
+        parts, self._parts = self._parts, []
         return TopicData(
-            self._time[kept],
-            self._values[kept],
-            self._stamp[kept] if self._request.stamp else None,
-            self._broken[kept],
+            np.concatenate([part.time_ns for part in parts]),
+            np.concatenate([part.values for part in parts]),
+            np.concatenate([part.stamp_ns for part in parts if part.stamp_ns is not None])
+            if self._request.stamp
+            else None,
+            np.concatenate([part.broken for part in parts]),
             self.names,
-            self._names[kept] if self._request.names else None,
+            np.concatenate([part.names for part in parts if part.names is not None])
+            if self._request.names
+            else None,
             self.why_broken,
         )
 
 
 @dataclass(frozen=True)
 class _Rows:
-    """Part of the arrays, for the messages of one block."""
+    """What was taken from the messages of one block."""
 
     time_ns: IntArray
     values: FloatArray
@@ -223,8 +198,7 @@ class _Reader:
 
     def read(self, buffer: Bytes, messages: Messages, sink: _Sink) -> None:
         """Read the channel's messages of a block."""
-        rows = sink.room(messages.start.size)
-        rows.time_ns[:] = messages.log_time_ns
+        rows = sink.room(messages.log_time_ns)
         if self._codec.packed and self._layouts is not None:
             buffer, messages = _unpacked(buffer, messages)
         if self._layouts is None:

@@ -12,17 +12,20 @@ from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, is_commented, without_comment_mark
 from pipeline.ingest.cells import NotANumberError, are_spoilt, shorten
 from pipeline.ingest.headers import Wanted
-from pipeline.ingest.rows import listed
+from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.sheet import Row
-from pipeline.ingest.statistics_rows import STATISTICS, is_statistics, statistics_problems
+from pipeline.ingest.vocabulary import plain
+from pipeline.ingest.word_lists import words_of
 
-COMMENTED = "commented out"
+COMMENTED, STATISTICS = "commented out", "statistics row"
 #: In the units of the records (N, N m, rpm, us ...); keeps every later product finite, too.
 _LARGEST = 1e9
 #: What a person sets on a bench; it may hold for several rows.
 _SET = frozenset({"code", "pwm", "voltage", "advance_ratio", "speed", "time"})
 _COMMAND = ("code", "pwm")
 _WORDS = frozenset({"branch", "status"})
+#: Words of rows that sum up a table, such as its mean and spread.
+_SUMS = frozenset(map(plain, words_of("groups", "statistics")))
 _DAY_S = 86_400.0
 _CLOCK = re.compile(r"(?:(\d{4}-\d\d-\d\d)[ T])?(\d{1,2}):(\d\d)(?::(\d\d(?:[.,]\d+)?))?")
 
@@ -77,7 +80,7 @@ def readings_of(
             continue  # a heading, a note or a blank row
         seen |= set(values)
         complete = all(any(name in values for name in group) for group in required)
-        sums_up = not commented and is_statistics(block, cells)
+        sums_up = not commented and _is_statistics(block, cells)
         marks = (COMMENTED,) * commented + (STATISTICS,) * sums_up
         statistics += [row] * sums_up
         if complete:
@@ -90,7 +93,7 @@ def readings_of(
             for quantity in _absent(block, required, values.keys() | faults.keys()):
                 empty[quantity].append(row)
     problems = _faults(block, wanted, odd, empty, seen)
-    problems += [*_commented_out(block, readings), *statistics_problems(block, statistics)]
+    problems += [*_commented_out(block, readings), *_statistics_problems(block, statistics)]
     return tuple(readings), problems
 
 
@@ -100,6 +103,25 @@ def _commented_out(block: Block, readings: Sequence[Reading]) -> list[Problem]:
         return []
     what = f'commented out with "#": {listed(rows)}; kept but not fitted.'
     return [Problem("note", block.place(rows[0]), what)]
+
+
+def _is_statistics(block: Block, cells: Row) -> bool:
+    """Tell whether the first filled cell of a row within the table is a word such as "mean"."""
+    low, high = block.span
+    first = next((cell for cell in cells[low : high + 1] if cell is not None), None)
+    return isinstance(first, str) and plain(first) in _SUMS
+
+
+def _statistics_problems(block: Block, rows: Sequence[int]) -> list[Problem]:
+    """Warn of the rows that were left out because they only sum up the others."""
+    if not rows:
+        return []
+    what = (
+        f"{counted(len(rows), 'row')} of means, spreads or sums ({listed(rows)}); kept but not "
+        "fitted."
+    )
+    remedy = 'Delete them, or mark them with "#" in column A.'
+    return [Problem("warning", block.place(rows[0]), what, "readings alone.", remedy)]
 
 
 def is_spoilt(block: Block, cells: Row, faults: Iterable[str]) -> bool:

@@ -15,12 +15,11 @@ from pipeline.ingest.archive import (
     unpack,
 )
 from pipeline.ingest.cells import column_letter
-from pipeline.ingest.formulas import formula_problems
-from pipeline.ingest.hidden_parts import hidden_problems
 from pipeline.ingest.log_names import is_log_anywhere, log_among_bench_files
 from pipeline.ingest.reading_process import opening
 from pipeline.ingest.sheet import Cell, Limits, Row, Sheet
 from pipeline.ingest.text_table import read_text_table
+from pipeline.ingest.workbook_notes import formula_problems, hidden_problems
 
 if TYPE_CHECKING:
     from python_calamine import CalamineSheet, CalamineWorkbook

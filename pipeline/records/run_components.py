@@ -40,6 +40,21 @@ def down_axis(quaternion: FloatArray) -> FloatArray:
     return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=1)
 
 
+def quaternion_product(p: FloatArray, q: FloatArray) -> FloatArray:
+    """Product p q (m, 4) of quaternions w, x, y, z (m, 4); one of them may be a single one (4,)."""
+    a, b, c, d = np.moveaxis(p, -1, 0)
+    w, x, y, z = np.moveaxis(q, -1, 0)
+    return np.stack(
+        [
+            a * w - b * x - c * y - d * z,
+            a * x + b * w + c * z - d * y,
+            a * y - b * z + c * w + d * x,
+            a * z + b * y - c * x + d * w,
+        ],
+        axis=-1,
+    )
+
+
 def components(table: RunTable, quantity: str) -> FloatArray:
     """Values (m, k) of what is compared; attitude as angles."""
     values = table.values[quantity]

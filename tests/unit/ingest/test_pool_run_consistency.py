@@ -235,10 +235,10 @@ def test_a_supply_in_millivolts(tmp_path: Path) -> None:
 def test_a_steady_command_does_not_tell_how_the_speed_follows_it(
     tmp_path: Path, seconds: int
 ) -> None:
-    """The shaft spins up for 1.2 s, then keeps a speed; the autopilot trims its command a little."""
+    """The shaft spins up for 1.2 s and keeps its speed; an autopilot trims the command a little."""
     t = np.arange(100 * seconds) / 100.0
     trim = np.outer(np.sin(2.0 * t) + (t > 1.0), [8.0, 6.0, 4.0, 8.0])
-    codes = [60.0, 50.0, 70.0, -60.0] + trim
+    codes = np.array([60.0, 50.0, 70.0, -60.0]) + trim
     shafts = np.where(t[:, None] < 1.2, 0.0, [40.0, 20.0, 70.0, -60.0])
     _, rate = excited()
     told = warnings_of(tmp_path, [*topics_of(codes, rate[: t.size]), shaft_topic(shafts)])

@@ -1,4 +1,4 @@
-"""Formula cells that a program stored without their results: said once, as the cause."""
+"""What a workbook does not show: formulas stored without results, hidden sheets and rows."""
 
 import re
 from collections.abc import Sequence
@@ -7,6 +7,7 @@ from dataclasses import replace
 from pipeline.errors import Place, Problem
 from pipeline.ingest.archive import SheetScan
 from pipeline.ingest.cells import column_letter
+from pipeline.ingest.rows import listed
 
 _NO_VALUE = "hold no stored value"
 _NO_NUMBER = "holds no number"
@@ -52,3 +53,20 @@ def with_one_cause(problems: Sequence[Problem]) -> list[Problem]:
                 kept.remove(error)
                 break
     return kept
+
+
+def hidden_problems(scan: SheetScan | None, where: Place, *, is_hidden: bool) -> list[Problem]:
+    """Say that a sheet (`is_hidden`), or rows of it, are hidden and were read all the same."""
+    if scan is None or not scan.cells:
+        return []
+    notes: list[Problem] = []
+    if is_hidden:
+        remedy = "Delete the sheet if it is not meant, or name the right ones in vehicle.yaml."
+        notes.append(Problem("note", where, "the sheet is hidden and was read.", "", remedy))
+    if scan.hidden_rows:
+        rows = scan.hidden_rows
+        place = Place(where.file, where.sheet, rows[0])
+        what = f"hidden in the workbook and read all the same: {listed(rows)}."
+        remedy = 'Mark rows with "#" in column A to leave them out.'
+        notes.append(Problem("note", place, what, "", remedy))
+    return notes

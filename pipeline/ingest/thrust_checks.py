@@ -1,14 +1,32 @@
-"""What thrust over code cannot look like: jumps between neighbours, two values at one code."""
+"""What thrust at rest cannot be: more than disc or power give, jumps or two values over code."""
 
+import math
 from collections import defaultdict
 from collections.abc import Sequence
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.blocks import BlockColumn
 from pipeline.ingest.rows import listed
+from pipeline.ingest.unit_text import factor, known_units
 from pipeline.records.measurements import MooringPoint
+from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
 
+#: Thrust over the disc's area: a jet of 17 m/s. No thruster of an underwater vehicle has it. [Pa]
+MOST_PRESSURE_PA = 150e3
+#: K_T = T / (rho n^2 D^4) at rest: screws and ducted thrusters lie between 0.1 and 0.8.
+LEAST_K_T, MOST_K_T = 0.02, 1.2
+_USUAL_K_T = (0.1, 0.8)
+_DOUBTFUL_K_T = (0.08, 0.9)
+#: Ideal power over the power drawn: above 1 for an open propeller, 1.4 in a duct.
+MOST_MERIT = 1.6
+#: Less is left of it by no motor and propeller at their larger thrusts.
+_DOUBTFUL_MERIT = 0.04
+_USUAL_MERIT, _USUAL_PRESSURE_PA = 0.4, 10e3
+_LARGE = 0.3
+_LEAST_POINTS = 4
 #: Neighbouring codes give thrust within this factor, where it is above a twentieth of the largest.
 _JUMP = 8.0
 _CLEAR = 0.05
@@ -17,6 +35,81 @@ _APART = 0.12
 _LEAST_CODES = 4
 #: No dead zone is larger than this share of the largest code tested.
 _LATE = 0.5
+
+
+def thrust_problem(
+    place: Place, points: Sequence[MooringPoint], vehicle: Vehicle, column: BlockColumn
+) -> Problem | None:
+    """Doubt or refuse a table whose thrust no propeller of this size gives.
+
+    It names the unit that would fit, if there is one: a warning where the numbers are possible and
+    strange, an error where they are not.
+    """
+    used = [point for point in points if not point.marks]
+    thrust = np.array([abs(point.thrust_n) for point in used])
+    if not used or not thrust.any():
+        return None
+    large = thrust > _LARGE * thrust.max()
+    rho, diameter = vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
+    area = math.pi / 4.0 * diameter**2
+    speed_rps = np.array([abs(point.shaft_speed_rpm or math.nan) for point in used]) / 60.0
+    k_t = _median((thrust / (rho * speed_rps**2 * diameter**4))[large])
+    merit = _median(_merit(used, thrust, rho * area)[large])
+    pressure_pa = float(thrust.max()) / area
+    usual = math.sqrt(_USUAL_K_T[0] * _USUAL_K_T[1])
+    if k_t is not None and not _DOUBTFUL_K_T[0] <= k_t <= _DOUBTFUL_K_T[1]:
+        why = (
+            f"K_T at rest comes out as {k_t:.3g}, a screw has {_USUAL_K_T[0]:g} to "
+            f"{_USUAL_K_T[1]:g}"
+        )
+        return _problem(place, column, why, k_t / usual, is_possible=LEAST_K_T <= k_t <= MOST_K_T)
+    if pressure_pa > MOST_PRESSURE_PA:
+        why = (
+            f"{thrust.max():.3g} N on the disc of a propeller of {diameter:g} m are "
+            f"{pressure_pa / 1000.0:.3g} kPa, more than any gives"
+        )
+        return _problem(place, column, why, pressure_pa / _USUAL_PRESSURE_PA, is_possible=False)
+    if merit is not None and not _DOUBTFUL_MERIT <= merit <= MOST_MERIT:
+        why = f"an ideal propeller would take {merit:.3g} times the power U I that was drawn"
+        ratio = (merit / _USUAL_MERIT) ** (2.0 / 3.0)
+        return _problem(place, column, why, ratio, is_possible=merit <= MOST_MERIT)
+    return None
+
+
+def _median(values: FloatArray) -> float | None:
+    """Return the median of what is there; None of a few."""
+    there = values[np.isfinite(values)]
+    return float(np.median(there)) if there.size >= _LEAST_POINTS else None
+
+
+def _problem(
+    place: Place, column: BlockColumn, why: str, ratio: float, *, is_possible: bool
+) -> Problem:
+    return Problem(
+        "warning" if is_possible else "error",
+        place,
+        f'thrust "{column.header}" in {column.unit}: {why}.'
+        f"{'' if is_possible else ' So the table was left out.'}{_likely(column, ratio)}",
+        "thrust, shaft speed and diameter that belong together.",
+        "Correct the unit in the file, or state it in vehicle.yaml:\n  columns:\n    mooring:\n"
+        f'      thrust: {{header: "{column.header}", unit: ...}}\nor correct the diameter of the '
+        "propeller there.",
+    )
+
+
+def _merit(used: Sequence[MooringPoint], thrust: FloatArray, rho_area: float) -> FloatArray:
+    power_w = np.array([(one.voltage_v or math.nan) * (one.current_a or math.nan) for one in used])
+    return np.asarray(thrust**1.5 / math.sqrt(2.0 * rho_area) / np.abs(power_w))
+
+
+def _likely(column: BlockColumn, ratio: float) -> str:
+    """Name the unit that would bring the thrust nearest to what is usual."""
+    worth = abs(column.factor) / ratio
+    units = [(unit, factor(unit, "force")) for unit in known_units("force")]
+    unit, nearest = min(units, key=lambda one: abs(math.log(one[1] / worth)))
+    if unit == column.unit or abs(math.log(nearest / worth)) > math.log(3.0):
+        return ""
+    return f" The numbers look like {unit}."
 
 
 def shape_problem(place: Place, points: Sequence[MooringPoint]) -> Problem | None:
