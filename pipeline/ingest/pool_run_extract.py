@@ -132,7 +132,7 @@ class _Sink:
         """Make room for more messages and return it, to be filled."""
         count = log_time_ns.size
         part = _Rows(
-            log_time_ns,
+            log_time_ns.copy(),  # that of a chunk keeps all of it in memory
             np.empty((count, len(self._request.numbers))),
             np.zeros(count, np.bool_),
             np.empty(count, np.int64) if self._request.stamp else None,
