@@ -12,8 +12,7 @@ from pipeline.ingest.column_data import ColumnData, ratio_of, read_column, whole
 from pipeline.ingest.header_rows import ELECTRICAL, Match, Wanted
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.unit_text import UnitTextError, factor, quantities_of
-from pipeline.ingest.vocabulary import is_other, plain, read_unit_cell, unit_fits
-from pipeline.ingest.word_lists import FIRST_RANK
+from pipeline.ingest.vocabulary import FIRST_RANK, is_other, plain, read_unit_cell, unit_fits
 from pipeline.types import FloatArray
 
 #: One of these is set and the other follows from it: their columns are weighed together.

@@ -10,7 +10,6 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.header_rows import Match, Wanted, is_mapped
-from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.sheet import Row, Sheet
 from pipeline.ingest.thousands import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.unit_text import (
@@ -22,6 +21,7 @@ from pipeline.ingest.unit_text import (
 from pipeline.ingest.vocabulary import (
     HeaderText,
     Words,
+    factor_in_name,
     name_score,
     read_unit_cell,
     split_header,

@@ -17,8 +17,8 @@ from pipeline.ingest.vocabulary import (
     read_unit_cell,
     split_header,
     unit_fits,
+    words_of,
 )
-from pipeline.ingest.word_lists import words_of
 from pipeline.vehicle.bench_schema import Column
 
 #: The speed of a motor's field: the shaft's times the pole pairs. Never read as it stands.

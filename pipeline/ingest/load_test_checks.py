@@ -77,17 +77,20 @@ def check_powers(block: Block, readings: Sequence[Reading]) -> list[Problem]:
         efficiency = float(np.median(shaft[usable] / drawn[usable]))
         what, expected = "", ""
         if efficiency > 1.02:
-            what = f"the shaft gives {efficiency:.3g} times the power that the drive takes: a unit "
+            what = (
+                f"the shaft gives {efficiency:.3g} times the power that the drive takes: a "
+                "unit of torque, speed, current or voltage is likely wrong."
+            )
             expected = "an efficiency below 1."
         elif efficiency < 0.005:
-            what = f"the drive's efficiency comes out as {efficiency:.2g}: a unit "
+            what = (
+                f"the drive's efficiency comes out as {efficiency:.2g}: a unit of torque, "
+                "speed, current or voltage is likely wrong."
+            )
             expected = "an efficiency between some per cent and 1."
         if what:
-            what += "of torque, speed, current or voltage is likely wrong."
-            place, remedy = (
-                block.place(block.first_row, "torque"),
-                f"Check the units: {_units(block)}.",
-            )
+            place = block.place(block.first_row, "torque")
+            remedy = f"Check the units: {_units(block)}."
             problems.append(Problem("warning", place, what, expected, remedy))
     return problems
 

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from pipeline.ingest.unit_text import fold_lookalikes
-from pipeline.ingest.vocabulary import plain
-from pipeline.ingest.word_lists import vocabulary_of, words_of
+from pipeline.ingest.vocabulary import plain, vocabulary_of, words_of
 
 Branch = Literal["loading", "unloading"]
 

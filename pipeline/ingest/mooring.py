@@ -14,7 +14,6 @@ from pipeline.ingest.cells import shorten
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
 from pipeline.ingest.mooring_points import points_of_file
 from pipeline.ingest.mooring_sweeps import Sweep, hysteresis
-from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.readings import COMMENTED, Reading
 from pipeline.ingest.repeats import BenchTable
 from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
@@ -23,8 +22,7 @@ from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_checks import shape_problem, thrust_problem
 from pipeline.ingest.thrusters_apart import compare_thrusters
 from pipeline.ingest.usable import is_refused
-from pipeline.ingest.vocabulary import plain
-from pipeline.ingest.word_lists import vocabulary_of, words_of
+from pipeline.ingest.vocabulary import factor_in_name, plain, vocabulary_of, words_of
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups

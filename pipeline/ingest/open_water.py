@@ -24,7 +24,7 @@ from pipeline.ingest.open_water_coefficients import (
 from pipeline.ingest.readings import Reading
 from pipeline.ingest.repeats import BenchTable
 from pipeline.ingest.rows import counted, listed
-from pipeline.ingest.word_lists import vocabulary_of
+from pipeline.ingest.vocabulary import vocabulary_of
 from pipeline.records.base import Source
 from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord
 from pipeline.vehicle.schema import Vehicle

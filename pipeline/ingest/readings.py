@@ -14,8 +14,7 @@ from pipeline.ingest.cells import NotANumberError, are_spoilt, shorten
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.sheet import Row
-from pipeline.ingest.vocabulary import plain
-from pipeline.ingest.word_lists import words_of
+from pipeline.ingest.vocabulary import plain, words_of
 
 COMMENTED, STATISTICS = "commented out", "statistics row"
 #: In the units of the records (N, N m, rpm, us ...); keeps every later product finite, too.

@@ -11,8 +11,7 @@ from pipeline.ingest.cells import column_letter, is_number, is_text, parse_numbe
 from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import listed
 from pipeline.ingest.usable import is_refused
-from pipeline.ingest.vocabulary import plain, split_header
-from pipeline.ingest.word_lists import words_of
+from pipeline.ingest.vocabulary import plain, split_header, words_of
 from pipeline.vehicle.bench_schema import Direction
 
 #: One letter means something beside its opposite alone.

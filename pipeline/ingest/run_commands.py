@@ -4,7 +4,7 @@ Any log that `read_pool_run` understands will do, with the channel mapping of th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -59,18 +59,9 @@ def read_run_commands(path: Path, vehicle: Vehicle, raw_root: Path) -> RunComman
         said = [*said[:_MOST_NOTES], more]
     found = commands_of(run, vehicle)
     true = read_true_start(path)
-    notes = (*said, *(() if true is not None else found.notes))
-    return RunCommands(
-        found.start_time_ns,
-        found.names,
-        found.time_s,
-        found.codes,
-        found.end_s,
-        found.start if true is None else true,
-        notes,
-        found.written,
-        found.log_start_s,
-    )
+    if true is None:
+        return replace(found, notes=(*said, *found.notes))
+    return replace(found, start=true, notes=tuple(said))
 
 
 def commands_of(run: PoolRun, vehicle: Vehicle) -> RunCommands:

@@ -12,8 +12,7 @@ from pipeline.ingest.column_units import unit_problem, why_unknown
 from pipeline.ingest.header_rows import Wanted, is_mapped
 from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.unit_text import factor
-from pipeline.ingest.vocabulary import HeaderText, is_other, plain
-from pipeline.ingest.word_lists import words_of
+from pipeline.ingest.vocabulary import HeaderText, is_other, plain, words_of
 from pipeline.vehicle.bench_schema import Column
 
 #: Words of sheets that hold no readings.

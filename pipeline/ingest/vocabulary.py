@@ -3,9 +3,10 @@
 import functools
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.unit_text import fold_lookalikes, normalise_unit, quantities_of
 
 _PUNCTUATION = re.compile(r"[^\w%°]+|_")
@@ -44,6 +45,49 @@ class Words:
 
 
 Vocabulary = Mapping[str, Words]
+
+
+#: Keys of a quantity that are lists of words.
+_LISTS = ("names", "symbols", "prefer", "less", "never", "with_unit")
+
+
+def words_of(group: str, name: str) -> tuple[str, ...]:
+    """Return a list of words.
+
+    >>> words_of("directions", "forward")[:3]
+    ('forward', 'forwards', 'fwd')
+    """
+    return tuple(_expanded(data_of("bench_words")[group][name]))
+
+
+def vocabulary_of(kind: str) -> Vocabulary:
+    """Return what the columns of a kind of test are called, by quantity.
+
+    >>> vocabulary_of("mooring")["thrust"].unit_kind
+    'force'
+    """
+    return {
+        quantity: Words(
+            unit_kind=stated.get("unit"),
+            default_unit=stated.get("default_unit"),
+            unit_words=stated.get("unit_words"),
+            by_unit=stated.get("by_unit", False),
+            **{key: tuple(_expanded(stated.get(key, ()))) for key in _LISTS},
+        )
+        for quantity, stated in data_of("bench_words")[kind].items()
+    }
+
+
+def _expanded(words: Iterable[str]) -> Iterator[str]:
+    """Put the words of a group in the place of its name, "@group"."""
+    for word in words:
+        if word.startswith("@"):
+            yield from words_of("groups", word.removeprefix("@"))
+        else:
+            yield word
+
+
+FIRST_RANK = words_of("groups", "first_rank")
 
 
 @dataclass(frozen=True)
@@ -210,3 +254,32 @@ def unit_told_by_name(header: HeaderText, words: Words) -> str | None:
         if _pattern(phrase).search(name):
             return unit
     return None
+
+
+#: Factors in the name of a column, such as "Thrust x 10": they may multiply or divide.
+_POWER = r"10+(?:\s*(?:\^|\*\*)\s*[-\u2212+]?\d+|[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+|(?!\d|[.,]\d))"
+_FACTOR = re.compile(
+    rf"(?<!\d)(?<!\d\s)[×·*⋅∙•]\s*{_POWER}"
+    rf"|(?:(?<=[\s)\]_])|(?<=[KКCС][TТQMМ]))(?<!\d\s)[xXхХ]\s*{_POWER}"
+    r"|10+\s*(?:(?:\^|\*\*)\s*[-\u2212+]?\d+|[⁻⁺]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+)"
+    r"|^\s*10+\s*[×·*⋅∙•](?=\s*[^\W\d])"
+)
+_TENFOLD = re.compile(r"^\s*10+\s*[xXхХ]?\s*(?=[KСCК])")
+
+
+def factor_in_name(header: str, quantity: str) -> str | None:
+    """Return the factor that the name of a column holds, None where there is none.
+
+    Coefficients may have a 10 in front.
+
+    Examples
+    --------
+    >>> [factor_in_name(name, "thrust") for name in ("Thrust x 10, N", "T·10^-1", "APC 10x10, N")]
+    ['x 10', '·10^-1', None]
+    >>> factor_in_name("10KT", "thrust_coefficient"), factor_in_name("10 s mean", "thrust")
+    ('10', None)
+    """
+    found = _FACTOR.search(header)
+    if found is None and quantity.endswith("coefficient"):
+        found = _TENFOLD.search(header)
+    return None if found is None else found[0].strip()

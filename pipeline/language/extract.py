@@ -33,7 +33,6 @@ _SILENT = (
     "export/size_report.py",
     "export/ros2_messages.py",
     "ingest/load_test_words.py",
-    "ingest/mooring_words.py",
     "physics/parameters.py",
     "report/plotting.py",
     "campaign/blind_page.py",

@@ -7,8 +7,8 @@ from bench_workbooks import vehicle
 
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.ingest.multipliers import factor_in_name
 from pipeline.ingest.open_water import read_open_water
+from pipeline.ingest.vocabulary import factor_in_name
 from pipeline.vehicle.schema import Vehicle
 
 
