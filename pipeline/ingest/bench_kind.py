@@ -103,20 +103,23 @@ def read_files(
         shown_as = source_name(path, raw_root)
         words = None if kind.row_words is None else _of_vehicle(kind.row_words, vehicle)
         found = read_bench_file(path, shown_as, wanted, columns, kind.looked_for, words_of=words)
-        file = FileFound(path, Place(shown_as), found.tables, vehicle, list(found.problems))
+        file: FileFound = FileFound(
+            path, Place(shown_as), found.tables, vehicle, list(found.problems)
+        )
         own_tables = repeats.marked(kind.tables(file), file.problems)
         of_tables = kind.points(file, own_tables)
         for one, table, measured in zip(found.tables, own_tables, of_tables, strict=True):
             said = kind.summary(table, measured) if measured else "left out"
             sheets.append(sheet_read(one.block, columns, len(one.readings), said))
-        own = [point for measured in of_tables for point in measured]
+        own: list[Point] = [point for measured in of_tables for point in measured]
         marks = [point.marks for point in own]
         points += own
         tables += own_tables
-        said_of = file.problems
-        if not found.is_blank:
-            said_of = with_cause(file.problems, shown_as, marks, kind.noun)
-        problems += [*said_of, *kind.remarks(file.place, own)]
+        if found.is_blank:
+            problems.extend(file.problems)
+        else:
+            problems.extend(with_cause(file.problems, shown_as, marks, kind.noun))
+        problems.extend(kind.remarks(file.place, own))
     fitted = [point for point in points if not point.marks]
     if fitted:
         folder = Place(source_name(min(paths).parent, raw_root))
