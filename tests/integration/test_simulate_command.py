@@ -379,7 +379,7 @@ def test_bench_results_are_missing(repository: Path, tmp_path: Path) -> None:
     changed_vehicle(tmp_path, repository / "raw/mmt300/vehicle.yaml")
     done = simulate(tmp_path, "boat", "--manoeuvre", "hover", "--to", "run.mcap")
     assert done.returncode == 1
-    assert "Run `rig2sea run boat` first." in message_of(done)
+    assert "Run `rig2sea run boat` first" in message_of(done)
 
 
 def test_a_thruster_inside_out_is_refused(repository: Path, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from pipeline.vehicle.schema import Vehicle
 RPM = np.pi / 30.0
 
 
-def excited(seed: int = 0, seconds: float = 40.0) -> tuple[FloatArray, FloatArray]:
+def excited(seed: int = 0, seconds: float = 60.0) -> tuple[FloatArray, FloatArray]:
     """Commands (k, 4) at 100 Hz and the rates (k, 3) of the vehicle of `rov` that they make."""
     generator = np.random.default_rng(seed)
     count = int(seconds * 100)
