@@ -32,12 +32,13 @@ def supply_told(
     information, score = np.zeros((count, count)), np.zeros(count)
     place = {one.name: k for k, one in enumerate(directions)}
     own = [place[name] for name in _PARAMETERS if name in place]
-    voltage, marks = run.values.get("voltage"), run.reading.get("voltage")
-    logged = voltage is not None and marks is not None and bool(marks.any())
-    if not logged or len(own) < 2 or sensors is None or sensors.voltage is None:
+    if len(own) < 2 or sensors is None or sensors.voltage is None or "voltage" not in run.values:
+        return information, score
+    marks = run.reading.get("voltage", np.zeros(run.time_s.size, bool)) & run.trusted("voltage")
+    if not marks.any():
         return information, score
     nominal_v = sensors.voltage.nominal_v
-    missing = 1.0 - np.asarray(voltage, float).reshape(len(run.time_s), -1)[marks, 0] / nominal_v
+    missing = 1.0 - run.values["voltage"][marks, 0] / nominal_v
     codes = np.nan_to_num(np.array(run.values["command"], float))[marks]
     load = np.mean((codes / packed.code_limits[:, 1]) ** 2, axis=1)
     block = ((run.time_s[marks] - run.time_s[0]) / _BLOCK_S).astype(int)
