@@ -148,6 +148,9 @@ def test_no_gap_needs_no_cause() -> None:
     assert found[0].name == "none"
     assert sum(one.probability for one in found) == pytest.approx(1.0)
     assert without_gap(SHARES, 1.4, 1.4, LIMITS, healthy_known=True) == SHARES
+    # what the readings speak for plainly needs no gap
+    plain = (Share("lift", 1.0), Share("none", 1e-10))
+    assert without_gap(plain, 1.2, 1.2, LIMITS, healthy_known=True) == plain
     # what no healthy runs have narrowed, the evidence has weighed already
     assert without_gap(SHARES, 1.2, 1.2, LIMITS, healthy_known=False) == SHARES
     unexplained = (Share("unknown", 0.9), Share("none", 0.1))
