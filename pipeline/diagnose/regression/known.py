@@ -18,7 +18,12 @@ from pipeline.diagnose.regression.held_out import (
     error_ahead,
     predictions,
 )
-from pipeline.diagnose.regression.offset import Offset, offset_of, without_offset
+from pipeline.diagnose.regression.offset import (
+    Offset,
+    no_offset,
+    offset_of,
+    without_offset,
+)
 from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, power_of
 from pipeline.diagnose.regression.response import BENT, Response, Told, stays
 from pipeline.effects.effect import AXES
@@ -116,17 +121,18 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
         ordinary = ordinary_of(sound, directions, stated)
         found.append((power_of(sound, ordinary), ordinary, response, sound))
     trusted = [one for one in found if one[1].trusted >= _LEAST_TRUSTED]
-    _, before, response, sound = (
+    _, ordinary, response, sound = (
         max(trusted, key=lambda one: one[0])
         if trusted
         else max(found, key=lambda one: one[1].trusted)
     )
-    ordinary = ordinary_of(without_offset(sound, before.share), directions, stated)
+    offset = no_offset(sound)
+    if not response.learned:  # a response that was learned as a whole has learned its readings
+        offset = offset_of(sound, ordinary.share)
+        ordinary = ordinary_of(without_offset(sound, ordinary.share), directions, stated)
     table = predictions(response, files)
     used, why = decides(table)
-    return Reference(
-        directions, response, offset_of(sound, before.share), stated, ordinary, table, used, why
-    )
+    return Reference(directions, response, offset, stated, ordinary, table, used, why)
 
 
 def reference_of(case: Case) -> tuple[Reference | None, str]:
