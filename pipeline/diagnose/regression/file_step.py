@@ -22,7 +22,8 @@ _STEP_S, MOST = 0.02, 20.0
 def file_step(packed: PackedVehicle) -> Step:
     """Follow the file's motion; what was not measured of it is as it has it along the run."""
     inverse = np.linalg.inv(mass_of(packed.vector))
-    known: dict[tuple[str, float], FloatArray] = {}
+    # by the attitude, which a run keeps under another wrench: runs of two days share names
+    known: dict[int, tuple[FloatArray, FloatArray]] = {}
 
     def ahead(nu: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
         """Velocities (k, 6) a period after those that a vehicle has at the rows before."""
@@ -53,11 +54,10 @@ def file_step(packed: PackedVehicle) -> Step:
 
     def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
         own = [CHANNELS.index(name) for name in run.channels]
-        place = (run.name, run.period_s)
-        if place not in known:
-            known[place] = along(run, own)
-        nu = known[place][rows - 1].copy()
+        if id(run.attitude) not in known:
+            known[id(run.attitude)] = (run.attitude, along(run, own))
+        nu = known[id(run.attitude)][1][rows - 1].copy()
         nu[:, own] = now
-        return np.asarray(ahead(nu, run, rows)[:, own])
+        return np.nan_to_num(ahead(nu, run, rows)[:, own])
 
     return step
