@@ -6,7 +6,7 @@ Only these numbers and two times a message stay in memory, however large the log
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -82,7 +82,11 @@ def extract(
     message is decoded, with the same result.
     """
     channels = log.directory.channels
-    sinks = {topic: _Sink(request) for topic, request in requests.items()}
+    expected = dict.fromkeys(requests, 0)
+    for number, channel in channels.items():
+        if channel.topic in expected:
+            expected[channel.topic] += log.directory.counts.get(number, 0)
+    sinks = {topic: _Sink(request, expected[topic]) for topic, request in requests.items()}
     by_channel = {
         number: (sinks[channel.topic], _Reader(codecs[number], requests[channel.topic], fast=fast))
         for number, channel in channels.items()
@@ -119,26 +123,35 @@ def _in_order(
     ]
 
 
-class _Sink:
-    """What was taken from a topic so far: parts, one a block."""
+#: Messages for which there is room before any was read: a file may claim any number.
+_MOST_EXPECTED = 5_000_000
 
-    def __init__(self, request: Request) -> None:
+
+class _Sink:
+    """What was taken from a topic so far, in arrays that grow.
+
+    How many messages there are is usually known: parts put together at the end would be in memory
+    twice.
+    """
+
+    def __init__(self, request: Request, expected: int) -> None:
         self._request = request
-        self._parts: list[_Rows] = []
+        self._all, self._used = self._rows(min(expected, _MOST_EXPECTED)), 0
         self.names: list[tuple[str, ...]] = []
         self.why_broken = ""
 
     def room(self, log_time_ns: IntArray) -> "_Rows":
         """Make room for more messages and return it, to be filled."""
-        count = log_time_ns.size
-        part = _Rows(
-            log_time_ns.copy(),  # that of a chunk keeps all of it in memory
-            np.empty((count, len(self._request.numbers))),
-            np.zeros(count, np.bool_),
-            np.empty(count, np.int64) if self._request.stamp else None,
-            np.empty(count, np.int64) if self._request.names else None,
-        )
-        self._parts.append(part)
+        begin, self._used = self._used, self._used + log_time_ns.size
+        if self._used > self._all.time_ns.size:
+            grown = self._rows(max(self._used, self._all.time_ns.size * 3 // 2))
+            for to, own in zip(
+                grown.columns(), self._all.part(slice(begin)).columns(), strict=True
+            ):
+                to[:begin] = own
+            self._all = grown
+        part = self._all.part(slice(begin, self._used))
+        part.time_ns[:] = log_time_ns
         return part
 
     def name_list(self, names: tuple[str, ...]) -> int:
@@ -150,22 +163,24 @@ class _Sink:
         return self.names.index(names)
 
     def finish(self) -> TopicData:
-        """Put the parts together, and let go of them."""
-        if not self._parts:
-            self.room(np.empty(0, np.int64))
-        parts, self._parts = self._parts, []
+        rows = self._all.part(slice(self._used))
         return TopicData(
-            np.concatenate([part.time_ns for part in parts]),
-            np.concatenate([part.values for part in parts]),
-            np.concatenate([part.stamp_ns for part in parts if part.stamp_ns is not None])
-            if self._request.stamp
-            else None,
-            np.concatenate([part.broken for part in parts]),
+            rows.time_ns,
+            rows.values,
+            rows.stamp_ns,
+            rows.broken,
             self.names,
-            np.concatenate([part.names for part in parts if part.names is not None])
-            if self._request.names
-            else None,
+            rows.names,
             self.why_broken,
+        )
+
+    def _rows(self, count: int) -> "_Rows":
+        return _Rows(
+            np.empty(count, np.int64),
+            np.empty((count, len(self._request.numbers))),
+            np.zeros(count, np.bool_),
+            np.empty(count, np.int64) if self._request.stamp else None,
+            np.empty(count, np.int64) if self._request.names else None,
         )
 
 
@@ -178,6 +193,19 @@ class _Rows:
     broken: BoolArray
     stamp_ns: IntArray | None
     names: IntArray | None
+
+    def columns(self) -> list[np.ndarray[Any, Any]]:
+        every = (self.time_ns, self.values, self.broken, self.stamp_ns, self.names)
+        return [one for one in every if one is not None]
+
+    def part(self, rows: slice) -> "_Rows":
+        return _Rows(
+            self.time_ns[rows],
+            self.values[rows],
+            self.broken[rows],
+            None if self.stamp_ns is None else self.stamp_ns[rows],
+            None if self.names is None else self.names[rows],
+        )
 
     def mark_broken(self, row: int) -> None:
         self.values[row] = np.nan
