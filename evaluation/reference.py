@@ -2,6 +2,8 @@
 
 python -m evaluation.reference                 the names
 python -m evaluation.reference drive           the keys of one file, as Markdown
+python -m evaluation.reference columns         names of columns and units that bench files may have
+python -m evaluation.reference commands        the options of every command
 python -m evaluation.reference --to DIR        a page for each name
 python -m evaluation.reference effects > docs/effects.md
 """
@@ -11,16 +13,19 @@ import ast
 import inspect
 import re
 import textwrap
+import tomllib
 from collections.abc import Callable, Iterator
 from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from types import NoneType
-from typing import Annotated, Literal, get_args, get_origin
+from typing import Annotated, Any, Literal, get_args, get_origin
 
+import click
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from pipeline.cli import cli
 from pipeline.effects.effect import Effect, Parameter
 from pipeline.effects.library import VERDICTS, effects
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
@@ -52,6 +57,8 @@ SCHEMAS: dict[str, type[BaseModel]] = {
     "comparison": Comparison,
     "plan": PoolDay,
 }
+
+_INGEST = Path(__file__).parents[1] / "pipeline/ingest"
 
 _NAMES: dict[object, str] = {
     float: "number",
@@ -192,8 +199,47 @@ def _meanings(model: type[BaseModel]) -> dict[str, str]:
     return found
 
 
+def columns_page() -> str:
+    """Return what columns of bench files may be called, and every spelling of a unit."""
+    lines = ["# columns", "", "A `*` ends a stem. `@pulses` stands for the names of a pulse width."]
+    for kind, quantities in _words("bench_words").items():
+        if kind in {"groups", "directions", "other"}:
+            continue
+        lines += ["", f"## {kind}", ""]
+        for quantity, words in quantities.items():
+            about = [words.get("unit", "no unit")]
+            about += [f"{words['default_unit']} assumed"] if "default_unit" in words else []
+            names = ", ".join([*words["names"], *(f"`{one}`" for one in words.get("symbols", []))])
+            unsure = ", ".join(words.get("with_unit", []))
+            unsure = f"; beside a unit: {unsure}" if unsure else ""
+            lines.append(f"- `{quantity}` ({', '.join(about)}): {names}{unsure}")
+    lines += ["", "## units", ""]
+    for kind, units in _words("units").items():
+        lines.append(f"- {kind}: {'; '.join(', '.join(texts) for texts in units.values())}")
+    return "\n".join(lines) + "\n"
+
+
+def _words(name: str) -> dict[str, dict[str, Any]]:
+    return tomllib.loads((_INGEST / f"{name}.toml").read_text(encoding="utf-8"))
+
+
+def commands_page() -> str:
+    """Return the help of every command."""
+    return "# commands\n" + "".join(_help(cli, "rig2sea"))
+
+
+def _help(command: click.Command, name: str) -> Iterator[str]:
+    context = click.Context(command, info_name=name, max_content_width=100)
+    yield f"\n## {name}\n```\n{command.get_help(context)}\n```\n"
+    for below, part in getattr(command, "commands", {}).items():
+        if not part.hidden:
+            yield from _help(part, f"{name} {below}")
+
+
 PAGES: dict[str, Callable[[], str]] = {
     "effects": effects_page,
+    "columns": columns_page,
+    "commands": commands_page,
     **{name: partial(schema_page, name) for name in SCHEMAS},
 }
 

@@ -37,7 +37,7 @@ def read_run(
     -------
     DataFrame
         Index ``time_s``; columns such as ``command_upper_code``, ``u_mps``, ``r_radps``,
-        ``depth_m``: body axes and NED, as `docs/formats_pool.md` describes the channels.
+        ``depth_m``: body axes and NED, as `docs/pool_runs.md` describes the channels.
 
     Raises
     ------

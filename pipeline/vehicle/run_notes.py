@@ -54,7 +54,7 @@ def read_run_notes(path: Path, shown_as: str) -> RunNotes:
     ------
     InputError
         If the file cannot be read, is too large, is not YAML, or has a key or a value that is not
-        in docs/formats_pool.md. All faults are named in one message, each with its line.
+        in docs/pool_runs.md. All faults are named in one message, each with its line.
     """
     place = Place(shown_as)
     try:

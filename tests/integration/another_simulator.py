@@ -1,4 +1,4 @@
-"""Another simulator of another vehicle, written from docs/formats_pool.md alone.
+"""Another simulator of another vehicle, written from docs/pool_runs.md alone.
 
 It shares nothing with the package: Euler angles, a small fixed step, logs of JSON messages whose
 times meet no row of a table, commands at 20 Hz. What a diagnosis makes of such logs is what an

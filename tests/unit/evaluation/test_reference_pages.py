@@ -6,7 +6,14 @@ from typing import get_args
 import pytest
 from pydantic import BaseModel
 
-from evaluation.reference import SCHEMAS, effects_page, schema_page
+from evaluation.reference import (
+    SCHEMAS,
+    columns_page,
+    commands_page,
+    effects_page,
+    schema_page,
+)
+from pipeline.cli import cli
 from pipeline.effects.library import effects, parse_effect
 from pipeline.vehicle.model_schema import Model
 from pipeline.vehicle.schema import Vehicle
@@ -68,3 +75,21 @@ def test_the_formats_name_every_section_of_the_vehicle_file(repository: Path) ->
 def test_the_formats_name_every_page(name: str, repository: Path) -> None:
     text = (repository / "docs" / "formats.md").read_text(encoding="utf-8")
     assert f"`{name}`" in text
+
+
+def test_the_page_of_columns_has_names_symbols_and_units() -> None:
+    page = columns_page()
+    assert "- `torque` (torque): torque, shaft torque, " in page
+    assert "`Mz`" in page
+    assert "- `current` (current, A assumed): " in page
+    assert "кгс см" in page
+
+
+def test_the_page_of_commands_has_every_command_and_option() -> None:
+    page = commands_page()
+    for name, command in cli.commands.items():
+        if command.hidden:
+            continue
+        text = page.split(f"\n## rig2sea {name}\n")[1].split("\n## ", maxsplit=1)[0]
+        long = {one for param in command.params for one in param.opts if one.startswith("--")}
+        assert {one for one in long if one not in text} == set(), name
