@@ -31,7 +31,7 @@ from pipeline.inputs.vehicle_changes import (
 from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.plan import UsageError, seen_from
 from pipeline.provenance import file_digest, read_envelope
-from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
+from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding, RunDiagnosis
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.identification import Identification, VehicleIdentification
@@ -147,8 +147,7 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> FoundCha
         ) from error
     if isinstance(body, dict) and "verdict" in body:
         diagnosis = DiagnosisRecord.model_validate_json(path.read_bytes())
-        shrink = diagnosis.shrink
-        gap = {"gap, in healthy floors": (shrink.before, shrink.after)}
+        gap = _gap("gap, in healthy floors", diagnosis)
         runs = diagnosis.verdict.runs or diagnosis.runs
         return FoundChanges(path, source_of(runs), runs, diagnosis.changes, gap)
     if isinstance(body, dict) and "whole_vehicle" in body:
@@ -181,7 +180,28 @@ def _of_day(path: Path, vehicle: str, raw: Path, out: Path) -> FoundChanges:
         raise CannotComputeError(f"The diagnosis of the day {path.stem} found no fault.")
     one = load_simulated(vehicle, raw, out)
     changes = diagnosed_changes(one, found.ranked, ranked_specs(found.ranked))
-    return FoundChanges(path, source_of(found.runs), found.runs, changes, {})
+    gap = _gap_of_day(path, day, found)
+    return FoundChanges(path, source_of(found.runs), found.runs, changes, gap)
+
+
+def _gap_of_day(
+    path: Path, day: DayDiagnosis | None, found: DayFinding
+) -> dict[str, tuple[float, float]]:
+    """Gap of a finding before and after it, of all runs together or of each that said so."""
+    if found.by == "together":
+        together = None if day is None else day.together
+        return {} if together is None else _gap("gap, in healthy floors", together)
+    gaps: dict[str, tuple[float, float]] = {}
+    for run in found.runs:
+        file = path.parent.parent / "run_diagnoses" / f"{run}.json"
+        own = read_envelope(file, "run_diagnosis", RunDiagnosis).record if file.is_file() else None
+        if own is not None and own.record is not None:
+            gaps |= _gap(f"gap of {run}, in healthy floors", own.record)
+    return gaps
+
+
+def _gap(name: str, record: DiagnosisRecord) -> dict[str, tuple[float, float]]:
+    return {name: (record.shrink.before, record.shrink.after)}
 
 
 def _fault(day: DayDiagnosis | None) -> DayFinding | None:

@@ -19,7 +19,7 @@ from pipeline.effects.library import parse_effect
 from pipeline.export.allocator_layout import allocator_layout
 from pipeline.inputs.simulated_vehicle import load_inverse, load_simulated
 from pipeline.provenance import Envelope, canonical_json, file_digest, write_envelope
-from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
+from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding, RunDiagnosis
 from pipeline.records.diagnosis import (
     Detail,
     DiagnosisRecord,
@@ -170,8 +170,14 @@ def test_the_fault_of_a_trial_day(folder: Path) -> None:
     inputs = {"raw/mmt300/vehicle.yaml": file_digest(file)}
     path = folder / "processed/mmt300/day_diagnoses/2024-05-15.json"
     write_envelope(path, Envelope("day_diagnosis", "mmt300", inputs, "", day))
+    alone = RunDiagnosis(
+        vehicle="mmt300", run=RUN, day="2024-05-15", against="the vehicle file", record=record()
+    )
+    own = folder / f"processed/mmt300/run_diagnoses/{RUN}.json"
+    write_envelope(own, Envelope("run_diagnosis", "mmt300", {}, "", alone))
     done = said(folder, "apply", "mmt300", "2024-05-15", "--yes")
     assert done.exit_code == 0, done.output
+    assert f"gap of {RUN}, in healthy floors: " in done.output
     after = load_vehicle(file).thrusters
     assert [one.gain_ahead for one in after] == [0.69, 1.0, 1.0, 1.0, 1.0]
     assert f"diagnosis of {RUN}" in file.read_text()
