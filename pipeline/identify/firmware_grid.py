@@ -63,6 +63,7 @@ def firmware_grid(
             v for v, row in zip(static.speed_mps, static.status, strict=True) if row[-1] == "live"
         ]
         tested = max(rows, default=0.0) if static.faster is None else static.faster.tested_mps
+    tested = max(tested, *(one.tested_mps for one in families))
     positive, negative = (_branch(one, drag) for one in families)
     return FirmwareCharacteristic(
         thrust_dead_n=dead_n,

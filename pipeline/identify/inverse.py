@@ -9,6 +9,7 @@ from pipeline.identify.mooring_inverse import fit_table3, gap_at_rest, points_fo
 from pipeline.identify.round_trip import monotone_checks, round_trips, trip_checks
 from pipeline.identify.speed_inverse import fit_table4_row
 from pipeline.identify.thrust_family import Family, both_signs, family_curves, family_record
+from pipeline.identify.thrust_under_way import points_under_way, with_points_under_way
 from pipeline.identify.voltage_family import (
     Signs,
     at_voltage,
@@ -28,6 +29,7 @@ from pipeline.records.fits import (
 from pipeline.records.intervals import static_factor
 from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.supply_voltage import is_at_supply
 
 #: A smaller gap between mooring test and calculation [N], or share of the largest thrust, is within
 #: what such a rig repeats to.
@@ -43,16 +45,16 @@ def inverse_characteristic(
     """Compute everything that turns a wanted thrust into a code.
 
     With the static family: Table 4, and a firmware grid over speed. With mooring data: Table 3 by
-    sign; what was measured at rest corrects the grid, each sign by its own points, and alone gives
-    one at rest. A sign that was not measured mirrors the other (Kostenko 2023, eq. 8). A drive that
-    takes no negative code is asked for none.
+    sign; what was measured at rest and in a flow corrects the grid, each sign by its own points,
+    and alone gives one. A sign that was not measured mirrors the other (Kostenko 2023, eq. 8). A
+    drive that takes no negative code is asked for none.
 
     Parameters
     ----------
     static : StaticCharacteristic or None
         The calculated family.
     mooring : MooringRecord or None
-        Thrust measured at rest.
+        Thrust measured at rest, and in a flow.
     vehicle : Vehicle
         Codes, dead thrust, published tables.
 
@@ -77,11 +79,12 @@ def inverse_characteristic(
     table4 = (
         () if static is None or calculated is None else _table4(static, calculated, dead_n, notes)
     )
+    moving = () if mooring is None else points_under_way(mooring.points)
     if calculated is None:
-        _why_at_rest_only(static, usable, dead_n, notes)
-    by_voltage = families_by_voltage(calculated, usable, vehicle)
+        _why_at_rest_only(static, () if moving else usable, dead_n, notes)
+    by_voltage = families_by_voltage(calculated, (*usable, *moving), vehicle)
     between = None if points else _between(by_voltage, vehicle, notes)
-    used = points if between is None else usable
+    used = (*(points if between is None else usable), *_at_supply(moving, vehicle))
     families, firmware = _firmware(static, calculated, used, vehicle, between=between, notes=notes)
     source = static if calculated is not None else None
     voltages = () if firmware is None else voltage_rows(by_voltage, vehicle, source)
@@ -129,6 +132,16 @@ def _mooring_points(
     except CannotComputeError as error:
         notes.append(str(error))
         return (), usable if vehicle.tables.supply_voltage_v is not None else ()
+
+
+def _at_supply(points: tuple[MooringPoint, ...], vehicle: Vehicle) -> tuple[MooringPoint, ...]:
+    """Keep the points at the supply voltage of the tables, where both are known."""
+    wanted = vehicle.tables.supply_voltage_v
+    return tuple(
+        one
+        for one in points
+        if wanted is None or one.voltage_v is None or is_at_supply(one.voltage_v, wanted)
+    )
 
 
 def _table3(
@@ -180,14 +193,21 @@ def _firmware(
     if calculated is None and not points:
         return None, None
     try:
-        families = between or both_signs(
-            calculated, points, reverses=vehicle.drive.code_min < 0, notes=notes
-        )
+        families = between or _families(calculated, points, vehicle, notes)
         source = static if calculated is not None else None
         return families, firmware_grid(families, vehicle, source, points)
     except CannotComputeError as error:
         notes.append(f"No firmware tables: {error}.")
         return None, None
+
+
+def _families(
+    calculated: Family | None, points: tuple[MooringPoint, ...], vehicle: Vehicle, notes: list[str]
+) -> Signs:
+    moving = points_under_way(points)
+    at_rest = tuple(point for point in points if not point.marks)
+    families = both_signs(calculated, at_rest, reverses=vehicle.drive.code_min < 0, notes=notes)
+    return with_points_under_way(families, moving, notes)
 
 
 def _table4(

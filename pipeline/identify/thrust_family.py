@@ -11,7 +11,7 @@ code the rest is in proportion. Between this and other ways to carry the correct
 share, the same newtons) lie at most as many newtons as the gap at rest, which the interval holds.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -47,6 +47,8 @@ class Family:
     speed_mps: FloatArray
     curves: tuple[ThrustCurve, ...]
     half95_n: tuple[FloatArray, ...]
+    tested_mps: float = 0.0
+    """Speed up to which thrust itself was measured."""
 
     def at(self, speed_mps: float) -> ThrustCurve:
         """Return the curve of the nearest speed."""
@@ -55,7 +57,7 @@ class Family:
     def mirrored(self) -> "Family":
         """Return the same for the other sign."""
         sign: Literal[1, -1] = -1 if self.sign > 0 else 1
-        return Family(sign, "mirrored", self.speed_mps, self.curves, self.half95_n)
+        return replace(self, sign=sign, basis="mirrored")
 
     def record(self, code: FloatArray) -> SignedFamily:
         """Tabulate at codes."""

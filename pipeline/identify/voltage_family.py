@@ -17,11 +17,12 @@ from pipeline.identify.firmware_gate import rising_points
 from pipeline.identify.firmware_grid import FRACTIONS, firmware_grid
 from pipeline.identify.thrust_curve import ThrustCurve
 from pipeline.identify.thrust_family import MOORED_CODES, Family, both_signs, family_record
+from pipeline.identify.thrust_under_way import points_under_way, with_points_under_way
 from pipeline.records.fits import AtVoltage, StaticCharacteristic
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
-from pipeline.vehicle.supply_voltage import VOLTAGE_TOLERANCE, voltage_groups
+from pipeline.vehicle.supply_voltage import VOLTAGE_TOLERANCE, is_at_supply, voltage_groups
 
 #: Ahead and in reverse at a voltage.
 Signs = tuple[Family, Family]
@@ -37,7 +38,7 @@ def families_by_voltage(
     calculated : Family or None
         What the torque balance gives, at the voltage of the load test.
     points : tuple of MooringPoint
-        Usable readings of all voltages.
+        Usable readings of all voltages, at rest and in a flow.
     vehicle : Vehicle
         Whether the drive turns backwards.
 
@@ -48,8 +49,9 @@ def families_by_voltage(
     """
     reverses = vehicle.drive.code_min < 0
     found: dict[float, Signs] = {}
-    for low, high in voltage_groups(p.voltage_v for p in points if p.voltage_v is not None):
-        mine = tuple(p for p in points if p.voltage_v is not None and low <= p.voltage_v <= high)
+    rest, moving = [p for p in points if not p.marks], points_under_way(points)
+    for low, high in voltage_groups(p.voltage_v for p in rest if p.voltage_v is not None):
+        mine = tuple(p for p in rest if p.voltage_v is not None and low <= p.voltage_v <= high)
         volts = round(float(np.mean([p.voltage_v for p in mine if p.voltage_v is not None])), 3)
         if high - low > 2 * VOLTAGE_TOLERANCE * volts:
             continue  # a supply that sags with the load has no one voltage
@@ -58,7 +60,8 @@ def families_by_voltage(
         except CannotComputeError:
             continue
         if all(one.basis == "measured" for one in signs[: 2 if reverses else 1]):
-            found[volts] = signs
+            own = [p for p in moving if is_at_supply(p.voltage_v, volts)]
+            found[volts] = with_points_under_way(signs, own, [])
     return found if len(found) > 1 else {}
 
 

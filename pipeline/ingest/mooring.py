@@ -23,7 +23,7 @@ from pipeline.ingest.thrust_checks import shape_problem, thrust_problem
 from pipeline.ingest.thrusters_apart import compare_thrusters
 from pipeline.ingest.usable import is_refused
 from pipeline.ingest.vocabulary import factor_in_name, plain, vocabulary_of, words_of
-from pipeline.records.measurements import MooringPoint, MooringRecord
+from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
 
@@ -178,16 +178,14 @@ def _at_rest(
         return readings
     problems.append(
         Problem(
-            "warning",
+            "note",
             block.place(moving[0], "speed"),
-            f"the water flowed at the thruster in {listed(moving)}: these rows are not at rest; "
-            "kept but not fitted.",
-            "a mooring test at rest.",
-            "Put a test in a flow into open_water/, with speed, shaft speed and thrust.",
+            f"the water flowed at the thruster in {listed(moving)}: these rows are not at rest. "
+            "They correct the thrust at speed, where code and speed have the same sign.",
         )
     )
     rows = set(moving)
-    return tuple(one.marked("not at rest") if one.row in rows else one for one in readings)
+    return tuple(one.marked(IN_A_FLOW) if one.row in rows else one for one in readings)
 
 
 def _told(texts: Sequence[str], words: Sequence[str], opposite: Sequence[str]) -> bool:
@@ -252,7 +250,10 @@ def _summary(_table: BenchTable, points: Sequence[MooringPoint]) -> str:
     senses = {point.sweep for point in points if not point.marks}
     if senses == {"up", "down"}:
         parts.append("rising and falling")
-    marked = sum(bool(set(point.marks) - {"zero reading"}) for point in points)
+    flown = sum(point.marks == (IN_A_FLOW,) for point in points)
+    if flown:
+        parts.append(f"{flown} in a flow")
+    marked = sum(bool(set(point.marks) - {"zero reading"}) for point in points) - flown
     if marked:
         parts.append(f"{marked} left out")
     return ", ".join(parts)

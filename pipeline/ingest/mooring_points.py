@@ -93,6 +93,7 @@ def _points(
                 code=float(codes[index]),
                 thrust_n=float(signs.thrust_n[index]),
                 tare_n=float(tare_n[index]) * signs.tare_signs[index] + 0.0,  # no -0.0
+                speed_mps=reading.values.get("speed", 0.0),
                 shaft_speed_rpm=shaft_speed_rpm[index],
                 voltage_v=reading.values.get("voltage", table.nominal_voltage_v),
                 current_a=reading.values.get("current"),

@@ -71,8 +71,12 @@ class LoadTestRecord(Record):
         return tuple(p for p in self.points if not p.marks and p.code)
 
 
+#: Mark of a mooring reading in a flow, by which tests at rest leave it out.
+IN_A_FLOW = "not at rest"
+
+
 class MooringPoint(Record):
-    """Thrust at rest for one code; thrust and code carry the sign, the tare is already removed.
+    """Thrust for one code, at rest unless marked; both carry the sign, the tare is removed.
 
     `tare_n` is what was subtracted; `sweep` tells rising |code| from falling.
     """
@@ -81,6 +85,8 @@ class MooringPoint(Record):
     code: float
     thrust_n: float
     tare_n: float = 0.0
+    speed_mps: float = 0.0
+    """Of the water, along the thrust of a positive code."""
     shaft_speed_rpm: float | None = None
     voltage_v: float | None = None
     current_a: float | None = None
