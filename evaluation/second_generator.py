@@ -18,7 +18,7 @@ from pipeline.blind.rates import Rate, at_least, at_most, rate
 from pipeline.blind.score import Score, confusion
 from pipeline.blind.verdict_score import HARDLY_A_GAP, CaseScore, score_case
 from pipeline.campaign.campaign import CampaignRequest, CampaignResult, diagnosed, judged, run_cases
-from pipeline.campaign.page import goal_table, write_block, write_pictures
+from pipeline.campaign.page import goal_table, write_block, write_csv, write_pictures
 from pipeline.diagnose.case import Case
 from pipeline.effects.discovery import module_names
 from pipeline.errors import InputError
@@ -28,6 +28,8 @@ from pipeline.provenance import code_digest
 
 SCHEMA = "rig2sea/second_generator/1"
 BLOCK = "the second generator"
+_HEAD = ("case", "vehicle", "as its file", "truth", "gap", "healthy runs", "answer", "p",
+         "beside it")  # fmt: skip
 Diagnose = Callable[[SecondCase], Mapping[str, Any]]
 
 
@@ -130,6 +132,8 @@ def write_page(result: CampaignResult[Score], command: str, page: Path) -> None:
     """Write tables and pictures of the campaign into its part of a page."""
     score = result.score
     write_pictures(page, "second", score.goals, score.confusion)
+    cases = page.with_name(f"{page.stem}_second.csv")
+    write_csv(cases, [_HEAD, *(_row(line, *_scores([line])) for line in result.lines)])
     text = [
         f"{result.done} cases by the program with the digest {result.code}. Again with",
         "",
@@ -139,21 +143,22 @@ def write_page(result: CampaignResult[Score], command: str, page: Path) -> None:
         "![Rates with their bounds; orange: the goal is missed](images/second-rates.svg)",
         "![Truth against answer](images/second-confusion.svg)",
         "",
-        "| case | vehicle | as its file | truth | gap | healthy runs | answer | p | beside it |",
-        "|---|---|---|---|---|---|---|---|---|",
-        *(_row(line, *_scores([line])) for line in result.lines),
+        f"Every case: [{cases.name}]({cases.name}).",
     ]
     write_block(page, BLOCK, "A second generator", "\n".join(text))
 
 
-def _row(line: Mapping[str, Any], score: CaseScore) -> str:
-    truth = " + ".join(f"`{name}`" for name in score.truth)
-    truth += f" {line['thruster']}" if line["thruster"] else ""
-    told = "refused" if score.refused else " + ".join(f"`{name}`" for name in score.verdict)
+def _row(line: Mapping[str, Any], score: CaseScore) -> tuple[str, ...]:
     return (
-        f"| {line['number']} | {score.vehicle} | {'yes' if line['exact'] else 'no'} | {truth} "
-        f"| {score.gap_ratio:.1f} | {'yes' if score.healthy else 'no'} | {told} "
-        f"| {score.probability:.2f} | {', '.join(f'`{name}`' for name in score.ambiguous_with)} |"
+        str(line["number"]),
+        score.vehicle,
+        "yes" if line["exact"] else "no",
+        " ".join([" + ".join(score.truth), line["thruster"] or ""]).strip(),
+        f"{score.gap_ratio:.1f}",
+        "yes" if score.healthy else "no",
+        "refused" if score.refused else " + ".join(score.verdict),
+        f"{score.probability:.2f}",
+        ", ".join(score.ambiguous_with),
     )
 
 

@@ -13,15 +13,14 @@ from pipeline.provenance import write_atomically
 
 _DISTRUST = """\
 ## When to distrust this
-- The truth is another simulator, written apart (`pipeline/blind/truth`): momenta, rotation matrix
-  and an adaptive integrator; shafts with their own dynamics; coloured noise; every stated
-  parameter drawn within its stated uncertainty. It is still a simulator: what neither knows
-  (free surface, thrusters that blow at each other, hoses) is in no case.
-- Gaps are measured against the healthy floor over windows of ten seconds, in the worst channel.
-  Some effects cannot reach the wanted gap at any possible value: the reached one is used. One that
-  opens less than 1.5 floors is drawn anew (another axis, thruster, direction), up to three times.
+- The truth is another simulator (`pipeline/blind/truth`): momenta, rotation matrix, adaptive
+  integrator; shafts with their own dynamics; coloured noise; every stated parameter drawn within
+  its stated uncertainty. What neither simulator knows (free surface, thrusters that blow at each
+  other, hoses) is in no case.
+- Gaps are over windows of ten seconds, in the worst channel. An effect that cannot reach the wanted
+  gap has the largest that it can; below 1.5 floors it is drawn again, up to three times.
 - A tether of the nominal model is taken out before a case is made.
-- The directions and sizes of the effects are drawn from this program's idea of what is plausible.
+- Directions and sizes of effects follow this program's idea of what is plausible.
 """
 
 
@@ -64,7 +63,7 @@ def _text(result: CampaignResult[CampaignScore], request: BlindRequest, page: Pa
         f"six runs of {request.run_s:g} s in each case, two of them held out;",
         f"{result.not_made} could not be flown, {score.refused} were refused as hopeless;",
         f"made by the program with the digest {result.code}.",
-        "The words of the tables are explained in docs/diagnosis.md, under How often it is right.",
+        "The words of the tables: [diagnosis.md](diagnosis.md#how-often-it-is-right).",
         "Again with",
         "",
         f"    {command}",
@@ -124,9 +123,8 @@ def _baselines(score: CampaignScore) -> list[str]:
     return [
         "## Beside it: plain methods",
         "",
-        f"The plain methods answered {answered} cases of one effect, of none, or from outside the",
-        "library. The table has the first two kinds; to the third no plain method has a right",
-        "answer, so it counts in neither column.",
+        f"On the {answered} cases of one effect, of none, or from outside the library. To the last",
+        "kind no plain method has a right answer, so it counts in neither column.",
         "",
         "| method | right effect first, single effects of all sizes | none called none |",
         "|---|---|---|",
@@ -142,16 +140,13 @@ def _missed(missed: Sequence[Miss], table: Path) -> list[str]:
     head = ("case", "vehicle", "truth", "gap", "healthy runs", "not logged", "answer", "beside it")
     rows = [(*head, "fault"), *map(_miss, missed)]
     write_csv(table, rows)
-    worst = [row for row in rows[1:] if "for sure" in row[-1] or "called ill" in row[-1]]
+    worst = sum("for sure" in row[-1] or "called ill" in row[-1] for row in rows[1:])
     return [
         "## What was missed",
         "",
-        f"{len(missed)} cases, one by one in [{table.name}]({table.name}). One of them again: the",
-        "command above with `--only NUMBER` in place of `--cases`. Those that were wrong for sure:",
-        "",
-        f"| {' | '.join(rows[0])} |",
-        "|---" * len(rows[0]) + "|",
-        *(f"| {' | '.join(row)} |" for row in worst),
+        f"{len(missed)} cases, one by one in [{table.name}]({table.name}); {worst} of them were",
+        "wrong for sure. One case again: the command above with `--only NUMBER` in place of",
+        "`--cases`.",
         "",
     ]
 

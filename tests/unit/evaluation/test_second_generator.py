@@ -112,6 +112,8 @@ def test_a_campaign_is_scored_and_goes_on(tmp_path: Path, monkeypatch: pytest.Mo
     write_page(result, "the command", page)
     text = page.read_text(encoding="utf-8")
     assert "| none | false alarm | 0 of 1" in text
+    table = (tmp_path / "page_second.csv").read_text(encoding="utf-8").splitlines()
+    assert [row.split(",")[0] for row in table] == ["case", "0", "6"]
     assert (tmp_path / "images" / "second-confusion.svg").is_file()
 
 

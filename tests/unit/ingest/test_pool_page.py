@@ -25,10 +25,11 @@ def page_fixture(repository: Path) -> str:
     return (repository / "docs" / "pool_runs.md").read_text(encoding="utf-8")
 
 
-def test_the_small_writer_needs_nothing_but_a_vehicle_file(page: str, tmp_path: Path) -> None:
-    script = page.split("```python\n")[1].split("```", maxsplit=1)[0]
-    (tmp_path / "small.py").write_text(script, encoding="utf-8")
-    subprocess.run([sys.executable, "small.py"], cwd=tmp_path, check=True)
+def test_the_small_writer_needs_nothing_but_a_vehicle_file(
+    repository: Path, tmp_path: Path
+) -> None:
+    script = repository / "docs/examples/write_json_log.py"
+    subprocess.run([sys.executable, str(script)], cwd=tmp_path, check=True)
     run = read_pool_run(tmp_path / "run.mcap", rov(), tmp_path)
     assert set(run.channels) == {"thruster_command", "angular_velocity", "specific_force", "depth"}
     assert run.channels["thruster_command"].columns == ("command.port", "command.starboard")
