@@ -3,6 +3,7 @@
 python -m evaluation.reference                 the names
 python -m evaluation.reference drive           the keys of one file, as Markdown
 python -m evaluation.reference columns         names of columns and units that bench files may have
+python -m evaluation.reference topics          by which names the channels of a log are found
 python -m evaluation.reference commands        the options of every command
 python -m evaluation.reference --to DIR        a page for each name
 python -m evaluation.reference effects > docs/effects.md
@@ -73,23 +74,21 @@ _EFFECTS = """\
 
 <!-- Written by `python -m evaluation.reference effects > docs/effects.md`. -->
 
-An effect is one physical cause of a difference between the nominal model (what the vehicle file
-states) and the vehicle. At the neutral values of its parameters it is absent and the simulation is
-the nominal one, bit for bit. Effects are constant over a run. What happens in the water, the
-formula, what it is easily taken for and its source stand at the head of its file, which the table
-leads to; nobody has to read the code below. To add one: [add_an_effect.md](add_an_effect.md).
+An effect is one physical cause of a difference between the nominal model (the vehicle file) and the
+vehicle, constant over a run. At the neutral values of its parameters the simulation is the nominal
+one, bit for bit. What happens in the water, the formula, what it is easily taken for and its source
+stand at the head of its file. To add one: [add_an_effect.md](add_an_effect.md).
 
-On the command line an effect is written `ID:key=value[,key=value][@thruster]`; a parameter that is
-not named stays neutral:
+On the command line it is `ID:key=value[,key=value][@thruster]`; a parameter that is not named stays
+neutral:
 
     rig2sea simulate mmt300 --manoeuvre zig_zag --effect current:north_mps=0.2 \\
         --effect thruster_degraded:thrust_fraction=0.6@upper --to run.mcap
 
-A parameter is given with its plausible range, where it lies when the effect is at work on a real
-vehicle; `rig2sea effects --json` has the possible one, beyond which values are refused, too, and
-`rig2sea effects VEHICLE` says which effects a vehicle can have. *Shows in* names the channels in
-which the effect acts first: velocities u v w, rates p q r, attitude phi theta psi, depth z,
-position x y. What follows by turning and drifting is not listed.
+Ranges are the plausible ones; `rig2sea effects --json` also has the possible ones, beyond which
+values are refused. `rig2sea effects VEHICLE` says which effects a vehicle can have. *Shows in* are
+the channels in which the effect acts first: velocities u v w, rates p q r, attitude phi theta psi,
+depth z, position x y.
 
 """
 
@@ -98,7 +97,10 @@ def effects_page() -> str:
     """Return `docs/effects.md`."""
     rows = ["| effect | what it is | parameters | shows in |", "|---|---|---|---|"]
     for effect in effects().values():
-        parameters = ", ".join(_parameter(one) for one in effect.parameters)
+        ranges: dict[str, list[str]] = {}
+        for one in effect.parameters:
+            ranges.setdefault(_range(one), []).append(f"`{one.name}`")
+        parameters = ", ".join(f"{' '.join(names)} {span}" for span, names in ranges.items())
         link = f"[`{effect.id}`](../pipeline/effects/{effect.id}.py)"
         rows.append(f"| {link} | {_subject(effect)} | {parameters} | {' '.join(effect.channels)} |")
     answers = [f"- `{name}`: {meaning}." for name, meaning in VERDICTS.items()]
@@ -111,10 +113,9 @@ def _subject(effect: Effect) -> str:
     return effect.title + (" (of one thruster)" if effect.scope == "thruster" else "")
 
 
-def _parameter(one: Parameter) -> str:
+def _range(one: Parameter) -> str:
     low, high = one.plausible
-    unit = "" if one.unit == "1" else f" {one.unit}"
-    return f"`{one.name}` {low:g} to {high:g}{unit}"
+    return f"{low:g} to {high:g}" + ("" if one.unit == "1" else f" {one.unit}")
 
 
 def schema_page(name: str) -> str:
@@ -158,7 +159,8 @@ def _kind(annotation: object) -> str:
     if origin is dict:
         return " -> ".join(kinds)
     if origin is tuple:
-        return f"list of {kinds[0]}" if ... in parts else f"[{', '.join(kinds)}]"
+        alike = f"{len(kinds)} x {kinds[0]}" if len({*kinds}) == 1 else f"[{', '.join(kinds)}]"
+        return f"list of {kinds[0]}" if ... in parts else alike
     return " | ".join(kinds)
 
 
@@ -219,6 +221,22 @@ def columns_page() -> str:
     return "\n".join(lines) + "\n"
 
 
+def topics_page() -> str:
+    """Return by which fields and names the channels of a log are found, the likeliest first."""
+    tables = _words("topics")
+    patterns = {f"@{name}": text for name, text in tables["patterns"].items()}
+    lines = ["# topics", "", "| quantity | field | name of the topic has | and has not |"]
+    lines.append("|---|---|---|---|")
+    for rule in sorted(tables["rules"]["by_rank"], key=lambda rule: -rule["rank"]):
+        names = (rule.get("topic", ""), rule.get("but_not", ""))
+        has, has_not = (patterns.get(name, name).replace("|", r"\|") for name in names)
+        lines.append(f"| `{rule['quantity']}` | `{rule['field']}` | {has} | {has_not} |")
+    lines += ["", f"Never: {patterns['@not_measured']}", "", "## columns of tables in time", ""]
+    for quantity, names in tables["columns"].items():
+        lines.append(f"- `{quantity}`: {'; '.join(' '.join(one) for one in names)}")
+    return "\n".join(lines) + "\n"
+
+
 def _words(name: str) -> dict[str, dict[str, Any]]:
     return tomllib.loads((_INGEST / f"{name}.toml").read_text(encoding="utf-8"))
 
@@ -239,6 +257,7 @@ def _help(command: click.Command, name: str) -> Iterator[str]:
 PAGES: dict[str, Callable[[], str]] = {
     "effects": effects_page,
     "columns": columns_page,
+    "topics": topics_page,
     "commands": commands_page,
     **{name: partial(schema_page, name) for name in SCHEMAS},
 }

@@ -83,9 +83,3 @@ def test_the_constants_that_share_a_row() -> None:
     assert yaml_text.MAX_BYTES == 1e6
     assert run_notes._MAX_BYTES == 1e5
     assert Vehicle.model_json_schema()["properties"]["thrusters"]["maxItems"] == 12
-
-
-def test_the_tests_that_the_page_names_are_there(repository: Path, rows: list[list[str]]) -> None:
-    named = {match for row in rows for match in re.findall(r"tests/[\w/]+\.py", row[3])}
-    assert named
-    assert [name for name in sorted(named) if not (repository / name).is_file()] == []

@@ -1,5 +1,6 @@
 """Reference pages are what the schemas and the library say."""
 
+import re
 from pathlib import Path
 from typing import get_args
 
@@ -12,6 +13,7 @@ from evaluation.reference import (
     commands_page,
     effects_page,
     schema_page,
+    topics_page,
 )
 from pipeline.cli import cli
 from pipeline.effects.library import effects, parse_effect
@@ -29,7 +31,9 @@ def test_every_effect_has_its_row_and_its_file(repository: Path) -> None:
     page = effects_page()
     for effect in effects().values():
         (row,) = (line for line in page.splitlines() if line.startswith(f"| [`{effect.id}`]"))
-        assert all(f"`{one.name}` {one.plausible[0]:g} to " in row for one in effect.parameters)
+        for one in effect.parameters:
+            low, high = one.plausible
+            assert re.search(rf"`{one.name}`( `\w+`)* {low:g} to {high:g}", row)
         assert (repository / f"pipeline/effects/{effect.id}.py").is_file()
 
 
@@ -83,6 +87,14 @@ def test_the_page_of_columns_has_names_symbols_and_units() -> None:
     assert "`Mz`" in page
     assert "- `current` (current, A assumed): " in page
     assert "кгс см" in page
+
+
+def test_the_page_of_topics_has_rules_with_their_patterns() -> None:
+    page = topics_page()
+    rows = [line for line in page.splitlines() if line.startswith("| `depth` | ")]
+    assert rows[0] == "| `depth` | `depth` |  |  |"
+    assert rows[1].startswith(r"| `depth` | `data` | depth | (^\|[/_])(error\|rate")
+    assert "- `attitude_euler`: roll pitch yaw; phi theta psi\n" in page
 
 
 def test_the_page_of_commands_has_every_command_and_option() -> None:
