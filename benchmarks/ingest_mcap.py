@@ -23,10 +23,10 @@ from mcap_ros2.decoder import DecoderFactory
 
 from pipeline.export.mcap_log import write_run_log
 from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.message_fields import Stamp
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.pool_run_codec import codec_of
 from pipeline.ingest.pool_run_extract import Request, TopicData, extract
-from pipeline.ingest.pool_run_stamps import Stamp
 from pipeline.simulate.sensors import Channel
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle

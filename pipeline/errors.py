@@ -34,6 +34,18 @@ class Place:
             parts.append(f"column {self.column}")
         return ", ".join(parts)
 
+    def error(self, what: str, expected: str = "", remedy: str = "") -> "Problem":
+        """Return a problem here that leaves the file, sheet or table out."""
+        return Problem("error", self, what, expected, remedy)
+
+    def warning(self, what: str, expected: str = "", remedy: str = "") -> "Problem":
+        """Return a problem here that leaves points out or makes a result doubtful."""
+        return Problem("warning", self, what, expected, remedy)
+
+    def note(self, what: str, expected: str = "", remedy: str = "") -> "Problem":
+        """Return what was assumed here."""
+        return Problem("note", self, what, expected, remedy)
+
 
 @dataclass(frozen=True)
 class Problem:

@@ -1,41 +1,34 @@
 """The tables of a bench file with their readings, and what is wrong with the file."""
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.archive import with_one_cause
+from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block
-from pipeline.ingest.cells import is_number, shorten
+from pipeline.ingest.cells import Sheet, is_number, shorten
 from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
-from pipeline.ingest.load_test_rows import RowWords
-from pipeline.ingest.readings import Reading, readings_of
-from pipeline.ingest.sheet import Sheet
+from pipeline.ingest.readings import readings_of
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
 from pipeline.ingest.workbook import read_sheets
-from pipeline.ingest.workbook_notes import with_one_cause
-from pipeline.vehicle.bench_schema import BenchColumns
 from pipeline.vehicle.forms import FORM_MARK
+from pipeline.vehicle.schema import Vehicle
 
 #: A table that lies on its side has a row for each quantity.
 _MOST_TURNED_ROWS = 40
 
 
-@dataclass(frozen=True)
-class FoundTable:
-    """A table with at least one reading, and what words say of its rows in a load test."""
-
-    block: Block
-    readings: tuple[Reading, ...]
-    words: RowWords | None = None
-
-
-@dataclass(frozen=True)
+@dataclass
 class BenchFile:
-    """The tables of one file, and every problem met."""
+    """The tables of one file, each with at least one reading, and every problem met."""
 
-    tables: tuple[FoundTable, ...]
-    problems: tuple[Problem, ...]
+    path: Path
+    place: Place
+    vehicle: Vehicle
+    tables: list[Table] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
     is_blank: bool = False
     """Whether it is a form that nobody has filled in yet."""
 
@@ -54,43 +47,34 @@ def source_name(path: Path, raw_root: Path) -> str:
         return path.name
 
 
-def _sheets_of(path: Path, shown_as: str) -> tuple[Sheet, ...] | Problem:
-    """Read the sheets of a file, or say why not; whatever is in it, the other files go on."""
-    try:
-        return read_sheets(path, shown_as)
-    except InputError as error:
-        return error.problem
-    except Exception as error:  # noqa: BLE001 - a broken file may do anything to a library
-        what = f"the file cannot be read ({type(error).__name__}: {shorten(str(error))})."
-        remedy = "Save it again in a spreadsheet program."
-        return Problem("error", Place(shown_as), what, "", remedy)
-
-
 def read_bench_file(
-    path: Path,
-    shown_as: str,
+    file: BenchFile,
     wanted: Wanted,
-    columns: BenchColumns,
     looked_for: str,
-    *,
-    words_of: Callable[[Block], RowWords] | None = None,
-) -> BenchFile:
+    words_of: Callable[[Block, Vehicle], RowWords],
+) -> None:
     """Read every table of one file; never raises for what is in it.
 
-    `shown_as` is its name in messages and sources, `columns` what vehicle.yaml states of sheets and
-    rows, `looked_for` the required columns in words. `words_of` reads the words between the rows of
+    `looked_for` are the required columns in words. `words_of` reads the words between the rows of
     a load test, some of which are headings with numbers ("Code: 90").
     """
-    problems: list[Problem] = []
-    tables: list[FoundTable] = []
+    problems = file.problems
     missed: list[tuple[Sheet, str]] = []
-    wrong: Sequence[Problem]
-    sheets = _sheets_of(path, shown_as)
-    if isinstance(sheets, Problem):
-        return BenchFile((), (sheets,))
+    try:
+        sheets = read_sheets(file.path, file.place.file)
+    except InputError as error:
+        problems.append(error.problem)
+        return
+    except Exception as error:  # noqa: BLE001 - a broken file may do anything to a library
+        what = f"the file cannot be read ({type(error).__name__}: {shorten(str(error))})."
+        problems.append(file.place.error(what, "", "Save it again in a spreadsheet program."))
+        return
     if _is_blank_form(sheets):
-        return BenchFile((), (_no_data_yet(shown_as),), is_blank=True)
-    kept, wrong = choose_sheets(sheets, columns.sheets, wanted.kind)
+        remedy = "Fill in rows under the units, or delete the file if there is no such test."
+        problems.append(file.place.note("no data yet: the form is still blank.", "", remedy))
+        file.is_blank = True
+        return
+    kept, wrong = choose_sheets(sheets, wanted.sheets, wanted.kind)
     problems += wrong
     for given in kept:
         problems += given.problems
@@ -100,18 +84,19 @@ def read_bench_file(
             missed.append((sheet, instead))
         for block in search.blocks:
             problems += _assumed_units(block, wanted)
-            words = None if words_of is None else words_of(block)
-            readings, wrong = readings_of(block, wanted, () if words is None else words.headings)
-            problems += wrong
+            words = words_of(block, file.vehicle)
+            readings = readings_of(block, wanted, words.headings, problems)
             if readings:
-                tables.append(FoundTable(block, readings, words))
-    if tables or any(problem.severity == "error" for problem in problems):
+                file.tables.append(
+                    Table(block, wanted.kind, file.vehicle, readings, problems, words)
+                )
+    if file.tables or any(problem.severity == "error" for problem in problems):
         for sheet, instead in missed:
             what = f"no {looked_for} here; the sheet was not read. It has {instead}."
-            problems.append(Problem("note", sheet.place(), what))
+            problems.append(sheet.place().note(what))
     else:
-        problems.append(_nothing(shown_as, wanted, looked_for, missed))
-    return BenchFile(tuple(tables), tuple(with_one_cause(problems)))
+        problems.append(_nothing(file.place, wanted, looked_for, missed))
+    problems[:] = with_one_cause(problems)
 
 
 def _is_blank_form(sheets: Iterable[Sheet]) -> bool:
@@ -124,16 +109,6 @@ def _is_blank_form(sheets: Iterable[Sheet]) -> bool:
     return marked and not any(is_number(cell) for row in rows for cell in row)
 
 
-def _no_data_yet(file: str) -> Problem:
-    """Return the note about a blank form."""
-    return Problem(
-        "note",
-        Place(file),
-        "no data yet: the form is still blank.",
-        remedy="Fill in rows under the units, or delete the file if there is no such test.",
-    )
-
-
 def _search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
     """Find the tables of a sheet; one that has its names in a column is turned first."""
     search = find_blocks(sheet, wanted)
@@ -144,7 +119,7 @@ def _search_sheet(sheet: Sheet, wanted: Wanted) -> tuple[Sheet, BlockSearch]:
     if not found.blocks:
         return sheet, search
     what = "the names stand in a column: the table is read turned, so that rows are its columns."
-    note = Problem("note", sheet.place(), what)
+    note = sheet.place().note(what)
     return turned, BlockSearch(found.blocks, (note, *found.problems))
 
 
@@ -157,24 +132,17 @@ def _instead(sheet: Sheet) -> str:
 
 
 def _nothing(
-    shown_as: str, wanted: Wanted, looked_for: str, missed: Sequence[tuple[Sheet, str]]
+    place: Place, wanted: Wanted, looked_for: str, missed: Sequence[tuple[Sheet, str]]
 ) -> Problem:
     if wanted.only:
         rows = ", ".join(f'{header} = "{text}"' for header, text in wanted.only.items())
-        return Problem(
-            "error",
-            Place(shown_as),
-            f"no row left by columns: {wanted.kind}: only: {rows}.",
-            "rows with this text.",
-            "Correct it in vehicle.yaml.",
-        )
+        what = f"no row left by columns: {wanted.kind}: only: {rows}."
+        return place.error(what, "rows with this text.", "Correct it in vehicle.yaml.")
     it_has = "; ".join(
         instead if sheet.name is None else f'"{sheet.name}" has {instead}'
         for sheet, instead in missed
     )
-    return Problem(
-        "error",
-        Place(shown_as),
+    return place.error(
         f"no {looked_for} found on any sheet{it_has and f': {it_has}'}.",
         "a row of column names over the numbers, in English or Russian.",
         f"Name the columns, or state them in vehicle.yaml by name or by letter:\n  columns:\n"
@@ -182,9 +150,8 @@ def _nothing(
     )
 
 
-def _assumed_units(block: Block, wanted: Wanted) -> list[Problem]:
+def _assumed_units(block: Block, wanted: Wanted) -> Iterator[Problem]:
     """Say which units were assumed without a word for them in the header."""
-    notes = []
     for quantity, column in block.columns.items():
         words = wanted.vocabulary[quantity]
         told = any(unit_told_by_name(header, words) for header in split_header(column.header))
@@ -193,5 +160,4 @@ def _assumed_units(block: Block, wanted: Wanted) -> list[Problem]:
                 f'{quantity.replace("_", " ")} "{shorten(column.header)}": no unit is stated, '
                 f"{column.unit} is assumed."
             )
-            notes.append(Problem("note", block.place(block.header_row, quantity), what))
-    return notes
+            yield block.place(block.header_row, quantity).note(what)

@@ -1,18 +1,18 @@
 """One way to read the tests of a bench, whatever their kind: files, tables, readings, points."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import FoundTable, read_bench_file, source_name
-from pipeline.ingest.blocks import Block
-from pipeline.ingest.columns_stated import sheet_read
+from pipeline.ingest.bench_file import BenchFile, read_bench_file, source_name
+from pipeline.ingest.bench_table import RowWords, Table
+from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.headers import Wanted
-from pipeline.ingest.load_test_rows import RowWords
-from pipeline.ingest.repeats import BenchTable, Repeats, without_copies
-from pipeline.ingest.usable import with_cause
+from pipeline.ingest.repeats import Repeats, without_copies
+from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts
+from pipeline.ingest.rows import with_cause
 from pipeline.ingest.vocabulary import Vocabulary
 from pipeline.records.measurements import (
     LoadTestPoint,
@@ -20,21 +20,10 @@ from pipeline.records.measurements import (
     OpenWaterPoint,
     SheetRead,
 )
-from pipeline.vehicle.bench_schema import Column
+from pipeline.vehicle.bench_schema import Column, LoadTestColumns, MooringColumns
 from pipeline.vehicle.schema import Vehicle
 
 Point = TypeVar("Point", LoadTestPoint, MooringPoint, OpenWaterPoint)
-
-
-@dataclass(frozen=True)
-class FileFound:
-    """The tables of one file, for the functions of a kind, which add what is wrong."""
-
-    path: Path
-    place: Place
-    tables: tuple[FoundTable, ...]
-    vehicle: Vehicle
-    problems: list[Problem]
 
 
 @dataclass(frozen=True)
@@ -50,17 +39,17 @@ class Kind(Generic[Point]):
     vocabulary: Vocabulary
     required: tuple[tuple[str, ...], ...]
     """Of each group at least one quantity must be there."""
-    tables: Callable[[FileFound], list[BenchTable]]
-    """Readings with codes and marks; none of a table that is left out."""
-    points: Callable[[FileFound, Sequence[BenchTable]], list[tuple[Point, ...]]]
+    points: Callable[[BenchFile], list[tuple[Point, ...]]]
     """Points of each table."""
-    summary: Callable[[BenchTable, Sequence[Point]], str]
+    summary: Callable[[Table, Sequence[Point]], str]
     """A table with points in words."""
-    remarks: Callable[[Place, Sequence[Point]], list[Problem]] = lambda *_: []
+    steps: Callable[[BenchFile], None] = lambda _: None
+    """Tells codes and marks of the readings of all tables."""
+    remarks: Callable[[Place, Sequence[Point]], Iterable[Problem]] = lambda *_: ()
     """What is said once of the points of a file."""
-    over_all: Callable[[Sequence[Point], Place, Vehicle], list[Problem]] = lambda *_: []
+    over_all: Callable[[Sequence[Point], Place, Vehicle], Iterable[Problem]] = lambda *_: ()
     """What only all files together show, by the points to be fitted."""
-    row_words: Callable[[Block, Vehicle], RowWords] | None = None
+    row_words: Callable[[Block, Vehicle], RowWords] = lambda *_: RowWords()
     shared: frozenset[str] = frozenset()
     split_words: tuple[str, ...] = ()
     copies_by_row: bool = False
@@ -73,7 +62,7 @@ class Measured(Generic[Point]):
     points: tuple[Point, ...]
     sheets: tuple[SheetRead, ...]
     problems: tuple[Problem, ...]
-    tables: tuple[BenchTable, ...]
+    tables: tuple[Table, ...]
 
 
 def read_files(
@@ -93,33 +82,29 @@ def read_files(
         only=columns.only,
         shared=kind.shared,
         split_words=kind.split_words,
+        sheets=columns.sheets,
     )
     points: list[Point] = []
     sheets: list[SheetRead] = []
-    tables: list[BenchTable] = []
+    tables: list[Table] = []
     repeats = Repeats(by_row=kind.copies_by_row)
     kept, problems = without_copies(paths, [source_name(path, raw_root) for path in paths])
     for path in kept:
-        shown_as = source_name(path, raw_root)
-        words = None if kind.row_words is None else _of_vehicle(kind.row_words, vehicle)
-        found = read_bench_file(path, shown_as, wanted, columns, kind.looked_for, words_of=words)
-        file: FileFound = FileFound(
-            path, Place(shown_as), found.tables, vehicle, list(found.problems)
-        )
-        own_tables = repeats.marked(kind.tables(file), file.problems)
-        of_tables = kind.points(file, own_tables)
-        for one, table, measured in zip(found.tables, own_tables, of_tables, strict=True):
+        file: BenchFile = BenchFile(path, Place(source_name(path, raw_root)), vehicle)
+        read_bench_file(file, wanted, kind.looked_for, kind.row_words)
+        kind.steps(file)
+        repeats.mark(file.tables)
+        of_tables = kind.points(file)
+        for table, measured in zip(file.tables, of_tables, strict=True):
             said = kind.summary(table, measured) if measured else "left out"
-            sheets.append(sheet_read(one.block, columns, len(one.readings), said))
+            sheets.append(_sheet_read(table, said))
         own: list[Point] = [point for measured in of_tables for point in measured]
-        marks = [point.marks for point in own]
         points += own
-        tables += own_tables
-        if found.is_blank:
-            problems.extend(file.problems)
-        else:
-            problems.extend(with_cause(file.problems, shown_as, marks, kind.noun))
-        problems.extend(kind.remarks(file.place, own))
+        tables += file.tables
+        told: list[Problem] = file.problems
+        if not file.is_blank:
+            told = with_cause(told, file.place, [point.marks for point in own], kind.noun)
+        problems += [*told, *kind.remarks(file.place, own)]
     fitted = [point for point in points if not point.marks]
     if fitted:
         folder = Place(source_name(min(paths).parent, raw_root))
@@ -127,7 +112,55 @@ def read_files(
     return Measured(tuple(points), tuple(sheets), tuple(dict.fromkeys(problems)), tuple(tables))
 
 
-def _of_vehicle(
-    row_words: Callable[[Block, Vehicle], RowWords], vehicle: Vehicle
-) -> Callable[[Block], RowWords]:
-    return lambda block: row_words(block, vehicle)
+def _sheet_read(table: Table, summary: str) -> SheetRead:
+    """Tell what was read of a table, which columns are not used, and what would state the others.
+
+    What its section of vehicle.yaml states already is repeated as it is.
+    """
+    block, columns = table.block, getattr(table.vehicle.columns, table.kind)
+    lines = [
+        (name, _line(column, getattr(columns, name)))
+        for name, column in block.columns.items()
+        if name in type(columns).model_fields
+    ]
+    at = None
+    if isinstance(columns, (LoadTestColumns, MooringColumns)):
+        found = directions_of(block, block_rows(block), columns.direction, table.kind)
+        at = found.column if found.signs else None
+        if at is not None:
+            head = block.sheet.cell(block.header_row, at)
+            back = ", ".join(map(_quoted, reverse_texts(block, found)))
+            lines.append(("direction", f"{{header: {_quoted(str(head))}, reverse: [{back}]}}"))
+    return SheetRead(
+        file=block.sheet.file,
+        sheet=block.sheet.name,
+        rows=table.rows_read,
+        columns=tuple(column.as_record() for column in block.columns.values()),
+        summary=summary,
+        not_used=block.columns_not_used(at),
+        stated_as=tuple(lines),
+    )
+
+
+def _quoted(text: str) -> str:
+    r"""Return a text as YAML has it in double quotes.
+
+    >>> print(_quoted('a "b"'))
+    "a \"b\""
+    """
+    escaped = " ".join(text.split()).replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'
+
+
+def _line(column: BlockColumn, stated: Column | None) -> str:
+    parts = [f"header: {_quoted(column.header)}"]
+    if column.unit and column.unit != "1":
+        parts.append(f"unit: {_quoted(column.unit)}")
+    if column.sign < 0:
+        parts.append("sign: -1")
+    if stated is not None:
+        parts += [f"scale: {stated.scale:g}"] if stated.scale != 1.0 else []
+        parts += [f"pole_pairs: {stated.pole_pairs}"] if stated.pole_pairs is not None else []
+        plus = ", ".join(map(_quoted, stated.plus))
+        parts += [f"plus: [{plus}]"] if plus else []
+    return "{" + ", ".join(parts) + "}"

@@ -7,14 +7,16 @@ from typing import Literal
 
 from pipeline.errors import Place
 from pipeline.ingest.cells import (
+    Cell,
     NotANumberError,
+    Row,
+    Sheet,
     column_letter,
     is_number,
     parse_number,
     shorten,
 )
-from pipeline.ingest.sheet import Cell, Row, Sheet
-from pipeline.ingest.thousands import Meaning, is_unclear, without_thousands
+from pipeline.ingest.column_data import Meaning, is_unclear, without_thousands
 from pipeline.records.measurements import ColumnNotUsed, ColumnRead
 
 UnitFrom = Literal["header", "unit row", "mapping", "assumed"]

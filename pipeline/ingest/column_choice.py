@@ -7,10 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipeline.errors import Problem
-from pipeline.ingest.cells import column_letter, shorten
+from pipeline.ingest.cells import Sheet, column_letter, shorten
 from pipeline.ingest.column_data import ColumnData, ratio_of, read_column, wholes_of
 from pipeline.ingest.header_rows import ELECTRICAL, Match, Wanted
-from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.unit_text import UnitTextError, factor, quantities_of
 from pipeline.ingest.vocabulary import FIRST_RANK, is_other, plain, read_unit_cell, unit_fits
 from pipeline.types import FloatArray
@@ -161,7 +160,7 @@ class ColumnChoice:
                     f'shaft speed is read from "{shorten(match.text)}": the stand has divided it '
                 )
                 what += "by the pole pairs that were set there, and measured no other speed."
-                weighed.problems.append(Problem("note", place, what))
+                weighed.problems.append(place.note(what))
             else:
                 weighed.not_used[match.index] = "the pole pairs of the motor are not stated"
                 weighed.problems.append(self._pole_pairs_wanted(match))
@@ -346,9 +345,7 @@ class ColumnChoice:
                 f'      {quantity}: {{header: "{shorten(matches[0].text)}", plus: '
                 f'["{shorten(matches[1].text)}"]}}'
             )
-        return Problem(
-            "error",
-            self._sheet.place(self._row, column_letter(matches[0].index)),
+        return self._sheet.place(self._row, column_letter(matches[0].index)).error(
             f"{name} may be {' or '.join(shown)}; nothing tells which. So the table was left out.",
             "one column of it, a second one only as the same reading in another unit, or as a part "
             "of a sum that stands there, too.",

@@ -1,15 +1,136 @@
-"""What the numbers of a column say by themselves: blank, constant, a counter, in steps."""
+"""What the numbers of a column say: thousands, blank, constant, a counter, in steps."""
 
-from collections.abc import Sequence
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
+from typing import Literal
 
 import numpy as np
 
-from pipeline.ingest.cells import NotANumberError, parse_number
-from pipeline.ingest.sheet import Sheet
-from pipeline.ingest.thousands import meaning_of_signs, without_thousands
+from pipeline.ingest.cells import Cell, NotANumberError, Sheet, parse_number
 from pipeline.types import BoolArray, FloatArray
+
+Meaning = Literal["decimals", "thousands", "unclear"]
+_THOUSANDS = re.compile(r"[+\-\u2212]?[1-9]\d{0,2}[.,]\d{3}")
+_SHORTEST = len("1,000")
+_ONE_SIGN = re.compile(r"[+\-\u2212]?\d*[.,]\d+(?:[eE][+-]?\d+)?")
+#: In ln: a step between neighbours by a factor of e more in one reading than in the other decides.
+_CLEARER = 1.0
+#: A largest value below it is no reading of a thruster: in the units of the records. What is set
+#: or counted is then thousands for sure, what is measured may be a very small thruster's.
+_IMPOSSIBLE: Mapping[str, float] = {"shaft_speed": 20.0, "pwm": 300.0}
+_UNLIKELY: Mapping[str, float] = {"thrust": 0.2, "torque": 0.002, "input_power": 0.1}
+
+
+def is_unclear(cell: Cell) -> bool:
+    """Tell whether a cell may be thousands or a number with three decimals.
+
+    >>> is_unclear("1,324"), is_unclear("0,324"), is_unclear("1.32"), is_unclear(1.324)
+    (True, False, False, False)
+    """
+    if not isinstance(cell, str) or len(cell) < _SHORTEST:
+        return False
+    return _THOUSANDS.fullmatch(cell.strip()) is not None
+
+
+def meaning_of_signs(
+    sheet: Sheet, index: int, rows: tuple[int, int], quantity: str, worth: float
+) -> Meaning:
+    """Tell what the point or comma of a column's numbers means, between two rows.
+
+    "thousands" where other numbers of the table, or the neighbours of each number, say so;
+    "unclear" where they contradict each other. `worth` is one unit of it in the unit of the
+    records.
+    """
+    own = sheet.column(index, rows)
+    doubtful = [cell for cell in own if is_unclear(cell)]
+    signs = {_sign(cell) for cell in doubtful}
+    if len(signs) != 1:
+        return "unclear" if signs else "decimals"
+    sign = signs.pop()
+    if sign in _decimal_signs(own):
+        return "decimals"
+    elsewhere = set(_decimal_signs(_cells_beside(sheet, index, rows)))
+    by_neighbours = _by_neighbours(own)
+    meaning: Meaning = "decimals"
+    if elsewhere and sign not in elsewhere:
+        meaning = "thousands"
+    elif by_neighbours is not None:
+        meaning = "unclear" if by_neighbours == "thousands" and elsewhere else by_neighbours
+    elif not elsewhere:
+        largest = max(_sizes(doubtful), default=0.0) * abs(worth)
+        if largest < _IMPOSSIBLE.get(quantity, 0.0):
+            meaning = "thousands"
+        elif largest < _UNLIKELY.get(quantity, 0.0):
+            meaning = "unclear"
+    return meaning
+
+
+def without_thousands(cell: Cell) -> Cell:
+    """Return a cell whose sign parts thousands as a plain number.
+
+    >>> without_thousands("-1.324"), without_thousands("612")
+    ('-1324', '612')
+    """
+    return re.sub("[.,]", "", cell) if isinstance(cell, str) and is_unclear(cell) else cell
+
+
+def _sign(cell: Cell) -> str:
+    return "." if "." in str(cell) else ","
+
+
+def _decimal_signs(cells: Iterable[Cell]) -> Iterator[str]:
+    """Yield the sign of each cell in which it can only be the decimal one."""
+    for cell in cells:
+        if isinstance(cell, str) and _ONE_SIGN.fullmatch(cell.strip()) and not is_unclear(cell):
+            yield _sign(cell)
+
+
+def _cells_beside(sheet: Sheet, index: int, rows: tuple[int, int]) -> Iterator[Cell]:
+    for row in range(rows[0], rows[1] + 1):
+        for at, cell in enumerate(sheet.cells(row)):
+            if at != index:
+                yield cell
+
+
+def _by_neighbours(cells: Sequence[Cell]) -> Meaning | None:
+    """Tell from the steps between plain numbers and those with a sign; None where there are none.
+
+    Whoever writes three decimals writes them for all numbers; whoever parts thousands writes
+    numbers up to 999 without a sign.
+    """
+    sizes = [(size, is_unclear(cell)) for cell in cells for size in _sizes([cell]) if size > 0.0]
+    plain = [size for size, parted in sizes if not parted]
+    if not plain:
+        return None
+    parted = [size for size, is_parted in sizes if is_parted]
+    steps = [
+        math.log(one[0] / two[0]) if one[1] else math.log(two[0] / one[0])
+        for one, two in pairwise(sizes)
+        if one[1] != two[1]
+    ] or [math.log(max(parted) / max(plain))]
+    thousand = math.log(1000.0)
+    as_decimals = sorted(map(abs, steps))[len(steps) // 2]
+    as_thousands = sorted(abs(step + thousand) for step in steps)[len(steps) // 2]
+    if as_thousands < as_decimals - _CLEARER and max(plain) < 1000.0:
+        return "thousands"
+    return "decimals" if as_decimals < as_thousands - _CLEARER else "unclear"
+
+
+def _sizes(cells: Iterable[Cell]) -> list[float]:
+    sizes: list[float] = []
+    for cell in cells:
+        try:
+            number = parse_number(cell)
+        except NotANumberError:
+            continue
+        if number is not None:
+            sizes.append(abs(number))
+    return sizes
+
 
 #: Fewer numbers may be in a row by chance.
 _LEAST = 4

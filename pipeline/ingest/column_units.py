@@ -8,10 +8,9 @@ from typing import Literal
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
-from pipeline.ingest.cells import shorten
+from pipeline.ingest.cells import Row, Sheet, shorten
+from pipeline.ingest.column_data import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.header_rows import Match, Wanted, is_mapped
-from pipeline.ingest.sheet import Row, Sheet
-from pipeline.ingest.thousands import is_unclear, meaning_of_signs, without_thousands
 from pipeline.ingest.unit_text import (
     UnitTextError,
     factor,
@@ -114,7 +113,7 @@ def _with_signs(
         f'{column.quantity.replace("_", " ")}: "{cell}" is read as {without_thousands(cell)}; the '
         "other numbers say that the sign parts thousands."
     )
-    note = Problem("note", sheet.place(row, column.letter), what)
+    note = sheet.place(row, column.letter).note(what)
     return replace(column, signs_mean=meaning), [note]
 
 

@@ -1,19 +1,17 @@
 """Commands of a bench test in codes: codes, per cent, shares of full throttle, pulse widths."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.blocks import Block, heading_text
+from pipeline.ingest.bench_table import Reading, Table
+from pipeline.ingest.blocks import heading_text
 from pipeline.ingest.cells import shorten
-from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import is_percent
 from pipeline.ingest.vocabulary import plain
-from pipeline.vehicle.bench_schema import Pwm
-from pipeline.vehicle.schema import Drive, Vehicle
+from pipeline.vehicle.schema import Vehicle
 
-OUT_OF_RANGE = "code out of range"
 #: Of the range: pulses that go further were made for another one, and so, maybe, those that end
 #: well within one that is stated.
 _BEYOND, _WITHIN = 1.02, 0.85
@@ -29,134 +27,93 @@ _NEUTRAL_SHARE = 0.1
 _THROTTLE = ("throttle", "газ", "дроссель", "duty", "скважность")
 
 
-def code_from_pwm(pulse_width_us: float, pwm: Pwm, code_max: int) -> float:
-    """Return the code that a pulse width stands for.
-
-    >>> code_from_pwm(1700.0, Pwm(neutral_us=1500.0, half_range_us=400.0), 127)
-    63.5
-    """
-    return (pulse_width_us - pwm.neutral_us) * code_max / pwm.half_range_us
-
-
-def command_in_codes(
-    block: Block, readings: Sequence[Reading], vehicle: Vehicle, kind: str, problems: list[Problem]
-) -> list[Reading]:
-    """Return the readings with a code each, whatever the command was counted in.
-
-    `kind` is the section of vehicle.yaml; what was assumed is added to the problems.
-    """
-    pwm, code_max = vehicle.columns.mooring.pwm_range, vehicle.drive.code_max
+def command_in_codes(table: Table) -> Iterator[Problem]:
+    """Give each reading a code, whatever the command was counted in."""
+    pwm, code_max = table.vehicle.columns.mooring.pwm_range, table.vehicle.drive.code_max
     scale = 1.0
-    if "code" in block.columns:
-        numbers = [
-            (one.row, one.values["code"])
-            for one in readings
-            if "code" in one.values and not one.marks
-        ]
-        scale = _command_scale(block, [number for _, number in numbers], code_max, problems)
-        if scale == 1.0 and not is_percent(block.columns["code"].unit):
-            problems += _fractional_codes(numbers, lambda row: block.place(row, "code"), kind)
-    done: list[Reading] = []
-    for one in readings:
-        values = one.values
-        code = values["code"] * scale if "code" in values else None
-        if code is None and "pwm" in values:
-            code = code_from_pwm(values["pwm"], pwm, code_max)
-        done.append(one if code is None else one.with_values(code=round(code, 9)))
-    return done
+    if "code" in table.block.columns:
+        codes = [(one.row, one.values["code"]) for one in table.live() if "code" in one.values]
+        scale, note = _command_scale(table, [code for _, code in codes])
+        if note is not None:
+            yield note
+        elif not is_percent(table.block.columns["code"].unit):
+            yield from _fractional_codes(table, codes)
+
+    def with_code(one: Reading) -> Reading:
+        if "code" in one.values:
+            code = one.values["code"] * scale
+        elif "pwm" in one.values:
+            code = (one.values["pwm"] - pwm.neutral_us) * code_max / pwm.half_range_us
+        else:
+            return one
+        return one.with_values(code=round(code, 9))
+
+    table.change(with_code)
 
 
-def _command_scale(
-    block: Block, codes: Sequence[float], code_max: int, problems: list[Problem]
-) -> float:
-    """Return what a number of the code column is worth in codes.
+def _command_scale(table: Table, codes: Sequence[float]) -> tuple[float, Problem | None]:
+    """Return what a number of the code column is worth in codes, and what was assumed of it.
 
     1 where the column counts codes, else what its per cent or its share of full throttle is, of
-    `code_max` at full command. What was assumed is added to the problems.
+    the code at full command.
     """
-    column = block.columns.get("code")
-    if column is None:
-        return 1.0
-    place = block.place(block.header_row, "code")
+    column, code_max = table.block.columns["code"], table.vehicle.drive.code_max
+    place = table.at(table.head, "code")
     largest = max((abs(code) for code in codes), default=0.0)
     fractions = any(not code.is_integer() for code in codes)
     throttle = any(plain(word) in plain(column.header).split() for word in _THROTTLE)
+    header = shorten(column.header)
     if is_percent(column.unit):
         if not 0.0 < largest <= 1.0:
-            problems.append(percent_note(place, code_max))
-            return code_max / 100.0
-        problems.append(
-            Problem(
-                "warning",
-                place,
-                f"code is in per cent, but no value is above {largest:g}: these look like shares, "
-                f"as a cell that shows 100 % holds 1. So 1 is taken for code {code_max}.",
-                "numbers up to 100, or a code column without % in its name.",
-                "Write 25 in place of 25 %, and format the cells as plain numbers.",
-            )
+            return code_max / 100.0, percent_note(place, code_max)
+        return float(code_max), place.warning(
+            f"code is in per cent, but no value is above {largest:g}: these look like shares, "
+            f"as a cell that shows 100 % holds 1. So 1 is taken for code {code_max}.",
+            "numbers up to 100, or a code column without % in its name.",
+            "Write 25 in place of 25 %, and format the cells as plain numbers.",
         )
-        return float(code_max)
-    header = shorten(column.header)
     if 0.0 < largest <= 1.0 < code_max and (fractions or throttle):
         what = f'"{header}" has no number above {largest:g}: shares of full throttle, 1 is code '
-        problems.append(Problem("note", place, f"{what}{code_max}."))
-        return float(code_max)
+        return float(code_max), place.note(f"{what}{code_max}.")
     if throttle and largest == 100.0 != code_max:
         what = f'"{header}" ends at 100: per cent of full throttle, code {code_max}.'
-        problems.append(Problem("warning", place, what))
-        return code_max / 100.0
-    return 1.0
+        return code_max / 100.0, place.warning(what)
+    return 1.0, None
 
 
 def percent_note(place: Place, code_max: int) -> Problem:
     """Say what a code in per cent is taken for."""
-    what = f"code is in per cent: 100 % is taken for code {code_max}."
-    return Problem("note", place, what)
+    return place.note(f"code is in per cent: 100 % is taken for code {code_max}.")
 
 
-def _fractional_codes(
-    codes: Sequence[tuple[int, float]], place_of: Callable[[int], Place], kind: str
-) -> list[Problem]:
-    """Warn of a code column with fractions: it is often a current or a share.
-
-    `codes` are row and number; `kind` is the section of vehicle.yaml.
-    """
+def _fractional_codes(table: Table, codes: Sequence[tuple[int, float]]) -> Iterator[Problem]:
+    """Warn of a code column with fractions, (row, code): it is often a current or a share."""
     odd = [(row, code) for row, code in codes if not code.is_integer()]
-    if not odd:
-        return []
-    values = ", ".join(f"{code:g}" for code in sorted({code for _, code in odd})[:6])
-    return [
-        Problem(
-            "warning",
-            place_of(odd[0][0]),
+    if odd:
+        values = ", ".join(f"{code:g}" for code in sorted({code for _, code in odd})[:6])
+        yield table.at(odd[0][0], "code").warning(
             f"code {values}: a control code is a whole number. The {len(odd)} points are "
             "fitted at the codes as they stand.",
             "whole numbers, as the drive is sent them, or a share with % in the column's name.",
             "Correct the codes, write % into the name, or state the right column in vehicle.yaml "
-            f"under columns: {kind}: code.",
+            f"under columns: {table.kind}: code.",
         )
-    ]
 
 
-def codes_in_range(
-    block: Block, readings: Sequence[Reading], drive: Drive, problems: list[Problem]
-) -> list[Reading]:
+def codes_in_range(table: Table) -> Iterator[Problem]:
     """Mark the readings beyond the drive's range; none are left where most are."""
-    codes = [one.values["code"] for one in readings if "code" in one.values]
+    drive = table.vehicle.drive
+    codes = {one.row: one.values["code"] for one in table.readings if "code" in one.values}
+    rows = {row for row, code in codes.items() if not drive.code_min <= code <= drive.code_max}
+    if not rows:
+        return
     known = (
         f"codes from {drive.code_min} to {drive.code_max}, as vehicle.yaml states for the drive."
     )
     remedy = "Correct the code in the file, or code_min and code_max in vehicle.yaml."
-    rows = {
-        one.row
-        for one in readings
-        if "code" in one.values and not drive.code_min <= one.values["code"] <= drive.code_max
-    }
-    if not rows:
-        return list(readings)
-    low, high = min(codes), max(codes)
+    low, high = min(codes.values()), max(codes.values())
     if 2 * len(rows) > len(codes):
-        if "pwm" in block.columns and "code" not in block.columns:
+        if "pwm" in table.block.columns and "code" not in table.block.columns:
             remedy = "Correct columns: mooring: pwm_range (neutral_us, half_range_us) there."
         elif low >= _SHORTEST_US and high <= _LONGEST_US:
             remedy = (
@@ -166,30 +123,28 @@ def codes_in_range(
         what = (
             f"codes from {low:g} to {high:g}, most of them outside of the drive's range; left out."
         )
-        problems.append(Problem("error", block.place(None, "code"), what, known, remedy))
-        return []
+        yield table.at(None, "code").error(what, known, remedy)
+        table.readings = []
+        return
     what = f"code outside of the drive's range in {listed(sorted(rows))}; kept but not fitted."
-    problems.append(Problem("warning", block.place(min(rows), "code"), what, known, remedy))
-    return [one.marked(OUT_OF_RANGE) if one.row in rows else one for one in readings]
+    yield table.at(min(rows), "code").warning(what, known, remedy)
+    table.mark(rows, "code out of range")
 
 
-def pwm_problems(
-    block: Block, readings: Sequence[Reading], vehicle: Vehicle, quantity: str
-) -> list[Problem]:
+def pwm_problems(table: Table) -> Iterator[Problem]:
     """Say where pulse widths are not of the range that is taken: one-way controllers, other ends.
 
-    An error where neither vehicle.yaml nor a heading states how the pulse widths of the readings
-    are to be read, a warning where they end far within the range that is stated. `quantity` is what
-    is 0 at rest: "thrust", "shaft_speed".
+    The table is left out where neither vehicle.yaml nor a heading states how the pulse widths of
+    the readings are to be read; a warning where they end far within the range that is stated.
     """
-    pwm = vehicle.columns.mooring.pwm_range
+    pwm, quantity = table.vehicle.columns.mooring.pwm_range, table.measured
     pairs = [
         (one.values["pwm"], abs(one.values[quantity]))
-        for one in readings
-        if "pwm" in one.values and quantity in one.values and not one.marks
+        for one in table.live()
+        if "pwm" in one.values and quantity in one.values
     ]
-    if "code" in block.columns or not pairs:
-        return []
+    if "code" in table.block.columns or not pairs:
+        return
     stated = {"neutral_us", "half_range_us"} <= pwm.model_fields_set
     low, high = min(one for one, _ in pairs), max(one for one, _ in pairs)
     ends = pwm.neutral_us - pwm.half_range_us, pwm.neutral_us + pwm.half_range_us
@@ -197,16 +152,15 @@ def pwm_problems(
     at_neutral = [value for width, value in pairs if abs(width - pwm.neutral_us) < 1.0]
     at_low = [value for width, value in pairs if width == low]
     reach = max(high - pwm.neutral_us, pwm.neutral_us - low)
-    said = range_in_text(f"{block.columns['pwm'].header} {heading_text(block.above)}")
+    said = _range_in_text(f"{table.block.columns['pwm'].header} {heading_text(table.block.above)}")
     taken = f"{ends[0]:g} to {ends[1]:g} us"
-    neutral = (low + high) / 2.0
+    place = table.at(table.head, "pwm")
     if said is not None and not stated and said != ends:
         why = (
             f"the heading says pulse widths from {said[0]:g} to {said[1]:g} us, and {taken} is "
             "assumed"
         )
         low, high = said
-        neutral = (low + high) / 2.0
     elif (
         not stated
         and reach > _BEYOND * pwm.half_range_us
@@ -227,33 +181,33 @@ def pwm_problems(
         )
     elif stated and said not in {None, ends}:
         why = f"the heading says pulse widths of another range than vehicle.yaml, {taken}"
-        return [Problem("warning", block.place(block.header_row, "pwm"), f"{why}.")]
+        yield place.warning(f"{why}.")
+        return
     elif stated and reach < _WITHIN * pwm.half_range_us:
         why = f"pulse widths from {low:g} to {high:g} us end far within the stated range of {taken}"
         what = f"{why}: full command was not tested, or the range is another."
         remedy = "Correct columns: mooring: pwm_range in vehicle.yaml if it is."
-        return [Problem("warning", block.place(block.header_row, "pwm"), what, "", remedy)]
+        yield place.warning(what, "", remedy)
+        return
     else:
-        return []
+        return
     one_way = low < pwm.neutral_us - 1.0 and min(at_low, default=largest) < _NEUTRAL_SHARE * largest
-    neutral = low if one_way else neutral
-    return [
-        Problem(
-            "error",
-            block.place(block.header_row, "pwm"),
+    neutral = low if one_way else (low + high) / 2.0
+    yield table.leave_out(
+        place.error(
             f"{why}. So the table was left out.",
             "the pulse width of rest, and how far from it full throttle is.",
             "State it in vehicle.yaml:\n  columns:\n    mooring:\n      pwm_range: "
             f"{{neutral_us: {neutral:g}, half_range_us: {high - neutral:g}}}"
             + (" # one way: it rests at the shortest pulse" if one_way else ""),
         )
-    ]
+    )
 
 
-def range_in_text(text: str) -> tuple[float, float] | None:
+def _range_in_text(text: str) -> tuple[float, float] | None:
     """Return the range of pulse widths that a heading states.
 
-    >>> range_in_text("PWM (1000-2000), us"), range_in_text("ШИМ от 1100 до 1900")
+    >>> _range_in_text("PWM (1000-2000), us"), _range_in_text("ШИМ от 1100 до 1900")
     ((1000.0, 2000.0), (1100.0, 1900.0))
     """
     found = {(float(low), float(high)) for low, high in _RANGE.findall(text)}
@@ -261,7 +215,7 @@ def range_in_text(text: str) -> tuple[float, float] | None:
     return good[0] if len(good) == 1 else None
 
 
-def pwm_note(file: str, vehicle: Vehicle) -> Problem:
+def pwm_note(file: Place, vehicle: Vehicle) -> Problem:
     """Say how pulse widths become codes."""
     pwm = vehicle.columns.mooring.pwm_range
     stated = {"neutral_us", "half_range_us"} <= pwm.model_fields_set
@@ -270,4 +224,4 @@ def pwm_note(file: str, vehicle: Vehicle) -> Problem:
         f"* {vehicle.drive.code_max}{'' if stated else ', which is assumed'}."
     )
     remedy = "" if stated else "State columns: mooring: pwm_range in vehicle.yaml."
-    return Problem("note", Place(file), what, "", remedy)
+    return file.note(what, "", remedy)

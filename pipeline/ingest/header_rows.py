@@ -5,8 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pipeline.ingest.cells import is_number, is_text
-from pipeline.ingest.sheet import Cell, Row, Sheet
+from pipeline.ingest.cells import Cell, Row, Sheet, is_number, is_text
 from pipeline.ingest.unit_text import is_percent, normalise_unit
 from pipeline.ingest.vocabulary import (
     HeaderText,
@@ -57,7 +56,7 @@ class Wanted:
 
     `required`: of each group at least one quantity must be there. `shared`: quantities whose
     column to the left of several tables side by side belongs to all of them. `mapping`: columns as
-    vehicle.yaml states them. `kind` names the section of vehicle.yaml, for messages.
+    vehicle.yaml states them, `sheets` those that it names. `kind` is its section of it.
     `split_words` tell columns of tables side by side apart ("n loading", "n unloading").
     """
 
@@ -68,6 +67,7 @@ class Wanted:
     only: Mapping[str, str] = field(default_factory=dict)
     shared: frozenset[str] = frozenset()
     split_words: tuple[str, ...] = ()
+    sheets: tuple[str, ...] | None = None
 
     def is_complete(self, quantities: "set[str] | frozenset[str]") -> bool:
         """Tell whether every required group is there."""

@@ -2,17 +2,15 @@
 
 import functools
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, headings
-from pipeline.ingest.cells import are_spoilt, column_letter, is_number, is_text, shorten
+from pipeline.ingest.cells import Sheet, are_spoilt, column_letter, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, misfits, read_columns
-from pipeline.ingest.header_letters import odd_letters
 from pipeline.ingest.header_rows import Match, Wanted, header_rows
-from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.stated_columns import (
     blocks_by_letter,
     choose_sheets,
@@ -55,9 +53,7 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
     free_from = sheet.first_row
     headers = header_rows(sheet, wanted)
     if len(headers) > _MOST_TABLES:
-        problem = Problem(
-            "error",
-            sheet.place(headers[0][0]),
+        problem = sheet.place(headers[0][0]).error(
             f"the column names are repeated {len(headers)} times; the sheet was left out.",
             f"at most {_MOST_TABLES} tables on a sheet.",
             "Export the record again, with the names once.",
@@ -70,7 +66,7 @@ def find_blocks(sheet: Sheet, wanted: Wanted) -> BlockSearch:
         problems += wrong
         free_from = last + 1
     if not headers:
-        problems += missing_columns(sheet, wanted) or misfits(sheet, wanted)
+        problems += list(missing_columns(sheet, wanted)) or misfits(sheet, wanted)
     return BlockSearch(tuple(blocks), tuple(dict.fromkeys(problems)))
 
 
@@ -109,9 +105,7 @@ def _blocks_of_header(
         first = _first_data_row(sheet, row, [group[name].index for name in required], following)
         if first is None:
             problems.append(
-                Problem(
-                    "warning",
-                    sheet.place(row),
+                sheet.place(row).warning(
                     "there are column names but no numbers under them.",
                     "numbers under the names.",
                     "Fill the table or delete it.",
@@ -180,9 +174,7 @@ def _side_by_side(
     repeats = sum(bool(needed & set(group)) for group in groups)
     if repeats >= _GRID and len(complete) <= 1:
         problems.append(
-            Problem(
-                "warning",
-                sheet.place(row),
+            sheet.place(row).warning(
                 f'"{shorten(parts[-1][0].text)}" names {repeats} columns: this looks like a grid '
                 "(a map or a fit), not a list of points; it was not read.",
                 "one column a quantity, or whole tables side by side.",
@@ -204,9 +196,7 @@ def _side_by_side(
         if repeated:
             names = ", ".join(f'{column_letter(m.index)} "{shorten(m.text)}"' for m in repeated[:6])
             problems.append(
-                Problem(
-                    "note",
-                    sheet.place(row),
+                sheet.place(row).note(
                     f"column name repeated; the first column was read and not: {names}.",
                     "one column a quantity, or whole tables side by side.",
                     f"State the header of the right one in vehicle.yaml under columns: "
@@ -222,10 +212,10 @@ def _passed_over(
     row: int,
     matches: Sequence[Match],
     groups: Sequence[Mapping[str, Match]],
-) -> list[Problem]:
+) -> Iterator[Problem]:
     """Name the columns that would have fitted a quantity as well as the one that is read."""
     read = {match.index for group in groups for match in group.values()}
-    notes: list[Problem] = []
+
     for first in groups[0].values():
         name = _without(first.header.name, wanted.split_words)
         equal = [
@@ -237,18 +227,12 @@ def _passed_over(
         ]
         if equal:
             others = ", ".join(f'{column_letter(m.index)} "{shorten(m.text)}"' for m in equal[:6])
-            notes.append(
-                Problem(
-                    "note",
-                    sheet.place(row, column_letter(first.index)),
-                    f'{first.quantity.replace("_", " ")} is read from "{shorten(first.text)}" and '
-                    f"not from: {others}.",
-                    "one column a quantity.",
-                    "State the header of the right one in vehicle.yaml under columns: "
-                    f"{wanted.kind}.",
-                )
+            yield sheet.place(row, column_letter(first.index)).note(
+                f'{first.quantity.replace("_", " ")} is read from "{shorten(first.text)}" and '
+                f"not from: {others}.",
+                "one column a quantity.",
+                f"State the header of the right one in vehicle.yaml under columns: {wanted.kind}.",
             )
-    return notes
 
 
 @functools.lru_cache(maxsize=4096)
@@ -288,3 +272,53 @@ def _end_of_data(sheet: Sheet, first: int, following: int, columns: Sequence[int
         if numbers > len(columns) // 2:
             return at
     return first
+
+
+_WORD = re.compile(r"[^\W\d_]+")
+_LATIN = re.compile(r"[A-Za-z]")
+_CYRILLIC = re.compile(r"[\u0400-\u04ff]")
+#: Encodings of old Russian programs whose bytes were read as Windows-1251.
+_OLD_ENCODINGS = ("koi8_r", "cp866")
+
+
+def odd_letters(texts: Iterable[str]) -> str:
+    """Say in one sentence what is odd about the letters of headings; empty where nothing is.
+
+    Examples
+    --------
+    >>> odd_letters(["\u0441ode", "thrust (N)"])
+    'In "\u0441ode" Cyrillic letters (\u0441) stand among Latin ones'
+    >>> odd_letters(["код", "тяга, Н", "thrust (N)"])
+    ''
+    """
+    texts = list(texts)
+    for text in texts:
+        for word in _WORD.findall(text):
+            latin, cyrillic = _LATIN.findall(word), _CYRILLIC.findall(word)
+            if not latin or not cyrillic:
+                continue
+            if len(latin) >= len(cyrillic):
+                few = "".join(dict.fromkeys(cyrillic))
+                return f'In "{word}" Cyrillic letters ({few}) stand among Latin ones'
+            few = "".join(dict.fromkeys(latin))
+            return f'In "{word}" Latin letters ({few}) stand among Cyrillic ones'
+    for encoding in _OLD_ENCODINGS:
+        read = [_read_as(text, encoding) for text in texts]
+        if sum(_lower_cyrillic(text) for text in read) > sum(map(_lower_cyrillic, texts)):
+            shown = ", ".join(f'"{text}"' for text in read[:4])
+            name = encoding.replace("_", "-").upper()
+            return f"In the encoding {name} they would be {shown}: save the file as UTF-8"
+    return ""
+
+
+def _read_as(text: str, encoding: str) -> str:
+    """Read the bytes of a text again."""
+    try:
+        return text.encode("cp1251").decode(encoding)
+    except UnicodeError:
+        return text
+
+
+def _lower_cyrillic(text: str) -> int:
+    """Count the small Cyrillic letters; of words read in a wrong encoding few are."""
+    return sum("а" <= letter <= "я" for letter in text)

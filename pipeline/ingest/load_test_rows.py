@@ -1,12 +1,12 @@
 """What words say of a load-test table and of its rows: control code, branch and warm-up."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from pathlib import Path
 
 from pipeline.errors import Problem
+from pipeline.ingest.bench_table import Reading, RowWords, Step, Table
 from pipeline.ingest.blocks import Block, is_commented
-from pipeline.ingest.cells import is_number, parse_number
+from pipeline.ingest.cells import Row, is_number, parse_number
 from pipeline.ingest.commands import percent_note
 from pipeline.ingest.load_test_words import (
     Branch,
@@ -16,26 +16,15 @@ from pipeline.ingest.load_test_words import (
     is_code_label,
     is_warm_up,
 )
-from pipeline.ingest.readings import Reading, is_spoilt
+from pipeline.ingest.readings import is_spoilt
 from pipeline.ingest.rows import listed
-from pipeline.ingest.sheet import Row
+from pipeline.vehicle.schema import Vehicle
 
 WARM_UP = "warm-up"
 _DAY_S = 86_400.0
 
 
-@dataclass
-class RowWords:
-    """By row: the code of the nearest heading, the branch; rows of warm-up; rows of headings."""
-
-    codes: dict[int, CodeText] = field(default_factory=dict)
-    branches: dict[int, Branch | None] = field(default_factory=dict)
-    warm_up: set[int] = field(default_factory=set)
-    headings: set[int] = field(default_factory=set)
-    problems: list[Problem] = field(default_factory=list)
-
-
-def row_words(block: Block, code_max: int) -> RowWords:
+def row_words(block: Block, vehicle: Vehicle) -> RowWords:
     """Read headings between the rows ("Code: 100", "Unloading") and columns of words."""
     said = RowWords()
     code: CodeText | None = None
@@ -73,44 +62,49 @@ def row_words(block: Block, code_max: int) -> RowWords:
             "torque."
         )
         place = block.place(odd[0], "branch")
-        said.problems.append(Problem("note", place, what, '"loading" or "unloading".'))
+        said.problems.append(place.note(what, '"loading" or "unloading".'))
     if percent is not None:
-        said.problems.append(percent_note(block.place(percent), code_max))
+        said.problems.append(percent_note(block.place(percent), vehicle.drive.code_max))
     return said
 
 
-def with_words(
-    readings: Sequence[Reading], said: RowWords, code: float | None, code_max: int
-) -> list[Reading]:
-    """Give readings the code, branch and warm-up that words say; `code` is that of the table."""
-    done = []
-    for one in readings:
-        stated = said.codes[one.row].in_codes(code_max) if one.row in said.codes else code
-        marks = (WARM_UP,) if one.row in said.warm_up else ()
-        values = one.values
-        if stated is not None and "code" not in values:
-            values = {**values, "code": stated + 0.0}
-        branch = said.branches.get(one.row)
-        done.append(Reading(one.row, values, (*one.marks, *marks), branch))
-    return done
+def with_words(code: float | None) -> Step:
+    """Return the step that tells code, branch and warm-up by words; `code` is of the table."""
+
+    def step(table: Table) -> tuple[Problem, ...]:
+        said, code_max = table.words, table.vehicle.drive.code_max
+
+        def told(one: Reading) -> Reading:
+            stated = said.codes[one.row].in_codes(code_max) if one.row in said.codes else code
+            if stated is not None and "code" not in one.values:
+                one = one.with_values(code=stated)
+            marks = (*one.marks, *((WARM_UP,) if one.row in said.warm_up else ()))
+            return Reading(one.row, one.values, marks, said.branches.get(one.row))
+
+        table.change(told)
+        return ()
+
+    return step
 
 
-def mark_early(readings: Sequence[Reading], warm_up_s: float) -> list[Reading]:
-    """Mark the rows before `warm_up_s`, counted from the first time of the table. [s]."""
-    times = [one.values["time"] for one in readings if "time" in one.values]
-    if not times:
-        return list(readings)
+def mark_early(table: Table) -> tuple[Problem, ...]:
+    """Mark the rows of the time that vehicle.yaml states for warming up, from the first on."""
+    warm_up_s = table.vehicle.columns.load_test.warm_up_s
+    times = [one.values["time"] for one in table.readings if "time" in one.values]
+    if warm_up_s is None or not times:
+        return ()
     # A clock time starts somewhere in the day; a running time may start above zero on purpose.
     by_clock = times[0] > 10.0 * max(warm_up_s, 60.0)
     start = times[0] if by_clock else 0.0
-
-    def is_early(values: Mapping[str, float]) -> bool:
-        since_s = values.get("time", float("inf")) - start
+    early = set()
+    for one in table.readings:
+        since_s = one.values.get("time", float("inf")) - start
         if by_clock and since_s < 0.0:
             since_s += _DAY_S  # midnight has passed
-        return since_s < warm_up_s
-
-    return [one.marked(WARM_UP) if is_early(one.values) else one for one in readings]
+        if since_s < warm_up_s:
+            early.add(one.row)
+    table.mark(early, WARM_UP)
+    return ()
 
 
 def _is_heading(block: Block, cells: Row) -> bool:
@@ -145,98 +139,81 @@ def _branch_of_table(block: Block) -> Branch | None:
     return next((branch for branch in told if branch is not None), None)
 
 
-@dataclass(frozen=True)
-class TableCode:
-    """The control code of a table, None where rows or nothing state it, and where it was found."""
+def tell_codes(tables: Sequence[Table], path: Path) -> list[float | None]:
+    """Find the code of each table of a sheet, which the file's name may state, too.
 
-    value: float | None
-    found_in: str
-
-
-def codes_of_blocks(
-    blocks: Sequence[Block], path: Path, code_max: int, problems: list[Problem]
-) -> list[TableCode]:
-    """Find the code of each table of a sheet; the file's name may state it, too.
-
-    Per cent are of `code_max`. What is contradictory is added to the problems.
+    None where rows or nothing state it. Where it was found is noted in the table.
     """
-    found = [_code_of(block, path, code_max, problems) for block in blocks]
-    for position, block in enumerate(blocks):
+    codes: list[float | None] = []
+    for table in tables:
+        code, table.code_from = _code_of(table, path)
+        codes.append(code)
+    for position, table in enumerate(tables):
         # "Code 90" stands over the first of two tables side by side and holds for both.
         beside = {
-            found[other].value
-            for other, block_beside in enumerate(blocks)
-            if block_beside.header_row == block.header_row and found[other].found_in == "heading"
+            codes[other]
+            for other, one in enumerate(tables)
+            if one.head == table.head and one.code_from == "heading"
         }
         if (
-            found[position].found_in != "heading"
+            table.code_from != "heading"
             and len(beside) == 1
-            and block.columns.keys().isdisjoint({"code", "pwm"})
+            and table.block.columns.keys().isdisjoint({"code", "pwm"})
         ):
-            found[position] = TableCode(beside.pop(), "heading")
-    return found
+            codes[position], table.code_from = beside.pop(), "heading"
+    return codes
 
 
-def _code_of(block: Block, path: Path, code_max: int, problems: list[Problem]) -> TableCode:
+def _code_of(table: Table, path: Path) -> tuple[float | None, str]:
+    """Return the code of a table, and where it was found."""
+    block, code_max = table.block, table.vehicle.drive.code_max
     if "code" in block.columns:
-        return TableCode(None, "code column")
+        return None, "code column"
     if "pwm" in block.columns:
-        return TableCode(None, "pulse width column")
+        return None, "pulse width column"
     name = block.sheet.name
     in_name = None if name is None else code_in_text(name, alone=True)
     heading = _code_in_headings(block)
     if heading is not None:
-        in_heading = _in_codes(heading, block, code_max, problems)
+        in_heading = _in_codes(table, heading)
         if in_name is not None and abs(in_name.in_codes(code_max)) != abs(in_heading):
-            problems.append(
-                Problem(
-                    "warning",
-                    block.place(block.header_row),
-                    f"the heading says code {in_heading:g}, the sheet's name "
-                    f"{in_name.in_codes(code_max):g}; "
-                    "the heading was used.",
-                    "one code.",
-                    "Correct the heading or the name.",
-                )
+            what = (
+                f"the heading says code {in_heading:g}, the sheet's name "
+                f"{in_name.in_codes(code_max):g}; the heading was used."
             )
-        return TableCode(in_heading, "heading")
+            remedy = "Correct the heading or the name."
+            table.problems.append(table.at(table.head).warning(what, "one code.", remedy))
+        return in_heading, "heading"
     for code, origin in ((in_name, "sheet name"), (code_in_text(path.stem), "file name")):
         if code is not None:
-            return TableCode(_with_sign(code, block, code_max, problems), origin)
-    return TableCode(None, "not stated")
+            return _with_sign(table, code), origin
+    return None, "not stated"
 
 
-def _in_codes(code: CodeText, block: Block, code_max: int, problems: list[Problem]) -> float:
+def _in_codes(table: Table, code: CodeText) -> float:
+    code_max = table.vehicle.drive.code_max
     if code.percent:
-        problems.append(percent_note(block.place(block.header_row), code_max))
+        table.problems.append(percent_note(table.at(table.head), code_max))
     return code.in_codes(code_max)
 
 
-def _with_sign(code: CodeText, block: Block, code_max: int, problems: list[Problem]) -> float:
+def _with_sign(table: Table, code: CodeText) -> float:
     """Take a hyphen before the number for a minus where the speed is negative throughout."""
-    whole = _in_codes(code, block, code_max, problems)
+    whole = _in_codes(table, code)
     if not code.doubtful_sign:
         return whole
-    speeds = [cells[index] for _, cells in block.rows() if (index := _speed(block)) < len(cells)]
+    column = table.block.columns["shaft_speed"]
+    speeds = [cells[column.index] for _, cells in table.block.rows() if column.index < len(cells)]
     numbers = [parse_number(cell) or 0.0 for cell in speeds if is_number(cell)]
-    sign = block.columns["shaft_speed"].sign
-    negative = bool(numbers) and max(number * sign for number in numbers) <= 0.0
+    negative = bool(numbers) and max(number * column.sign for number in numbers) <= 0.0
     value = -whole if negative else whole
-    problems.append(
-        Problem(
-            "note",
-            block.place(),
-            f"the hyphen before {code.value:g} was taken for a {'minus' if negative else 'dash'}, "
-            f"as the speed is {'negative' if negative else 'positive'}: code {value:g}.",
-            "",
-            f'Write "code {code.value:g}" or "code = -{code.value:g}".',
-        )
+    what = (
+        f"the hyphen before {code.value:g} was taken for a {'minus' if negative else 'dash'}, "
+        f"as the speed is {'negative' if negative else 'positive'}: code {value:g}."
     )
+    remedy = f'Write "code {code.value:g}" or "code = -{code.value:g}".'
+    table.problems.append(table.place.note(what, "", remedy))
     return value
-
-
-def _speed(block: Block) -> int:
-    return block.columns["shaft_speed"].index
 
 
 def _code_in_headings(block: Block) -> CodeText | None:

@@ -1,13 +1,24 @@
-"""The course of a sweep: which rows load and which unload the drive, and where it warms up."""
+"""The course of a load test: signs of its quadrant, two curves in one table, branches, warm-up."""
 
-from collections.abc import Sequence
+import math
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from pipeline.errors import Problem
+from pipeline.ingest.bench_table import Reading, Table, numbers
 from pipeline.ingest.load_test_words import Branch
-from pipeline.ingest.readings import Reading
+from pipeline.ingest.readings import COMMENTED, STATISTICS
+from pipeline.ingest.rows import counted, listed
 from pipeline.types import FloatArray
 
+#: Below this share of the largest torque or speed, its sign means nothing.
+_ZERO_SHARE = 0.03
+#: Two curves: readings of one group at least, how far apart of the largest speed, and of the
+#: scatter about each. One curve, parted at its middle, is 2.6 times its scatter apart.
+_LEAST_OF_TWO, _TWO_SHARE, _TWO_SIGMAS = 6, 0.05, 6.0
 #: Share of the torque's range by which it must come back before the branch changes.
 _TURN_SHARE = 0.08
 _NO_LOAD_SHARE = 0.02
@@ -15,39 +26,180 @@ _STEADY_LOAD_SHARE = 0.003
 _LEAST_WARM_UP_ROWS = 6
 
 
-def with_branches(readings: Sequence[Reading]) -> list[Reading]:
-    """Tell loading from unloading by the torque's rise and fall, where no row says it.
+def check_signs(table: Table) -> Iterator[Problem]:
+    """Mark readings outside of the motoring quadrant of their code; signs are never changed.
 
-    The readings are of one code, one sweep after the other, in the order taken.
+    The warning names the likely cause.
     """
-    unstated = [index for index, reading in enumerate(readings) if reading.branch is None]
-    if not unstated:
-        return list(readings)
-    torque = np.abs([readings[index].values["torque"] for index in unstated])
-    branches = dict(zip(unstated, branches_of(torque), strict=True))
-    return [
-        Reading(reading.row, reading.values, reading.marks, branches[index])
-        if index in branches
-        else reading
-        for index, reading in enumerate(readings)
+    live = [one for one in table.readings if not {COMMENTED, STATISTICS} & set(one.marks)]
+    if not live:
+        return
+    torque, speed = numbers(live, "torque"), numbers(live, "shaft_speed")
+    code = np.array([one.values.get("code", 0.0) for one in live])
+    loaded = np.abs(torque) > _ZERO_SHARE * np.abs(torque).max()
+    turning = np.abs(speed) > _ZERO_SHARE * np.abs(speed).max()
+    # Without a code, or at code 0, the direction of turning is all there is.
+    sense = np.where(code == 0.0, np.sign(speed), np.sign(code))
+    against = loaded & (torque * sense < 0)
+    backwards = turning & (speed * sense < 0)
+    for wrong, share, mark, quantity in (
+        (against, loaded, "negative torque", "torque"),
+        (backwards, turning, "speed against the code", "shaft_speed"),
+    ):
+        if wrong.any():
+            whole = bool((wrong | ~share).all())
+            # of a table turned round the few points near zero say nothing either
+            odd = range(len(live)) if whole else np.flatnonzero(wrong)
+            rows = [live[position].row for position in odd]
+            table.mark(set(rows), mark)
+            yield _sign_problem(table, quantity, rows, whole=whole)
+
+
+def with_signs_of_codes(table: Table) -> Iterator[Problem]:
+    """Give speed and torque the sign of a negative code where both were read without one.
+
+    A drive that motors has both signs of its code: with none of either, nothing else is meant. One
+    of them alone without a sign is a size only where positive codes stand beside it.
+    """
+    back, ahead = (
+        [one for one in table.live() if sign * one.values.get("code", 0.0) > 0.0]
+        for sign in (-1.0, 1.0)
+    )
+    if not back:
+        return
+    unsigned = [
+        name
+        for name in ("shaft_speed", "torque")
+        if max(one.values[name] for one in back) > 0.0
+        and min(one.values[name] for one in (*back, *ahead)) >= 0.0
     ]
+    if not unsigned or (len(unsigned) == 1 and not ahead):
+        return
+    names = " and ".join("speed" if name.startswith("shaft") else "torque" for name in unsigned)
+    what = f"{names} stand without sign at the negative codes: given the sign of the code."
+    yield table.at(back[0].row).note(what)
+    table.change(
+        lambda one: (
+            one.with_values(**{name: -abs(one.values[name]) for name in unsigned})
+            if one.values.get("code", 0.0) < 0.0
+            else one
+        )
+    )
+
+
+def _sign_problem(table: Table, quantity: str, rows: list[int], *, whole: bool) -> Problem:
+    name = quantity.replace("_", " ")
+    column = table.block.columns[quantity]
+    sense = "code" if "code" in table.block.columns else "code or the turning"
+    if whole:
+        return table.at(rows[0], quantity).warning(
+            f"the {name} has the opposite sign of the {sense} in the whole table: it looks "
+            f"like the sign of the sensor. Nothing was turned round; the {len(rows)} points are "
+            "kept but not fitted.",
+            "speed and torque with the sign of the code where the drive motors.",
+            "If the sensor counts the other way, state it in vehicle.yaml:\n"
+            f"  columns:\n    load_test:\n      {quantity}: "
+            f'{{header: "{column.header}", sign: {-column.sign}}}',
+        )
+    what = "the drive is driven by the load (regenerating), or the sign is wrong"
+    if quantity == "shaft_speed":
+        what = "it was turned backwards, or the sign is wrong"
+    return table.at(rows[0], quantity).warning(
+        f"the {name} is negative (against the {sense}) in {counted(len(rows), 'row')} "
+        f"({listed(rows)}): {what}. The points are kept but not fitted.",
+        "the motoring quadrant: torque and speed with the sign of the code.",
+        'Mark the rows with "#" in column A if they are not steady motoring points.',
+    )
+
+
+def two_curves(table: Table) -> Iterator[Problem]:
+    """Refuse a table whose drive turns at two speeds under one torque at most of its codes.
+
+    Readings of one code, branch and voltage make one curve n(M). Rows that lie on two curves, far
+    apart for how little each scatters, are of two directions, or of two drives: nothing in the
+    table tells which.
+    """
+    groups: dict[tuple[object, ...], list[Reading]] = defaultdict(list)
+    for one in table.live():
+        volts = one.values.get("voltage")
+        if one.values.get("code", 0.0) != 0.0:
+            group = (one.values["code"], one.branch, volts and round(math.log(abs(volts)) / 0.1))
+            groups[group].append(one)
+    large = [own for own in groups.values() if len(own) >= _LEAST_OF_TWO]
+    parted = [(own, apart) for own in large if (apart := _apart(own))]
+    if not parted or 2 * len(parted) < len(large):
+        return
+    own, apart = max(parted, key=lambda one: one[1])
+    yield table.leave_out(
+        table.at(own[0].row, "shaft_speed").error(
+            f"at code {own[0].values['code']:g} the shaft turns at two speeds under one torque, "
+            f"{apart:.0f} rpm apart ({listed([one.row for one in own])}), and so at most codes: "
+            "something parts the rows, such as a direction that no column states. So the table "
+            "was left out.",
+            "one characteristic in a table.",
+            "Write reverse with negative codes, each test on a sheet of its own, or state the "
+            "column of the direction in vehicle.yaml:\n  columns:\n    load_test:\n      "
+            'direction: {header: "...", reverse: ["..."]}',
+        )
+    )
+
+
+def _apart(own: Sequence[Reading]) -> float:
+    """Return how far apart two curves of speed over torque are, 0 where there is one. [rpm]."""
+    torque, speed = np.abs(numbers(own, "torque")), np.abs(numbers(own, "shaft_speed"))
+    scale = float(torque.max())
+    if scale == 0.0 or np.ptp(torque) < 0.2 * scale:
+        return 0.0
+    degree = 2 if len(own) >= 2 * _LEAST_OF_TWO else 1
+    off = speed - np.polyval(np.polyfit(torque / scale, speed, degree), torque / scale)
+    if np.ptp(off) <= _TWO_SHARE * float(speed.max()):
+        return 0.0  # no two rows are so far apart
+    above = off > 0.0
+    if min(above.sum(), (~above).sum()) < degree + 2:
+        return 0.0
+    curves = [np.polyfit(torque[side] / scale, speed[side], degree) for side in (above, ~above)]
+    rest = [
+        speed[side] - np.polyval(curve, torque[side] / scale)
+        for side, curve in zip((above, ~above), curves, strict=True)
+    ]
+    middle = float(np.median(torque / scale))
+    apart = abs(float(np.polyval(curves[0], middle) - np.polyval(curves[1], middle)))
+    scatter = float(np.sqrt(np.mean(np.concatenate(rest) ** 2)))
+    return apart if apart > max(_TWO_SHARE * float(speed.max()), _TWO_SIGMAS * scatter) else 0.0
+
+
+def branches_and_warm_up(table: Table) -> Iterator[Problem]:
+    """Tell branches and warm-up, code by code, in the order of the rows."""
+    by_code: dict[float | None, list[int]] = {}
+    for index, reading in enumerate(table.readings):
+        if not reading.marks:
+            by_code.setdefault(reading.values.get("code"), []).append(index)
+    for code, indices in by_code.items():
+        own = [table.readings[index] for index in indices]
+        drifting = _drifting(own)
+        if drifting:
+            rows = [reading.row for reading in own[:drifting]]
+            at_code = "" if code is None else f", code {code:g}"
+            yield table.at(rows[0]).note(
+                f"{listed(rows)}{at_code}: no load and a speed that still drifts; taken for "
+                "warm-up and not fitted.",
+                "",
+                "To say it yourself, add a time column and warm_up_s in vehicle.yaml, or a "
+                'column "status".',
+            )
+        for index in indices[:drifting]:
+            table.readings[index] = table.readings[index].marked("warm-up")
+        untold = [index for index in indices[drifting:] if table.readings[index].branch is None]
+        torque = np.abs(numbers((table.readings[index] for index in untold), "torque"))
+        for index, branch in zip(untold, branches_of(torque), strict=True):
+            table.readings[index] = replace(table.readings[index], branch=branch)
 
 
 def branches_of(torque: FloatArray) -> list[Branch]:
     """Tell loading from unloading by turning points of the torque that exceed its scatter.
 
-    Parameters
-    ----------
-    torque : ndarray, shape (n,)
-        Magnitude of the torque in the order taken. [any]
+    `torque` (n,) are sizes in the order taken.
 
-    Returns
-    -------
-    list of str, length n
-        "loading" while it rises to a turning point, "unloading" while it falls to one.
-
-    Examples
-    --------
     >>> branches_of(np.array([0.0, 1.0, 2.0, 1.5, 0.5]))
     ['loading', 'loading', 'loading', 'unloading', 'unloading']
     """
@@ -74,33 +226,28 @@ def branches_of(torque: FloatArray) -> list[Branch]:
     return branches + [branch or "loading"] * (count - len(branches))
 
 
-def mark_drift(readings: Sequence[Reading]) -> tuple[list[Reading], int]:
-    """Mark a leading run without load in which the speed still drifts, and count its rows.
+def _drifting(readings: Sequence[Reading]) -> int:
+    """Count the rows of a leading run without load in which the speed still drifts.
 
     Only where it is plain: at least six rows at the same lowest torque, and a drift of the speed
-    far above its scatter and above 0.5 %. The readings are as for `with_branches`.
+    far above its scatter and above 0.5 %. The readings are of one code, in the order taken.
     """
     if len(readings) < 2 * _LEAST_WARM_UP_ROWS or any("warm-up" in r.marks for r in readings):
-        return list(readings), 0
+        return 0
     torque = np.abs([reading.values["torque"] for reading in readings])
     close = np.abs(torque - torque[0]) <= _NO_LOAD_SHARE * np.ptp(torque)
     run = int(np.argmin(close)) if not close.all() else 0
     if run < _LEAST_WARM_UP_ROWS or torque[0] > torque.min() + _NO_LOAD_SHARE * np.ptp(torque):
-        return list(readings), 0
+        return 0
     third = run // 3
     moved = abs(float(np.median(torque[run - third : run]) - np.median(torque[:third])))
     if moved > _STEADY_LOAD_SHARE * np.ptp(torque):
-        return list(readings), 0  # a slow ramp of the load changes the speed as well
+        return 0  # a slow ramp of the load changes the speed as well
     speed = np.array([reading.values["shaft_speed"] for reading in readings[:run]])
     settled = float(np.median(speed[-third:]))
     # Of a smooth drift the second differences hold the scatter alone.
     scatter = float(np.median(np.abs(np.diff(speed, 2)))) / (0.6745 * 6**0.5)
     if abs(speed[0] - settled) <= max(0.005 * abs(settled), 8.0 * scatter):
-        return list(readings), 0
+        return 0
     away = np.abs(speed - settled) > max(0.002 * abs(settled), 4.0 * scatter)
-    drifting = int(np.argmin(away)) if not away.all() else 0
-    marked = [
-        reading.marked("warm-up") if index < drifting else reading
-        for index, reading in enumerate(readings)
-    ]
-    return marked, drifting
+    return int(np.argmin(away)) if not away.all() else 0

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place
 from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, usual_channels
 
 _ELEMENT = re.compile(r"(.*?)\[(\d+)\](.*)")
@@ -57,7 +57,7 @@ def read_ulg(path: Path, shown_as: str) -> TableLog:
     if log.file_corruption:
         facts.complete = False
         what = "the log is damaged: what could be read was read, and the rest left out."
-        facts.problems.append(Problem("warning", place, what))
+        facts.problems.append(place.warning(what))
     facts.usual = usual_channels("px4")
     return TableLog(tables, facts)
 

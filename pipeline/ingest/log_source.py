@@ -13,10 +13,10 @@ import numpy.typing as npt
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.data_files import data_of
-from pipeline.ingest.mcap_types import Path as FieldPath
+from pipeline.ingest.message_definitions import Path as FieldPath
+from pipeline.ingest.message_fields import NO_STAMP, joined_ns, ticks_ns
 from pipeline.ingest.pool_run_extract import MessageFile, Request, TopicData, extract
 from pipeline.ingest.pool_run_plan import TopicFound
-from pipeline.ingest.pool_run_stamps import NO_STAMP, joined_ns, ticks_ns
 from pipeline.ingest.pool_run_topics import topics_of
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.types import FloatArray, IntArray

@@ -12,8 +12,8 @@ import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_records import LATEST_NS, SET_NS
+from pipeline.ingest.message_fields import NO_STAMP
 from pipeline.ingest.pool_run_extract import TopicData
-from pipeline.ingest.pool_run_stamps import NO_STAMP
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 #: Log times further than this from the median one are damage. [ns]
@@ -75,7 +75,7 @@ def _by_stamps(
         f"all messages were logged at one time ({at} ns): their stamps are taken for the times of "
         f"the log.{said}"
     )
-    return {**data, **moving}, [Problem("warning", place, what, "", "Check the recorder's clock.")]
+    return {**data, **moving}, [place.warning(what, remedy="Check the recorder's clock.")]
 
 
 def _factor(data: Mapping[str, TopicData], middle_ns: float) -> float:
@@ -131,7 +131,7 @@ def _in_nanoseconds(
         "converted."
     )
     remedy = "Mend the program that wrote the log."
-    return mended, [Problem("warning", place, what, "", remedy)]
+    return mended, [place.warning(what, remedy=remedy)]
 
 
 def _until_the_clock_was_set(
@@ -165,7 +165,7 @@ def _until_the_clock_was_set(
         "messages were logged before the recorder's clock was set, or by one that jumped; their "
         f"stamps tell when: {', '.join(said)}."
     )
-    return mended, [Problem("warning", place, what)]
+    return mended, [place.warning(what)]
 
 
 def _is_far(time_ns: IntArray, middle_ns: float) -> BoolArray:

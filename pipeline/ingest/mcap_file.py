@@ -15,8 +15,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import BrokenChunkError, ChunkBlock, block_by_index, unpack, walk
-from pipeline.ingest.mcap_directory import Directory, check_start
-from pipeline.ingest.mcap_faults import LogFaults
+from pipeline.ingest.mcap_directory import Directory, LogFaults, check_start
 from pipeline.ingest.mcap_records import (
     CHANNEL,
     CHUNK,

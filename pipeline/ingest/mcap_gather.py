@@ -21,7 +21,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.ingest.mcap_chunk import Bytes, at_every_byte
-from pipeline.ingest.mcap_types import (
+from pipeline.ingest.message_definitions import (
     PRIMITIVES,
     STRING,
     BrokenMessageError,
@@ -113,7 +113,7 @@ def decode(definition: Definition, message: bytes | memoryview) -> dict[str, Any
 
     Examples
     --------
-    >>> from pipeline.ingest.ros_definitions import parse_definition
+    >>> from pipeline.ingest.message_definitions import parse_definition
     >>> definition = parse_definition("a/msg/B", "uint8 x\nint16 y", "ros2msg")
     >>> decode(definition, bytes([0, 1, 0, 0, 7, 0, 1, 1]))
     {'x': 7, 'y': 257}

@@ -58,7 +58,7 @@ def log_start_ns(path: Path) -> int | None:
     """
     ending = path.suffix.lower()
     if path.name == BAG_FILE:
-        from pipeline.ingest.log_bag_folder import start_of_bag
+        from pipeline.ingest.log_bag import start_of_bag
 
         return start_of_bag(path)
     if ending in _FIRST_TIME:

@@ -1,35 +1,28 @@
 """Mooring (bollard) tables: thrust at rest against code or pulse width."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import FoundTable
-from pipeline.ingest.bench_kind import FileFound, Kind, read_files
-from pipeline.ingest.blocks import Block, heading_text
+from pipeline.ingest.bench_file import BenchFile
+from pipeline.ingest.bench_kind import Kind, read_files
+from pipeline.ingest.bench_table import Step, Table
+from pipeline.ingest.blocks import heading_text
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
-from pipeline.ingest.mooring_points import points_of_file
-from pipeline.ingest.mooring_sweeps import Sweep, hysteresis
-from pipeline.ingest.readings import COMMENTED, Reading
-from pipeline.ingest.repeats import BenchTable
+from pipeline.ingest.mooring_points import hysteresis, points_of_file
 from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
-from pipeline.ingest.thrust_checks import shape_problem, thrust_problem
-from pipeline.ingest.thrusters_apart import compare_thrusters
-from pipeline.ingest.usable import is_refused
+from pipeline.ingest.thrust_checks import compare_thrusters, shape_problem, thrust_problem
 from pipeline.ingest.vocabulary import factor_in_name, plain, vocabulary_of, words_of
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
 
-__all__ = ["COMMENTED", "VOCABULARY", "read_mooring_tables"]
-
-VOCABULARY = vocabulary_of("mooring")
 _UP, _DOWN = words_of("directions", "up"), words_of("directions", "down")
 #: A lever between thruster and sensor, or a factor: whether the numbers hold it people must say.
 _LEVER = re.compile(
@@ -72,120 +65,90 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
     carries the tare between its readings at code 0.
     """
     read = read_files(_KIND, paths, vehicle, raw_root)
-    fitted = [point for point in read.points if not point.marks]
+    # what each table reads at code 0
+    zeros = [
+        [one.values["thrust"] for one in table.readings if one.is_zero] for table in read.tables
+    ]
     return MooringRecord(
         points=read.points,
         sheets=read.sheets,
         problems=read.problems,
-        hysteresis_n=hysteresis(
-            [point.code for point in fitted],
-            [point.thrust_n for point in fitted],
-            [point.sweep for point in fitted],
-            [point.voltage_v for point in fitted],
-        ),
-        tare_drift_n=_tare_drift(read.tables),
+        hysteresis_n=hysteresis([point for point in read.points if not point.marks]),
+        tare_drift_n=max((float(np.ptp(one)) for one in zeros if len(one) > 1), default=None),
     )
 
 
-def _tare_drift(tables: Sequence[BenchTable]) -> float | None:
-    """Return the largest change of what a table reads at code 0; None without two readings. [N]."""
-    zeros = [[one.values["thrust"] for one in table.readings if one.is_zero] for table in tables]
-    return max((float(np.ptp(one)) for one in zeros if len(one) > 1), default=None)
-
-
-def _tables(file: FileFound) -> list[BenchTable]:
-    return [_table(one, file.vehicle, file.problems) for one in file.tables]
-
-
-def _table(found: FoundTable, vehicle: Vehicle, problems: list[Problem]) -> BenchTable:
-    """Add to the readings what the headings tell: voltage, sweep, direction, per cent."""
-    block, place = found.block, found.block.place()
-    thrust = block.columns["thrust"]
-    texts = (
-        f"{thrust.header} {thrust.group}",
-        block.sheet.name or "",
-        heading_text(block.above),
-    )
-    wrong = _lever_unclear(block, vehicle) or pwm_problems(block, found.readings, vehicle, "thrust")
-    problems += wrong
-    if is_refused(wrong):
-        return BenchTable(place, ())
-    coded = command_in_codes(block, found.readings, vehicle, "mooring", problems)
-    steps = settle(place, tuple(coded), "thrust")
-    problems += steps.problems
-    readings = _at_rest(block, steps.readings, problems)
-    stated = vehicle.columns.mooring.direction
-    signed = with_signed_codes(block, readings, stated, "mooring", problems)
-    if signed is None or is_refused(steps.problems):
-        return BenchTable(place, ())
-    readings = tuple(codes_in_range(block, signed, vehicle.drive, problems))
-    sense: Sweep | None = None
-    if _told(texts, _DOWN, _UP):
-        sense = "down"
-    elif _told(texts, _UP, _DOWN):
-        sense = "up"
-    voltage = None if "voltage" in block.columns else _stated_voltage(texts)
-    return BenchTable(place, readings, nominal_voltage_v=voltage, sense=sense)
-
-
-def _points(file: FileFound, tables: Sequence[BenchTable]) -> list[tuple[MooringPoint, ...]]:
-    of_tables = points_of_file(tables, file.problems)
-    blocks = [one.block for one in file.tables]
-    of_tables = compare_thrusters(
-        [(block.place(), block.thruster) for block in blocks], of_tables, file.problems
-    )
-    possible = [
-        _possible(block, points, file.vehicle, file.problems)
-        for block, points in zip(blocks, of_tables, strict=True)
-    ]
-    if any("code" not in block.columns for block in blocks):
-        file.problems.append(pwm_note(file.place.file, file.vehicle))
-    return possible
-
-
-def _lever_unclear(block: Block, vehicle: Vehicle) -> list[Problem]:
+def _lever_unclear(table: Table) -> Iterator[Problem]:
     """Refuse a table whose numbers need something that only people know."""
-    thrust = block.columns["thrust"]
-    stated = vehicle.columns.mooring.thrust
-    title = heading_text(block.above)
+    thrust, stated = table.block.columns["thrust"], table.vehicle.columns.mooring.thrust
+    title = heading_text(table.block.above)
     lever = next(
         (text for text in (thrust.header, thrust.group, title) if _LEVER.search(text)),
         title if factor_in_name(title, "thrust") else None,
     )
     if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
-        header = shorten(thrust.header)
-        what = (
-            f'"{shorten(lever)}" speaks of a lever or a factor; whether the numbers hold it is not '
-            "known. So the table was left out."
+        yield table.leave_out(
+            table.at(table.head, "thrust").error(
+                f'"{shorten(lever)}" speaks of a lever or a factor; whether the numbers hold it is '
+                "not known. So the table was left out.",
+                "the factor from the sensor's force to the thrust.",
+                "State it in vehicle.yaml (1 where the numbers hold it already):\n  columns:\n"
+                f'    mooring:\n      thrust: {{header: "{shorten(thrust.header)}", unit: '
+                f"{thrust.unit or '...'}, scale: ...}}",
+            )
         )
-        expected = "the factor from the sensor's force to the thrust."
-        remedy = (
-            "State it in vehicle.yaml (1 where the numbers hold it already):\n  columns:\n"
-            f'    mooring:\n      thrust: {{header: "{header}", unit: {thrust.unit or "..."}, '
-            "scale: ...}"
-        )
-        place = block.place(block.header_row, "thrust")
-        return [Problem("error", place, what, expected, remedy)]
-    return []
 
 
-def _at_rest(
-    block: Block, readings: tuple[Reading, ...], problems: list[Problem]
-) -> tuple[Reading, ...]:
+def _at_rest(table: Table) -> Iterator[Problem]:
     """Mark the readings that were taken in a flow."""
-    moving = [one.row for one in readings if abs(one.values.get("speed", 0.0)) > _AT_REST_MPS]
-    if not moving:
-        return readings
-    problems.append(
-        Problem(
-            "note",
-            block.place(moving[0], "speed"),
+    moving = [one.row for one in table.readings if abs(one.values.get("speed", 0.0)) > _AT_REST_MPS]
+    if moving:
+        table.mark(set(moving), IN_A_FLOW)
+        yield table.at(moving[0], "speed").note(
             f"the water flowed at the thruster in {listed(moving)}: these rows are not at rest. "
             "They correct the thrust at speed, where code and speed have the same sign.",
         )
+
+
+def _voltage_and_sense(table: Table) -> tuple[Problem, ...]:
+    """Tell the voltage and the sense of a sweep from the headings."""
+    thrust, block = table.block.columns["thrust"], table.block
+    texts = (
+        f"{thrust.header} {thrust.group}",
+        block.sheet.name or "",
+        heading_text(block.above),
     )
-    rows = set(moving)
-    return tuple(one.marked(IN_A_FLOW) if one.row in rows else one for one in readings)
+    down, up = _told(texts, _DOWN, _UP), _told(texts, _UP, _DOWN)
+    table.sense = "down" if down else "up" if up else None
+    table.nominal_voltage_v = None if "voltage" in block.columns else _stated_voltage(texts)
+    return ()
+
+
+_STEPS: tuple[Step, ...] = (
+    *(_lever_unclear, pwm_problems, command_in_codes, settle, _at_rest, with_signed_codes),
+    *(codes_in_range, _voltage_and_sense),
+)
+
+
+def _take_steps(file: BenchFile) -> None:
+    for table in file.tables:
+        table.take(_STEPS)
+
+
+def _points(file: BenchFile) -> list[tuple[MooringPoint, ...]]:
+    of_tables = compare_thrusters(file.tables, points_of_file(file.tables), file.problems)
+    for at, table in enumerate(file.tables):
+        found = [shape_problem(table, of_tables[at])]
+        # a check of a file alone: no vehicle file says how large the propeller is
+        if table.vehicle.name != "unknown":
+            found.append(thrust_problem(table, of_tables[at]))
+        said = [problem for problem in found if problem is not None]
+        file.problems += said
+        if any(problem.severity == "error" for problem in said):
+            of_tables[at] = ()
+    if any("code" not in table.block.columns for table in file.tables):
+        file.problems.append(pwm_note(file.place, file.vehicle))
+    return of_tables
 
 
 def _told(texts: Sequence[str], words: Sequence[str], opposite: Sequence[str]) -> bool:
@@ -217,27 +180,7 @@ def _stated_voltage(texts: Sequence[str]) -> float | None:
     return None
 
 
-def _possible(
-    block: Block,
-    points: tuple[MooringPoint, ...],
-    vehicle: Vehicle,
-    problems: list[Problem],
-) -> tuple[MooringPoint, ...]:
-    """Return the points of a table, none of one that cannot be."""
-    found = [shape_problem(block.place(), points)]
-    if not _is_stand_in(vehicle):
-        found.append(thrust_problem(block.place(), points, vehicle, block.columns["thrust"]))
-    said = [problem for problem in found if problem is not None]
-    problems += said
-    return () if is_refused(said) else points
-
-
-def _is_stand_in(vehicle: Vehicle) -> bool:
-    """Tell whether no vehicle file says how large the propeller is (a check of a file alone)."""
-    return vehicle.name == "unknown"
-
-
-def _summary(_table: BenchTable, points: Sequence[MooringPoint]) -> str:
+def _summary(_table: Table, points: Sequence[MooringPoint]) -> str:
     codes = [point.code for point in points]
     thrust = [point.thrust_n for point in points]
     parts = [
@@ -259,22 +202,21 @@ def _summary(_table: BenchTable, points: Sequence[MooringPoint]) -> str:
     return ", ".join(parts)
 
 
-def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -> list[Problem]:
+def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -> Iterator[Problem]:
     """Say what only all files together show: supply voltages, too few codes."""
-    problems: list[Problem] = []
     codes = {point.code for point in fitted}
     if len(codes) < 2:
         what = f"there is one code only ({codes.pop():g}): no characteristic follows from it."
         expected = f"several codes from {vehicle.drive.code_min} to {vehicle.drive.code_max}."
         remedy = "Add the records of other codes."
-        problems.append(Problem("error", folder, what, expected, remedy))
+        yield folder.error(what, expected, remedy)
     groups = voltage_groups(point.voltage_v for point in fitted if point.voltage_v is not None)
     wanted = vehicle.tables.supply_voltage_v
     named = ", ".join(f"{(low + high) / 2:.3g}" for low, high in groups)
     if wanted is None and len(groups) > 1:
         what = f"taken at several supply voltages ({named} V), and none is stated for the tables."
         remedy = "State tables: supply_voltage_v in vehicle.yaml."
-        problems.append(Problem("warning", folder, what, "one supply voltage.", remedy))
+        yield folder.warning(what, "one supply voltage.", remedy)
     elif wanted is not None and groups:
         known = [point.voltage_v for point in fitted if point.voltage_v is not None]
         between = min(known) < wanted < max(known)
@@ -283,17 +225,16 @@ def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -
                 f"no point at the supply voltage of the tables, {wanted:g} V; there is {named} V."
             )
             remedy = "Correct tables: supply_voltage_v in vehicle.yaml, or measure at it."
-            problems.append(Problem("warning", folder, what, "", remedy))
-    return problems
+            yield folder.warning(what, "", remedy)
 
 
 _KIND = Kind(
     name="mooring",
     noun="mooring",
     looked_for="table of thrust against code or pulse width (PWM)",
-    vocabulary=VOCABULARY,
+    vocabulary=vocabulary_of("mooring"),
     required=(("code", "pwm"), ("thrust",)),
-    tables=_tables,
+    steps=_take_steps,
     points=_points,
     summary=_summary,
     over_all=_over_all,

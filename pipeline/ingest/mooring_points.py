@@ -1,24 +1,31 @@
-"""From the readings of one mooring file to points: code, sign, tare, sweep, and what is odd."""
+"""From the readings of one mooring file to points: tare, signs, sweeps, and what is odd."""
 
+from collections import defaultdict
 from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
-from pipeline.ingest.mooring_signs import signed_shaft_speed, signed_thrust
-from pipeline.ingest.mooring_sweeps import Sweep, sweeps, tare
-from pipeline.ingest.repeats import BenchTable, pasted_rows
+from pipeline.errors import Problem
+from pipeline.ingest.bench_table import Sweep, Table, numbers
+from pipeline.ingest.repeats import pasted_rows
+from pipeline.ingest.rows import listed
 from pipeline.records.base import Source
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import BoolArray, FloatArray
+from pipeline.vehicle.supply_voltage import voltage_groups
 
 #: Share of the largest thrust above which a tare, or its change, is worth a word.
 _LARGE_TARE_SHARE = 0.05
+#: Below this share of the largest one a sign says nothing: noise, tare.
+_SIGNIFICANT_SHARE = 0.05
+#: Of the largest thrust: a larger tare is looked at twice.
+_MOST_TARE = 0.2
+#: Fewer rows against their code are slips of the pen.
+_LEAST_OF_A_SIGN = 3
 
 
-def points_of_file(
-    tables: Sequence[BenchTable], problems: list[Problem]
-) -> list[tuple[MooringPoint, ...]]:
+def points_of_file(tables: Sequence[Table]) -> list[tuple[MooringPoint, ...]]:
     """Turn the tables of one file into points, none of a table that cannot be used.
 
     The order of the tables in a workbook is taken for the order of measurement.
@@ -33,51 +40,42 @@ def points_of_file(
     start = 0
     for table in tables:
         at = [number for number, one in enumerate(table.readings) if one.is_zero]
-        thrust_n = [table.readings[number].values["thrust"] for number in at]
-        zeros.append((np.array(at, float) + start, np.array(thrust_n, float)))
+        zero_n = numbers((table.readings[number] for number in at), "thrust")
+        zeros.append((np.array(at, float) + start, zero_n))
         start += len(table.readings)
     everywhere = (
         np.concatenate([np.zeros(0), *(positions for positions, _ in zeros)]),
         np.concatenate([np.zeros(0), *(readings for _, readings in zeros)]),
     )
-    if any(not one.marks for table in tables for one in table.readings) and not everywhere[0].size:
+    if any(table.live() for table in tables) and not everywhere[0].size:
         what = "there is no reading at code 0: the tare of the force sensor is not removed."
         remedy = "Take one before and one after each sweep."
-        problems.append(Problem("note", Place(tables[0].place.file), what, "", remedy))
+        tables[0].problems.append(replace(tables[0].place, sheet=None).note(what, "", remedy))
     points: list[tuple[MooringPoint, ...]] = []
     start = 0
     for table, own in zip(tables, zeros, strict=True):
         position = np.arange(start, start + len(table.readings), dtype=float)
         start += len(table.readings)
         tares = own if own[0].size else everywhere
-        points.append(_points(table, position, tares, problems) if table.readings else ())
+        points.append(_points(table, position, tares) if table.readings else ())
     return points
 
 
 def _points(
-    table: BenchTable,
-    position: FloatArray,
-    zeros: tuple[FloatArray, FloatArray],
-    problems: list[Problem],
+    table: Table, position: FloatArray, zeros: tuple[FloatArray, FloatArray]
 ) -> tuple[MooringPoint, ...]:
-    codes, thrust_n = (
-        np.array([one.values[name] for one in table.readings]) for name in ("code", "thrust")
-    )
+    codes, thrust_n = numbers(table.readings, "code"), numbers(table.readings, "thrust")
     used = np.array([not one.marks for one in table.readings])
     tare_n = tare(position, *zeros)
     raw_n = thrust_n - tare_n
-    _report_tare(table.place, zeros[1], raw_n[used], problems)
-    rows = [reading.row for reading in table.readings]
+    _report_tare(table, zeros[1], raw_n[used])
     at_rest = float(np.median(zeros[1])) if len(zeros[1]) else 0.0
-    signs = signed_thrust(table.place, codes, raw_n, used, rows, tare_n=at_rest)
-    problems += signs.problems
-    if signs.thrust_n is None:
+    signs = _signed_thrust(table, codes, raw_n, used, at_rest)
+    if signs is None:
         return ()
-    speeds = [reading.values.get("shaft_speed") for reading in table.readings]
-    shaft_speed_rpm, notes = signed_shaft_speed(table.place, codes, speeds)
-    problems += notes
+    shaft_speed_rpm = _signed_shaft_speed(table, codes)
     senses = _senses(codes, used, table.sense)
-    copies = pasted_rows(table.place, table.readings, problems)
+    copies = pasted_rows(table)
     points = []
     for index, reading in enumerate(table.readings):
         marks = list(reading.marks)
@@ -92,7 +90,7 @@ def _points(
                 source=Source(file=table.place.file, sheet=table.place.sheet, row=reading.row),
                 code=float(codes[index]),
                 thrust_n=float(signs.thrust_n[index]),
-                tare_n=float(tare_n[index]) * signs.tare_signs[index] + 0.0,  # no -0.0
+                tare_n=float(tare_n[index]) * float(signs.tare_signs[index]) + 0.0,  # no -0.0
                 speed_mps=reading.values.get("speed", 0.0),
                 shaft_speed_rpm=shaft_speed_rpm[index],
                 voltage_v=reading.values.get("voltage", table.nominal_voltage_v),
@@ -104,9 +102,7 @@ def _points(
     return tuple(points)
 
 
-def _report_tare(
-    place: Place, zero_n: FloatArray, thrust_n: FloatArray, problems: list[Problem]
-) -> None:
+def _report_tare(table: Table, zero_n: FloatArray, thrust_n: FloatArray) -> None:
     """Warn where the tare, or its change, is not small against the thrust of the rows used."""
     if len(zero_n) == 0 or not thrust_n.size:
         return
@@ -119,7 +115,7 @@ def _report_tare(
         )
         expected = "a tare that is small against the thrust."
         remedy = "Zero the force sensor and let it warm up."
-        problems.append(Problem("warning", place, what, expected, remedy))
+        table.problems.append(table.place.warning(what, expected, remedy))
 
 
 def _senses(codes: FloatArray, used: BoolArray, stated: Sweep | None) -> tuple[Sweep, ...]:
@@ -131,3 +127,171 @@ def _senses(codes: FloatArray, used: BoolArray, stated: Sweep | None) -> tuple[S
     for is_used in used:
         found.append(next(senses) if is_used else (found[-1] if found else "up"))
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class _SignedThrust:
+    """Thrust with the sign of its code.
+
+    `against` are the positions that stayed against their code; `tare_signs` is -1 where the
+    reading, and so its tare, was turned round.
+    """
+
+    thrust_n: FloatArray
+    tare_signs: FloatArray
+    against: frozenset[int] = frozenset()
+
+
+def _signed_thrust(
+    table: Table, codes: FloatArray, thrust_n: FloatArray, used: BoolArray, tare_n: float
+) -> _SignedThrust | None:
+    """Check that thrust, without its tare, goes with the code; None leaves the table out.
+
+    Where thrust is never negative although codes are, it was written as a size and is given the
+    sign of its code. Where it goes against most codes, the table is left out: a sensor the other
+    way round is the engineer's to state. Single rows are named.
+    """
+    same, say = np.ones(len(codes)), table.problems.append
+    size = np.abs(thrust_n)
+    largest = float(np.max(size[used], initial=0.0))
+    counts = used & (size > _SIGNIFICANT_SHARE * largest) & (codes != 0.0)
+    wrong = counts & (codes * thrust_n < 0.0)
+    right = counts & ~wrong
+    one_sided = not ((codes < 0.0) & used).any() or not ((codes > 0.0) & used).any()
+    if not wrong.any():
+        # a tare that is a good part of the thrust may be the full thrust of the other direction
+        before = thrust_n[counts] + tare_n
+        if one_sided and abs(tare_n) > _MOST_TARE * largest and before.min() < 0.0 < before.max():
+            say(_both_signs(table, before, codes))
+            return None
+        return _SignedThrust(thrust_n, same)
+    number, total = int(wrong.sum()), int(counts.sum())
+    if not (wrong & (codes > 0.0)).any() and not (right & (codes < 0.0)).any():
+        say(
+            table.place.warning(
+                f"thrust is positive at all {number} negative codes: read as a size without sign, "
+                "and given the sign of its code.",
+                "negative thrust at negative codes.",
+                "Write the minus signs if the thruster really pulled backwards.",
+            )
+        )
+        signs = np.where(codes < 0.0, -1.0, 1.0)
+        return _SignedThrust(thrust_n * signs, signs)
+    if one_sided and number >= _LEAST_OF_A_SIGN and total - number >= _LEAST_OF_A_SIGN:
+        say(_both_signs(table, thrust_n[counts], codes))
+        return None
+    if 2 * number > total:
+        say(
+            table.place.error(
+                f"thrust has the sign opposite to its code in {number} of {total} rows; left out.",
+                "positive thrust at positive codes.",
+                "If the force sensor was mounted the other way round, say so in vehicle.yaml: "
+                "columns: {mooring: {thrust: {header: <name of the column>, sign: -1}}}, or take "
+                "that sign out if it is there.",
+            )
+        )
+        return None
+    against = [int(index) for index in np.flatnonzero(wrong)]
+    named = [table.readings[index].row for index in against]
+    what = f"thrust has the sign opposite to its code in {listed(named)}; left out."
+    expected, remedy = "positive thrust at positive codes.", "Correct the sign or the code."
+    say(table.at(named[0]).warning(what, expected, remedy))
+    return _SignedThrust(thrust_n, same, frozenset(against))
+
+
+def _both_signs(table: Table, thrust_n: FloatArray, codes: FloatArray) -> Problem:
+    against = int((thrust_n * (-1.0 if codes.min() < 0.0 else 1.0) < 0.0).sum())
+    return table.place.error(
+        f"thrust has both signs ({against} of {thrust_n.size} rows against the code), and the "
+        "codes have one: rest is not at code 0, or something else parts the rows. So the table was "
+        "left out.",
+        "codes with signs, 0 at rest.",
+        "Write the codes with signs, or state the column of the direction in vehicle.yaml: "
+        "columns: {mooring: {direction: {header: ..., reverse: [...]}}}.",
+    )
+
+
+def _signed_shaft_speed(table: Table, codes: FloatArray) -> list[float | None]:
+    """Give the shaft speed the sign of its code where it was read without one. [rpm]."""
+    speeds = numbers(table.readings, "shaft_speed")
+    turning = np.isfinite(speeds) & (speeds != 0.0) & (codes != 0.0)
+    wrong = turning & (speeds * codes < 0.0)
+    if wrong.any():
+        number, total = int(wrong.sum()), int(turning.sum())
+        if np.all(speeds[turning] > 0.0):
+            said = table.place.note(
+                "shaft speed is given without sign: it takes the sign of its code."
+            )
+            speeds = np.where(codes < 0.0, -speeds, speeds)
+        elif number == total:
+            said = table.place.note(
+                "shaft speed is negative at positive codes: its sign was turned round."
+            )
+            speeds = -speeds
+        else:
+            what = f"shaft speed has the sign opposite to its code in {number} of {total} rows."
+            said = table.place.warning(what, "", "Check these rows.")
+        table.problems.append(said)
+        speeds = speeds + 0.0  # turns -0.0 into 0.0
+    return [None if np.isnan(one) else float(one) for one in speeds]
+
+
+def sweeps(codes: Sequence[float]) -> tuple[Sweep, ...]:
+    """Tell for each reading, in the order taken, whether the size of the code rose or fell.
+
+    A reading at the same code as the one before belongs to the same sweep; the first one takes
+    the sense of what follows; a change of sign passes zero, so what follows it rises.
+
+    >>> sweeps([0, 40, 80, 80, 40, 0, -40])
+    ('up', 'up', 'up', 'up', 'down', 'down', 'up')
+    >>> sweeps([-80, -40, 0, 40])
+    ('down', 'down', 'down', 'up')
+    """
+    found: list[Sweep | None] = []
+    for index, code in enumerate(codes):
+        before = codes[index - 1] if index else code
+        if index == 0 or code == before:
+            found.append(found[-1] if found else None)
+        elif code * before < 0 or abs(code) > abs(before):
+            found.append("up")
+        else:
+            found.append("down")
+    first: Sweep = next((sense for sense in found if sense is not None), "up")
+    return tuple(first if sense is None else sense for sense in found)
+
+
+def tare(
+    positions: FloatArray, zero_positions: FloatArray, zero_readings: FloatArray
+) -> FloatArray:
+    """Interpolate what was read at code 0 (k,) over the order of rows (n,), constant outside.
+
+    >>> tare(np.array([0.0, 1.0, 2.0, 3.0]), np.array([0.0, 2.0]), np.array([0.1, 0.3])).round(3)
+    array([0.1, 0.2, 0.3, 0.3])
+    """
+    if len(zero_positions) == 0:
+        return np.zeros(len(positions))
+    return np.interp(positions, zero_positions, zero_readings)
+
+
+def hysteresis(points: Sequence[MooringPoint]) -> float | None:
+    """Return the mean thrust of falling sweeps less that of rising ones. [N].
+
+    At equal code and voltage, over the codes that were passed both ways; None if there are none.
+    Thrust counts in the sense of the code, so that both directions add up.
+    """
+    groups = voltage_groups(point.voltage_v for point in points if point.voltage_v is not None)
+    held: dict[tuple[float, float | None], dict[Sweep, list[float]]] = defaultdict(
+        lambda: {"up": [], "down": []}
+    )
+    for point in points:
+        volts = point.voltage_v
+        if point.code != 0.0:
+            within = (low for low, high in groups if volts is not None and low <= volts <= high)
+            size = point.thrust_n if point.code > 0 else -point.thrust_n
+            held[(round(point.code, 6), next(within, None))][point.sweep].append(size)
+    differences = [
+        float(np.mean(both["down"]) - np.mean(both["up"]))
+        for both in held.values()
+        if both["up"] and both["down"]
+    ]
+    return float(np.mean(differences)) if differences else None

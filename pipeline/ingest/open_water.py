@@ -3,13 +3,15 @@
 import contextlib
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_kind import FileFound, Kind, read_files
+from pipeline.errors import Problem
+from pipeline.ingest.bench_file import BenchFile
+from pipeline.ingest.bench_kind import Kind, read_files
+from pipeline.ingest.bench_table import Reading, Table
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import is_text, shorten
 from pipeline.ingest.open_water_coefficients import (
@@ -21,17 +23,12 @@ from pipeline.ingest.open_water_coefficients import (
     doubt,
     efficiency,
 )
-from pipeline.ingest.readings import Reading
-from pipeline.ingest.repeats import BenchTable
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.vocabulary import vocabulary_of
 from pipeline.records.base import Source
 from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord
 from pipeline.vehicle.schema import Vehicle
 
-__all__ = ["VOCABULARY", "read_open_water"]
-
-VOCABULARY = vocabulary_of("open_water")
 _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\s*$")
 #: Outside of it an advance ratio is a mistake of units or of columns.
 _LARGEST_ADVANCE_RATIO = 3.0
@@ -63,26 +60,18 @@ def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> 
     return OpenWaterRecord(points=read.points, sheets=read.sheets, problems=read.problems)
 
 
-def _tables(file: FileFound) -> list[BenchTable]:
-    return [BenchTable(one.block.place(), one.readings) for one in file.tables]
+def _points(file: BenchFile) -> list[tuple[OpenWaterPoint, ...]]:
+    return [tuple(_of_table(table)) for table in file.tables]
 
 
-def _points(file: FileFound, tables: Sequence[BenchTable]) -> list[tuple[OpenWaterPoint, ...]]:
-    return [
-        tuple(_of_table(one.block, table.readings, file.vehicle, file.problems))
-        for one, table in zip(file.tables, tables, strict=True)
-    ]
-
-
-def _of_table(
-    block: Block, readings: tuple[Reading, ...], vehicle: Vehicle, problems: list[Problem]
-) -> list[OpenWaterPoint]:
-    problems += _notes(block, vehicle)
+def _of_table(table: Table) -> list[OpenWaterPoint]:
+    block, vehicle, problems = table.block, table.vehicle, table.problems
+    problems += _notes(table)
     torque = block.columns.get("torque_coefficient")
     tenfold = torque is not None and _TEN_TIMES.search(torque.header) is not None
     rows: list[tuple[Reading, Coefficients]] = []
     without: list[tuple[int, str]] = []
-    for reading in readings:
+    for reading in table.readings:
         values = dict(reading.values)
         if tenfold and "torque_coefficient" in values:
             # vehicle.yaml names a column "10KQ" as the torque coefficient.
@@ -96,10 +85,10 @@ def _of_table(
     if without:
         numbers = [row for row, _ in without]
         what = f"{without[0][1]}; left out: {listed(numbers)}."
-        problems.append(Problem("warning", block.place(numbers[0]), what))
-    marks = _marks(block, rows, problems)
+        problems.append(block.place(numbers[0]).warning(what))
+    marks = _marks(table, rows)
     good = [row for row, own in zip(rows, marks, strict=True) if not own]
-    _cross_check(block, good, vehicle, problems)
+    problems += _cross_check(table, good)
     return [
         OpenWaterPoint(
             source=Source(file=block.sheet.file, sheet=block.sheet.name, row=reading.row),
@@ -112,9 +101,9 @@ def _of_table(
     ]
 
 
-def _notes(block: Block, vehicle: Vehicle) -> list[Problem]:
+def _notes(table: Table) -> Iterator[Problem]:
     """Say what was assumed of the columns, and warn of several propellers in one table."""
-    notes: list[Problem] = []
+    block, vehicle = table.block, table.vehicle
     there = set(block.columns)
     raw = [
         name.replace("_", " ")
@@ -133,28 +122,23 @@ def _notes(block: Block, vehicle: Vehicle) -> list[Problem]:
             f"{vehicle.water.density_kgpm3:g} kg/m^3 and diameter "
             f"{vehicle.propeller.diameter_m:g} m of vehicle.yaml."
         )
-        notes.append(Problem("note", block.place(block.header_row), what))
+        yield block.place(block.header_row).note(what)
     if "power_coefficient" in there:
         what = (
             "C_P = P / (rho n^3 D^5) and C_T = T / (rho n^2 D^4) are assumed: K_Q = C_P / 2 pi, "
             "K_T = C_T, whatever the fluid."
         )
         place = block.place(block.header_row, "power_coefficient")
-        notes.append(Problem("note", place, what))
+        yield place.note(what)
     several = None if block.only else _several_texts(block)
     if several is not None:
         header, count = several
-        notes.append(
-            Problem(
-                "warning",
-                block.place(block.header_row),
-                f'column "{header}" has {count} different texts: the rows may be of several '
-                "propellers, and were all read.",
-                "the open-water curve of one propeller.",
-                f'Choose in vehicle.yaml: columns: {{open_water: {{only: {{"{header}": ...}}}}}}.',
-            )
+        yield block.place(block.header_row).warning(
+            f'column "{header}" has {count} different texts: the rows may be of several '
+            "propellers, and were all read.",
+            "the open-water curve of one propeller.",
+            f'Choose in vehicle.yaml: columns: {{open_water: {{only: {{"{header}": ...}}}}}}.',
         )
-    return notes
 
 
 def _several_texts(block: Block) -> tuple[str, int] | None:
@@ -179,9 +163,7 @@ def _several_texts(block: Block) -> tuple[str, int] | None:
     return None
 
 
-def _marks(
-    block: Block, rows: Sequence[tuple[Reading, Coefficients]], problems: list[Problem]
-) -> list[tuple[str, ...]]:
+def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[tuple[str, ...]]:
     """Mark copies of rows and impossible advance ratios."""
     seen: dict[Coefficients, int] = {}
     copies: list[int] = []
@@ -199,21 +181,17 @@ def _marks(
         marks.append(tuple(own))
     if copies:
         what = f"{listed(copies)} repeat earlier rows; left out."
-        problems.append(Problem("warning", block.place(copies[0]), what, "", "Delete the copies."))
+        table.problems.append(table.at(copies[0]).warning(what, "", "Delete the copies."))
     if beyond:
         what = f"advance ratio above {_LARGEST_ADVANCE_RATIO:g} in {listed(beyond)}; left out."
         remedy = "Check the units of speed and shaft speed, and the diameter in vehicle.yaml."
-        problems.append(Problem("warning", block.place(beyond[0]), what, "", remedy))
+        table.problems.append(table.at(beyond[0]).warning(what, "", remedy))
     return marks
 
 
-def _against_raw(
-    block: Block,
-    used: Sequence[tuple[Reading, Coefficients]],
-    vehicle: Vehicle,
-    problems: list[Problem],
-) -> None:
+def _against_raw(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:
     """Compare coefficients that the table states with those of its thrust, torque and speed."""
+    water, propeller = table.vehicle.water, table.vehicle.propeller
     for name, raw, stated_by in (
         ("advance_ratio", "speed", frozenset({"advance_ratio"})),
         ("thrust_coefficient", "thrust", frozenset({"thrust_coefficient"})),
@@ -225,30 +203,19 @@ def _against_raw(
             stated = getattr(found, name)
             if stated and raw in bare and not stated_by.isdisjoint(reading.values):
                 with contextlib.suppress(NoCoefficientError, ZeroDivisionError):
-                    computed = getattr(
-                        coefficients(
-                            bare, vehicle.water.density_kgpm3, vehicle.propeller.diameter_m
-                        ),
-                        name,
-                    )
+                    own = coefficients(bare, water.density_kgpm3, propeller.diameter_m)
+                    computed = getattr(own, name)
                     ratios += [] if computed is None else [computed / stated]
         ratio = float(np.median(ratios)) if ratios else 1.0
         if abs(ratio - 1.0) > _MOST_APART:
             what = f"the {raw} gives {ratio:.3g} times the {name.replace('_', ' ')} that is stated."
             expected = "thrust, torque and coefficients of one propeller in one water."
-            problems.append(
-                Problem("warning", block.place(block.header_row), what, expected, _CHECK_COLUMN)
-            )
+            yield table.at(table.head).warning(what, expected, _CHECK_COLUMN)
 
 
-def _cross_check(
-    block: Block,
-    used: Sequence[tuple[Reading, Coefficients]],
-    vehicle: Vehicle,
-    problems: list[Problem],
-) -> None:
+def _cross_check(table: Table, used: Sequence[tuple[Reading, Coefficients]]) -> Iterator[Problem]:
     """Compare with the efficiency column; without one, look for what cannot be true."""
-    _against_raw(block, used, vehicle, problems)
+    yield from _against_raw(table, used)
     stated = [reading.values.get("efficiency", math.nan) for reading, _ in used]
     computed = [
         efficiency(found.advance_ratio, found.thrust_coefficient, found.torque_coefficient)
@@ -260,25 +227,20 @@ def _cross_check(
     if check is None:
         text = doubt([found for _, found in used])
         if text:
-            remedy = _CHECK_COLUMN
-            problems.append(
-                Problem("warning", block.place(block.header_row), f"{text}", "", remedy)
-            )
+            yield table.at(table.head).warning(f"{text}", "", _CHECK_COLUMN)
         return
-    place = block.place(block.header_row, "efficiency")
     if check.suspicion:
         what = (
             f"J K_T / (2 pi K_Q) is {check.ratio:.3g} times the efficiency column: "
             f"{check.suspicion}"
         )
-        expected = "the same efficiency."
-        problems.append(Problem("warning", place, what, expected, _CHECK_COLUMN))
+        yield table.at(table.head, "efficiency").warning(
+            what, "the same efficiency.", _CHECK_COLUMN
+        )
     if check.outliers:
         odd = [used[index][0].row for index in check.outliers]
         what = f"the efficiency column does not follow from J, K_T and K_Q in {listed(odd)}."
-        problems.append(
-            Problem("warning", Place(place.file, place.sheet, odd[0], place.column), what)
-        )
+        yield table.at(odd[0], "efficiency").warning(what)
 
 
 _CHECK_COLUMN = (
@@ -287,7 +249,7 @@ _CHECK_COLUMN = (
 )
 
 
-def _summary(_table: BenchTable, points: Sequence[OpenWaterPoint]) -> str:
+def _summary(_table: Table, points: Sequence[OpenWaterPoint]) -> str:
     ratios = [point.advance_ratio for point in points]
     parts = [counted(len(points), "point"), f"J {min(ratios):.3g} to {max(ratios):.3g}"]
     for name, values in (
@@ -313,7 +275,7 @@ _KIND = Kind(
     looked_for=(
         "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed"
     ),
-    vocabulary=VOCABULARY,
+    vocabulary=vocabulary_of("open_water"),
     required=(
         ("advance_ratio", "speed"),
         (
@@ -321,7 +283,6 @@ _KIND = Kind(
             *("power_coefficient", "thrust", "torque"),
         ),
     ),
-    tables=_tables,
     points=_points,
     summary=_summary,
 )

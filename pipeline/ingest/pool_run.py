@@ -1,6 +1,6 @@
 """Read a pool-run log: every mapped channel as arrays, with what is wrong marked and told."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.bench_file import source_name
-from pipeline.ingest.log_open import open_log
+from pipeline.ingest.log_names import open_log
 from pipeline.ingest.log_source import LogFacts
 from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
@@ -217,19 +217,16 @@ class _Reading:
                 self._doubts[f"{name} {plan.topic}"] = plan.doubts
         return found
 
-    def doubts(self, channels: Mapping[str, RunChannel]) -> list[Problem]:
+    def doubts(self, channels: Mapping[str, RunChannel]) -> Iterator[Problem]:
         """Say what was assumed of the channels that were taken and may be wrong."""
-        return [
-            Problem(
-                "warning",
-                self.place,
+        yield from (
+            self.place.warning(
                 f"{name} ({channel.topic}): {text}.",
-                "",
-                "State thrusters under pool: channels in vehicle.yaml.",
+                remedy="State thrusters under pool: channels in vehicle.yaml.",
             )
             for name, channel in channels.items()
             for text in self._doubts.get(f"{name} {channel.topic}", ())
-        ]
+        )
 
     def _numbers(self, plan: Plan) -> FloatArray:
         """Return what was taken from the messages for a plan (k, m)."""

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import Place, Problem
+from pipeline.ingest.message_fields import Flag, impossible, is_body
 from pipeline.ingest.pool_run_clocks import Timing, choose_time, share_clocks
 from pipeline.ingest.pool_run_convert import Converted, WaterOfRun
 from pipeline.ingest.pool_run_extract import TopicData
-from pipeline.ingest.pool_run_frames import is_body
 from pipeline.ingest.pool_run_health import (
     Rhythm,
     command_marks,
@@ -18,7 +18,6 @@ from pipeline.ingest.pool_run_health import (
     value_marks,
 )
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
-from pipeline.ingest.pool_run_validity import Flag, impossible
 from pipeline.records.pool_run import ChannelRead
 from pipeline.records.run_arrays import WITHOUT_TIME, RunChannel
 from pipeline.types import BoolArray, FloatArray
@@ -47,14 +46,14 @@ def timings_of(
         timings[plan.topic] = choose_time(taken.log_time_ns, taken.stamp_ns, wanted, delay)
     timings = share_clocks(timings, {topic: data[topic].stamp_ns for topic in timings})
     for topic, timing in timings.items():
-        problems += [Problem("warning", place, f"{topic}: {text}") for text in timing.warnings]
+        problems += [place.warning(f"{topic}: {text}") for text in timing.warnings]
         clock = timing.clock
         if clock.used != "log" and clock.offset_s:
             what = (
                 f"{topic}: {clock.why}: {clock.offset_s:+.3f} s, drift {clock.drift_ppm:+.1f} ppm, "
                 f"jitter of the log {1e3 * (clock.jitter_s or 0.0):.2f} ms."
             )
-            problems.append(Problem("note", place, what))
+            problems.append(place.note(what))
     return timings
 
 

@@ -6,7 +6,7 @@ What was decided so is told with its figures.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,8 +14,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.pool_run_consistency import contradictions
 from pipeline.ingest.pool_run_defaults import NOT_MEASURED
-from pipeline.ingest.pool_run_elements import PER_THRUSTER
-from pipeline.ingest.pool_run_plan import TopicFound
+from pipeline.ingest.pool_run_plan import PER_THRUSTER, TopicFound
 from pipeline.ingest.pool_run_resample import resample
 from pipeline.ingest.pool_run_velocity import disagreeing_frames
 from pipeline.records.pool_run import TopicRead
@@ -69,7 +68,7 @@ def choose_sources(
             del taken[group[0].name]
             taken[best.name] = best.channel
             what = f"{best.name} is taken from {best.channel.topic}, not {group[0].channel.topic}"
-            told.append(Problem("warning", place, f"{what}: {why.rstrip('.')}."))
+            told.append(place.warning(f"{what}: {why.rstrip('.')}."))
     for sources in groups:
         told += _also_fitting(sources, taken, place)
     return taken, told
@@ -94,7 +93,7 @@ def _alive(
         f"{alive[0].name} is taken from {alive[0].channel.topic}: that of {first.channel.topic} "
         f"{dead[id(first)]}."
     )
-    told.append(Problem("warning", place, what, "", "Check the sensor."))
+    told.append(place.warning(what, remedy="Check the sensor."))
     return alive
 
 
@@ -155,18 +154,18 @@ def _wrong_frames(group: Sequence[ChannelSource], run: PoolRun) -> Mapping[str, 
 
 def _also_fitting(
     group: Sequence[ChannelSource], taken: Mapping[str, RunChannel], place: Place
-) -> list[Problem]:
+) -> Iterator[Problem]:
     """Say what else would have fitted."""
     chosen = next((one for one in group if taken.get(one.name) is one.channel), None)
     others = [one.channel.topic for one in group if one is not chosen]
     if chosen is None or not others:
-        return []  # the channel itself says where it is from
+        return  # the channel itself says where it is from
     read = chosen.channel.read
     what = (
         f"{read.quantity} is taken from {read.topic} ({', '.join(read.fields)}, {read.mapped_by}). "
         f"Also fitting: {', '.join(dict.fromkeys(others))}."
     )
-    return [Problem("note", place, what)]
+    yield place.note(what)
 
 
 def topics_read(

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pipeline.ingest.pool_run_stamps import NO_STAMP
+from pipeline.ingest.message_fields import NO_STAMP
 from pipeline.records.pool_run import ClockRead
 from pipeline.types import BoolArray, FloatArray, IntArray
 

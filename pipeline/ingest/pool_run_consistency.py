@@ -1,19 +1,20 @@
 """What channels say of each other and of the vehicle file: suspicions, told and nothing else."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from pipeline.errors import CannotComputeError, Place, Problem
-from pipeline.ingest.pool_run_depths import doubtful_depths, position_against_depth
-from pipeline.ingest.pool_run_gravity import (
+from pipeline.ingest.message_fields import LARGEST, impossible
+from pipeline.ingest.pool_run_down import (
+    doubtful_depths,
     gravity_against_attitude,
     gravity_against_level,
     gravity_against_rates,
+    position_against_depth,
 )
 from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
-from pipeline.ingest.pool_run_validity import LARGEST, impossible
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_components import quaternion_product
@@ -38,33 +39,33 @@ _LEAST_SLOPE = 0.5
 _MOST_ROWS = 1_800_000
 
 
-def consistency_problems(run: PoolRun, vehicle: Vehicle) -> list[Problem]:
+def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
     """Compare channels with each other and with the vehicle file.
 
     Warns of units off by a factor, impossible readings, two opinions of where down is, shaft speeds
     that contradict commands, thrusters that seem to be swapped or reversed. It changes nothing.
     """
     place = Place(run.file)
-    found = [*_sizes(run, place), *_impossible(run, place), *_voltage(run, vehicle, place)]
-    found += [*doubtful_depths(run, vehicle, place), *gravity_against_level(run, place)]
+    yield from _sizes(run, place)
+    yield from _impossible(run, place)
+    yield from _voltage(run, vehicle, place)
+    yield from doubtful_depths(run, vehicle, place)
+    yield from gravity_against_level(run, place)
     try:  # what follows lays the readings on a common time base
-        found += contradictions(run, vehicle, place)
-        found += gravity_against_rates(run, place)
-        found += position_against_depth(run, place)
-        found += _shaft_against_command(run, place)
-        found += thrusters_against_rates(run, vehicle, place)
+        yield from contradictions(run, vehicle, place)
+        yield from gravity_against_rates(run, place)
+        yield from position_against_depth(run, place)
+        yield from _shaft_against_command(run, place)
+        yield from thrusters_against_rates(run, vehicle, place)
     except CannotComputeError as error:
-        found.append(
-            _warn(
-                place,
-                f"channels were not compared with each other: {error}.",
-                "Check the clock of the recorder; cut a log of many days into runs.",
-            )
+        yield _warn(
+            place,
+            f"channels were not compared with each other: {error}.",
+            "Check the clock of the recorder; cut a log of many days into runs.",
         )
-    return found
 
 
-def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Say where attitude, rates, specific force, velocity, depth and position contradict another.
 
     Raises
@@ -75,23 +76,20 @@ def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem
     rows = _TABLE_HZ * run.duration_s
     if rows > _MOST_ROWS:
         raise CannotComputeError(f"a table of {rows:.0f} rows is too long")
-    return [
-        *gravity_against_attitude(run, place),
-        *_attitude_against_rate(run, place),
-        *velocity_against_motion(run, vehicle, place),
-    ]
+    yield from gravity_against_attitude(run, place)
+    yield from _attitude_against_rate(run, place)
+    yield from velocity_against_motion(run, vehicle, place)
 
 
 def _warn(place: Place, what: str, remedy: str) -> Problem:
-    return Problem("warning", place, what, "", remedy)
+    return place.warning(what, remedy=remedy)
 
 
 _CHECK_UNIT = "State the unit under pool: channels in vehicle.yaml."
 
 
-def _sizes(run: PoolRun, place: Place) -> list[Problem]:
+def _sizes(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a quantity is larger than it can be, or gravity is not what it should be."""
-    found = []
     for name, channel in run.channels.items():
         size = _typical(channel)
         if not np.isfinite(size):
@@ -99,43 +97,35 @@ def _sizes(run: PoolRun, place: Place) -> list[Problem]:
         if channel.quantity == "specific_force" and size > 0:
             likely = _factor(size / 9.81, tolerance=0.15)
             if likely and not 5.0 < size < 20.0:
-                found.append(
-                    _warn(
-                        place,
-                        f"{name} ({channel.topic}) is {size:.4g} m/s2 on average where gravity "
-                        f"alone is 9.81: it looks like {likely}.",
-                        _CHECK_UNIT,
-                    )
+                yield _warn(
+                    place,
+                    f"{name} ({channel.topic}) is {size:.4g} m/s2 on average where gravity "
+                    f"alone is 9.81: it looks like {likely}.",
+                    _CHECK_UNIT,
                 )
                 continue
             if size < 5.0:
-                found.append(
-                    _warn(
-                        place,
-                        f"{name} ({channel.topic}) is {size:.3g} m/s2 on average; a specific force "
-                        "holds gravity, 9.81. It was taken out, or the unit is another.",
-                        "Record what the accelerometer reads, or leave the channel out.",
-                    )
+                yield _warn(
+                    place,
+                    f"{name} ({channel.topic}) is {size:.3g} m/s2 on average; a specific force "
+                    "holds gravity, 9.81. It was taken out, or the unit is another.",
+                    "Record what the accelerometer reads, or leave the channel out.",
                 )
                 continue
         most = LARGEST.get(channel.quantity)
         high = _large(channel)
         if most is not None and high > most:
             unit = channel.columns[0].rsplit("_", maxsplit=1)[-1]
-            found.append(
-                _warn(
-                    place,
-                    f"{name} ({channel.topic}) reaches {high:.4g} {unit}, more than is possible: "
-                    "its unit is probably off by a factor such as 1000.",
-                    _CHECK_UNIT,
-                )
+            yield _warn(
+                place,
+                f"{name} ({channel.topic}) reaches {high:.4g} {unit}, more than is possible: "
+                "its unit is probably off by a factor such as 1000.",
+                _CHECK_UNIT,
             )
-    return found
 
 
-def _impossible(run: PoolRun, place: Place) -> list[Problem]:
+def _impossible(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say which channels have readings that stand for none, and that these are left out."""
-    found = []
     for name, channel in run.channels.items():
         wrong = impossible(channel.quantity, channel.values)
         if wrong.any():
@@ -146,8 +136,7 @@ def _impossible(run: PoolRun, place: Place) -> list[Problem]:
                 f"{wrong.size} readings, more than is possible; they are left out."
             )
             remedy = "Some sensors write such a number where they measure nothing."
-            found.append(_warn(place, what, remedy))
-    return found
+            yield _warn(place, what, remedy)
 
 
 def _typical(channel: RunChannel) -> float:
@@ -173,21 +162,21 @@ def _factor(ratio: float, tolerance: float = 0.1) -> str:
     return ""
 
 
-def _attitude_against_rate(run: PoolRun, place: Place) -> list[Problem]:
+def _attitude_against_rate(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Compare rates with what the attitude says; they may have another unit, sign or axes."""
     if not {"attitude", "angular_velocity"} <= set(run.channels):
-        return []
+        return
     table = resample(run, _TABLE_HZ, quantities=("attitude", "angular_velocity"))
     rows = table.valid["attitude"] & table.valid["angular_velocity"]
     if rows.sum() < 100:
-        return []
+        return
     q, measured = table.values["attitude"], table.values["angular_velocity"]
     middle = rows[:-2] & rows[1:-1] & rows[2:]
     # the turn from the attitude before to the one after, in body axes
     step = quaternion_product(q[:-2] * np.array([1.0, -1.0, -1.0, -1.0]), q[2:])
     from_attitude = 2.0 * step[:, 1:] * np.where(step[:, :1] < 0, -1.0, 1.0) * _TABLE_HZ / 2.0
     from_attitude, measured = from_attitude[middle], measured[1:-1][middle]
-    found = []
+
     for axis, name in enumerate(("roll", "pitch", "yaw")):
         a, m = from_attitude[:, axis], measured[:, axis]
         if a.std() < 0.02 or m.std() < 1e-6:
@@ -207,36 +196,33 @@ def _attitude_against_rate(run: PoolRun, place: Place) -> list[Problem]:
             continue
         topic = run.channels["angular_velocity"].topic
         remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
-        found.append(_warn(place, f"the {name} rate ({topic}) {what}", remedy))
-    return found
+        yield _warn(place, f"the {name} rate ({topic}) {what}", remedy)
 
 
-def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     channel = run.channels.get("voltage")
     sensor = None if vehicle.sensors is None else vehicle.sensors.voltage
     if channel is None or sensor is None:
-        return []
+        return
     size = _typical(channel)
     if not size > 0 or 0.5 < size / sensor.nominal_v < 1.5:
-        return []
+        return
     likely = _factor(size / sensor.nominal_v, tolerance=0.4)
     looks = f": it looks like {likely}" if likely else ""
-    return [
-        _warn(
-            place,
-            f"the supply ({channel.topic}) is {size:.4g} V where the vehicle file says "
-            f"{sensor.nominal_v:g} V{looks}.",
-            _CHECK_UNIT,
-        )
-    ]
+    yield _warn(
+        place,
+        f"the supply ({channel.topic}) is {size:.4g} V where the vehicle file says "
+        f"{sensor.nominal_v:g} V{looks}.",
+        _CHECK_UNIT,
+    )
 
 
-def _shaft_against_command(run: PoolRun, place: Place) -> list[Problem]:
+def _shaft_against_command(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a shaft turns against its command, or does what another's command says."""
     shafts = measured_shafts(run)
     names = [name for name in commanded_thrusters(run) if name in shafts]
     if not names:
-        return []
+        return
     table = resample(run, _TABLE_HZ, quantities=("command", "shaft_speed"))
     columns = [table.thrusters.index(name) for name in names if name in table.thrusters]
     code = table.values["command"][:, columns]
@@ -244,7 +230,7 @@ def _shaft_against_command(run: PoolRun, place: Place) -> list[Problem]:
     # a thruster that never leaves its dead zone turns as it likes
     effort = np.nanmax(np.abs(code), axis=0, initial=0.0)
     both = [i for i in range(len(columns)) if effort[i] > 0.25 * effort.max()]
-    found = []
+
     for i in both:
         name = table.thrusters[columns[i]]
         rows = np.isfinite(code).all(axis=1) & np.isfinite(speed[:, i])
@@ -259,14 +245,11 @@ def _shaft_against_command(run: PoolRun, place: Place) -> list[Problem]:
             and code[rows, j].std() > 0
         ]
         hint = f" It follows the command of {' or '.join(better)}." if len(better) == 1 else ""
-        found.append(
-            _warn(
-                place,
-                f"the shaft speed of {name} contradicts its command: {what}.{hint}",
-                "Check the order of the elements and the signs of both channels in vehicle.yaml.",
-            )
+        yield _warn(
+            place,
+            f"the shaft speed of {name} contradicts its command: {what}.{hint}",
+            "Check the order of the elements and the signs of both channels in vehicle.yaml.",
         )
-    return found
 
 
 def _contradiction(code: FloatArray, speed: FloatArray) -> str:

@@ -5,8 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipeline.ingest.pool_run_elements import PER_THRUSTER, thrusters_named
-from pipeline.ingest.pool_run_plan import Plan
+from pipeline.ingest.pool_run_plan import PER_THRUSTER, Plan, thrusters_named
 from pipeline.records.pool_schema import UNITS
 from pipeline.records.run_components import quaternion_product
 from pipeline.types import BoolArray, FloatArray, IntArray

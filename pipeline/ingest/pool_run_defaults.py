@@ -11,11 +11,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from pipeline.ingest.data_files import data_of
-from pipeline.ingest.mcap_types import parse_path
+from pipeline.ingest.message_definitions import parse_path
+from pipeline.ingest.message_fields import is_earth
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
-from pipeline.ingest.pool_run_elements import PER_THRUSTER, NotThereError
-from pipeline.ingest.pool_run_frames import is_earth
-from pipeline.ingest.pool_run_plan import Plan, TopicFound, plan_channel
+from pipeline.ingest.pool_run_plan import (
+    PER_THRUSTER,
+    NotThereError,
+    Plan,
+    TopicFound,
+    plan_channel,
+)
 from pipeline.records.pool_schema import COMPONENTS, PoolChannel, Quantity
 
 

@@ -14,9 +14,8 @@ import numpy.typing as npt
 from pipeline.ingest.mcap_chunk import Bytes, ChunkBlock, Messages, at_every_byte
 from pipeline.ingest.mcap_directory import Directory
 from pipeline.ingest.mcap_gather import FieldPlace, Layout, Layouts
-from pipeline.ingest.mcap_types import BrokenMessageError, Path
-from pipeline.ingest.pool_run_codec import Codec, Tree, unpacked, value_at
-from pipeline.ingest.pool_run_stamps import (
+from pipeline.ingest.message_definitions import BrokenMessageError, Path
+from pipeline.ingest.message_fields import (
     NO_STAMP,
     Stamp,
     joined_ns,
@@ -24,6 +23,7 @@ from pipeline.ingest.pool_run_stamps import (
     stamp_of,
     ticks_ns,
 )
+from pipeline.ingest.pool_run_codec import Codec, Tree, unpacked, value_at
 from pipeline.types import BoolArray, FloatArray, IntArray
 
 _MOST_NAME_LISTS = 1000

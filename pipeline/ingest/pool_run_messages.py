@@ -1,7 +1,7 @@
 """What a person is told of a run: marks in words, missing commands, channels that end early."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal
 
 import numpy as np
@@ -31,9 +31,8 @@ _MANY_MESSAGES = 10
 _NO_READINGS = re.compile(r"Image|Cloud|Scan|Log$|Event|Marker|String|Map|Camera|Transform|TFMess")
 
 
-def broken_messages(place: Place, data: Mapping[str, TopicData]) -> list[Problem]:
+def broken_messages(place: Place, data: Mapping[str, TopicData]) -> Iterator[Problem]:
     """Say which topics have messages that cannot be decoded."""
-    found = []
     for topic, taken in data.items():
         count = int(taken.broken.sum())
         if count:
@@ -41,30 +40,26 @@ def broken_messages(place: Place, data: Mapping[str, TopicData]) -> list[Problem
                 f"{topic}: {count} of {taken.broken.size} messages cannot be decoded: "
                 f"{taken.why_broken}."
             )
-            found.append(Problem("warning", place, what, "", "They are marked and left out."))
-    return found
+            yield place.warning(what, remedy="They are marked and left out.")
 
 
 def miscounted(
     place: Place, topics: Sequence[TopicFound], data: Mapping[str, TopicData]
-) -> list[Problem]:
+) -> Iterator[Problem]:
     """Say which topics have other numbers of messages than the log's summary says."""
     counts = {topic.name: topic.messages for topic in topics}
-    return [
-        Problem(
-            "warning",
-            place,
+    yield from (
+        place.warning(
             f"{topic}: the log's summary counts {counts[topic]} messages, "
-            f"{taken.log_time_ns.size} were found.",
+            f"{taken.log_time_ns.size} were found."
         )
         for topic, taken in data.items()
         if counts[topic] != taken.log_time_ns.size
-    ]
+    )
 
 
-def told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> list[Problem]:
+def told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say which topics cannot be decoded although they may carry readings, and how others can."""
-    found = []
     lost = [
         f"{topic.name} ({topic.message_type or topic.encoding}): {topic.why_not}"
         for topic in topics
@@ -76,7 +71,7 @@ def told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> 
     # where there are no commands, the error that says so lists all topics
     if lost and any(one.quantity == "thruster_command" for one in run.channels.values()):
         what = f"topics with messages that cannot be read: {'; '.join(lost[:6])}."
-        found.append(Problem("warning", place, what))
+        yield place.warning(what)
     packed = [topic.name for topic in topics if topic.packed]
     if packed:
         what = (
@@ -84,20 +79,18 @@ def told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> 
             "compression mode message); they were unpacked one by one."
         )
         remedy = "For other programs: ros2 bag convert, compression_mode file or none."
-        found.append(Problem("note", place, what, "", remedy))
+        yield place.note(what, remedy=remedy)
     ros1 = [topic.name for topic in topics if topic.encoding == "ros1" and topic.probe is not None]
     if ros1 and run.file.lower().endswith(".mcap"):
         what = f"the messages of {', '.join(ros1[:6])} are encoded as in ROS 1."
         remedy = "For programs of ROS 2: rosbags-convert."
-        found.append(Problem("note", place, what, "", remedy))
-    return found
+        yield place.note(what, remedy=remedy)
 
 
 def told_of(
     name: str, channel: RunChannel, place: Place, run_start_ns: int, told: set[tuple[str, str]]
-) -> list[Problem]:
+) -> Iterator[Problem]:
     """Say what is marked in a channel, the gravest first; marks of times once a topic."""
-    found = []
     counts = {mark: int(rows.sum()) for mark, rows in channel.marks.items()}
     for mark in worth_saying(counts):
         if mark == "broken" or (channel.topic, mark) in told:
@@ -117,7 +110,7 @@ def told_of(
         plain = mark in _PLAIN_MARKS and share < 5.0
         severity: Literal["note", "warning"] = "note" if plain else "warning"
         remedy = _OF_CLOCKS if mark in _TIME_MARKS else _OF_SENSORS
-        found.append(Problem(severity, place, what, "", remedy))
+        yield Problem(severity, place, what, "", remedy)
     constant = [
         column
         for column, values in zip(channel.columns, channel.values.T, strict=True)
@@ -126,11 +119,10 @@ def told_of(
     all_constant = len(constant) == len(channel.columns)
     if all_constant and channel.quantity != "thruster_command":
         what = f"{name} ({channel.topic}) never changes: the sensor is dead or not connected."
-        found.append(Problem("warning", place, what, "", "Check the sensor."))
+        yield place.warning(what, remedy="Check the sensor.")
     elif constant and not channel.holds and channel.quantity != "attitude":
         what = f"{name} ({channel.topic}): {', '.join(constant)} never changes."
-        found.append(Problem("warning", place, what))
-    return found
+        yield place.warning(what)
 
 
 def _two_figures(percent: float) -> str:
@@ -157,9 +149,7 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
     if not commands:
         have = ", ".join(_topic(topic) for topic in run.topics[:12])
         return [
-            Problem(
-                "error",
-                place,
+            place.error(
                 f"there are no thruster commands; the run cannot be simulated. The log has {have}.",
                 "a topic with the command of each thruster.",
                 "State it under pool: channels with quantity: thruster_command in vehicle.yaml.",
@@ -171,7 +161,7 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
     missing = [name for name in drives if name not in present]
     if missing:
         what = f"there are no commands for {', '.join(missing)}."
-        found.append(Problem("warning", place, what, "", "Map them, or they count as zero."))
+        found.append(place.warning(what, remedy="Map them, or they count as zero."))
     found += _barely_any(commands, place)
     for channel in commands.values():
         beyond: dict[tuple[int, int], list[str]] = {}
@@ -180,7 +170,7 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
             drive = drives.get(name, vehicle.drive)
             finite = values[np.isfinite(values)]
             if not finite.size:
-                found.append(Problem("warning", place, f"{name}: no command is a number."))
+                found.append(place.warning(f"{name}: no command is a number."))
                 continue
             count = int(((finite > drive.code_max + 0.5) | (finite < drive.code_min - 0.5)).sum())
             if count:
@@ -192,10 +182,10 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
                 f"{', '.join(thrusters)}."
             )
             remedy = "Check unit and pwm_range of the channel, or the drive's range."
-            found.append(Problem("warning", place, what, "", remedy))
+            found.append(place.warning(what, remedy=remedy))
     if all(_is_constant(values) for part in commands.values() for values in part.values.T):
         what = "no command ever changes: of the thrusters nothing can be learned from this run."
-        found.append(Problem("warning", place, what))
+        found.append(place.warning(what))
     return found
 
 
@@ -214,7 +204,7 @@ def _barely_any(commands: Mapping[str, RunChannel], place: Place) -> list[Proble
         "thrust. They look like ratios, of thrusters that are only switched."
     )
     remedy = "State unit: ratio (or unit: code) under pool: channels in vehicle.yaml."
-    return [Problem("warning", place, what, "", remedy)]
+    return [place.warning(what, remedy=remedy)]
 
 
 def _topic(topic: TopicRead) -> str:
@@ -239,7 +229,7 @@ def told_of_recorder(run: PoolRun, place: Place) -> list[Problem]:
             f"readings are dated days away from most others, and are no part of the run: {counts}."
         )
         remedy = "If the recorder's clock was set during the run, cut the log there."
-        found.append(Problem("warning", place, what, "", remedy))
+        found.append(place.warning(what, remedy=remedy))
     busiest = max(topics.values(), key=lambda logged: logged.size, default=np.zeros(0, np.int64))
     logged = busiest[(busiest >= run.start_time_ns) & (busiest <= run.end_time_ns)]
     step_s = np.diff(logged) / 1e9
@@ -252,7 +242,7 @@ def told_of_recorder(run: PoolRun, place: Place) -> list[Problem]:
             "recorder's clock was set, or the log was put together out of order. What follows is "
             "left out until they are later than before."
         )
-        found.append(Problem("warning", place, what, "", "Cut the log there, into two runs."))
+        found.append(place.warning(what, remedy="Cut the log there, into two runs."))
     return found
 
 
@@ -269,7 +259,7 @@ def told_of_velocity(run: PoolRun, place: Place) -> list[Problem]:
         "Record the attitude; or, if it is in body axes, state quantity: velocity under pool: "
         "channels in vehicle.yaml."
     )
-    return [Problem("warning", place, what, "", remedy)]
+    return [place.warning(what, remedy=remedy)]
 
 
 def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:
@@ -288,7 +278,7 @@ def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:
                 f"{name} ({channel.topic}) covers {late:.1f} s to {run.duration_s - early:.1f} s "
                 f"of the run of {run.duration_s:.1f} s."
             )
-            found.append(Problem("warning", place, what))
+            found.append(place.warning(what))
     return found
 
 

@@ -1,13 +1,13 @@
 """Whether the vehicle turns as the commands and the vehicle file say: swapped thrusters show."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_gravity import down_in_body
+from pipeline.ingest.pool_run_down import down_in_body
 from pipeline.ingest.pool_run_resample import commanded_thrusters, resample
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
@@ -45,7 +45,7 @@ class _Moments:
         return _Moments(self.acceleration[rows], self.effort[rows], self.others[rows], self.names)
 
 
-def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Compare angular accelerations with the moments that the vehicle file promises.
 
     For each axis: acceleration = gain x moment of the commands + drag x rate + products of rates +
@@ -56,7 +56,7 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     moments = _moments_of(run)
     stated = {thruster.name: thruster for thruster in vehicle.thrusters}
     if moments is None or len(moments.names) < 2 or not set(moments.names) <= set(stated):
-        return []
+        return
     arms = np.array(
         [np.cross(stated[name].position_m, stated[name].direction) for name in moments.names]
     )
@@ -66,32 +66,29 @@ def thrusters_against_rates(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
     candidates = _rearranged(arms, moments.names, sign_is_known=sign_is_known)
     left = {name: _rest(whole, changed) for name, changed in candidates.items()}
     if not left or total <= 0:
-        return []
+        return
     best = min(left, key=lambda name: left[name])
     as_stated = _rest(whole, arms)
     least = _LEAST_EXPLAINED if sign_is_known else _LEAST_WITHOUT_ATTITUDE
     plainly = left[best] < _MOST_LEFT * as_stated and left[best] < (1 - least) * total
     if not plainly or not _in_both_halves(moments, arms, candidates[best]):
-        return _against_moments(moments, whole, arms, place)
+        yield from _against_moments(moments, whole, arms, place)
+        return
     equal = [name for name in left if left[name] < 1.05 * left[best] and name != best]
     others = f" (or {'; or '.join(equal[:3])})" if equal else ""
-    return [
-        Problem(
-            "warning",
-            place,
-            f"the rates suggest that {best} against the vehicle file{others}: the moments as "
-            f"stated explain {100 * (1 - as_stated / total):.0f} % of the angular acceleration "
-            f"that drag and gravity leave, so changed {100 * (1 - left[best] / total):.0f} %.",
-            "",
-            "Check the order of the thrusters in the log, their positions and directions, and the "
-            "sign of the rates.",
-        )
-    ]
+    yield place.warning(
+        f"the rates suggest that {best} against the vehicle file{others}: the moments as "
+        f"stated explain {100 * (1 - as_stated / total):.0f} % of the angular acceleration "
+        f"that drag and gravity leave, so changed {100 * (1 - left[best] / total):.0f} %.",
+        "",
+        "Check the order of the thrusters in the log, their positions and directions, and the "
+        "sign of the rates.",
+    )
 
 
 def _against_moments(
     moments: _Moments, whole: Sequence["_Axis"], arms: FloatArray, place: Place
-) -> list[Problem]:
+) -> Iterator[Problem]:
     """Say about which axes the vehicle turns against the moments of all its commands.
 
     One thruster that is reversed does not do that; a rate with the wrong sign, or axes that point
@@ -99,7 +96,7 @@ def _against_moments(
     """
     half = len(moments.effort) // 2
     halves = [_axes_of(moments.part(rows)) for rows in (slice(0, half), slice(half, None))]
-    found = []
+
     for number, name in enumerate(_FLIPS):
         arm = arms[:, number]
         correlation = whole[number].correlation(arm)
@@ -112,8 +109,7 @@ def _against_moments(
             f"{correlation:.2f}): its sign or its axes, or those of the thrusters, are others."
         )
         remedy = "Check body_axes and sign of the rates, and directions of the thrusters."
-        found.append(Problem("warning", place, what, "", remedy))
-    return found
+        yield place.warning(what, remedy=remedy)
 
 
 def _in_both_halves(moments: _Moments, stated: FloatArray, changed: FloatArray) -> bool:

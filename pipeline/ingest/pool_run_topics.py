@@ -1,19 +1,24 @@
 """Topics of a log, and what is taken from each: the vehicle file first, then the defaults."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import ChunkBlock
 from pipeline.ingest.mcap_records import SchemaRecord
-from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
+from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionError
+from pipeline.ingest.message_fields import Stamp
 from pipeline.ingest.pool_run_codec import Codec, codec_of, is_packed, numbers_below, packed
 from pipeline.ingest.pool_run_defaults import choose_by_default, same_quantities
-from pipeline.ingest.pool_run_elements import PER_THRUSTER, NotThereError
 from pipeline.ingest.pool_run_extract import MessageFile, Request
-from pipeline.ingest.pool_run_plan import Plan, TopicFound, plan_channel
-from pipeline.ingest.pool_run_stamps import Stamp
+from pipeline.ingest.pool_run_plan import (
+    PER_THRUSTER,
+    NotThereError,
+    Plan,
+    TopicFound,
+    plan_channel,
+)
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle
 
@@ -212,13 +217,13 @@ def plans_of(
             have = ", ".join(topic.name for topic in topics[:12])
             what = f"{said}: there is no such topic. The log has {have}."
             remedy = "Correct the topic in vehicle.yaml."
-            problems.append(Problem("warning", place, what, "", remedy))
+            problems.append(place.warning(what, remedy=remedy))
             continue
         try:
             plans.append(plan_channel(channel, topic, names, one.mapped_by))
         except NotThereError as error:
             what = f"{said}: {error}; the channel was left out."
-            problems.append(Problem("warning", place, what, "", "Correct it in vehicle.yaml."))
+            problems.append(place.warning(what, remedy="Correct it in vehicle.yaml."))
     plans = _no_quantity_twice(plans, place, problems)
     problems += _two_clocks(plans, place)
     if not vehicle.pool.defaults:
@@ -239,8 +244,8 @@ def plans_of(
     unprefixed = [replace(topic, name=topic.name.removeprefix(prefix)) for topic in topics]
     ignored = vehicle.pool.ignore_topics
     chosen = choose_by_default(unprefixed, sorted(known), names, ignored, vehicle.name)
-    problems += [Problem("note", place, note) for note in chosen.notes]
-    problems += [Problem("warning", place, text) for text in chosen.warnings]
+    problems += [place.note(note) for note in chosen.notes]
+    problems += [place.warning(text) for text in chosen.warnings]
 
     def prefixed(plan: Plan) -> Plan:
         return replace(plan, topic=prefix + plan.topic)
@@ -277,16 +282,16 @@ def _no_quantity_twice(plans: Sequence[Plan], place: Place, problems: list[Probl
                 f"{name} is stated twice, from {kept[name].topic} and {plan.topic}; the first is "
                 "taken."
             )
-            problems.append(Problem("warning", place, what, "", "Delete one in vehicle.yaml."))
+            problems.append(place.warning(what, remedy="Delete one in vehicle.yaml."))
             continue
         kept[name] = plan
     return list(kept.values())
 
 
-def _two_clocks(plans: Sequence[Plan], place: Place) -> list[Problem]:
+def _two_clocks(plans: Sequence[Plan], place: Place) -> Iterator[Problem]:
     """Warn of entries that state different clocks for one topic: its messages have one time."""
     first: dict[str, Plan] = {}
-    found = []
+
     for plan in plans:
         if plan.clock is None:
             continue
@@ -296,8 +301,7 @@ def _two_clocks(plans: Sequence[Plan], place: Place) -> list[Problem]:
                 f"two clocks are stated for {plan.topic}, with {channel_name(known)} and with "
                 f"{channel_name(plan)}; the first is taken for both."
             )
-            found.append(Problem("warning", place, what, "", "Delete one in vehicle.yaml."))
-    return found
+            yield place.warning(what, remedy="Delete one in vehicle.yaml.")
 
 
 def channel_name(plan: Plan) -> str:

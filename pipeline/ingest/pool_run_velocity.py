@@ -64,7 +64,7 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
         said = _across(table, others, there, vehicle)
         found += [f"the velocity ({topic}) {said}"] if said else []
     remedy = "Check its axes, sign and unit under pool: channels in vehicle.yaml."
-    return [Problem("warning", place, what, "", remedy) for what in found]
+    return [place.warning(what, remedy=remedy) for what in found]
 
 
 def _readings(run: PoolRun, table: RunTable) -> tuple[FloatArray, list[_Reading]]:

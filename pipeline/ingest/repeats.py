@@ -1,19 +1,18 @@
 """What stands twice counts once: copied files, tables and rows, and a code on two sheets."""
 
 import hashlib
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from itertools import pairwise
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.readings import Reading
+from pipeline.ingest.bench_table import Reading, Table
 from pipeline.ingest.rows import counted, listed
 from pipeline.types import FloatArray
 
-COPY = "duplicate"
+_COPY = "duplicate"
 #: Fewer readings may agree by chance.
 _LEAST_ROWS = 4
 #: Of the largest value; what rounding to three digits may change.
@@ -23,19 +22,6 @@ _LEAST_DERIVED = 10
 _MOST_PAIRS = 4_000_000
 #: A thrust alone, read coarsely, may well repeat in the next row; so many quantities do not.
 _LEAST_QUANTITIES = 3
-
-
-@dataclass(frozen=True)
-class BenchTable:
-    """Readings of a table in the order of its rows, and what its headings tell of all of them."""
-
-    place: Place
-    readings: tuple[Reading, ...]
-    code_from: str = ""
-    """Where the codes of a load test were found."""
-    nominal_voltage_v: float | None = None
-    sense: Literal["up", "down"] | None = None
-    """Of a mooring test's sweep."""
 
 
 def without_copies(paths: Sequence[Path], shown: Sequence[str]) -> tuple[list[Path], list[Problem]]:
@@ -57,7 +43,7 @@ def without_copies(paths: Sequence[Path], shown: Sequence[str]) -> tuple[list[Pa
             kept.append(path)
             continue
         what = f"the same content as {shown[earlier]}; left out."
-        problems.append(Problem("warning", Place(shown[number]), what, "", "Delete the copy."))
+        problems.append(Place(shown[number]).warning(what, remedy="Delete the copy."))
     return kept, problems
 
 
@@ -74,70 +60,61 @@ class Repeats:
         self._rows: dict[object, tuple[Place, int]] = {}
         self._tables: dict[object, Place] = {}
 
-    def marked(self, tables: Sequence[BenchTable], problems: list[Problem]) -> list[BenchTable]:
-        """Return the tables of a file, marked where they were read before, and say so.
+    def mark(self, tables: Sequence[Table]) -> None:
+        """Mark the readings of a file's tables that were read before, and say so.
 
         Several files may measure the same code: that is a repetition of the test and nothing is
         marked.
         """
-        if not self._by_row:
-            return [self._whole(table, problems) for table in tables]
-        done: list[BenchTable] = []
-        for table in tables:
-            earlier = [one for one in done if one.place != table.place]
-            readings = _codes_twice(table, earlier, problems)
-            readings = self._rows_twice(table.place, readings, problems)
-            readings = _derived(table.place, readings, earlier, problems)
-            done.append(replace(table, readings=tuple(readings)))
-        return done
+        for number, table in enumerate(tables):
+            if not self._by_row:
+                self._whole(table)
+                continue
+            earlier = [one for one in tables[:number] if one.place != table.place]
+            _codes_twice(table, earlier)
+            self._rows_twice(table)
+            _derived(table, earlier)
 
-    def _whole(self, table: BenchTable, problems: list[Problem]) -> BenchTable:
-        live = [one for one in table.readings if not one.marks]
-        numbers = tuple(map(_key, live))
-        key = (table.nominal_voltage_v, table.sense, numbers)
-        if len(set(numbers)) < _LEAST_ROWS or self._tables.setdefault(key, table.place) is (
-            table.place
-        ):
-            return table
-        what = (
-            f"all {len(live)} rows stand in {self._tables[key]}, too, with the same numbers; kept "
-            "but not fitted."
-        )
-        problems.append(Problem("warning", table.place, what, "", "Delete the copy."))
-        marked = (one if one.marks else one.marked(COPY) for one in table.readings)
-        return replace(table, readings=tuple(marked))
+    def _whole(self, table: Table) -> None:
+        live = table.live()
+        keys = tuple(map(_key, live))
+        key = (table.nominal_voltage_v, table.sense, keys)
+        if len(set(keys)) < _LEAST_ROWS:
+            return
+        first = self._tables.setdefault(key, table.place)
+        if first is not table.place:
+            what = (
+                f"all {len(live)} rows stand in {first}, too, with the same numbers; kept but not "
+                "fitted."
+            )
+            table.problems.append(table.place.warning(what, "", "Delete the copy."))
+            table.change(lambda one: one if one.marks else one.marked(_COPY))
 
-    def _rows_twice(
-        self, place: Place, readings: Sequence[Reading], problems: list[Problem]
-    ) -> list[Reading]:
-        marked: list[Reading] = []
+    def _rows_twice(self, table: Table) -> None:
         repeated: dict[Place, list[int]] = {}
-        for one in readings:
-            here = (place, one.row)
+        for at, one in enumerate(table.readings):
+            here = (table.place, one.row)
             seen = here if one.marks else self._rows.setdefault(_key(one), here)
             if seen != here:
                 repeated.setdefault(seen[0], []).append(one.row)
-            marked.append(one if seen == here else one.marked(COPY))
+                table.readings[at] = one.marked(_COPY)
         for first, rows in repeated.items():
-            whole = len(rows) == len(readings)
-            where = "further up" if first == place else f"in {first}"
+            whole = len(rows) == len(table.readings)
+            where = "further up" if first == table.place else f"in {first}"
             what = (
                 f"{counted(len(rows), 'row')} again as {where} in every number ({listed(rows)}); "
                 "kept but not fitted."
             )
             remedy = "If the whole sheet is a copy, delete it." if whole else ""
-            at = replace(place, row=rows[0])
-            problems.append(Problem("warning" if whole else "note", at, what, "", remedy))
-        return marked
+            problem = Problem("warning" if whole else "note", table.at(rows[0]), what, "", remedy)
+            table.problems.append(problem)
 
 
-def _codes_twice(
-    table: BenchTable, earlier: Sequence[BenchTable], problems: list[Problem]
-) -> list[Reading]:
+def _codes_twice(table: Table, earlier: Sequence[Table]) -> None:
     """Mark the readings at a code that an earlier sheet of the file has with other values."""
-    marked = list(table.readings)
-    for code in sorted({one.values["code"] for one in marked if "code" in one.values}):
-        mine = [one for one in table.readings if one.values.get("code") == code]
+    readings = list(table.readings)
+    for code in sorted({one.values["code"] for one in readings if "code" in one.values}):
+        mine = [one for one in readings if one.values.get("code") == code]
         for other in earlier:
             theirs = [one for one in other.readings if one.values.get("code") == code]
             if not theirs or _branches(mine).isdisjoint(_branches(theirs)):
@@ -149,34 +126,27 @@ def _codes_twice(
                 what = f"{there}; both were read."
                 expected = "each code once, unless the test was repeated."
                 remedy = "If it was not repeated, correct the code."
-                problems.append(Problem("warning", table.place, what, expected, remedy))
+                table.problems.append(table.place.warning(what, expected, remedy))
                 break
             what = f'{there}; the points of "{table.place.sheet}" are kept but not fitted.'
             expected = "each code on one sheet of a workbook."
             remedy = "Correct the code of one, or move a repeated test to a workbook of its own."
-            problems.append(Problem("error", table.place, what, expected, remedy))
+            table.problems.append(table.place.error(what, expected, remedy))
             mark = f'code {code:g} also on sheet "{other.place.sheet}"'
-            rows = {one.row for one in mine}
-            marked = [one.marked(mark) if one.row in rows else one for one in marked]
+            table.mark({one.row for one in mine}, mark)
             break
-    return marked
 
 
 def _branches(readings: Sequence[Reading]) -> set[str]:
     return {one.branch or "loading" for one in readings if not one.marks}
 
 
-def _derived(
-    place: Place,
-    readings: Sequence[Reading],
-    earlier: Sequence[BenchTable],
-    problems: list[Problem],
-) -> list[Reading]:
+def _derived(table: Table, earlier: Sequence[Table]) -> None:
     """Mark a sheet that holds an earlier one once more, rounded or without signs.
 
     Only among sheets without control codes: results beside the measurements they are from.
     """
-    mine = _codeless(readings)
+    mine = _codeless(table.readings)
     for other in earlier if len(mine) >= _LEAST_DERIVED else ():
         theirs = _codeless(other.readings)
         if len(theirs) < len(mine) or len(theirs) * len(mine) > _MOST_PAIRS:
@@ -190,9 +160,10 @@ def _derived(
             "signs; they are kept but not fitted."
         )
         remedy = "State the sheet to read in vehicle.yaml under columns: load_test: sheets."
-        problems.append(Problem("warning", place, what, "", remedy))
-        return [one.marked(f'also on sheet "{other.place.sheet}"') for one in readings]
-    return list(readings)
+        table.problems.append(table.place.warning(what, "", remedy))
+        mark = f'also on sheet "{other.place.sheet}"'
+        table.change(lambda one: one.marked(mark))  # noqa: B023 - and then it returns
+        return
 
 
 def _codeless(readings: Sequence[Reading]) -> FloatArray:
@@ -212,20 +183,17 @@ def _key(reading: Reading) -> tuple[str, ...]:
     return tuple(f"{name}={value:.9g}" for name, value in sorted(values.items()))
 
 
-def pasted_rows(place: Place, readings: Iterable[Reading], problems: list[Problem]) -> list[int]:
+def pasted_rows(table: Table) -> list[int]:
     """Return the rows of a mooring test that were pasted twice, not measured twice, and say so.
 
     They repeat the row above in all of at least three quantities, with the thruster running.
     """
     rows: list[int] = []
-    before: Reading | None = None
-    for one in readings:
-        again = before is not None and one.values == before.values and not one.marks
+    for before, one in pairwise(table.readings):
+        again = one.values == before.values and not one.marks
         if again and len(one.values) >= _LEAST_QUANTITIES and one.values["code"] != 0.0:
             rows.append(one.row)
-        before = one
     if rows:
         what = f"every value of the row above stands again in {listed(rows)}; left out."
-        at = replace(place, row=rows[0])
-        problems.append(Problem("warning", at, what, remedy="Delete the copies."))
+        table.problems.append(table.at(rows[0]).warning(what, "", "Delete the copies."))
     return rows

@@ -1,16 +1,15 @@
 """Which rows were taken in reverse: a column or headings that say so, where codes have no sign."""
 
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 
 from pipeline.errors import Problem
+from pipeline.ingest.bench_table import Table
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
-from pipeline.ingest.readings import Reading
 from pipeline.ingest.rows import listed
-from pipeline.ingest.usable import is_refused
 from pipeline.ingest.vocabulary import plain, split_header, words_of
 from pipeline.vehicle.bench_schema import Direction
 
@@ -40,7 +39,7 @@ class RowDirections:
 
     signs: Mapping[int, int]
     column: int | None
-    problems: tuple[Problem, ...]
+    problem: Problem | None = None
 
 
 def directions_of(
@@ -66,14 +65,14 @@ def directions_of(
             if plain(head) == plain(stated.header):
                 words = {plain(text) for text in stated.reverse}
                 signs = {row: -1 if plain(text) in words else 1 for row, text in texts.items()}
-                return RowDirections(_filled(signs, rows), index, ())
+                return RowDirections(_filled(signs, rows), index)
             continue
         found = _of_column(block, index, head, texts, kind, is_named=is_named)
         if found is not None:
-            return RowDirections(_filled(found.signs, rows), index, found.problems)
+            return replace(found, signs=_filled(found.signs, rows))
     # within a load test these words are its branches, loading and unloading
     no_words = _BRANCHES if kind == "load_test" else frozenset()
-    return RowDirections(_sections(block, rows, no_words), None, ())
+    return RowDirections(_sections(block, rows, no_words), None)
 
 
 def _may_be_words(block: Block, rows: Sequence[int], index: int) -> bool:
@@ -111,11 +110,11 @@ def _of_column(
     if meaning is None:
         if not is_named or len(distinct) < 2:
             return None
-        return RowDirections({}, index, (_unknown(block, letter, head, distinct, kind),))
+        return RowDirections({}, index, _unknown(block, letter, head, distinct, kind))
     if -1 not in meaning.values():
         return None
     signs = {row: meaning[_key(text)] for row, text in texts.items()}
-    problems: tuple[Problem, ...] = ()
+    problem = None
     if by_turn:
         back = next(text for text in texts.values() if meaning[_key(text)] < 0)
         what = (
@@ -127,8 +126,8 @@ def _of_column(
             f'{{{kind}: {{direction: {{header: "{shorten(head)}", reverse: [...]}}}}}}.'
         )
         place = block.sheet.place(block.header_row, letter)
-        problems = (Problem("warning", place, what, "", remedy),)
-    return RowDirections(signs, index, problems)
+        problem = place.warning(what, "", remedy)
+    return RowDirections(signs, index, problem)
 
 
 def reverse_texts(block: Block, found: RowDirections) -> list[str]:
@@ -167,9 +166,7 @@ def _meaning(distinct: Sequence[str], *, is_named: bool) -> tuple[dict[str, int]
 
 def _unknown(block: Block, letter: str, head: str, texts: Sequence[str], kind: str) -> Problem:
     shown = ", ".join(f'"{shorten(text, 20)}"' for text in texts)
-    return Problem(
-        "error",
-        block.sheet.place(block.header_row, letter),
+    return block.sheet.place(block.header_row, letter).error(
         f'"{shorten(head)}" parts the rows into {shown}; which of them is reverse is not known. So '
         "the table was left out.",
         "negative codes, or words such as forward and reverse.",
@@ -213,45 +210,49 @@ def _filled(signs: Mapping[int, int], rows: Sequence[int]) -> dict[int, int]:
     return filled
 
 
-def with_signed_codes(
-    block: Block,
-    readings: Sequence[Reading],
-    stated: Direction | None,
-    kind: str,
-    problems: list[Problem],
-) -> list[Reading] | None:
-    """Return the readings with the sign of their direction on the codes, where anything tells one.
+def with_signed_codes(table: Table) -> Iterator[Problem]:
+    """Give codes the sign of their direction, where anything tells one.
 
-    Codes that have signs already keep them, and rows in which the two contradict are named. None
-    where a column parts the rows and nobody knows how. `stated` is what vehicle.yaml says of a
-    column of directions, `kind` its section.
+    Codes that have signs already keep them, and rows in which the two contradict are named. The
+    table is left out where a column parts the rows and nobody knows how.
     """
-    codes = {one.row: one.values["code"] for one in readings if "code" in one.values}
-    if not codes:
-        return list(readings)
-    found = directions_of(block, list(codes), stated, kind)
-    problems += found.problems
-    signs, unsigned = found.signs, min(codes.values()) >= 0.0
-    if is_refused(found.problems):
-        return None if unsigned else list(readings)
-    if not unsigned:
-        wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
-        if wrong:
-            what = f"the direction and the sign of the code contradict in {listed(wrong)}."
-            letter = None if found.column is None else column_letter(found.column)
-            place = block.sheet.place(wrong[0], letter)
-            remedy = "Correct the rows, or rename the column if it is no direction of thrust."
-            problems.append(Problem("warning", place, what, "one direction a row.", remedy))
-        return list(readings)
-    told = "" if signs else _told_reverse(block, kind)
-    if told:
-        signs = dict.fromkeys(codes, -1)
-        what = f'"{shorten(told)}" says reverse and no code is negative: codes were given a minus.'
-        problems.append(Problem("note", block.place(), what))
-    return [
-        one.with_values(code=codes[one.row] * signs.get(one.row, 1)) if one.row in codes else one
-        for one in readings
-    ]
+    block, codes = (
+        table.block,
+        {one.row: one.values["code"] for one in table.readings if "code" in one.values},
+    )
+    if codes:
+        stated = getattr(table.vehicle.columns, table.kind).direction
+        found = directions_of(block, list(codes), stated, table.kind)
+        signs, unsigned = found.signs, min(codes.values()) >= 0.0
+        unknown = found.problem is not None and found.problem.severity == "error"
+        if found.problem is not None:
+            yield found.problem
+        if unsigned and not unknown:
+            told = "" if signs else _told_reverse(block, table.kind)
+            if told:
+                signs = dict.fromkeys(codes, -1)
+                yield table.place.note(
+                    f'"{shorten(told)}" says reverse and no code is negative: codes were given a '
+                    "minus."
+                )
+            table.change(
+                lambda one: (
+                    one.with_values(code=codes[one.row] * signs.get(one.row, 1))
+                    if one.row in codes
+                    else one
+                )
+            )
+        elif not unknown:
+            wrong = [row for row, code in codes.items() if code * signs.get(row, 0) < 0.0]
+            if wrong:
+                what = f"the direction and the sign of the code contradict in {listed(wrong)}."
+                letter = None if found.column is None else column_letter(found.column)
+                remedy = "Correct the rows, or rename the column if it is no direction of thrust."
+                place = block.sheet.place(wrong[0], letter)
+                yield place.warning(what, "one direction a row.", remedy)
+        table.must_go |= unknown and unsigned
+    if table.must_go:
+        table.is_left_out, table.readings = True, []
 
 
 def _told_reverse(block: Block, kind: str) -> str:

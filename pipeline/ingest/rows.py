@@ -1,6 +1,9 @@
-"""Row numbers and counts in messages."""
+"""Words of messages about rows; tables and files that are left out, each with one error for it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
+
+from pipeline.errors import Place, Problem
 
 
 def counted(number: int, noun: str) -> str:
@@ -34,3 +37,36 @@ def listed(rows: Sequence[int], most: int = 8) -> str:
     hidden = sum(high - low + 1 for low, high in runs[most:])
     text = ", ".join(shown) + (f" and {hidden} more" if hidden else "")
     return f"{'row' if len(rows) == 1 else 'rows'} {text}"
+
+
+#: How the marks of points begin that only repeat what is read elsewhere.
+_COPIES = ("duplicate", "also on sheet")
+
+
+def with_cause(
+    problems: list[Problem], file: Place, marks: Sequence[tuple[str, ...]], what: str
+) -> list[Problem]:
+    """Return the problems of one file, with an error among them if no point of it can be fitted.
+
+    The first warning is taken for the cause and becomes the one error; without a warning the marks
+    of the points that were read are the cause. A file that repeats another one is no error. `what`
+    is what the points are of, e.g. "load-test".
+    """
+    if any(not own or own[0].startswith(_COPIES) for own in marks) or any(
+        problem.severity == "error" for problem in problems
+    ):
+        return problems
+    rest = [problem for problem in problems if problem.severity != "warning"]
+    for cause in problems:
+        if cause.severity == "warning":
+            said = f"{cause.what} No point of the file is left."
+            return [replace(cause, severity="error", what=said), *rest]
+    reasons = ", ".join(dict.fromkeys(mark for own in marks for mark in own))
+    error = file.error(
+        f"no usable {what} point is left: {counted(len(marks), 'point')} read ({reasons})."
+        if marks
+        else f"no {what} point was read.",
+        "rows that can be fitted.",
+        "Correct the file, or move it out of the folder.",
+    )
+    return [error, *rest]

@@ -1,17 +1,16 @@
 """A bench log in time: each step of the command counts once, after it has settled."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
-from pipeline.ingest.readings import Reading
+from pipeline.errors import Problem
+from pipeline.ingest.bench_table import Reading, Table, numbers
 from pipeline.ingest.rows import counted, listed
 from pipeline.types import BoolArray, FloatArray, IntArray
 
-SETTLING = "settling"
-AVERAGED = "averaged"
+_SETTLING, _AVERAGED = "settling", "averaged"
 #: A log holds a step for at least so many rows; with fewer each row is a reading of its own.
 _LEAST_ROWS = 4
 _LEAST_STEPS = 3
@@ -32,73 +31,74 @@ _MOST_PER_S, _WINDOW_S, _LEAST_STEADY = 0.03, 0.25, 0.25
 _SMALL = 0.1
 
 
-@dataclass(frozen=True)
-class Steps:
-    """Readings with one left unmarked for each step, and what was found; empty for a ramp."""
-
-    readings: tuple[Reading, ...]
-    problems: tuple[Problem, ...]
-
-
-def settle(place: Place, readings: tuple[Reading, ...], quantity: str) -> Steps:
-    """Average the settled part of each step of a log in time; `quantity` is what settles.
+def settle(table: Table) -> Iterator[Problem]:
+    """Average the settled part of each step of a mooring test's log in time.
 
     The readings, in the order of time, stay as they are where the file is no such log: with fewer
     than four rows a step, or without a time and without steps that settle.
     """
-    live = [at for at, one in enumerate(readings) if not one.marks and quantity in one.values]
+    readings = table.readings
+    live = [at for at, one in enumerate(readings) if not one.marks]
     if not live:
-        return Steps(readings, ())
-    runs = _runs([_command(readings[at]) for at in live])
-    lengths = [last - first for first, last in runs]
-    values = np.array([readings[at].values[quantity] for at in live])
-    in_time = all("time" in readings[at].values for at in live)
-    if not in_time and not _begin_late(values, runs):
-        return Steps(readings, ())
-    time_s = np.array([readings[at].values.get("time", np.nan) for at in live])
-    period_s = float(np.median(np.diff(time_s))) if len(live) > 1 else np.inf
-    ramp = 0.0 < period_s < _RAMP_PERIOD_S and len(live) >= _LEAST_RAMP_ROWS
-    if float(np.median(lengths)) < _LEAST_ROWS:
-        return Steps((), (_ramp(place, period_s),)) if ramp else Steps(readings, ())
+        return
+    runs = _runs([readings[at] for at in live])
+    rows = float(np.median([last - first for first, last in runs]))
+    values, time_s, period_s = _in_time(readings, live, table.measured)
+    if np.isnan(time_s).any() and not _begin_late(values, runs):
+        return
+    if rows < _LEAST_ROWS:
+        if 0.0 < period_s < _RAMP_PERIOD_S and len(live) >= _LEAST_RAMP_ROWS:
+            yield _ramp(table, period_s)
+        return
     if len(runs) < _LEAST_STEPS:
-        return Steps(readings, ())
+        return
     scale = float(np.max(np.abs(values)))
     done = list(readings)
     moving: list[int] = []
     for first, last in runs:
         step = values[first:last]
-        start = first + settled_from(step, scale)
+        start = first + _settled_from(step, scale)
         if _still_moves(step, scale):
             moving.append(readings[live[first]].row)
             start = max(start, last - max(2, len(step) // _LAST_SHARE))
-        for at in live[first:start]:
-            done[at] = replace(done[at], marks=(SETTLING,))
-        for at in live[start + 1 : last]:
-            done[at] = replace(done[at], marks=(AVERAGED,))
+        for at in live[first:last]:
+            done[at] = replace(done[at], marks=(_SETTLING if at < live[start] else _AVERAGED,))
         done[live[start]] = _mean([readings[at] for at in live[start:last]])
-    return Steps(tuple(done), tuple(_said(place, len(runs), float(np.median(lengths)), moving)))
+    table.readings = done
+    yield table.place.note(
+        f"a log in time of {counted(len(runs), 'step')} of about {rows:g} rows: each step counts "
+        "once, as the mean of its settled rows."
+    )
+    if moving:
+        table.must_go = 3 * len(moving) > len(runs)
+        yield Problem(
+            "error" if table.must_go else "warning",
+            table.at(moving[0]),
+            f"the thrust still moves at the end of the steps that begin in {listed(moving)}.",
+            "steps that are held until the thrust rests.",
+            "Hold each command longer, or mark the rows with #.",
+        )
 
 
-def settle_loads(place: Place, readings: Sequence[Reading]) -> Steps:
+def settle_loads(table: Table) -> Iterator[Problem]:
     """Leave of a load test's log in time what is steady: steps of the load, or a slow ramp of it.
 
     The readings stay as they are where no times are there or the rows come seldom: each is a
     reading then. Rows in which speed or torque still move are marked, the rows of a step are
-    averaged. An error where the command never rests or little else is steady.
+    averaged. The table is left out where the command never rests or little else is steady.
     """
+    readings = table.readings
     live = [at for at, one in enumerate(readings) if not one.marks]
-    time_s = np.array([readings[at].values.get("time", np.nan) for at in live])
-    period_s = float(np.median(np.diff(time_s))) if len(live) > 1 else np.inf
+    speed, _, period_s = _in_time(readings, live, "shaft_speed")
     if len(live) < _LEAST_RAMP_ROWS or not 0.0 < period_s < _RAMP_PERIOD_S:
-        return Steps(tuple(readings), ())
-    runs = _runs([_command(readings[at]) for at in live])
+        return
+    runs = _runs([readings[at] for at in live])
     if float(np.median([last - first for first, last in runs])) < _LEAST_ROWS:
-        return Steps((), (_ramp(place, period_s),))
-    signals = np.array(
-        [[readings[at].values[name] for name in ("shaft_speed", "torque")] for at in live]
-    )
+        yield _ramp(table, period_s)
+        return
+    signals = np.stack([speed, numbers((readings[at] for at in live), "torque")], axis=1)
     largest = np.abs(signals).max(axis=0) + 1e-12
-    done = [one if one.marks else one.marked(SETTLING) for one in readings]
+    done = [one if one.marks else one.marked(_SETTLING) for one in readings]
     steady, steps = 0, 0
     for first, last in runs:
         own = signals[first:last]
@@ -109,7 +109,7 @@ def settle_loads(place: Place, readings: Sequence[Reading]) -> Steps:
             as_step = _is_step(own[part] / scale)
             steps += as_step
             for index in at:
-                done[index] = readings[index].marked(*[AVERAGED] * as_step)
+                done[index] = readings[index].marked(*[_AVERAGED] * as_step)
             if as_step:
                 done[at[0]] = _mean([readings[index] for index in at])
     if steady < _LEAST_STEADY * len(live):
@@ -119,13 +119,24 @@ def settle_loads(place: Place, readings: Sequence[Reading]) -> Steps:
         )
         expected = "steps of the load that are held until the speed rests, or a slow ramp of it."
         remedy = "Hold each load for some seconds; or write one settled row for each load."
-        return Steps((), (Problem("error", place, what, expected, remedy),))
-    what = (
-        f"a log in time: in {steady} of {len(live)} rows the speed rests; "
-        f"{counted(steps, 'step')} of these count once each, as the mean."
-    )
-    said = [Problem("note", place, what)] if steps or steady < len(live) else []
-    return Steps(tuple(done), tuple(said))
+        yield table.leave_out(table.place.error(what, expected, remedy))
+        return
+    table.readings = done
+    if steps or steady < len(live):
+        yield table.place.note(
+            f"a log in time: in {steady} of {len(live)} rows the speed rests; "
+            f"{counted(steps, 'step')} of these count once each, as the mean."
+        )
+
+
+def _in_time(
+    readings: Sequence[Reading], live: Sequence[int], quantity: str
+) -> tuple[FloatArray, FloatArray, float]:
+    """Return a quantity, the times and the usual period of the readings that count. [s]."""
+    own = [readings[at] for at in live]
+    time_s = numbers(own, "time")
+    period_s = float(np.median(np.diff(time_s))) if len(own) > 1 else np.inf
+    return numbers(own, quantity), time_s, period_s
 
 
 def _rests(speed: FloatArray, period_s: float) -> BoolArray:
@@ -169,20 +180,17 @@ def _begin_late(values: FloatArray, runs: Sequence[tuple[int, int]]) -> bool:
     return len(late) >= _LEAST_STEPS and 2 * sum(late) > len(late)
 
 
-def _command(reading: Reading) -> tuple[float | None, float | None]:
-    return reading.values.get("code"), reading.values.get("pwm")
-
-
-def _runs(commands: Sequence[object]) -> list[tuple[int, int]]:
+def _runs(readings: Sequence[Reading]) -> list[tuple[int, int]]:
     """Return first and last plus one of each run of equal commands."""
+    commands = [(one.values.get("code"), one.values.get("pwm")) for one in readings]
     starts = [at for at, one in enumerate(commands) if at == 0 or one != commands[at - 1]]
     return list(zip(starts, [*starts[1:], len(commands)], strict=True))
 
 
-def settled_from(step: FloatArray, scale: float) -> int:
+def _settled_from(step: FloatArray, scale: float) -> int:
     """Return from where on the values of a step stay with those of its end.
 
-    >>> settled_from(np.array([0.0, 6.0, 9.0, 10.0, 10.1, 9.9, 10.0, 10.0]), 10.0)
+    >>> _settled_from(np.array([0.0, 6.0, 9.0, 10.0, 10.1, 9.9, 10.0, 10.0]), 10.0)
     3
     """
     tail = step[-max(2, len(step) // 3) :]
@@ -207,45 +215,22 @@ def _still_moves(step: FloatArray, scale: float) -> bool:
 
 
 def _mean(readings: Sequence[Reading]) -> Reading:
-    names = readings[0].values
+    """Return the mean of readings, at the time of the first."""
     means = {
-        name: float(np.mean([one.values[name] for one in readings if name in one.values]))
-        for name in names
+        name: value
+        if name == "time"
+        else float(np.mean([one.values[name] for one in readings if name in one.values]))
+        for name, value in readings[0].values.items()
     }
-    return replace(readings[0], values={**means, **_first(readings[0], "time")})
+    return replace(readings[0], values=means)
 
 
-def _first(reading: Reading, name: str) -> dict[str, float]:
-    return {name: reading.values[name]} if name in reading.values else {}
-
-
-def _said(place: Place, steps: int, rows: float, moving: Sequence[int]) -> list[Problem]:
-    what = (
-        f"a log in time of {counted(steps, 'step')} of about {rows:g} rows: each step counts once, "
-        "as the mean of its settled rows."
-    )
-    problems = [Problem("note", place, what)]
-    if moving:
-        severe = 3 * len(moving) > steps
-        what = f"the thrust still moves at the end of the steps that begin in {listed(moving)}."
-        problems.append(
-            Problem(
-                "error" if severe else "warning",
-                Place(place.file, place.sheet, moving[0]),
-                what,
-                "steps that are held until the thrust rests.",
-                "Hold each command longer, or mark the rows with #.",
-            )
+def _ramp(table: Table, period_s: float) -> Problem:
+    return table.leave_out(
+        table.place.error(
+            f"a log in time, a row every {period_s:.3g} s, whose command never rests: what is "
+            "measured lags behind it. So the table was left out.",
+            "steps that are held until the readings rest.",
+            "Sweep in steps of a second or more.",
         )
-    return problems
-
-
-def _ramp(place: Place, period_s: float) -> Problem:
-    return Problem(
-        "error",
-        place,
-        f"a log in time, a row every {period_s:.3g} s, whose command never rests: what is measured "
-        "lags behind it. So the table was left out.",
-        "steps that are held until the readings rest.",
-        "Sweep in steps of a second or more.",
     )

@@ -2,15 +2,14 @@
 
 import difflib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, BlockColumn, headings
-from pipeline.ingest.cells import column_index, is_number, is_text, shorten
+from pipeline.ingest.cells import Sheet, column_index, is_number, is_text, shorten
 from pipeline.ingest.column_units import unit_problem, why_unknown
 from pipeline.ingest.header_rows import Wanted, is_mapped
-from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.unit_text import factor
 from pipeline.ingest.vocabulary import HeaderText, is_other, plain, words_of
 from pipeline.vehicle.bench_schema import Column
@@ -67,7 +66,7 @@ def blocks_by_letter(
     return ((Block(sheet, columns, first - 1, first, sheet.last_row, above),), tuple(problems))
 
 
-def missing_columns(sheet: Sheet, wanted: Wanted) -> list[Problem]:
+def missing_columns(sheet: Sheet, wanted: Wanted) -> Iterator[Problem]:
     """Say which stated columns are not on a sheet that has names."""
     texts = {
         " ".join(cell.split()): None
@@ -81,24 +80,19 @@ def missing_columns(sheet: Sheet, wanted: Wanted) -> list[Problem]:
         if letter_of(column) is None and not any(is_mapped(column, text) for text in texts)
     ]
     if not missing or len(texts) < 2:
-        return []
+        return
     names = {plain(text): text for text in texts}
-    problems = []
+
     for quantity, column in missing:
         close = difflib.get_close_matches(plain(column.header), list(names), n=1, cutoff=0.6)
         hint = f' The nearest is "{shorten(names[close[0]])}".' if close else ""
-        problems.append(
-            Problem(
-                "warning",
-                sheet.place(),
-                f'there is no column "{column.header}", stated in vehicle.yaml as columns: '
-                f"{wanted.kind}: {quantity}.{hint}",
-                "the header as it stands on the sheet.",
-                "Correct the header in vehicle.yaml, or restrict the sheets with "
-                f"columns: {wanted.kind}: sheets: [...].",
-            )
+        yield sheet.place().warning(
+            f'there is no column "{column.header}", stated in vehicle.yaml as columns: '
+            f"{wanted.kind}: {quantity}.{hint}",
+            "the header as it stands on the sheet.",
+            "Correct the header in vehicle.yaml, or restrict the sheets with "
+            f"columns: {wanted.kind}: sheets: [...].",
         )
-    return problems
 
 
 def rows_wanted(
@@ -118,9 +112,7 @@ def rows_wanted(
         )
         if index is None:
             problems.append(
-                Problem(
-                    "error",
-                    sheet.place(row),
+                sheet.place(row).error(
                     f'there is no column "{header}", stated in vehicle.yaml as columns: '
                     f"{wanted.kind}: only.",
                     "the header as it stands on the sheet.",
@@ -151,10 +143,8 @@ def choose_sheets(
         skipped = ", ".join(f'"{sheet.name}"' for sheet in sheets if sheet not in kept)
         what = f"not read, because vehicle.yaml restricts the sheets: {skipped}."
         place = replace(sheets[0].place(), sheet=None) if sheets else None
-        return kept, (Problem("note", place, what),) if skipped and place else ()
-    problem = Problem(
-        "warning",
-        replace(sheets[0].place(), sheet=None),
+        return kept, (place.note(what),) if skipped and place else ()
+    problem = replace(sheets[0].place(), sheet=None).warning(
         f"none of the sheets stated in vehicle.yaml is here ({', '.join(names)}).",
         f"one of them; the workbook has {', '.join(str(sheet.name) for sheet in sheets)}.",
         f"Correct columns: {kind}: sheets in vehicle.yaml, or move the file.",
@@ -169,9 +159,7 @@ def _measured(sheets: Sequence[Sheet], kind: str) -> tuple[tuple[Sheet, ...], tu
         return tuple(sheets), ()
     left_out = [sheet for sheet in sheets if sheet not in kept and any(sheet.rows)]
     problems = [
-        Problem(
-            "warning",
-            sheet.place(),
+        sheet.place().warning(
             "by its name the sheet is calculated, not measured; it was left out.",
             "measured readings.",
             f"If it is measured, name the sheets in vehicle.yaml under columns: {kind}: sheets.",

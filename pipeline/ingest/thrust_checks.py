@@ -1,18 +1,19 @@
-"""What thrust at rest cannot be: more than disc or power give, jumps or two values over code."""
+"""What thrust at rest cannot be, and how the thrusters of a file differ."""
 
 import math
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import Problem
+from pipeline.ingest.bench_table import Table
 from pipeline.ingest.blocks import BlockColumn
 from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import factor, known_units
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
-from pipeline.vehicle.schema import Vehicle
 
 #: Thrust over the disc's area: a jet of 17 m/s. No thruster of an underwater vehicle has it. [Pa]
 MOST_PRESSURE_PA = 150e3
@@ -37,14 +38,13 @@ _LEAST_CODES = 4
 _LATE = 0.5
 
 
-def thrust_problem(
-    place: Place, points: Sequence[MooringPoint], vehicle: Vehicle, column: BlockColumn
-) -> Problem | None:
+def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | None:
     """Doubt or refuse a table whose thrust no propeller of this size gives.
 
     It names the unit that would fit, if there is one: a warning where the numbers are possible and
     strange, an error where they are not.
     """
+    vehicle = table.vehicle
     used = [point for point in points if not point.marks]
     thrust = np.array([abs(point.thrust_n) for point in used])
     if not used or not thrust.any():
@@ -62,17 +62,17 @@ def thrust_problem(
             f"K_T at rest comes out as {k_t:.3g}, a screw has {_USUAL_K_T[0]:g} to "
             f"{_USUAL_K_T[1]:g}"
         )
-        return _problem(place, column, why, k_t / usual, is_possible=LEAST_K_T <= k_t <= MOST_K_T)
+        return _problem(table, why, k_t / usual, is_possible=LEAST_K_T <= k_t <= MOST_K_T)
     if pressure_pa > MOST_PRESSURE_PA:
         why = (
             f"{thrust.max():.3g} N on the disc of a propeller of {diameter:g} m are "
             f"{pressure_pa / 1000.0:.3g} kPa, more than any gives"
         )
-        return _problem(place, column, why, pressure_pa / _USUAL_PRESSURE_PA, is_possible=False)
+        return _problem(table, why, pressure_pa / _USUAL_PRESSURE_PA, is_possible=False)
     if merit is not None and not _DOUBTFUL_MERIT <= merit <= MOST_MERIT:
         why = f"an ideal propeller would take {merit:.3g} times the power U I that was drawn"
         ratio = (merit / _USUAL_MERIT) ** (2.0 / 3.0)
-        return _problem(place, column, why, ratio, is_possible=merit <= MOST_MERIT)
+        return _problem(table, why, ratio, is_possible=merit <= MOST_MERIT)
     return None
 
 
@@ -82,12 +82,11 @@ def _median(values: FloatArray) -> float | None:
     return float(np.median(there)) if there.size >= _LEAST_POINTS else None
 
 
-def _problem(
-    place: Place, column: BlockColumn, why: str, ratio: float, *, is_possible: bool
-) -> Problem:
+def _problem(table: Table, why: str, ratio: float, *, is_possible: bool) -> Problem:
+    column = table.block.columns["thrust"]
     return Problem(
         "warning" if is_possible else "error",
-        place,
+        table.place,
         f'thrust "{column.header}" in {column.unit}: {why}.'
         f"{'' if is_possible else ' So the table was left out.'}{_likely(column, ratio)}",
         "thrust, shaft speed and diameter that belong together.",
@@ -112,23 +111,23 @@ def _likely(column: BlockColumn, ratio: float) -> str:
     return f" The numbers look like {unit}."
 
 
-def shape_problem(place: Place, points: Sequence[MooringPoint]) -> Problem | None:
+def shape_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | None:
     """Refuse a table whose thrust falls by a large factor, or has two values at most codes."""
     used = [point for point in points if not point.marks and point.code != 0.0]
     for sign in (1.0, -1.0):
         own = [point for point in used if sign * point.code > 0.0]
         if own:
             found = (
-                _fall(place, own, sign)
-                or _two_values(place, own, sign)
-                or _late_start(place, own, sign)
+                _fall(table, own, sign)
+                or _two_values(table, own, sign)
+                or _late_start(table, own, sign)
             )
             if found is not None:
                 return found
     return None
 
 
-def _fall(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem | None:
+def _fall(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem | None:
     ordered = sorted(points, key=lambda point: abs(point.code))
     largest = max(sign * point.thrust_n for point in ordered)
     last = ordered[0]
@@ -136,9 +135,7 @@ def _fall(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem 
         before, here = sign * last.thrust_n, sign * point.thrust_n
         if before > _CLEAR * largest and abs(here) < before / _JUMP and point.code != last.code:
             row = point.source.row
-            return Problem(
-                "error",
-                Place(place.file, place.sheet, row),
+            return table.at(row).error(
                 f"thrust falls from {before:.3g} N at code {last.code:g} to {here:.3g} N at code "
                 f"{point.code:g}: a sign that parts thousands was lost, or the force was. So the "
                 "table was left out.",
@@ -149,7 +146,7 @@ def _fall(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem 
     return None
 
 
-def _late_start(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem | None:
+def _late_start(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem | None:
     """Look for a thrust that begins in the middle of the codes: these count from elsewhere."""
     largest = max(sign * point.thrust_n for point in points)
     codes = sorted({abs(point.code) for point in points})
@@ -163,9 +160,7 @@ def _late_start(place: Place, points: Sequence[MooringPoint], sign: float) -> Pr
     first = [sign * point.thrust_n for point in points if abs(point.code) == low]
     if max(first) > _CLEAR * largest:
         return None
-    return Problem(
-        "error",
-        place,
+    return table.place.error(
         f"thrust begins at code {least:g}, {100 * low / codes[-1]:.0f} % of the largest, "
         f"{codes[-1]:g}: the codes seem to count from elsewhere, as a duty cycle does. So the "
         "table was left out.",
@@ -175,7 +170,7 @@ def _late_start(place: Place, points: Sequence[MooringPoint], sign: float) -> Pr
     )
 
 
-def _two_values(place: Place, points: Sequence[MooringPoint], sign: float) -> Problem | None:
+def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Problem | None:
     """Look for two groups of readings at most codes, at equal voltage."""
     groups: dict[tuple[float, float | None], list[MooringPoint]] = defaultdict(list)
     for point in points:
@@ -191,9 +186,7 @@ def _two_values(place: Place, points: Sequence[MooringPoint], sign: float) -> Pr
         return None
     widest = max(groups.values(), key=lambda own: np.ptp([point.thrust_n for point in own]))
     values = sorted(sign * point.thrust_n for point in widest)
-    return Problem(
-        "error",
-        Place(place.file, place.sheet, widest[0].source.row),
+    return table.at(widest[0].source.row).error(
         f"at code {widest[0].code:g} thrust is {values[0]:.3g} and {values[-1]:.3g} N "
         f"({listed([point.source.row for point in widest])}), and so at most codes: something "
         "parts the rows, such as a direction or a voltage that no column states. So the table was "
@@ -202,3 +195,99 @@ def _two_values(place: Place, points: Sequence[MooringPoint], sign: float) -> Pr
         "Write reverse with negative codes, the voltage into a column, or each test on a sheet of "
         "its own.",
     )
+
+
+#: Specimens of one type differ by a few per cent; their larger thrusts tell it.
+_ALIKE, _LARGER = 0.1, 0.2
+
+
+def compare_thrusters(
+    tables: Sequence[Table], points: list[tuple[MooringPoint, ...]], problems: list[Problem]
+) -> list[tuple[MooringPoint, ...]]:
+    """Compare the thrusters of a file with their median, and mark those that differ.
+
+    Returns the same points, each with its thruster.
+    """
+    named = [at for at, one in enumerate(tables) if one.block.thruster is not None and points[at]]
+    done = list(points)
+    if len(named) < 2:
+        _compare_sheets(tables, points, problems)
+        return done
+    curves = [_by_code(points[at]) for at in named]
+    codes = sorted(set.intersection(*(set(curve) for curve in curves)))
+    thrust = np.array([[curve[code] for code in codes] for curve in curves])
+    if not thrust.size:
+        return done
+    middle = np.median(thrust, axis=0)
+    large = np.abs(middle) > _LARGER * np.abs(middle).max()
+    shares = np.median(thrust[:, large] / middle[large], axis=1)
+    for at, share in zip(named, shares.tolist(), strict=True):
+        name = tables[at].block.thruster
+        differs = abs(share - 1.0) > _ALIKE
+        if differs:
+            problems.append(
+                tables[at].place.warning(
+                    f'thruster "{name}" gives {share:.2f} of the thrust of the others; kept but '
+                    "not fitted.",
+                    "thrusters of one type within 10 %.",
+                    "Choose one in vehicle.yaml: columns: {mooring: {thrust: {header: ...}}}.",
+                )
+            )
+        marks = ("thruster differs",) if differs else ()
+        done[at] = tuple(
+            point.model_copy(update={"thruster": name, "marks": (*point.marks, *marks)})
+            for point in points[at]
+        )
+    if not any(abs(share - 1.0) > _ALIKE for share in shares):
+        what = f"{len(named)} thrusters, {min(shares):.2f} to {max(shares):.2f} of their median; "
+        what += "fitted together."
+        problems.append(replace(tables[0].place, sheet=None).note(what))
+    return done
+
+
+def _compare_sheets(
+    tables: Sequence[Table], points: Sequence[tuple[MooringPoint, ...]], problems: list[Problem]
+) -> None:
+    """Warn of tables of one voltage that differ: they may be of several thrusters."""
+    if sum(map(bool, points)) < 2:
+        return
+    by_voltage: dict[float | None, list[int]] = defaultdict(list)
+    for at, own in enumerate(points):
+        volts = [point.voltage_v for point in own if point.voltage_v is not None]
+        if own:
+            by_voltage[round(float(np.median(volts))) if volts else None].append(at)
+    for group in by_voltage.values():
+        curves = {at: _by_code(points[at]) for at in group}
+        shares = {at: _share(curve, curves.values()) for at, curve in curves.items()}
+        odd = {at: share for at, share in shares.items() if abs(share - 1.0) > _ALIKE}
+        if len(group) > 1 and odd:
+            at = max(odd, key=lambda one: abs(odd[one] - 1.0))
+            problems.append(
+                tables[at].place.warning(
+                    f"this table gives {odd[at]:.2f} of the thrust that the tables of the file "
+                    "give in the middle; all of them are fitted together.",
+                    "tables of one thruster, at one voltage, in one water.",
+                    "Leave the others out by columns: {mooring: {sheets: [...]}} in vehicle.yaml.",
+                )
+            )
+
+
+def _share(curve: dict[float, float], others: Iterable[dict[float, float]]) -> float:
+    """Return the thrust of one table over the middle one of all, at the codes of both."""
+    every = list(others)
+    middle = {code: float(np.median([one[code] for one in every if code in one])) for code in curve}
+    largest = max((abs(value) for value in middle.values()), default=0.0)
+    ratios = [
+        thrust / middle[code]
+        for code, thrust in curve.items()
+        if abs(middle[code]) > _LARGER * largest
+    ]
+    return float(np.median(ratios)) if ratios else 1.0
+
+
+def _by_code(points: Sequence[MooringPoint]) -> dict[float, float]:
+    thrust: dict[float, list[float]] = defaultdict(list)
+    for point in points:
+        if not point.marks:
+            thrust[point.code].append(point.thrust_n)
+    return {code: float(np.mean(values)) for code, values in thrust.items()}

@@ -6,20 +6,20 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError, Place
 from pipeline.ingest.archive import (
     Archive,
     SheetScan,
+    formula_problems,
+    hidden_problems,
     longest_shared_text,
     scan_sheet,
     unpack,
 )
-from pipeline.ingest.cells import column_letter
+from pipeline.ingest.cells import Cell, Limits, Row, Sheet, column_letter
 from pipeline.ingest.log_names import is_log_anywhere, log_among_bench_files
 from pipeline.ingest.reading_process import opening
-from pipeline.ingest.sheet import Cell, Limits, Row, Sheet
 from pipeline.ingest.text_table import read_text_table
-from pipeline.ingest.workbook_notes import formula_problems, hidden_problems
 
 if TYPE_CHECKING:
     from python_calamine import CalamineSheet, CalamineWorkbook
@@ -292,9 +292,7 @@ def _read_sheet(
     except BaseException as error:
         if not _is_reader_failure(error):
             raise
-        problem = Problem(
-            "error",
-            where,
+        problem = where.error(
             f"the sheet is damaged and cannot be read ({_reason(error)}).",
             "a sheet as a spreadsheet program saves it.",
             "Save the workbook again in a spreadsheet program. The other sheets were read.",

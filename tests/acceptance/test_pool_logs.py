@@ -180,7 +180,7 @@ def test_thrusters_are_not_suspected_but_a_swap_is_found(
         assert "runs against" not in said
         channels = {name: one for name, one in run.channels.items() if name != "attitude"}
         without = replace(run, channels=channels)
-        assert not thrusters_against_rates(without, vehicle, Place(run.file))
+        assert not list(thrusters_against_rates(without, vehicle, Place(run.file)))
     path = next(
         path for path in logs_in(shared_data / "exjobbrov_pool") if path.name.startswith("sinPsi")
     )

@@ -11,13 +11,12 @@ from pipeline.ingest import (
     mcap_chunk,
     mcap_directory,
     mcap_file,
-    mcap_protobuf,
     mcap_records,
-    mcap_types,
+    message_definitions,
+    pool_run_codec,
     pool_run_extract,
-    ros_definitions,
 )
-from pipeline.ingest.sheet import Limits
+from pipeline.ingest.cells import Limits
 from pipeline.records import pool_schema
 from pipeline.vehicle import run_notes, yaml_text
 from pipeline.vehicle.schema import Vehicle
@@ -45,9 +44,9 @@ STATED = {
     "summary, message index of a chunk": ("64 MB each", mcap_file._MAX_SUMMARY_BYTES / _MIB),
     "topics": ("20 000", mcap_directory._MOST_CHANNELS),
     "a definition, a metadata record": ("1 MB each", mcap_records.MAX_SCHEMA_BYTES / _MB),
-    "elements of an array in a definition": ("10 000 000", ros_definitions._MAX_LENGTH),
-    "characters of a ROS definition": ("200 000", ros_definitions._MOST_CHARACTERS),
-    "numbers of a protobuf message, sent or not": ("200 000", mcap_protobuf._MOST_NUMBERS),
+    "elements of an array in a definition": ("10 000 000", message_definitions._MAX_LENGTH),
+    "characters of a ROS definition": ("200 000", message_definitions._MOST_CHARACTERS),
+    "numbers of a protobuf message, sent or not": ("200 000", pool_run_codec._MOST_NUMBERS),
     "JSON message": ("16 MB", pool_run_extract._MAX_MESSAGE_BYTES / _MB),
     "log times that count for the length of the run": (
         "7 days from the median",
@@ -79,7 +78,7 @@ def test_the_constants_that_share_a_row() -> None:
     assert mcap_file._MAX_INDEX_BYTES == mcap_file._MAX_SUMMARY_BYTES
     assert mcap_records.MAX_METADATA_BYTES == mcap_records.MAX_SCHEMA_BYTES
     assert mcap_records.MAX_RATIO == 200
-    assert mcap_types._MOST == pool_schema._MOST_ELEMENTS
+    assert message_definitions._MOST == pool_schema._MOST_ELEMENTS
     assert yaml_text.MAX_BYTES == 1e6
     assert run_notes._MAX_BYTES == 1e5
     assert Vehicle.model_json_schema()["properties"]["thrusters"]["maxItems"] == 12

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import pipeline
-from pipeline.ingest.header_letters import odd_letters
+from pipeline.ingest.headers import odd_letters
 from pipeline.ingest.mooring import read_mooring_tables
 
 

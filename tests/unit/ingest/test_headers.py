@@ -5,9 +5,9 @@ from bench_workbooks import Rows, write_workbook
 from openpyxl import Workbook
 
 from pipeline.ingest.blocks import Block
+from pipeline.ingest.cells import Sheet
 from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED, VOCABULARY
-from pipeline.ingest.sheet import Sheet
 from pipeline.ingest.vocabulary import split_header
 from pipeline.ingest.workbook import read_sheets
 from pipeline.vehicle.bench_schema import Column

@@ -9,9 +9,13 @@ from hypothesis import strategies as st
 from mcap_ros2._dynamic import serialize_dynamic
 
 from pipeline.ingest.mcap_gather import Layouts, decode, layout_of
-from pipeline.ingest.mcap_types import BrokenMessageError, Definition, DefinitionError
+from pipeline.ingest.message_definitions import (
+    BrokenMessageError,
+    Definition,
+    DefinitionError,
+    parse_definition,
+)
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
-from pipeline.ingest.ros_definitions import parse_definition
 
 
 def parse_ros2msg(name: str, text: str) -> Definition:

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from pool_logs import json_topic, rov, ticks, write_log
 
-from pipeline.ingest.mcap_types import BrokenMessageError
+from pipeline.ingest.message_definitions import BrokenMessageError
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.pool_run_codec import decode_json
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pipeline.ingest.mcap_protobuf import protobuf_decoder
-from pipeline.ingest.mcap_types import BrokenMessageError, DefinitionError
+from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionError
+from pipeline.ingest.pool_run_codec import protobuf_decoder
 
 
 def varint(value: int) -> bytes:

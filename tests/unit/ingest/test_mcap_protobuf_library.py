@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pool_logs import NAMES, START_NS, Topic, imu_topic, joints_topic, rov, ticks, write_log
 
-from pipeline.ingest.mcap_protobuf import protobuf_decoder
 from pipeline.ingest.pool_run import read_pool_run
+from pipeline.ingest.pool_run_codec import protobuf_decoder
 
 FIELD = descriptor_pb2.FieldDescriptorProto
 #: Every type of a number -> its largest magnitude, and whether it may be negative.

@@ -13,9 +13,11 @@ from openpyxl import Workbook
 
 from pipeline.errors import Problem
 from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.ingest.mooring_sweeps import hysteresis, sweeps, tare, voltage_groups
-from pipeline.records.measurements import MooringRecord
+from pipeline.ingest.mooring_points import hysteresis, sweeps, tare
+from pipeline.records.base import Source
+from pipeline.records.measurements import MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
+from pipeline.vehicle.supply_voltage import voltage_groups
 
 KGF_N = 9.80665
 LBF_N = 4.4482216152605
@@ -388,12 +390,14 @@ def test_tare_is_exact_at_zero_readings_and_never_beyond_them(
 def test_hysteresis_finds_what_was_put_in(shift_n: float, codes: list[int]) -> None:
     rising = [0.002 * code**2 for code in codes]
     falling = [thrust + shift_n for thrust in rising]
-    found = hysteresis(
-        [*codes, *codes, *(-code for code in codes), *(-code for code in codes)],
-        [*rising, *falling, *(-thrust for thrust in rising), *(-thrust for thrust in falling)],
-        (["up"] * len(codes) + ["down"] * len(codes)) * 2,  # type: ignore[arg-type]
-        [None] * 4 * len(codes),
-    )
+    here = Source(file="a.csv", row=1)
+    points = [
+        MooringPoint(source=here, code=sign * code, thrust_n=sign * thrust, sweep=sweep)
+        for sign in (1, -1)
+        for thrusts, sweep in ((rising, "up"), (falling, "down"))
+        for code, thrust in zip(codes, thrusts, strict=True)
+    ]
+    found = hysteresis(points)
     assert found == pytest.approx(shift_n, abs=1e-9)
 
 

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pool_logs import SECOND_NS, START_NS, ticks
 
+from pipeline.ingest.message_fields import NO_STAMP
 from pipeline.ingest.pool_run_clocks import choose_time, share_clocks
-from pipeline.ingest.pool_run_stamps import NO_STAMP
 from pipeline.types import IntArray
 
 

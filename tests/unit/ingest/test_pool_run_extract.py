@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from pool_logs import START_NS, array_topic, json_topic, ros_topic, rov, ticks, write_log
 
 from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.message_fields import NO_STAMP, Stamp, stamp_of, ticks_ns
 from pipeline.ingest.pool_run import read_pool_run
 from pipeline.ingest.pool_run_codec import codec_of
 from pipeline.ingest.pool_run_extract import Request, TopicData, extract
-from pipeline.ingest.pool_run_stamps import NO_STAMP, Stamp, stamp_of, ticks_ns
 
 UNITS = st.sampled_from([1, 1_000, 1_000_000, 1_000_000_000])
 

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.errors import InputError
 from pipeline.export.mcap_log import write_run_log
-from pipeline.ingest.run_commands import RunCommands, read_run_commands
-from pipeline.ingest.true_start import read_true_start
+from pipeline.ingest.run_commands import RunCommands, read_run_commands, read_true_start
 from pipeline.records.pool_schema import PoolColumns
 from pipeline.simulate.sensors import Channel
 from pipeline.types import IntArray

@@ -3,7 +3,7 @@
 import pytest
 
 from pipeline.errors import InputError, Place
-from pipeline.ingest.sheet import Limits, Sheet
+from pipeline.ingest.cells import Limits, Sheet
 from pipeline.ingest.text_table import read_text_table
 
 

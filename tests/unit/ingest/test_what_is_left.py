@@ -11,7 +11,7 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
-from pipeline.ingest.usable import with_cause
+from pipeline.ingest.rows import with_cause
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.vehicle.forms import FORM_MARK
 from pipeline.vehicle.schema import Vehicle
@@ -116,10 +116,10 @@ NOTE = Problem("note", Place("a.csv"), "by the way.")
 
 def test_the_first_warning_is_the_cause() -> None:
     second = Problem("warning", Place("a.csv", row=9), "odd, too.")
-    (error, note) = with_cause([NOTE, WARNING, second], "a.csv", [("odd",)], "mooring")
+    (error, note) = with_cause([NOTE, WARNING, second], Place("a.csv"), [("odd",)], "mooring")
     assert (error.severity, error.place.row) == ("error", 3)
     assert note == NOTE
-    assert with_cause([WARNING], "a.csv", [("odd",), ()], "mooring") == [WARNING]
+    assert with_cause([WARNING], Place("a.csv"), [("odd",), ()], "mooring") == [WARNING]
 
 
 @pytest.mark.parametrize("kind", KINDS)

@@ -1,11 +1,14 @@
-"""Whether accelerometer and attitude, or a level hull, agree on where down is: wrong axes show."""
+"""Whether accelerometer, attitude, rates, depth and position agree on where down is."""
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_resample import resample
-from pipeline.records.run_arrays import PoolRun
+from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.types import FloatArray
+from pipeline.vehicle.schema import Vehicle
 
 _TABLE_HZ = 20.0
 _LEAST_ROWS = 100
@@ -22,14 +25,14 @@ _LEAST_MPS2 = 5.0
 _MOST_TILTED_DEG = 60.0
 
 
-def gravity_against_attitude(run: PoolRun, place: Place) -> list[Problem]:
+def gravity_against_attitude(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Compare the direction of the specific force with down as the attitude has it.
 
     At rest an accelerometer feels gravity upwards, f = -g R^T e_z. Under way its median direction
     is still that, as no vehicle accelerates one way for half of the time.
     """
     if not {"attitude", "specific_force"} <= set(run.channels):
-        return []
+        return
     table = resample(run, _TABLE_HZ, quantities=("attitude", "specific_force"))
     rows = table.valid["attitude"] & table.valid["specific_force"]
     force = table.values["specific_force"][rows]
@@ -42,40 +45,35 @@ def gravity_against_attitude(run: PoolRun, place: Place) -> list[Problem]:
         tilts = [_correlation(-down[:, axis], force[:, axis], _LEAST_TILT) for axis in (0, 1)]
         against = min((one for one in tilts if one is not None), default=1.0)
         if against > _MOST_AGAINST:
-            return []
+            return
         said = f"at odds when the vehicle tilts (correlation {against:.2f})"
-    return [
-        Problem(
-            "warning",
-            place,
-            f"down by the specific force ({specific}) and down by the attitude ({attitude}) are "
-            f"{said}.",
-            "",
-            "Check axes, sign and, of a quaternion, order of both under pool: channels in "
-            "vehicle.yaml.",
-        )
-    ]
+    yield place.warning(
+        f"down by the specific force ({specific}) and down by the attitude ({attitude}) are "
+        f"{said}.",
+        remedy="Check axes, sign and, of a quaternion, order of both under pool: channels in "
+        "vehicle.yaml.",
+    )
 
 
-def gravity_against_rates(run: PoolRun, place: Place) -> list[Problem]:
+def gravity_against_rates(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Compare how gravity turns in the body, df/dt = -omega x f, with the rates that turn it.
 
     For logs without an attitude, where nothing else shows a unit, a sign or axes of the rates.
     """
     needed = {"angular_velocity", "specific_force"}
     if "attitude" in run.channels or not needed <= set(run.channels):
-        return []
+        return
     table = resample(run, _TABLE_HZ, quantities=("angular_velocity", "specific_force"))
     rows = table.valid["angular_velocity"] & table.valid["specific_force"]
     force, rate = (table.values[name] for name in ("specific_force", "angular_velocity"))
     if rows.sum() < _LEAST_ROWS:
-        return []
+        return
     kernel = np.full(_SMOOTH, 1.0 / _SMOOTH)
     turning = np.where(rows[:, None], -np.cross(rate, force), np.nan)
     force = np.where(rows[:, None], force, np.nan)
     # over a second each: the noise of an accelerometer is far above its change in a step
     change = (force[_SMOOTH:] - force[:-_SMOOTH]) * _TABLE_HZ / _SMOOTH
-    found = []
+
     for axis, name in ((1, "roll"), (0, "pitch")):
         by_rate = np.convolve(turning[:, axis], kernel, mode="valid")[: len(change)]
         measured = np.convolve(change[:, axis], kernel, mode="same")
@@ -94,8 +92,7 @@ def gravity_against_rates(run: PoolRun, place: Place) -> list[Problem]:
             f"with which gravity turns in the body{looks}."
         )
         remedy = "Check unit, sign and axes of both under pool: channels in vehicle.yaml."
-        found.append(Problem("warning", place, what, "", remedy))
-    return found
+        yield place.warning(what, remedy=remedy)
 
 
 def _correlation(first: FloatArray, second: FloatArray, least: float) -> float | None:
@@ -105,28 +102,28 @@ def _correlation(first: FloatArray, second: FloatArray, least: float) -> float |
     return float(np.corrcoef(first, second)[0, 1])
 
 
-def gravity_against_level(run: PoolRun, place: Place) -> list[Problem]:
+def gravity_against_level(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Compare the direction of the specific force with down of a level vehicle.
 
     For logs without an attitude, where nothing else shows that the axes are others than assumed.
     """
     channel = run.channels.get("specific_force")
     if channel is None or "attitude" in run.channels:
-        return []
+        return
     force = channel.values[channel.usable()]
     force = force[np.isfinite(force).all(axis=1)]
     if not force.size or np.median(np.linalg.norm(force, axis=1)) < _LEAST_MPS2:
-        return []  # gravity was taken out, which is told of the sizes
+        return  # gravity was taken out, which is told of the sizes
     apart_deg = _apart_deg(force, np.tile([0.0, 0.0, 1.0], (len(force), 1)))
     if apart_deg < _MOST_TILTED_DEG:
-        return []
+        return
     what = (
         f"down by the specific force ({channel.topic}) is {apart_deg:.0f} degrees from the z axis "
         f"of the body, with the axes {channel.read.axes}: the vehicle lay on its side or back, or "
         "the axes are others."
     )
     remedy = "State body_axes of the IMU (such as flu) under pool: channels in vehicle.yaml."
-    return [Problem("warning", place, what, "", remedy)]
+    yield place.warning(what, remedy=remedy)
 
 
 def _apart_deg(force: FloatArray, down: FloatArray) -> float:
@@ -144,3 +141,94 @@ def down_in_body(attitude: FloatArray) -> FloatArray:
     w, x, y, z = attitude.T
     down = np.stack([x * z - w * y, y * z + w * x, 0.5 * (w * w - x * x - y * y + z * z)], axis=1)
     return np.asarray(2.0 * down / (attitude**2).sum(axis=1, keepdims=True))
+
+
+#: A run under water moves by more than a centimetre of it. [Pa]
+_STILL_PA = 100.0
+#: One atmosphere and some metres of water, read as pascals above the surface -> the unit it is.
+_ATMOSPHERES = ((800.0, 1500.0, "hPa (mbar)"), (80.0, 150.0, "kPa"))
+_ABOVE_WATER_M = -0.3
+_FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
+
+
+def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+    """Warn where depths are those of a pressure in another unit, or lie above the water.
+
+    The vehicle's water turns depths back into pressures.
+    """
+    channel = run.channels.get("depth")
+    if channel is None:
+        return []
+    depth = _readings(channel)
+    if not depth.size:
+        return []
+    middle = float(np.median(depth))
+    if channel.read.quantity == "pressure" and channel.read.unit_from != "vehicle file":
+        # near the surface a gauge reads as little, but then it also reads about zero
+        raw_pa = depth * vehicle.water.density_kgpm3 * vehicle.water.gravity_mps2
+        low, typical = float(np.quantile(raw_pa, 0.02)), float(np.median(raw_pa))
+        for least, most, unit in _ATMOSPHERES:
+            if least <= low and typical <= most:
+                return [
+                    place.warning(
+                        f"the pressure ({channel.topic}) is about {typical:.4g} Pa above the "
+                        f"surface throughout, a depth of {middle:.2g} m: this looks like {unit}.",
+                        "pressure in Pa.",
+                        "State the unit under pool: channels in vehicle.yaml.",
+                    )
+                ]
+        if 0.0 < float(np.ptp(raw_pa)) < _STILL_PA and abs(typical) < 10.0 * _STILL_PA:
+            return [
+                place.warning(
+                    f"the pressure ({channel.topic}) stays within {np.ptp(raw_pa):.2g} Pa of the "
+                    f"surface throughout, a depth of {middle:.2g} m: the vehicle was not under "
+                    "water, or this is bar, dbar, psi or mbar.",
+                    "pressure in Pa.",
+                    "State the unit under pool: channels in vehicle.yaml.",
+                )
+            ]
+    # on deck a gauge reads 0: only a wrong sign or surface makes it negative for a while
+    middle = min(middle, float(np.quantile(depth, 0.05)))
+    if middle < _ABOVE_WATER_M:
+        return [
+            place.warning(
+                f"the depth ({channel.topic}) is {middle:.3g} m for a good part of the run: "
+                "above the water. Its sign, or the pressure at the surface, is another.",
+                "depth positive downwards.",
+                "State sign: -1, or surface_pressure_pa, under pool: channels in vehicle.yaml.",
+            )
+        ]
+    return []
+
+
+def position_against_depth(run: PoolRun, place: Place) -> list[Problem]:
+    """Say where the third component of a position falls as the depth grows: it points up."""
+    position, depth = run.channels.get("position"), run.channels.get("depth")
+    if position is None or depth is None or position.topic == depth.topic:
+        return []
+    rows, there = position.usable(), depth.usable()
+    if min(rows.sum(), there.sum()) < _FEW:
+        return []
+    at = depth.time_ns[there]
+    order = np.argsort(at, kind="stable")
+    expected = np.interp(position.time_ns[rows], at[order], depth.values[there, 0][order])
+    down = position.values[rows, 2]
+    good = np.isfinite(expected) & np.isfinite(down)
+    if good.sum() < _FEW or min(np.std(expected[good]), np.std(down[good])) < _MOVING_M:
+        return []
+    correlation = float(np.corrcoef(expected[good], down[good])[0, 1])
+    if correlation > _AGAINST:
+        return []
+    return [
+        place.warning(
+            f"the position ({position.topic}) rises as the depth ({depth.topic}) grows "
+            f"(correlation {correlation:.2f}): its z axis points up.",
+            f"a position in {position.read.axes}.",
+            "State earth_axes: enu (or nwu) of the position under pool: channels in vehicle.yaml.",
+        )
+    ]
+
+
+def _readings(channel: RunChannel) -> FloatArray:
+    values = channel.values[channel.usable()].ravel()
+    return np.asarray(values[np.isfinite(values)])

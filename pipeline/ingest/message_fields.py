@@ -1,0 +1,264 @@
+"""What a message says beside its numbers: its time, its frame, whether the readings are valid."""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from pipeline.ingest.data_files import data_of
+from pipeline.ingest.message_definitions import Path
+from pipeline.ingest.pool_run_codec import value_at
+from pipeline.types import BoolArray, FloatArray, IntArray
+
+_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
+_DOWNWARDS = frozenset({"frd", "ned"})
+#: Frames of REP 105 that do not move with the vehicle, and what else they are called.
+_EARTH = frozenset({"map", "odom", "earth", "world"})
+_EARTH_AXES = frozenset({"ned", "enu", "nwu"})
+#: Frames in which a velocity is in body axes already.
+_BODY = ("base_link", "body")
+
+
+def words_of(frame: str) -> frozenset[str]:
+    """Cut the name of a frame into words in lower case.
+
+    >>> sorted(words_of("rov1/base_link_frd")), sorted(words_of("mapNED"))
+    (['base', 'frd', 'link', 'rov'], ['map', 'ned'])
+    """
+    return frozenset(word.lower() for word in _WORD.findall(frame))
+
+
+def points_down(frames: str) -> bool:
+    """Tell whether names of frames say that z points down: one of their words is frd or ned.
+
+    >>> points_down("map_ned"), points_down("odom_combined")
+    (True, False)
+    """
+    return bool(words_of(frames) & _DOWNWARDS)
+
+
+def is_earth(frame: str) -> bool:
+    """Tell whether a frame does not move with the vehicle.
+
+    >>> is_earth("map"), is_earth("odom_combined"), is_earth("base_link_ned"), is_earth("")
+    (True, True, False, False)
+    """
+    words = words_of(frame)
+    return bool(words & _EARTH) or (bool(words) and words <= _EARTH_AXES)
+
+
+def is_body(frame: str) -> bool:
+    """Tell whether a frame has the axes of the body, and not of a DVL on it.
+
+    >>> is_body("rov/base_link"), is_body("dvl_base_link"), is_body("dvl_link")
+    (True, False, False)
+    """
+    frame = frame.lower()
+    return "dvl" not in frame and any(name in frame for name in _BODY)
+
+
+#: Stands for a message that has no time of its own.
+NO_STAMP = np.iinfo(np.int64).min
+_SECOND_NS = 1_000_000_000
+
+
+@dataclass(frozen=True)
+class Stamp:
+    """Where a message says its time: a field, or seconds and nanoseconds.
+
+    `unit_ns` is what one of the first field is worth.
+    """
+
+    first: Path
+    unit_ns: int = _SECOND_NS
+    nanoseconds: Path | None = None
+
+
+def ticks_ns(numbers: npt.NDArray[np.generic], unit_ns: int) -> IntArray:
+    """Convert clock readings to nanoseconds; integers stay exact."""
+    if numbers.dtype.kind in "iu":
+        if numbers.dtype.itemsize == 8:
+            # beyond 292 years it is no time; the product would wrap round
+            most = np.iinfo(np.int64).max // unit_ns
+            no_time = numbers > numbers.dtype.type(most)  # type: ignore[operator]  # numpy cannot know the kind of the array
+            if numbers.dtype.kind == "i":
+                no_time |= numbers < numbers.dtype.type(-most)  # type: ignore[operator]  # numpy cannot know the kind of the array
+            ticks = np.where(no_time, 0, numbers).astype(np.int64) * unit_ns
+            return np.asarray(np.where(no_time, NO_STAMP, ticks))
+        return np.asarray(numbers.astype(np.int64) * unit_ns)
+    with np.errstate(invalid="ignore", over="ignore"):
+        exact = numbers.astype(np.float64) * float(unit_ns)
+        no_time = ~(np.abs(exact) < 9.0e18)
+        return np.where(no_time, NO_STAMP, np.rint(np.where(no_time, 0.0, exact)).astype(np.int64))
+
+
+def joined_ns(first: IntArray, second: IntArray) -> IntArray:
+    """Add two parts of a time; where one of them is no time, or the sum is beyond 64 bits, none."""
+    total = first + second  # wraps round: then its sign is neither that of the one nor the other's
+    no_time = (
+        (first == NO_STAMP) | (second == NO_STAMP) | (((first ^ total) & (second ^ total)) < 0)
+    )
+    return np.asarray(np.where(no_time, NO_STAMP, total))
+
+
+def stamp_of(tree: object, stamp: Stamp) -> int:
+    """Time of one decoded message; the same arithmetic as for many."""
+    first = value_at(tree, stamp.first)
+    if isinstance(first, str):
+        first = number_of_text(first)
+    if not isinstance(first, int | float):
+        return int(NO_STAMP)
+    total = _one_tick(first, stamp.unit_ns)
+    if stamp.nanoseconds is None or total == NO_STAMP:
+        return total
+    second = value_at(tree, stamp.nanoseconds)
+    if not isinstance(second, int | float):
+        return int(NO_STAMP)
+    rest = _one_tick(second, 1)
+    if rest == NO_STAMP or not NO_STAMP < total + rest <= np.iinfo(np.int64).max:
+        return int(NO_STAMP)
+    return total + rest
+
+
+def _one_tick(number: float, unit_ns: int) -> int:
+    if isinstance(number, int):
+        most = np.iinfo(np.int64).max // unit_ns
+        return number * unit_ns if -most <= number <= most else int(NO_STAMP)
+    exact = float(number) * float(unit_ns)
+    return int(np.rint(exact)) if abs(exact) < 9.0e18 else int(NO_STAMP)
+
+
+def number_of_text(text: str) -> float | int | None:
+    """Return a number that JSON writes as text (64-bit integers, times of ISO 8601 in seconds)."""
+    try:
+        return int(text)
+    except ValueError:
+        pass
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+#: Quantity -> largest believable size. Units of the records.
+LARGEST: Mapping[str, float] = {
+    "angular_velocity": 40.0,
+    "specific_force": 200.0,
+    "velocity": 20.0,
+    "velocity_earth": 20.0,
+    "depth": 12_000.0,
+    "position": 1e7,
+    "voltage": 2_000.0,
+    "current": 2_000.0,
+    "shaft_speed": 100_000.0,
+}
+#: Where more of the readings are beyond, the unit is wrong and not the readings.
+_MOST_IMPOSSIBLE = 0.2
+#: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
+_EMPTY_BELOW = 0.5
+_ANY_FLAGS = ("is_valid", "valid")
+
+
+@dataclass(frozen=True)
+class Flag:
+    """A number of a message that says whether its readings are valid, and what it then is.
+
+    Valid are `least` to `most`, in words `says`.
+    """
+
+    path: Path
+    least: float
+    most: float
+    says: str
+
+    @property
+    def is_telling(self) -> bool:
+        """Whether it is said also where all readings are valid; a covariance is there always."""
+        return not isinstance(self.path[-1], int)
+
+    def invalid(self, numbers: FloatArray) -> BoolArray:
+        """Tell which readings (k,) are not valid; a flag that is missing says nothing."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray((numbers < self.least) | (numbers > self.most))
+
+
+def impossible(quantity: str, values: FloatArray) -> BoolArray:
+    """Find readings that cannot be, such as the -32.768 m/s of a DVL without bottom lock.
+
+    Of values (k, m) in the units of the records; none are found where the unit is more likely
+    wrong.
+    """
+    none = np.zeros(values.shape[0], np.bool_)
+    most = LARGEST.get(quantity)
+    if most is None:
+        return none
+    with np.errstate(invalid="ignore"):
+        size = np.abs(values).max(axis=1, initial=0.0)
+        beyond = size > most
+        near = (size > _EMPTY_BELOW * most) & ~beyond
+    count = int(beyond.sum())
+    if count > _MOST_IMPOSSIBLE * beyond.size or 10 * int(near.sum()) > count:
+        return none
+    return np.asarray(beyond)
+
+
+def validity_of(
+    quantity: str, probe: Mapping[str, Any], numbers: Sequence[Path]
+) -> tuple[Flag, ...]:
+    """Return what in a message says whether its readings are valid.
+
+    A flag stands beside the components (`numbers`) or above them: truth values of many names; the
+    mode and the beams of marine_acoustic_msgs/Dvl, whose velocity may be that through the water; a
+    covariance that begins with -1, which in sensor_msgs is "no estimate".
+    """
+    if not numbers:
+        return ()
+    kind = quantity.removesuffix("_earth")
+    found = []
+    above = _shared(numbers)
+    for length in range(len(above), -1, -1):
+        here = above[:length]
+        for name in (*data_of("topics")["flags"].get(kind, ()), *_ANY_FLAGS):
+            flag = value_at(probe, (*here, name))
+            if isinstance(flag, int) and flag in (0, 1):  # a bool of a binary message is a number
+                found.append(Flag((*here, name), 1.0, 1.0, f"{name} calls valid"))
+        if kind == "velocity":
+            found += _of_a_dvl(probe, here)
+        if found:
+            break
+    return (*found, *_covariance(probe, above))
+
+
+def _shared(numbers: Sequence[Path]) -> Path:
+    """Return the longest path that all begin with, without their own last step."""
+    shared = numbers[0][:-1]
+    while any(path[: len(shared)] != shared for path in numbers):
+        shared = shared[:-1]
+    return shared
+
+
+def _of_a_dvl(probe: Mapping[str, Any], here: Path) -> list[Flag]:
+    mode, beams = (value_at(probe, (*here, name)) for name in ("velocity_mode", "num_good_beams"))
+    found = []
+    if isinstance(mode, int):
+        path = (*here, "velocity_mode")
+        found.append(Flag(path, 0.0, 1.0, "velocity_mode says are over ground"))
+    if isinstance(beams, int):
+        path = (*here, "num_good_beams")
+        found.append(Flag(path, 3.0, np.inf, "num_good_beams gives three beams or more"))
+    return found
+
+
+def _covariance(probe: Mapping[str, Any], above: Path) -> list[Flag]:
+    """Return the covariance of a vector: ``orientation_covariance``, ``twist.covariance``."""
+    for path in (
+        ((*above[:-1], f"{above[-1]}_covariance", 0), (*above[:-1], "covariance", 0))
+        if above
+        else ()
+    ):
+        if isinstance(value_at(probe, path), int | float):
+            return [Flag(path, -0.5, np.inf, f"{path[-2]} does not call unknown")]
+    return []
