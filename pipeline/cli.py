@@ -103,7 +103,7 @@ def _folders(command: _F) -> _F:
 @click.group(
     cls=_Cli,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
-    epilog="Exit codes: 0 done (failed checks of results are told), 1 bad input or no result, "
+    epilog="Exit codes: 0 done (failed checks of results are reported), 1 bad input or no result, "
     "2 wrong usage.",
 )
 @click.version_option(__version__, prog_name="rig2sea")
@@ -165,7 +165,7 @@ def run(  # noqa: PLR0917 - click passes every option by its name
     "--vehicle",
     type=click.Path(path_type=Path, exists=True),
     metavar="FILE",
-    help="The vehicle.yaml to read by.  [default: the one in the file's vehicle folder]",
+    help="The vehicle.yaml to use.  [default: the one in the file's vehicle folder]",
 )
 @click.option(
     "--raw",
@@ -245,14 +245,14 @@ def _tell_on_terminal(path: str | None) -> None:
     type=click.Path(path_type=Path, file_okay=False),
     required=True,
     metavar="DIR",
-    help="Folder for the files; made when it is not there.",
+    help="Folder for the files; created if it does not exist.",
 )
 @click.option(
     "--format",
     "form",
     type=click.Choice(("firmware", "px4", "ardusub", "gazebo", "stonefish")),
     default="firmware",
-    help="Whom the files are for.  [default: firmware]",
+    help="What the files are for.  [default: firmware]",
 )
 @_folders
 def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:

@@ -83,7 +83,10 @@ def _quality(quality: Sequence[ChannelQuality], holdout: Sequence[str]) -> list[
         return ["No window was left to judge the fit by; give --holdout RUN."]
     of = "runs" if holdout else "windows"
     lines = [
-        f"Prediction on {of} that took no part, over {quality[0].horizon_s:.0f} s (rms error):",
+        (
+            f"Prediction of {of} that were not used for the fit, over {quality[0].horizon_s:.0f} s "
+            "(rms error):"
+        ),
         (
             f"  {'channel':18} {'identified':>10} {'corrected':>10} {'file':>10} "
             f"{'last value':>10} {'black box':>10} {'sensor':>10}  unit"

@@ -13,7 +13,7 @@ from pipeline.language import translate
 @click.argument("vehicle")
 @click.argument("source", required=False, metavar="[DIAGNOSIS | IDENTIFICATION | DAY]")
 @click.option("--yes", is_flag=True, help="Write without asking.")
-@click.option("--undo", is_flag=True, help="Take back the last change that holds.")
+@click.option("--undo", is_flag=True, help="Undo the last change.")
 @AS_JSON
 @RAW
 @OUT
@@ -31,8 +31,8 @@ def apply(  # noqa: PLR0917 - click passes every option by its name
     The second argument is "diagnosis" or "identification" (the last one of the vehicle), the path
     of a diagnosis.json or identification.json or of its folder, the name of a diagnosis under
     reports/, or a trial day. Shown are values before and after with their interval, the codes of
-    thrusters that change, and what was held out. Comments and layout of the file stay; the former
-    file is kept beside it. With --json nothing is written unless --yes is given too.
+    thrusters that change, and the errors on held-out data. Comments and layout of the file stay;
+    the former file is kept beside it. With --json nothing is written unless --yes is given too.
 
     \b
     Examples:

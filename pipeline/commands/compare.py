@@ -13,7 +13,9 @@ from pipeline.language import translate
 @click.command()
 @click.argument("a")
 @click.argument("b")
-@click.option("--vehicle", metavar="VEHICLE", help="Of which vehicle they are, if it is not clear.")
+@click.option(
+    "--vehicle", metavar="VEHICLE", help="The vehicle that they belong to, if it is not clear."
+)
 @click.option(
     "--to",
     type=click.Path(path_type=Path, file_okay=False),

@@ -17,7 +17,7 @@ from pipeline.language import translate
     "--holdout",
     multiple=True,
     metavar="RUN...",
-    help="Runs that take no part and by which the answer is judged.  [default: every 4th window]",
+    help="Runs that are kept out of the fit and judge the answer.  [default: every 4th window]",
 )
 @click.option(
     "--healthy",
@@ -44,7 +44,7 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
     raw: Path,
     out: Path,
 ) -> None:
-    r"""Say where the simulation and the vehicle disagree, and because of what.
+    r"""Say where the simulation and the vehicle disagree, and why.
 
     VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle
     (rov8, cargo_carrier). RUN is a name under the vehicle's pool/, a log (*.mcap), or a folder of

@@ -18,7 +18,7 @@ from pipeline.language import translate
     "--holdout",
     multiple=True,
     metavar="RUN...",
-    help="Runs to judge the fit by, which take no part in it: all names up to the next option.",
+    help="Runs that are kept out of the fit and judge it: all names up to the next option.",
 )
 @click.option(
     "--method",
@@ -57,7 +57,7 @@ from pipeline.language import translate
 @click.option(
     "--no-advice",
     is_flag=True,
-    help="Do not compute which manoeuvre would tell more; saves half a minute.",
+    help="Do not compute which manoeuvre would help most; saves half a minute.",
 )
 @click.option(
     "--to",
@@ -88,7 +88,7 @@ def identify(  # noqa: PLR0917 - click passes every option by its name
     VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle
     (rov8, cargo_carrier). RUN is a name under the vehicle's pool/, a log (*.mcap), or a folder of
     logs. Writes identification.json and vehicle_identified.yaml, the vehicle file with the values
-    found; the vehicle file itself is never changed. "?" marks what the runs hardly tell of.
+    found; the vehicle file itself is never changed. "?" marks what the runs hardly determine.
 
     \b
     Examples:

@@ -21,7 +21,7 @@ _POOL = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)")
     default=10.0,
     show_default=True,
     metavar="M",
-    help="Most minutes of flying.",
+    help="Largest number of minutes of flying.",
 )
 @click.option("--pool", metavar="LxWxD", help="Length, width and depth of the pool in metres.")
 @click.option(
@@ -42,12 +42,12 @@ def plan(  # noqa: PLR0917 - click passes every option by its name
     raw: Path,
     out: Path,
 ) -> None:
-    r"""Plan the next pool day: the shortest list of manoeuvres that tells what is to be known.
+    r"""Plan the next pool day: the shortest list of manoeuvres that determines the parameters.
 
-    Each manoeuvre is flown in simulation, inside the pool; the list grows by what it tells, until
+    Each manoeuvre is flown in simulation, inside the pool; the list grows by what helps most, until
     every parameter reaches the wanted interval or the minutes are used. The page says what each is
     for; codes over time are written as CSV and as logs to play. What was flown of the last plan is
-    told first.
+    reported first.
 
     \b
     Examples:

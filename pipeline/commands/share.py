@@ -22,7 +22,7 @@ from pipeline.language import translate
 @AS_JSON
 @OUT
 def share(page: str, to: Path, as_json: bool, out: Path) -> None:
-    r"""Make one file to mail of a page of the report.
+    r"""Write a page of the report as one file to mail.
 
     PAGE is a page (*.html), or a vehicle, day or run by its name. As HTML everything is in the
     file; links to other pages become plain text. PDF needs an optional library (rig2sea[pdf]).

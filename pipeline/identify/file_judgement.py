@@ -107,7 +107,7 @@ def _ratio(one: ChannelQuality) -> float:
 
 def _told(one: ChannelQuality) -> str:
     return (
-        f"it predicts {one.channel} worse than the file before on what took no part: "
+        f"it predicts {one.channel} worse than the file before on data not used for the fit: "
         f"{one.rmse_corrected_file or 0.0:.3g} against {one.rmse_vehicle_file or 0.0:.3g} "
         f"{one.unit} (rms) over {one.horizon_s:.0f} s"
     )

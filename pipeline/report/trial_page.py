@@ -176,7 +176,7 @@ def _identified(results: DayResults) -> Section:
             )
         )
     if trial.passed_over:
-        used.append(Details("Runs that took no part", (Bullets(trial.passed_over),)))
+        used.append(Details("Runs that were not used", (Bullets(trial.passed_over),)))
     if fit is None:
         reason = trial.why_not or "no fit was made."
         blocks: tuple[Block, ...] = (Paragraph(f"Not computed: {reason}", tone="warning"), *used)
@@ -239,7 +239,7 @@ def _trend(results: DayResults) -> Section:
 
 
 def _quality(results: DayResults) -> Section:
-    title = "How well this predicts what took no part"
+    title = "Prediction of data that were not used for the fit"
     fit = results.trial.identification
     if fit is None or not fit.quality:
         text = (

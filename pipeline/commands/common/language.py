@@ -30,7 +30,7 @@ def language_option() -> click.Option:
         [_OPTION],
         type=click.Choice(LANGUAGES),
         expose_value=False,
-        help="Language of messages and pages; files for machines are English in any.  "
+        help="Language of messages and pages; files for machines are always in English.  "
         f"[default: {VARIABLE}, or the locale]",
     )
 

@@ -119,7 +119,7 @@ def decides(table: Sequence[Prediction]) -> tuple[bool, str]:
         return False, "no velocity and no rate could be predicted of what was left out."
     ratio = float(np.exp(np.mean([np.log(own[name] / file[name]) for name in both])))
     told = (
-        f"of sound runs that took no part its error {AHEAD_S[0]:g} s ahead is {ratio:.2f} times "
+        f"on sound runs that were left out its error {AHEAD_S[0]:g} s ahead is {ratio:.2f} times "
         "that of the vehicle file"
     )
     if ratio < 1.0:

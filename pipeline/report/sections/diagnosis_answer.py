@@ -68,7 +68,8 @@ def verdict_facts(record: DiagnosisRecord) -> tuple[str, ...]:
     shrink = record.shrink
     named = verdict.effects not in {("none",), ("unknown",)}
     if shrink.gap_closed is not None and named:
-        text = f"On what took no part it closes {closed_text(shrink.gap_closed)} of the gap"
+        closed = closed_text(shrink.gap_closed)
+        text = f"On data that were not used for the fit it closes {closed} of the gap"
         text += closed_interval(shrink.ci95)
         before, after = over_floor(shrink)
         lines.append(f"{text}: from {before} to {after} times what a sound vehicle leaves.")

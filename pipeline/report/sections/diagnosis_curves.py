@@ -277,9 +277,12 @@ def _lead(record: DiagnosisRecord, one: HeldOut) -> str:
     if not of_bench(record):
         text = f"{name} in {run}: error {before} before, {after} after"
     elif one.apart is None:
-        text = f"{name} in {run}, which took part: error {before} before, {after} after"
+        text = f"{name} in {run}, which was used for the fit: error {before} before, {after} after"
     else:
-        text = f"{name} in {run}, where it took no part: error {before} before, {after} after"
+        text = (
+            f"{name} in {run}, where it was not used for the fit: "
+            f"error {before} before, {after} after"
+        )
     floor = healthy_floor(record, one.channel)
     if floor is not None:
         shown = general(floor, 2)

@@ -240,13 +240,14 @@ def test_a_mooring_table_is_shown_over_its_codes(record: DiagnosisRecord) -> Non
     assert "docs/diagnosis_bench.md" in text
     # of the code that took no part alone
     assert (
-        "Thrust in new.xlsx, where it took no part: error 2.0 N before, 0.50 N after"
+        "Thrust in new.xlsx, where it was not used for the fit: error 2.0 N before, 0.50 N after"
         in text.replace("\xa0", " ")
     )
     other = curve.model_copy(update={"held_out": (False, False, False)})
     text = diagnosis_page(table.model_copy(update={"by_code": (other,)}))
-    assert "Thrust in new.xlsx, which took part: error 3.1 N before, 0.29 N after" in text.replace(
-        "\xa0", " "
+    assert (
+        "Thrust in new.xlsx, which was used for the fit: error 3.1 N before, 0.29 N after"
+        in text.replace("\xa0", " ")
     )
 
 

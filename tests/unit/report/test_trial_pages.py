@@ -173,9 +173,9 @@ def test_what_the_corrected_file_predicts_has_a_column_of_its_own(results: Vehic
 
 def test_fit_that_no_window_judges_is_no_missing_fit(results: VehicleResults) -> None:
     there = day_page(day(results, 10.0), CRUMBS)
-    assert "took no part: nothing was left to judge the fit by." in there
+    assert "not used for the fit: nothing was left to judge the fit by." in there
     missing = replace(day(results, 10.0), trial=without_fit("2026-05-04"))
-    assert "took no part: there is no fit to judge." in day_page(missing, CRUMBS)
+    assert "not used for the fit: there is no fit to judge." in day_page(missing, CRUMBS)
 
 
 def test_fit_that_determines_nothing_says_so_without_an_empty_list(results: VehicleResults) -> None:
