@@ -4,6 +4,7 @@ python -m evaluation.reference                 the names
 python -m evaluation.reference drive           the keys of one file, as Markdown
 python -m evaluation.reference columns         names of columns and units that bench files may have
 python -m evaluation.reference topics          by which names the channels of a log are found
+python -m evaluation.reference rooms           what is in each room of the package
 python -m evaluation.reference commands        the options of every command
 python -m evaluation.reference --to DIR        a page for each name
 python -m evaluation.reference effects > docs/effects.md
@@ -241,6 +242,17 @@ def _words(name: str) -> dict[str, dict[str, Any]]:
     return tomllib.loads((_INGEST / f"{name}.toml").read_text(encoding="utf-8"))
 
 
+def rooms_page() -> str:
+    """Return what is in each room of the package: the first line of its docstring."""
+    root = _INGEST.parent
+    lines = ["# rooms", ""]
+    for file in sorted([*root.glob("*/**/__init__.py"), *root.glob("[!_]*.py")]):
+        room = file.parent if file.name == "__init__.py" else file.with_suffix("")
+        about = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
+        lines.append(f"- `{room.relative_to(root).as_posix()}`: {about.splitlines()[0]}")
+    return "\n".join(lines) + "\n"
+
+
 def commands_page() -> str:
     """Return the help of every command."""
     return "# commands\n" + "".join(_help(cli, "rig2sea"))
@@ -258,6 +270,7 @@ PAGES: dict[str, Callable[[], str]] = {
     "effects": effects_page,
     "columns": columns_page,
     "topics": topics_page,
+    "rooms": rooms_page,
     "commands": commands_page,
     **{name: partial(schema_page, name) for name in SCHEMAS},
 }

@@ -12,6 +12,7 @@ from evaluation.reference import (
     columns_page,
     commands_page,
     effects_page,
+    rooms_page,
     schema_page,
     topics_page,
 )
@@ -95,6 +96,13 @@ def test_the_page_of_topics_has_rules_with_their_patterns() -> None:
     assert rows[0] == "| `depth` | `depth` |  |  |"
     assert rows[1].startswith(r"| `depth` | `data` | depth | (^\|[/_])(error\|rate")
     assert "- `attitude_euler`: roll pitch yaw; phi theta psi\n" in page
+
+
+def test_the_page_of_rooms_has_every_room(repository: Path) -> None:
+    page = rooms_page()
+    rooms = [file.parent.name for file in (repository / "pipeline").glob("*/__init__.py")]
+    assert {room for room in rooms if not re.search(rf"- `{room}`: \w", page)} == set()
+    assert "- `diagnose/gap`: The gap: predictions ahead" in page
 
 
 def test_the_page_of_commands_has_every_command_and_option() -> None:
