@@ -27,6 +27,14 @@ def test_a_mooring_table_has_a_row_for_each_point(repository: Path, vehicle: Veh
     assert full["thrust_n"].mean() == pytest.approx(42.5, abs=1.0)
 
 
+def test_the_small_example_of_the_guide_is_read_whole(repository: Path) -> None:
+    small = pipeline.load_vehicle("small", raw=repository / "docs/examples")
+    for file, points in (("load_test/drive", 20), ("mooring/bollard", 16), ("open_water/screw", 8)):
+        frame = pipeline.read_bench(repository / f"docs/examples/small/{file}.csv", small)
+        assert len(frame) == points
+        assert set(frame["marks"]) <= {"", "zero reading"}
+
+
 def test_the_kind_of_a_file_outside_its_folder_is_asked_for(
     repository: Path, vehicle: Vehicle, tmp_path: Path
 ) -> None:
