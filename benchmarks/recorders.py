@@ -20,7 +20,7 @@ from pymavlink import DFReader, mavutil
 from pyulog import ULog
 
 from pipeline import load_vehicle
-from pipeline.ingest.log_names import open_log
+from pipeline.ingest.log_source import open_log
 from pipeline.ingest.pool_run import read_pool_run
 
 ROUNDS = 3

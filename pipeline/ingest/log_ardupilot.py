@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from pipeline.errors import InputError, Place
-from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, usual_channels
+from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, unreadable, usual_channels
 from pipeline.ingest.mcap_records import LATEST_NS
 from pipeline.types import IntArray
 
@@ -253,12 +253,5 @@ def _size(path: Path, place: Place) -> int:
 
 
 def _unreadable(place: Place, why: object) -> InputError:
-    said = " ".join(str(why).split())[:200] or type(why).__name__
-    if isinstance(why, ImportError):
-        said = "pymavlink is not installed"
-    return InputError.at(
-        place,
-        f"the log of ArduPilot cannot be read ({said}).",
-        expected="a data-flash log (*.BIN) or a telemetry log (*.tlog).",
-        remedy="Copy it from the vehicle again.",
-    )
+    expected = "a data-flash log (*.BIN) or a telemetry log (*.tlog)."
+    return unreadable(place, "ArduPilot", why, expected)

@@ -1,12 +1,16 @@
-"""Bags of ROS as MCAP is read.
+"""Bags of ROS, read as MCAP is: ``*.bag`` (ROS 1, by rosbags), ``*.db3`` (ROS 2), their folders.
 
-x
+Their messages are what MCAP holds too, so they become the same blocks of bytes: numbers are
+gathered from them at once, and nothing is converted. The folder of a bag of ROS 2 has a
+``metadata.yaml`` and parts, ``.db3`` or ``.mcap``, perhaps compressed each as a whole
+(``.db3.zstd``), which are read one after the other; together they are one log.
 """
 
 import shutil
 import sqlite3
 import weakref
 from collections.abc import Iterator, Mapping
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path, PurePath
 from tempfile import mkdtemp
@@ -16,8 +20,9 @@ from urllib.parse import quote
 import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import ChunkBlock, Messages
-from pipeline.ingest.mcap_directory import Directory, LogFaults
+from pipeline.ingest.mcap_directory import Directory
 from pipeline.ingest.mcap_file import McapFile
 from pipeline.ingest.mcap_records import MAX_RATIO, MAX_UNPACKED_BYTES, ChannelRecord, SchemaRecord
 
@@ -26,22 +31,20 @@ _BLOCK_BYTES = 4 * 1024 * 1024
 _Row = tuple[int, int, bytes]
 
 
-class BagFile:
+class BagFile(MessageLog):
     """A bag on disk: its topics, and its messages in the order of the file."""
 
-    def __init__(self, path: Path, shown_as: str) -> None:
-        """Read what it holds; subclasses fill `directory`."""
-        self.path = path
-        self.place = Place(shown_as)
-        self.directory = Directory(complete=True)
-        self.size = path.stat().st_size if path.is_file() else 0
-        self.read_bytes = self.size
-        self._faults = LogFaults(self.place)
+    _REMEDY = ""
 
-    @property
-    def problems(self) -> list[Problem]:
-        """What was found wrong while it was read."""
-        return self._faults.problems
+    def __init__(self, path: Path, shown_as: str) -> None:
+        """Read what it holds; raises `InputError` if it is no such bag, or was not closed."""
+        super().__init__(path, shown_as)
+        self.directory.complete = True
+        self.size = self.read_bytes = path.stat().st_size if path.is_file() else 0
+        self._read_topics()
+
+    def _read_topics(self) -> None:
+        raise NotImplementedError
 
     def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels in the order of the file."""
@@ -66,13 +69,16 @@ class BagFile:
         self.directory.schemas[number] = SchemaRecord(number, kind, language, definition.encode())
         self.directory.channels[number] = ChannelRecord(number, number, topic, wire, {})
 
-    def _unreadable(self, why: object, remedy: str) -> InputError:
+    def _unreadable(self, why: object) -> InputError:
         return InputError.at(
             self.place,
             f"the bag cannot be read: {' '.join(str(why).split())[:200]}.",
             expected="a bag that its recorder closed.",
-            remedy=remedy,
+            remedy=self._REMEDY,
         )
+
+    def _damaged(self, error: Exception) -> None:
+        self._faults.add(f"the bag is damaged: {error}; what follows was left out.")
 
 
 def _block(rows: list[_Row]) -> ChunkBlock:
@@ -93,15 +99,7 @@ class Ros1Bag(BagFile):
 
     _REMEDY = "rosbag reindex, or rosbag fix, mends a bag that was not closed."
 
-    def __init__(self, path: Path, shown_as: str) -> None:
-        """Read its index.
-
-        Raises
-        ------
-        InputError
-            If it is no bag, or has no index.
-        """
-        super().__init__(path, shown_as)
+    def _read_topics(self) -> None:
         self.directory.library = "rosbag"
         with self._reader() as reader:
             for connection in reader.connections:
@@ -117,8 +115,8 @@ class Ros1Bag(BagFile):
         try:
             reader.open()
         except (ReaderError, OSError, ValueError, KeyError, AssertionError) as error:
-            raise self._unreadable(error, self._REMEDY) from None
-        return _Closing(reader)
+            raise self._unreadable(error) from None
+        return closing(reader)
 
     def _rows(self, wanted: frozenset[int]) -> Iterator[_Row]:
         with self._reader() as reader:
@@ -128,20 +126,7 @@ class Ros1Bag(BagFile):
                 for connection, time_ns, data in reader.messages(chosen) if chosen else ():
                     yield connection.id, time_ns, data
             except Exception as error:  # noqa: BLE001 - whatever compressed bytes make of it
-                self._faults.add(f"the bag is damaged: {error}; what follows was left out.")
-
-
-class _Closing:
-    """Closes a reader that was opened."""
-
-    def __init__(self, reader: Any) -> None:  # noqa: ANN401  of rosbags
-        self._reader = reader
-
-    def __enter__(self) -> Any:  # noqa: ANN401  of rosbags
-        return self._reader
-
-    def __exit__(self, *_: object) -> None:
-        self._reader.close()
+                self._damaged(error)
 
 
 class Ros2Database(BagFile):
@@ -149,18 +134,10 @@ class Ros2Database(BagFile):
 
     _REMEDY = "ros2 bag reindex, or sqlite3 FILE .recover, mends a bag that was not closed."
 
-    def __init__(self, path: Path, shown_as: str) -> None:
-        """Read its topics.
-
-        Raises
-        ------
-        InputError
-            If it is no database, or not one of ros2 bag.
-        """
-        super().__init__(path, shown_as)
+    def _read_topics(self) -> None:
         self.directory.library = "ros2 bag"
         try:
-            with _Closing(self._open()) as database:
+            with closing(self._open()) as database:
                 definitions = self._definitions(database)
                 counts = dict(
                     database.execute("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id")
@@ -171,7 +148,7 @@ class Ros2Database(BagFile):
                     self._add(number, topic, kind, definitions.get(kind, ""), wire)
                     self.directory.counts[number] = counts.get(number, 0)
         except (sqlite3.Error, TypeError, ValueError) as error:
-            raise self._unreadable(error, self._REMEDY) from None
+            raise self._unreadable(error) from None
 
     def _open(self) -> sqlite3.Connection:
         # immutable: no journal and no lock beside a raw file
@@ -194,14 +171,14 @@ class Ros2Database(BagFile):
     def _rows(self, wanted: frozenset[int]) -> Iterator[_Row]:
         listed = ",".join(str(number) for number in sorted(wanted))
         try:
-            with _Closing(self._open()) as database:
+            with closing(self._open()) as database:
                 for number, time_ns, data in database.execute(
                     "SELECT topic_id, timestamp, data FROM messages "  # noqa: S608 - whole numbers
                     f"WHERE topic_id IN ({listed}) ORDER BY id"
                 ):
                     yield int(number), int(time_ns), bytes(data)
         except (sqlite3.Error, TypeError, ValueError) as error:
-            self._faults.add(f"the bag is damaged: {error}; what follows was left out.")
+            self._damaged(error)
 
 
 #: Numbers of channels of one part and of the next are so far apart.
@@ -213,7 +190,7 @@ _REMEDY = (
 )
 
 
-class BagFolder:
+class BagFolder(MessageLog):
     """A bag on disk: its topics, and its messages part by part."""
 
     def __init__(self, path: Path, shown_as: str) -> None:
@@ -221,7 +198,7 @@ class BagFolder:
 
         Raises `InputError` if it cannot be read, or no part of it can.
         """
-        self.place = Place(shown_as)
+        super().__init__(path, shown_as)
         self.directory = Directory(complete=True, library="ros2 bag")
         self._said: list[Problem] = []
         self._unpacked = ""
@@ -237,8 +214,6 @@ class BagFolder:
                 remedy="Copy the whole folder from the vehicle again.",
             )
         self.size = sum(part.size for part in self._parts)
-        self.read_bytes = 0
-        """How far the last pass got, over all parts."""
 
     @property
     def problems(self) -> list[Problem]:

@@ -1,10 +1,9 @@
-"""Which files are logs of pool runs, by their names, and the reader of each."""
+"""Which files are logs of pool runs, by their names; recorders write ``.mcap`` or ``.MCAP``."""
 
 from collections.abc import Iterable
 from pathlib import Path, PurePath
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.log_source import LogSource, MessageLog
 from pipeline.vehicle.run_notes import BAG_FILE, run_of
 
 __all__ = [
@@ -110,37 +109,3 @@ def unprintable_log(shown: str) -> Problem:
         "the file's name holds a character that cannot be printed.",
         remedy="Rename the file. The others were read.",
     )
-
-
-def open_log(path: Path, shown_as: str) -> LogSource:
-    """Open a log; the ending of its name tells the format, MCAP for any that is not known.
-
-    Raises `InputError` if it cannot be opened, or is not what its name says.
-    """
-    log: LogSource
-    match BAG_FILE if path.name == BAG_FILE else path.suffix.lower():
-        case ".bag" | ".db3" as ending:
-            from pipeline.ingest.log_bag import Ros1Bag, Ros2Database
-
-            log = MessageLog((Ros1Bag if ending == ".bag" else Ros2Database)(path, shown_as))
-        case ".bin" | ".tlog" as ending:
-            from pipeline.ingest.log_ardupilot import read_bin, read_tlog
-
-            log = (read_bin if ending == ".bin" else read_tlog)(path, shown_as)
-        case ".ulg":
-            from pipeline.ingest.log_px4 import read_ulg
-
-            log = read_ulg(path, shown_as)
-        case ".csv" | ".tsv" | ".parquet":
-            from pipeline.ingest.log_table import read_table
-
-            log = read_table(path, shown_as)
-        case name if name == BAG_FILE:
-            from pipeline.ingest.log_bag import BagFolder
-
-            log = MessageLog(BagFolder(path, shown_as))
-        case _:
-            from pipeline.ingest.mcap_file import McapFile
-
-            log = MessageLog(McapFile(path, shown_as))
-    return log

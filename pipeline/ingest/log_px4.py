@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import InputError, Place
-from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, usual_channels
+from pipeline.errors import Place
+from pipeline.ingest.log_source import LogFacts, TableLog, TopicTable, unreadable, usual_channels
 
 _ELEMENT = re.compile(r"(.*?)\[(\d+)\](.*)")
 _MOST_ELEMENTS = 64
@@ -34,15 +34,7 @@ def read_ulg(path: Path, shown_as: str) -> TableLog:
             log = ULog(file)
         size = path.stat().st_size
     except Exception as error:  # noqa: BLE001 - whatever damaged bytes make of it
-        said = " ".join(str(error).split())[:200] or type(error).__name__
-        if isinstance(error, ImportError):
-            said = "pyulog is not installed"
-        raise InputError.at(
-            place,
-            f"the log of PX4 cannot be read ({said}).",
-            expected="a ULog file (*.ulg).",
-            remedy="Copy it from the vehicle again.",
-        ) from None
+        raise unreadable(place, "PX4", error, "a ULog file (*.ulg).") from None
     base_ns = _base_ns(log)
     tables = {
         (one.name if one.multi_id == 0 else f"{one.name}[{one.multi_id}]"): TopicTable(

@@ -4,18 +4,22 @@ Two kinds: files of messages (`MessageLog`: MCAP, bags of ROS 1 and 2), which ar
 block, and recordings whose tables are read as a whole (`TableLog`: ArduPilot, PX4, tables in time).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.errors import Place, Problem
+from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.data_files import data_of
+from pipeline.ingest.log_names import BAG_FILE
+from pipeline.ingest.mcap_chunk import ChunkBlock
+from pipeline.ingest.mcap_directory import Directory, LogFaults
 from pipeline.ingest.message_definitions import Path as FieldPath
 from pipeline.ingest.message_fields import NO_STAMP, joined_ns, ticks_ns
-from pipeline.ingest.pool_run_extract import MessageFile, Request, TopicData, extract
+from pipeline.ingest.pool_run_extract import Request, TopicData, extract
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.ingest.pool_run_topics import topics_of
 from pipeline.records.pool_schema import PoolChannel
@@ -45,57 +49,56 @@ def usual_channels(recorder: str) -> tuple[PoolChannel, ...]:
     return tuple(PoolChannel.model_validate(one) for one in data_of("recorders")[recorder])
 
 
-class LogSource(Protocol):
-    """A log that was opened."""
-
-    def topics(self, prefix: str) -> list[TopicFound]:
-        """Find its topics with one message each."""
-
-    def extract(self, requests: Mapping[str, Request], *, fast: bool) -> dict[str, TopicData]:
-        """Take the wanted numbers out of it."""
-
-    def facts(self) -> LogFacts:
-        """Say what is known of it by now."""
+def unreadable(place: Place, recorder: str, why: object, expected: str) -> InputError:
+    """Return the error for a log that its library cannot read; `why` is what that says."""
+    said = " ".join(str(why).split())[:200] or type(why).__name__
+    if isinstance(why, ImportError):
+        said = f"{'pyulog' if recorder == 'PX4' else 'pymavlink'} is not installed"
+    what = f"the log of {recorder} cannot be read ({said})."
+    return InputError.at(place, what, expected=expected, remedy="Copy it from the vehicle again.")
 
 
-class _MessageFileOnDisk(MessageFile, Protocol):
-    size: int
-    read_bytes: int
-    place: Place
+class MessageLog:
+    """A file of messages in whatever container; subclasses fill `directory` and yield `blocks`."""
+
+    def __init__(self, path: Path, shown_as: str) -> None:
+        """Begin with nothing known of it."""
+        self.path, self.place = path, Place(shown_as)
+        self.directory = Directory()
+        self.size = 0
+        self.read_bytes = 0
+        """How far the last pass got."""
+        self._faults = LogFaults(self.place)
+        self._codecs: dict[int, Any] = {}
+
+    def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
+        """Yield the messages of some channels in the order of the file."""
+        raise NotImplementedError
 
     @property
     def problems(self) -> list[Problem]:
         """What was found wrong while it was read."""
-
-
-class MessageLog:
-    """A file of messages."""
-
-    def __init__(self, file: _MessageFileOnDisk) -> None:
-        """Take a file that was opened."""
-        self._file = file
-        self._codecs: dict[int, Any] = {}
+        return self._faults.problems
 
     def topics(self, prefix: str) -> list[TopicFound]:
         """Find its topics with one message each."""
-        self._codecs, found = topics_of(self._file, prefix)
+        self._codecs, found = topics_of(self, prefix)
         return found
 
     def extract(self, requests: Mapping[str, Request], *, fast: bool) -> dict[str, TopicData]:
         """Take the wanted numbers out of it."""
-        return extract(self._file, self._codecs, requests, fast=fast)
+        return extract(self, self._codecs, requests, fast=fast)
 
     def facts(self) -> LogFacts:
         """Say what is known of it by now."""
-        file, directory = self._file, self._file.directory
         return LogFacts(
-            file.place,
-            file.size,
-            file.read_bytes,
-            directory.complete,
-            directory.library,
-            dict(directory.metadata),
-            file.problems,
+            self.place,
+            self.size,
+            self.read_bytes,
+            self.directory.complete,
+            self.directory.library,
+            dict(self.directory.metadata),
+            self.problems,
         )
 
 
@@ -165,6 +168,41 @@ class TableLog:
     def facts(self) -> LogFacts:
         """Say what is known of it."""
         return replace(self._facts)
+
+
+LogSource = MessageLog | TableLog
+
+
+def open_log(path: Path, shown_as: str) -> LogSource:
+    """Open a log; the ending of its name tells the format, MCAP for any that is not known.
+
+    Raises `InputError` if it cannot be opened, or is not what its name says.
+    """
+    match BAG_FILE if path.name == BAG_FILE else path.suffix.lower():
+        case ".bag" | ".db3" as ending:
+            from pipeline.ingest.log_bag import Ros1Bag, Ros2Database
+
+            return (Ros1Bag if ending == ".bag" else Ros2Database)(path, shown_as)
+        case ".bin" | ".tlog" as ending:
+            from pipeline.ingest.log_ardupilot import read_bin, read_tlog
+
+            return (read_bin if ending == ".bin" else read_tlog)(path, shown_as)
+        case ".ulg":
+            from pipeline.ingest.log_px4 import read_ulg
+
+            return read_ulg(path, shown_as)
+        case ".csv" | ".tsv" | ".parquet":
+            from pipeline.ingest.log_table import read_table
+
+            return read_table(path, shown_as)
+        case name if name == BAG_FILE:
+            from pipeline.ingest.log_bag import BagFolder
+
+            return BagFolder(path, shown_as)
+        case _:
+            from pipeline.ingest.mcap_file import McapFile
+
+            return McapFile(path, shown_as)
 
 
 def _taken(table: TopicTable, request: Request) -> TopicData:

@@ -13,9 +13,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from pipeline.errors import InputError, Place, Problem
+from pipeline.errors import InputError
+from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import BrokenChunkError, ChunkBlock, block_by_index, unpack, walk
-from pipeline.ingest.mcap_directory import Directory, LogFaults, check_start
+from pipeline.ingest.mcap_directory import check_start
 from pipeline.ingest.mcap_records import (
     CHANNEL,
     CHUNK,
@@ -51,7 +52,7 @@ _LOOSE_BYTES = 4 * 1024 * 1024
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
-class McapFile:
+class McapFile(MessageLog):
     """A log on disk."""
 
     def __init__(self, path: Path, shown_as: str) -> None:
@@ -59,13 +60,7 @@ class McapFile:
 
         Raises `InputError` if it cannot be opened or is no MCAP file.
         """
-        self.path = path
-        self.place = Place(shown_as)
-        self._faults = LogFaults(self.place)
-        self.directory = Directory()
-        self.size = 0
-        self.read_bytes = 0
-        """How far the last pass got."""
+        super().__init__(path, shown_as)
         self._end = 0
         self._at = 0
         self._unpacked = 0
@@ -76,11 +71,6 @@ class McapFile:
             self._read_summary(stream)
         if not self.directory.indexed:
             self._scan()
-
-    @property
-    def problems(self) -> list[Problem]:
-        """What was found wrong while it was read."""
-        return self._faults.problems
 
     def blocks(self, wanted: frozenset[int]) -> Iterator[ChunkBlock]:
         """Yield the messages of some channels in the order of the file.

@@ -8,8 +8,7 @@ import numpy as np
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.bench_file import source_name
-from pipeline.ingest.log_names import open_log
-from pipeline.ingest.log_source import LogFacts
+from pipeline.ingest.log_source import LogFacts, open_log
 from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
 from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources, topics_read
