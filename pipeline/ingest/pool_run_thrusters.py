@@ -151,6 +151,8 @@ def _moments_of(run: PoolRun) -> _Moments | None:
     known = ("attitude",) if "attitude" in run.channels else ()
     table = resample(run, _TABLE_HZ, quantities=("command", "angular_velocity", *known))
     names = tuple(name for name in table.thrusters if name in names)
+    if not names:
+        return None  # the log commands thrusters that the vehicle file does not have
     codes = table.values["command"][:, [table.thrusters.index(name) for name in names]]
     rate = table.values["angular_velocity"]
     rows = np.all([table.valid[name] for name in table.values], axis=0)

@@ -165,6 +165,15 @@ def test_measured_thrust_and_cable_tension_are_quantities(tmp_path: Path) -> Non
     assert found.channels["cable_tension"].columns == ("cable_tension_n",)
 
 
+def test_commands_of_other_thrusters_than_the_vehicles_are_said_to_be_missing(
+    tmp_path: Path,
+) -> None:
+    path = write_csv(tmp_path / "run.csv", run())
+    path.write_text(path.read_text().replace("pwm_", "pwm_other_"))
+    said = " ".join(problem.what for problem in read(path).problems)
+    assert f"there are no commands for {', '.join(NAMES)}." in said
+
+
 def test_real_logs_of_a_bluerov(shared_data: Path) -> None:
     found = read(shared_data / "ardusub" / "small.BIN")
     assert found.channels["depth"].topic == "BARO[1]"
