@@ -82,28 +82,27 @@ def unpack(data: bytes, place: Place, limits: Limits) -> Archive:
     for entry in entries:
         content = _unpack_member(data, entry, place, limits, limits.max_unpacked_bytes - total)
         total += len(content)
-        begins_as_xml = content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<"
-        if not begins_as_xml and _HIDDEN_XML.search(content) is not None:
-            # the reader passes over what stands before the first tag, the limits must not
-            raise InputError.at(
-                place,
-                f'its part "{entry.filename[:80]}" holds cells and does not begin as XML does, '
-                "which no spreadsheet program writes; it was not read.",
-                expected="a workbook as a spreadsheet program saves it.",
-                remedy=_SAVE_AGAIN,
-            )
-        if begins_as_xml:
-            declaration = _DECLARATION.search(content)
-            if declaration is not None:
-                raise InputError.at(
+        if content.lstrip(b"\xef\xbb\xbf \t\r\n")[:1] == b"<":
+            if _DECLARATION.search(content) is not None:
+                raise _refused(
                     place,
                     f'its part "{entry.filename[:80]}" declares a document type or entities, which '
                     "no spreadsheet program writes; it was not read.",
-                    expected="a workbook as a spreadsheet program saves it.",
-                    remedy=_SAVE_AGAIN,
                 )
             members[entry.filename.lower()] = content
+        elif _HIDDEN_XML.search(content) is not None:
+            # the reader passes over what stands before the first tag, the limits must not
+            raise _refused(
+                place,
+                f'its part "{entry.filename[:80]}" holds cells and does not begin as XML does, '
+                "which no spreadsheet program writes; it was not read.",
+            )
     return Archive(frozenset(entry.filename.lower() for entry in entries), members)
+
+
+def _refused(place: Place, what: str) -> InputError:
+    expected = "a workbook as a spreadsheet program saves it."
+    return InputError.at(place, what, expected=expected, remedy=_SAVE_AGAIN)
 
 
 def _check_directory(entries: list[zipfile.ZipInfo], place: Place, limits: Limits) -> None:
@@ -116,12 +115,8 @@ def _check_directory(entries: list[zipfile.ZipInfo], place: Place, limits: Limit
             remedy="Save it without a password and copy it here again.",
         )
     if len(set(names)) != len(names) or len(names) > 20 * limits.max_sheets:
-        raise InputError.at(
-            place,
-            "the workbook's table of contents names a part twice or far too many parts.",
-            expected="a workbook as a spreadsheet program saves it.",
-            remedy=_SAVE_AGAIN,
-        )
+        what = "the workbook's table of contents names a part twice or far too many parts."
+        raise _refused(place, what)
     total = sum(entry.file_size for entry in entries)
     if total > limits.max_unpacked_bytes:
         raise _too_large(place, f"unpacks to {total / 1e6:.0f} MB", limits)

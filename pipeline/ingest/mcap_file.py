@@ -39,9 +39,9 @@ from pipeline.ingest.mcap_records import (
     BrokenRecordError,
     ChunkHead,
     parse_chunk_head,
-    parse_footer,
     parse_header,
     parse_metadata,
+    start_of_summary,
 )
 from pipeline.types import IntArray
 
@@ -100,11 +100,10 @@ class McapFile(MessageLog):
         if self.size < FOOTER_BYTES:
             return
         stream.seek(-FOOTER_BYTES, io.SEEK_END)
-        tail = stream.read(FOOTER_BYTES)
-        if not tail.endswith(MAGIC) or tail[0] != FOOTER:
+        start = start_of_summary(stream.read(FOOTER_BYTES))
+        if start is None:
             return
         self.directory.complete = True
-        start, _, _ = parse_footer(memoryview(tail)[RECORD_HEAD.size : -len(MAGIC)])
         end = self.size - FOOTER_BYTES
         self._end = end
         if start == 0 or start >= end or end - start > _MAX_SUMMARY_BYTES:

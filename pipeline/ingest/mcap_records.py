@@ -25,7 +25,7 @@ FOOTER_BYTES = RECORD_HEAD.size + _FOOTER.size + len(MAGIC)
 #: A time before 2000 is of a clock that nobody set, one after 2100 is none. [ns since 1970]
 SET_NS, LATEST_NS = 946_684_800_000_000_000, 4_102_444_800_000_000_000
 _CHUNK_HEAD = struct.Struct("<QQQI")
-_STATISTICS_HEAD = struct.Struct("<QHIIIIQQI")
+_STATISTICS_HEAD = struct.Struct("<QHIIIIQQ")
 #: Limits on what one record may hold; logs stay far below them.
 MAX_SCHEMA_BYTES = 1_000_000
 MAX_TEXT_BYTES = 10_000
@@ -92,10 +92,6 @@ class _Cursor:
         self._data = data
         self.at = 0
 
-    def numbers(self, layout: struct.Struct) -> tuple[int, ...]:
-        part = self.raw(layout.size)
-        return layout.unpack(part)
-
     def raw(self, size: int) -> memoryview:
         if size < 0 or self.at + size > len(self._data):
             raise BrokenRecordError(
@@ -105,54 +101,58 @@ class _Cursor:
         self.at += size
         return part
 
-    def u16(self) -> int:
-        return int.from_bytes(self.raw(2), "little")
+    def number(self, size: int) -> int:
+        return int.from_bytes(self.raw(size), "little")
 
-    def u32(self) -> int:
-        return int.from_bytes(self.raw(4), "little")
+    def sized(self, what: str, most: int) -> bytes:
+        """Return bytes behind their number."""
+        size = self.number(4)
+        if size > most:
+            raise BrokenRecordError(f"a {what} of {size} bytes; at most {most} are read")
+        return bytes(self.raw(size))
 
     def text(self) -> str:
-        size = self.u32()
-        if size > MAX_TEXT_BYTES:
-            raise BrokenRecordError(f"a text of {size} bytes; at most {MAX_TEXT_BYTES} are read")
-        return bytes(self.raw(size)).decode("utf-8", errors="replace")
+        return self.sized("text", MAX_TEXT_BYTES).decode("utf-8", errors="replace")
 
-    def texts(self, most: int) -> dict[str, str]:
+    def texts(self) -> dict[str, str]:
         """Return a map of texts."""
-        size = self.u32()
-        if size > most:
-            raise BrokenRecordError(f"a map of {size} bytes; at most {most} are read")
-        end = self.at + size
+        inside = _Cursor(memoryview(self.sized("map", MAX_METADATA_BYTES)))
         found: dict[str, str] = {}
-        while self.at < end:
-            key = self.text()
-            length = self.u32()
-            found[key] = bytes(self.raw(length)).decode("utf-8", errors="replace")
+        while inside.at < len(inside._data):
+            key = inside.text()
+            found[key] = bytes(inside.raw(inside.number(4))).decode("utf-8", errors="replace")
         return found
+
+    def by_channel(self, width: int) -> dict[int, int]:
+        """Return a map of channels (ids) to whole numbers of so many bytes."""
+        size = self.number(4)
+        pairs, step = self.raw(size), 2 + width
+        return {
+            int.from_bytes(pairs[at : at + 2], "little"): int.from_bytes(
+                pairs[at + 2 : at + step], "little"
+            )
+            for at in range(0, size - step + 1, step)
+        }
 
 
 def parse_schema(content: memoryview) -> SchemaRecord:
     """Parse a schema; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
-    number, name, encoding = cursor.u16(), cursor.text(), cursor.text()
-    size = cursor.u32()
-    if size > MAX_SCHEMA_BYTES:
-        raise BrokenRecordError(f"a schema of {size} bytes; at most {MAX_SCHEMA_BYTES} are read")
-    return SchemaRecord(number, name, encoding, bytes(cursor.raw(size)))
+    number, name, encoding = cursor.number(2), cursor.text(), cursor.text()
+    return SchemaRecord(number, name, encoding, cursor.sized("schema", MAX_SCHEMA_BYTES))
 
 
 def parse_channel(content: memoryview) -> ChannelRecord:
     """Parse a channel; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
-    number, schema = cursor.u16(), cursor.u16()
-    topic, encoding = cursor.text(), cursor.text()
-    return ChannelRecord(number, schema, topic, encoding, cursor.texts(MAX_METADATA_BYTES))
+    number, schema = cursor.number(2), cursor.number(2)
+    return ChannelRecord(number, schema, cursor.text(), cursor.text(), cursor.texts())
 
 
 def parse_metadata(content: memoryview) -> tuple[str, dict[str, str]]:
     """Parse a metadata record: its name and its entries; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
-    return cursor.text(), cursor.texts(MAX_METADATA_BYTES)
+    return cursor.text(), cursor.texts()
 
 
 def parse_header(content: memoryview) -> tuple[str, str]:
@@ -161,33 +161,25 @@ def parse_header(content: memoryview) -> tuple[str, str]:
     return cursor.text(), cursor.text()
 
 
-def parse_footer(content: memoryview) -> tuple[int, int, int]:
-    """Parse the footer: start of the summary, of its offsets, checksum."""
-    start, offsets, checksum = _Cursor(content).numbers(_FOOTER)
-    return start, offsets, checksum
+def start_of_summary(tail: bytes) -> int | None:
+    """Return what the last bytes of a file say; 0 for no summary, None where it was not closed."""
+    if len(tail) < FOOTER_BYTES or not tail.endswith(MAGIC) or tail[0] != FOOTER:
+        return None
+    return int(_FOOTER.unpack_from(tail, RECORD_HEAD.size)[0])
 
 
 def parse_statistics(content: memoryview) -> StatisticsRecord:
     """Parse the statistics; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
-    messages, _, _, _, _, _, start, end, size = cursor.numbers(_STATISTICS_HEAD)
-    pairs = cursor.raw(size)
-    counts = {
-        int.from_bytes(pairs[at : at + 2], "little"): int.from_bytes(
-            pairs[at + 2 : at + 10], "little"
-        )
-        for at in range(0, size - 9, 10)
-    }
-    return StatisticsRecord(messages, start, end, counts)
+    head = _STATISTICS_HEAD.unpack(cursor.raw(_STATISTICS_HEAD.size))
+    return StatisticsRecord(head[0], head[6], head[7], cursor.by_channel(8))
 
 
 def parse_indexed_channels(content: memoryview) -> set[int]:
     """Parse the index of a chunk: the channels that it has messages of."""
     cursor = _Cursor(content)
     cursor.raw(4 * 8)  # times and place of the chunk
-    size = cursor.u32()
-    pairs = cursor.raw(size)
-    return {int.from_bytes(pairs[at : at + 2], "little") for at in range(0, size - 9, 10)}
+    return set(cursor.by_channel(8))
 
 
 #: A chunk's head is at most this long: four numbers, the compression's name, the size.
@@ -197,7 +189,7 @@ MOST_OF_CHUNK_HEAD = _CHUNK_HEAD.size + 4 + 64 + 8
 def parse_chunk_head(content: memoryview) -> ChunkHead:
     """Parse the head of a chunk from its first bytes; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
-    start, end, uncompressed, checksum = cursor.numbers(_CHUNK_HEAD)
+    start, end, uncompressed, checksum = _CHUNK_HEAD.unpack(cursor.raw(_CHUNK_HEAD.size))
     compression = cursor.text()
-    size = int.from_bytes(cursor.raw(8), "little")
+    size = cursor.number(8)
     return ChunkHead(start, end, uncompressed, checksum, compression, size, cursor.at)

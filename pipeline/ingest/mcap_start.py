@@ -13,7 +13,6 @@ from urllib.parse import quote
 from pipeline.ingest.log_names import BAG_FILE, run_of
 from pipeline.ingest.mcap_records import (
     CHUNK,
-    FOOTER,
     FOOTER_BYTES,
     LATEST_NS,
     MAGIC,
@@ -23,8 +22,8 @@ from pipeline.ingest.mcap_records import (
     STATISTICS,
     BrokenRecordError,
     StatisticsRecord,
-    parse_footer,
     parse_statistics,
+    start_of_summary,
 )
 
 #: Records that may stand before the first message: schemas, channels, metadata, attachments.
@@ -46,15 +45,7 @@ def log_start_ns(path: Path) -> int | None:
     the summary says of the last message, may be of this century, and so may the time in the unit
     that its writer meant.
 
-    Parameters
-    ----------
-    path : Path
-        An MCAP file, perhaps cut off or something else altogether.
-
-    Returns
-    -------
-    int or None
-        Since 1970. [ns]
+    In nanoseconds since 1970. The file may be cut off, or something else altogether.
     """
     ending = path.suffix.lower()
     if path.name == BAG_FILE:
@@ -108,22 +99,14 @@ def _of_table(path: Path) -> int:
     return first_time_ns(path)
 
 
-def _untold(path: Path) -> int:
-    """Return that of a board that counts from its start: its day stands in the name, if at all."""
-    del path
-    return 0
-
-
 #: Ending of a log that is no MCAP -> its first time [ns since 1970], 0 where it has none.
 _FIRST_TIME: Mapping[str, Callable[[Path], int]] = {
     ".tlog": _of_tlog,
     ".bag": _of_bag,
     ".db3": _of_db3,
-    ".csv": _of_table,
-    ".tsv": _of_table,
-    ".parquet": _of_table,
-    ".bin": _untold,
-    ".ulg": _untold,
+    **dict.fromkeys((".csv", ".tsv", ".parquet"), _of_table),
+    # a board counts from its start: its day stands in the name, if at all
+    **dict.fromkeys((".bin", ".ulg"), lambda _: 0),
 }
 
 
@@ -159,13 +142,10 @@ def _statistics(path: Path) -> StatisticsRecord | None:
         with path.open("rb") as file:
             size = file.seek(0, 2)
             file.seek(max(size - FOOTER_BYTES, 0))
-            tail = file.read()
-            if len(tail) < FOOTER_BYTES or not tail.endswith(MAGIC) or tail[0] != FOOTER:
+            start = start_of_summary(file.read())
+            if not 0 < (start or 0) < size:
                 return None
-            start, _, _ = parse_footer(memoryview(tail)[RECORD_HEAD.size : -len(MAGIC)])
-            if not 0 < start < size:
-                return None
-            file.seek(start)
+            file.seek(start or 0)
             for _ in range(_MOST_RECORDS):
                 opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
                 if opcode == STATISTICS:

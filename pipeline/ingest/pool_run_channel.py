@@ -80,8 +80,8 @@ def _known_delay(plan: Plan, vehicle: Vehicle) -> float:
 
 def _delay(plan: Plan, timing: Timing, vehicle: Vehicle) -> tuple[float, str]:
     """Return what is still to be taken off the chosen time, and why."""
-    if plan.delay_s is not None:
-        return plan.delay_s, f"delay {plan.delay_s:g} s as pool: channels states"
+    if plan.stated.delay_s is not None:
+        return plan.stated.delay_s, f"delay {plan.stated.delay_s:g} s as pool: channels states"
     known = _known_delay(plan, vehicle)
     if known and timing.clock.used == "log":
         return known, f"delay {known:g} s of the sensor, counted from the time of the log"
@@ -258,8 +258,8 @@ def _value_marks(
         holds=False,
         is_quaternion=converted.quantity == "attitude",
         jumps=converted.quantity == "shaft_speed",
-        lowest=plan.lowest,
-        highest=plan.highest,
+        lowest=plan.stated.lowest,
+        highest=plan.stated.highest,
     )
 
 

@@ -168,7 +168,7 @@ def _from_euler(angles: FloatArray) -> FloatArray:
 
 def _depth(plan: Plan, raw: FloatArray, water: WaterOfRun, unit: str) -> Converted:
     notes: list[str] = []
-    surface = plan.surface_pressure_pa
+    surface = plan.stated.surface_pressure_pa
     if surface is None:
         surface = water.surface_pressure_pa
     if surface is None:

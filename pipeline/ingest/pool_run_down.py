@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_resample import resample
-from pipeline.records.run_arrays import PoolRun, RunChannel
+from pipeline.records.run_arrays import PoolRun
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 
@@ -151,84 +151,71 @@ _ABOVE_WATER_M = -0.3
 _FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
 
 
-def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Warn where depths are those of a pressure in another unit, or lie above the water.
 
     The vehicle's water turns depths back into pressures.
     """
     channel = run.channels.get("depth")
-    if channel is None:
-        return []
-    depth = _readings(channel)
-    if not depth.size:
-        return []
+    depth = np.zeros(0) if channel is None else channel.values[channel.usable()].ravel()
+    depth = depth[np.isfinite(depth)]
+    if channel is None or not depth.size:
+        return
     middle = float(np.median(depth))
     if channel.read.quantity == "pressure" and channel.read.unit_from != "vehicle file":
         # near the surface a gauge reads as little, but then it also reads about zero
         raw_pa = depth * vehicle.water.density_kgpm3 * vehicle.water.gravity_mps2
         low, typical = float(np.quantile(raw_pa, 0.02)), float(np.median(raw_pa))
+        said = ""
         for least, most, unit in _ATMOSPHERES:
             if least <= low and typical <= most:
-                return [
-                    place.warning(
-                        f"the pressure ({channel.topic}) is about {typical:.4g} Pa above the "
-                        f"surface throughout, a depth of {middle:.2g} m: this looks like {unit}.",
-                        "pressure in Pa.",
-                        "State the unit under pool: channels in vehicle.yaml.",
-                    )
-                ]
-        if 0.0 < float(np.ptp(raw_pa)) < _STILL_PA and abs(typical) < 10.0 * _STILL_PA:
-            return [
-                place.warning(
-                    f"the pressure ({channel.topic}) stays within {np.ptp(raw_pa):.2g} Pa of the "
-                    f"surface throughout, a depth of {middle:.2g} m: the vehicle was not under "
-                    "water, or this is bar, dbar, psi or mbar.",
-                    "pressure in Pa.",
-                    "State the unit under pool: channels in vehicle.yaml.",
+                said = (
+                    f"the pressure ({channel.topic}) is about {typical:.4g} Pa above the "
+                    f"surface throughout, a depth of {middle:.2g} m: this looks like {unit}."
                 )
-            ]
+        if not said and (
+            0.0 < float(np.ptp(raw_pa)) < _STILL_PA and abs(typical) < 10.0 * _STILL_PA
+        ):
+            said = (
+                f"the pressure ({channel.topic}) stays within {np.ptp(raw_pa):.2g} Pa of the "
+                f"surface throughout, a depth of {middle:.2g} m: the vehicle was not under "
+                "water, or this is bar, dbar, psi or mbar."
+            )
+        if said:
+            remedy = "State the unit under pool: channels in vehicle.yaml."
+            yield place.warning(said, "pressure in Pa.", remedy)
+            return
     # on deck a gauge reads 0: only a wrong sign or surface makes it negative for a while
     middle = min(middle, float(np.quantile(depth, 0.05)))
     if middle < _ABOVE_WATER_M:
-        return [
-            place.warning(
-                f"the depth ({channel.topic}) is {middle:.3g} m for a good part of the run: "
-                "above the water. Its sign, or the pressure at the surface, is another.",
-                "depth positive downwards.",
-                "State sign: -1, or surface_pressure_pa, under pool: channels in vehicle.yaml.",
-            )
-        ]
-    return []
+        yield place.warning(
+            f"the depth ({channel.topic}) is {middle:.3g} m for a good part of the run: "
+            "above the water. Its sign, or the pressure at the surface, is another.",
+            "depth positive downwards.",
+            "State sign: -1, or surface_pressure_pa, under pool: channels in vehicle.yaml.",
+        )
 
 
-def position_against_depth(run: PoolRun, place: Place) -> list[Problem]:
+def position_against_depth(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where the third component of a position falls as the depth grows: it points up."""
     position, depth = run.channels.get("position"), run.channels.get("depth")
     if position is None or depth is None or position.topic == depth.topic:
-        return []
+        return
     rows, there = position.usable(), depth.usable()
     if min(rows.sum(), there.sum()) < _FEW:
-        return []
+        return
     at = depth.time_ns[there]
     order = np.argsort(at, kind="stable")
     expected = np.interp(position.time_ns[rows], at[order], depth.values[there, 0][order])
     down = position.values[rows, 2]
     good = np.isfinite(expected) & np.isfinite(down)
     if good.sum() < _FEW or min(np.std(expected[good]), np.std(down[good])) < _MOVING_M:
-        return []
+        return
     correlation = float(np.corrcoef(expected[good], down[good])[0, 1])
-    if correlation > _AGAINST:
-        return []
-    return [
-        place.warning(
+    if correlation <= _AGAINST:
+        yield place.warning(
             f"the position ({position.topic}) rises as the depth ({depth.topic}) grows "
             f"(correlation {correlation:.2f}): its z axis points up.",
             f"a position in {position.read.axes}.",
             "State earth_axes: enu (or nwu) of the position under pool: channels in vehicle.yaml.",
         )
-    ]
-
-
-def _readings(channel: RunChannel) -> FloatArray:
-    values = channel.values[channel.usable()].ravel()
-    return np.asarray(values[np.isfinite(values)])

@@ -142,7 +142,7 @@ def value_marks(
     _set(marks, "not_a_number", ~finite)
     if not finite.all():
         values = np.where(finite[:, None], values, np.nan)
-    _range_marks(marks, values, lowest, highest)
+    _range_marks(marks, values, _ends(lowest, highest))
     if holds or values.shape[0] < 10 or not finite.any():
         return marks
     if all(np.fmin.reduce(column) == np.fmax.reduce(column) for column in values.T):
@@ -175,12 +175,22 @@ def command_marks(
     """Mark commands (k, m) at and beyond the range (m,) of their drives."""
     marks: dict[str, BoolArray] = {}
     _set(marks, "not_a_number", ~_are_readings(values))
-    with np.errstate(invalid="ignore"):
-        beyond = (values > highest + 0.5) | (values < lowest - 0.5)
-        at_end = ((values >= highest - 0.5) | (values <= lowest + 0.5)) & ~beyond
-    _set(marks, "outside_range", beyond.any(axis=1))
-    _set(marks, "saturated", at_end.any(axis=1))
+    _range_marks(marks, values, (lowest, highest, 0.5))
     return marks
+
+
+#: Lowest and highest value, and how near to them a reading is at them.
+_Ends = tuple[FloatArray | float, FloatArray | float, float]
+
+
+def _ends(lowest: float | None, highest: float | None) -> _Ends | None:
+    """Return the ends of a sensor's range, None where neither is known."""
+    if lowest is None and highest is None:
+        return None
+    low = -np.inf if lowest is None else lowest
+    high = np.inf if highest is None else highest
+    width = high - low if np.isfinite(high - low) else abs(low if highest is None else high)
+    return low, high, 1e-6 * width
 
 
 def _are_readings(values: FloatArray) -> BoolArray:
@@ -192,15 +202,10 @@ def _are_readings(values: FloatArray) -> BoolArray:
     return good
 
 
-def _range_marks(
-    marks: dict[str, BoolArray], values: FloatArray, lowest: float | None, highest: float | None
-) -> None:
-    low = -np.inf if lowest is None else lowest
-    high = np.inf if highest is None else highest
-    if lowest is None and highest is None:
+def _range_marks(marks: dict[str, BoolArray], values: FloatArray, ends: _Ends | None) -> None:
+    if ends is None:
         return
-    width = high - low if np.isfinite(high - low) else abs(high if np.isfinite(high) else low)
-    slack = 1e-6 * width
+    low, high, slack = ends
     with np.errstate(invalid="ignore"):
         beyond = (values > high + slack) | (values < low - slack)
         at_end = ((values >= high - slack) | (values <= low + slack)) & ~beyond

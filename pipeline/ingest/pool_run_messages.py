@@ -10,7 +10,6 @@ from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_consistency import worth_saying
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_plan import TopicFound
-from pipeline.records.pool_run import TopicRead
 from pipeline.records.run_arrays import MARKS, PoolRun, RunChannel
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -139,38 +138,35 @@ def _is_constant(values: FloatArray) -> bool:
     return bool(finite.size and finite.min() == finite.max())
 
 
-def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Problem]:
+def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Say where commands are missing, beyond the drives, or never given."""
-    commands = {
-        name: channel
-        for name, channel in run.channels.items()
-        if channel.quantity == "thruster_command"
-    }
+    commands = [one for one in run.channels.values() if one.quantity == "thruster_command"]
     if not commands:
-        have = ", ".join(_topic(topic) for topic in run.topics[:12])
-        return [
-            place.error(
-                f"there are no thruster commands; the run cannot be simulated. The log has {have}.",
-                "a topic with the command of each thruster.",
-                "State it under pool: channels with quantity: thruster_command in vehicle.yaml.",
-            )
-        ]
-    found = []
+        have = ", ".join(
+            f"{topic.topic} ({topic.why_not})" if topic.why_not else topic.topic
+            for topic in run.topics[:12]
+        )
+        yield place.error(
+            f"there are no thruster commands; the run cannot be simulated. The log has {have}.",
+            "a topic with the command of each thruster.",
+            "State it under pool: channels with quantity: thruster_command in vehicle.yaml.",
+        )
+        return
     drives = {thruster.name: vehicle.drives[thruster.drive] for thruster in vehicle.thrusters}
-    present = {c.removeprefix("command.") for part in commands.values() for c in part.columns}
+    present = {column.removeprefix("command.") for part in commands for column in part.columns}
     missing = [name for name in drives if name not in present]
     if missing:
         what = f"there are no commands for {', '.join(missing)}."
-        found.append(place.warning(what, remedy="Map them, or they count as zero."))
-    found += _barely_any(commands, place)
-    for channel in commands.values():
+        yield place.warning(what, "", "Map them, or they count as zero.")
+    yield from _barely_any(commands, place)
+    for channel in commands:
         beyond: dict[tuple[int, int], list[str]] = {}
         for column, values in zip(channel.columns, channel.values.T, strict=True):
             name = column.removeprefix("command.")
             drive = drives.get(name, vehicle.drive)
             finite = values[np.isfinite(values)]
             if not finite.size:
-                found.append(place.warning(f"{name}: no command is a number."))
+                yield place.warning(f"{name}: no command is a number.")
                 continue
             count = int(((finite > drive.code_max + 0.5) | (finite < drive.code_min - 0.5)).sum())
             if count:
@@ -182,54 +178,45 @@ def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> list[Probl
                 f"{', '.join(thrusters)}."
             )
             remedy = "Check unit and pwm_range of the channel, or the drive's range."
-            found.append(place.warning(what, remedy=remedy))
-    if all(_is_constant(values) for part in commands.values() for values in part.values.T):
-        what = "no command ever changes: of the thrusters nothing can be learned from this run."
-        found.append(place.warning(what))
-    return found
+            yield place.warning(what, "", remedy)
+    if all(_is_constant(values) for part in commands for values in part.values.T):
+        yield place.warning(
+            "no command ever changes: of the thrusters nothing can be learned from this run."
+        )
 
 
-def _barely_any(commands: Mapping[str, RunChannel], place: Place) -> list[Problem]:
+def _barely_any(commands: Sequence[RunChannel], place: Place) -> Iterator[Problem]:
     """Say where nothing is commanded but -1, 0 and 1, and their unit was not stated."""
-    sizes = [np.abs(part.values[np.isfinite(part.values)]) for part in commands.values()]
+    sizes = [np.abs(part.values[np.isfinite(part.values)]) for part in commands]
     largest = max((float(size.max(initial=0.0)) for size in sizes), default=0.0)
-    guessed = all(
-        part.read.unit == "code" and part.read.unit_from == "values" for part in commands.values()
-    )
-    if not guessed or largest != 1.0:
-        return []
-    topics = ", ".join(dict.fromkeys(part.topic for part in commands.values()))
-    what = (
-        f"the commands ({topics}) are -1, 0 and 1 alone and were taken for codes: next to no "
-        "thrust. They look like ratios, of thrusters that are only switched."
-    )
-    remedy = "State unit: ratio (or unit: code) under pool: channels in vehicle.yaml."
-    return [place.warning(what, remedy=remedy)]
+    reads = {(part.read.unit, part.read.unit_from) for part in commands}
+    if reads == {("code", "values")} and largest == 1.0:
+        topics = ", ".join(dict.fromkeys(part.topic for part in commands))
+        yield place.warning(
+            f"the commands ({topics}) are -1, 0 and 1 alone and were taken for codes: next to no "
+            "thrust. They look like ratios, of thrusters that are only switched.",
+            "",
+            "State unit: ratio (or unit: code) under pool: channels in vehicle.yaml.",
+        )
 
 
-def _topic(topic: TopicRead) -> str:
-    return f"{topic.topic} ({topic.why_not})" if topic.why_not else topic.topic
-
-
-def told_of_recorder(run: PoolRun, place: Place) -> list[Problem]:
+def told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where the times of the log go back, and which readings they date far from the others."""
     topics = {channel.topic: channel.log_time_ns for channel in run.channels.values()}
-    found = []
     beyond = {
         topic: int(((logged < run.start_time_ns) | (logged > run.end_time_ns)).sum())
         for topic, logged in topics.items()
     }
-    if any(beyond.values()):
-        counts = ", ".join(
-            f"{count} of {topics[topic].size} of {topic}"
-            for topic, count in beyond.items()
-            if count
+    counts = [
+        f"{count} of {topics[topic].size} of {topic}" for topic, count in beyond.items() if count
+    ]
+    if counts:
+        yield place.warning(
+            "readings are dated days away from most others, and are no part of the run: "
+            f"{', '.join(counts)}.",
+            "",
+            "If the recorder's clock was set during the run, cut the log there.",
         )
-        what = (
-            f"readings are dated days away from most others, and are no part of the run: {counts}."
-        )
-        remedy = "If the recorder's clock was set during the run, cut the log there."
-        found.append(place.warning(what, remedy=remedy))
     busiest = max(topics.values(), key=lambda logged: logged.size, default=np.zeros(0, np.int64))
     logged = busiest[(busiest >= run.start_time_ns) & (busiest <= run.end_time_ns)]
     step_s = np.diff(logged) / 1e9
@@ -237,34 +224,30 @@ def told_of_recorder(run: PoolRun, place: Place) -> list[Problem]:
     if back.size:
         at = (int(logged[back[0]]) - run.start_time_ns) / 1e9
         more = f" (and {back.size - 1} more times)" if back.size > 1 else ""
-        what = (
+        yield place.warning(
             f"the times of the log go back by {-step_s[back[0]]:.3f} s after {at:.3f} s{more}: the "
             "recorder's clock was set, or the log was put together out of order. What follows is "
-            "left out until they are later than before."
+            "left out until they are later than before.",
+            "",
+            "Cut the log there, into two runs.",
         )
-        found.append(place.warning(what, remedy="Cut the log there, into two runs."))
-    return found
 
 
-def told_of_velocity(run: PoolRun, place: Place) -> list[Problem]:
+def told_of_velocity(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a velocity over the earth cannot become one of the body."""
     over_earth = run.channels.get("velocity_earth")
-    if over_earth is None or {"velocity", "attitude"} & set(run.channels):
-        return []
-    what = (
-        f"the velocity ({over_earth.topic}) is in the axes of the earth, and without an attitude "
-        "it cannot be turned into those of the body: it is not used."
-    )
-    remedy = (
-        "Record the attitude; or, if it is in body axes, state quantity: velocity under pool: "
-        "channels in vehicle.yaml."
-    )
-    return [place.warning(what, remedy=remedy)]
+    if over_earth is not None and not {"velocity", "attitude"} & set(run.channels):
+        yield place.warning(
+            f"the velocity ({over_earth.topic}) is in the axes of the earth, and without an "
+            "attitude it cannot be turned into those of the body: it is not used.",
+            "",
+            "Record the attitude; or, if it is in body axes, state quantity: velocity under pool: "
+            "channels in vehicle.yaml.",
+        )
 
 
-def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:
+def told_of_coverage(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a channel covers less than the run."""
-    found = []
     for name, channel in run.channels.items():
         if not channel.time_ns.size or run.duration_s < 1.0:
             continue
@@ -274,12 +257,10 @@ def told_of_coverage(run: PoolRun, place: Place) -> list[Problem]:
         if channel.holds and not channel.is_regular:
             early = 0.0
         if late > least or early > least:
-            what = (
+            yield place.warning(
                 f"{name} ({channel.topic}) covers {late:.1f} s to {run.duration_s - early:.1f} s "
                 f"of the run of {run.duration_s:.1f} s."
             )
-            found.append(place.warning(what))
-    return found
 
 
 def each_once(problems: Sequence[Problem]) -> list[Problem]:

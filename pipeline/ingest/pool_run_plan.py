@@ -20,6 +20,8 @@ from pipeline.records.pool_schema import (
     Quantity,
 )
 
+UnitFrom = Literal["vehicle file", "message", "values", "assumed"]
+Clock = Literal["header", "log", "field"]
 #: Quantities with an element for each thruster.
 PER_THRUSTER = ("thruster_command", "shaft_speed", "thrust")
 
@@ -159,33 +161,37 @@ class TopicFound:
 
 @dataclass(frozen=True)
 class Plan:
-    """One channel: numbers of a topic's messages, and what they mean."""
+    """One channel: numbers of a topic's messages, and what they mean.
 
-    quantity: Quantity
+    `stated` is the channel as the vehicle file has it, or as a default would state it.
+    """
+
+    stated: PoolChannel
     topic: str
+    mapped_by: str
     numbers: tuple[Path, ...]
     fields: tuple[str, ...]
     unit: str | None
-    unit_from: Literal["vehicle file", "message", "values", "assumed"]
+    unit_from: UnitFrom
     sign: tuple[int, ...]
     order: Literal["xyzw", "wxyz"]
     body_axes: BodyAxes
     earth_axes: EarthAxes
-    clock: Literal["header", "log", "field"] | None
+    clock: Clock | None
     stamp: Stamp | None
     thrusters: tuple[str, ...]
     """Names of the elements; empty where the messages name them (`names`) or there are none."""
     names: Path | None
-    delay_s: float | None
-    surface_pressure_pa: float | None
-    lowest: float | None
-    highest: float | None
-    mapped_by: str
     notes: tuple[str, ...] = ()
     flags: tuple[Flag, ...] = ()
     """What in a message says whether its numbers are valid."""
     doubts: tuple[str, ...] = ()
     """What was assumed and may be wrong without a sign of it."""
+
+    @property
+    def quantity(self) -> Quantity:
+        """What it measures."""
+        return self.stated.quantity
 
     @property
     def request(self) -> Request:
@@ -222,30 +228,24 @@ def plan_channel(
         raise NotThereError(f"sign has {len(stated.sign)} entries for {len(numbers)} numbers")
     body, earth = _axes(stated, topic, notes)
     stamp, clock = _stamp(stated, probe)
-    unit = stated.unit
-    unit_from: Literal["vehicle file", "message", "values", "assumed"] = "vehicle file"
-    if unit is None:
-        unit, unit_from = _usual_unit(stated.quantity, topic)
+    unit: tuple[str | None, UnitFrom] = stated.unit, "vehicle file"
+    named = [str(path[-1]).lower()[-1:] for path in numbers] == ["x", "y", "z", "w"]
     return Plan(
-        stated.quantity,
+        stated,
         topic.name,
+        mapped_by,
         tuple(numbers),
         tuple(fields),
-        unit,
-        unit_from,
+        *(unit if stated.unit is not None else _usual_unit(stated.quantity, topic)),
         tuple(stated.sign) * (len(numbers) if len(stated.sign) == 1 else 1),
-        _order(stated, numbers),
+        # components that are named have an order
+        "xyzw" if named else stated.order,
         body,
         earth,
         clock,
         stamp,
         columns,
         names,
-        stated.delay_s,
-        stated.surface_pressure_pa,
-        stated.lowest,
-        stated.highest,
-        mapped_by,
         tuple(notes),
         validity_of(stated.quantity, probe, numbers),
         tuple(doubts),
@@ -284,12 +284,6 @@ def _picked(stated: PoolChannel, numbers: list[Path], fields: Sequence[str]) -> 
     return [numbers[number] for number in stated.index]
 
 
-def _order(stated: PoolChannel, numbers: Sequence[Path]) -> Literal["xyzw", "wxyz"]:
-    """Order of a quaternion: as stated, unless its components are named and no paths are listed."""
-    named = [str(path[-1]).lower()[-1:] for path in numbers] == ["x", "y", "z", "w"]
-    return "xyzw" if named else stated.order
-
-
 def _axes(stated: PoolChannel, topic: TopicFound, notes: list[str]) -> tuple[BodyAxes, EarthAxes]:
     """Axes of the readings: stated, told by the frame's name, or usual for the message."""
     frames = f"{topic.frame} {value_at(topic.probe, ('child_frame_id',)) or ''}"
@@ -318,9 +312,7 @@ _IN_BODY = {
 _IN_EARTH = {"position", "velocity_earth", "attitude_quaternion", "attitude_euler"}
 
 
-def _stamp(
-    stated: PoolChannel, probe: Mapping[str, Any]
-) -> tuple[Stamp | None, Literal["header", "log", "field"] | None]:
+def _stamp(stated: PoolChannel, probe: Mapping[str, Any]) -> tuple[Stamp | None, Clock | None]:
     if stated.clock == "log":
         return None, "log"
     if stated.clock_field is not None and stated.clock_unit is not None:
@@ -338,9 +330,7 @@ def _stamp(
     return None, stated.clock
 
 
-def _usual_unit(
-    quantity: str, topic: TopicFound
-) -> tuple[str | None, Literal["message", "values", "assumed"]]:
+def _usual_unit(quantity: str, topic: TopicFound) -> tuple[str | None, UnitFrom]:
     """Return the unit that the message's type prescribes; None where the values must tell."""
     joints = topic.message_type.endswith("JointState")
     if quantity == "thruster_command":

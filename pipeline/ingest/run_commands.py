@@ -3,7 +3,6 @@
 Any log that `read_pool_run` understands will do, with the channel mapping of the vehicle file.
 """
 
-import struct
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,15 +11,17 @@ import numpy as np
 
 from pipeline.errors import InputError, Place
 from pipeline.ingest.mcap_file import McapFile
+from pipeline.ingest.mcap_records import ChannelRecord, SchemaRecord
+from pipeline.ingest.message_definitions import BrokenMessageError, DefinitionError
 from pipeline.ingest.pool_run import read_pool_run
+from pipeline.ingest.pool_run_codec import codec_of
 from pipeline.records.run_arrays import PoolRun, RunChannel
 from pipeline.records.run_notes import RunNotes
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.schema import Vehicle
 
-MOTION_TOPIC = "/sim/odometry"
+_MOTION_TOPIC = "/sim/odometry"
 _MESSAGE = "nav_msgs/msg/Odometry"
-_LONGEST_TEXT = 1000
 
 
 @dataclass(frozen=True)
@@ -40,46 +41,32 @@ def read_true_start(path: Path) -> StartOfRun | None:
     if path.suffix.lower() != ".mcap":
         return None  # another recorder's
     log = McapFile(path, path.name)
-    directory = log.directory
-    wanted = {
-        number
-        for number, channel in directory.channels.items()
-        if channel.topic == MOTION_TOPIC
-        and channel.message_encoding == "cdr"
-        and channel.schema_id in directory.schemas
-        and directory.schemas[channel.schema_id].name == _MESSAGE
-    }
-    if not wanted:
-        return None
-    for block in log.blocks(frozenset(wanted)):
-        for number in wanted & set(block.messages):
-            part = block.messages[number]
-            begin, size = int(part.start[0]), int(part.size[0])
-            return _motion(block.data[begin : begin + size].tobytes())
+    for number, channel in log.directory.channels.items():
+        schema = log.directory.schemas.get(channel.schema_id)
+        is_cdr = channel.message_encoding == "cdr"
+        if channel.topic == _MOTION_TOPIC and is_cdr and schema and schema.name == _MESSAGE:
+            for block in log.blocks(frozenset({number})):
+                if number in block.messages:
+                    part = block.messages[number]
+                    begin, size = int(part.start[0]), int(part.size[0])
+                    data = block.data[begin : begin + size].tobytes()
+                    return _motion(channel, schema, data)
     return None
 
 
-def _motion(data: bytes) -> StartOfRun | None:
-    """Decode pose and twist of an Odometry in plain CDR; None for other bytes."""
-    if len(data) < 4 or data[0] != 0 or data[1] not in {0, 1}:
-        return None
-    order, body = ("<" if data[1] else ">"), data[4:]
-    at = 8  # after the stamp
+def _motion(channel: ChannelRecord, schema: SchemaRecord, data: bytes) -> StartOfRun | None:
+    """Take pose and twist out of an Odometry; None for other bytes."""
     try:
-        for _ in range(2):  # frame_id, child_frame_id
-            at += -at % 4
-            (length,) = struct.unpack_from(order + "I", body, at)
-            if length > _LONGEST_TEXT:
-                return None
-            at += 4 + length
-        at += -at % 8
-        numbers = np.array(struct.unpack_from(order + "49d", body, at))
-    except struct.error:
+        message = codec_of(channel, schema).decode(data)
+    except (BrokenMessageError, DefinitionError):
         return None
-    place, (x, y, z, w), twist = numbers[:3], numbers[3:7], numbers[43:49]
-    turn = np.array([w, x, y, z])
+    pose, twist = message["pose"], message["twist"]
+    parts = (pose["pose"]["position"], pose["pose"]["orientation"], *twist["twist"].values())
+    place, (x, y, z, w), linear, angular = (np.array(list(one.values())) for one in parts)
+    turn, nu = np.array([w, x, y, z]), np.concatenate([linear, angular])
+    numbers = np.concatenate([place, turn, nu, pose["covariance"], twist["covariance"]])
     sound = np.isfinite(numbers).all() and abs(float(np.linalg.norm(turn)) - 1.0) < 1e-3
-    return StartOfRun(place, turn, twist) if sound else None
+    return StartOfRun(place, turn, nu) if sound else None
 
 
 _COMMAND = "thruster_command"
