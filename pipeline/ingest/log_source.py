@@ -53,7 +53,7 @@ def unreadable(place: Place, recorder: str, why: object, expected: str) -> Input
     """Return the error for a log that its library cannot read; `why` is what that says."""
     said = " ".join(str(why).split())[:200] or type(why).__name__
     if isinstance(why, ImportError):
-        said = f"{'pyulog' if recorder == 'PX4' else 'pymavlink'} is not installed"
+        said = "pyulog is not installed" if recorder == "PX4" else "pymavlink is not installed"
     what = f"the log of {recorder} cannot be read ({said})."
     return InputError.at(place, what, expected=expected, remedy="Copy it from the vehicle again.")
 

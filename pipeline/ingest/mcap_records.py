@@ -9,7 +9,7 @@ MCAP specification, version 0, https://mcap.dev/spec.
 """
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -104,19 +104,26 @@ class _Cursor:
     def number(self, size: int) -> int:
         return int.from_bytes(self.raw(size), "little")
 
-    def sized(self, what: str, most: int) -> bytes:
-        """Return bytes behind their number."""
+    def sized(self, most: int, refused: Callable[[int], str]) -> bytes:
+        """Return bytes behind their number; `refused` says that there are too many."""
         size = self.number(4)
         if size > most:
-            raise BrokenRecordError(f"a {what} of {size} bytes; at most {most} are read")
+            raise BrokenRecordError(refused(size))
         return bytes(self.raw(size))
 
     def text(self) -> str:
-        return self.sized("text", MAX_TEXT_BYTES).decode("utf-8", errors="replace")
+        content = self.sized(
+            MAX_TEXT_BYTES, lambda n: f"a text of {n} bytes; at most {MAX_TEXT_BYTES} are read"
+        )
+        return content.decode("utf-8", errors="replace")
 
     def texts(self) -> dict[str, str]:
         """Return a map of texts."""
-        inside = _Cursor(memoryview(self.sized("map", MAX_METADATA_BYTES)))
+        content = self.sized(
+            MAX_METADATA_BYTES,
+            lambda n: f"a map of {n} bytes; at most {MAX_METADATA_BYTES} are read",
+        )
+        inside = _Cursor(memoryview(content))
         found: dict[str, str] = {}
         while inside.at < len(inside._data):
             key = inside.text()
@@ -139,7 +146,10 @@ def parse_schema(content: memoryview) -> SchemaRecord:
     """Parse a schema; raises `BrokenRecordError`."""
     cursor = _Cursor(content)
     number, name, encoding = cursor.number(2), cursor.text(), cursor.text()
-    return SchemaRecord(number, name, encoding, cursor.sized("schema", MAX_SCHEMA_BYTES))
+    content_of_schema = cursor.sized(
+        MAX_SCHEMA_BYTES, lambda n: f"a schema of {n} bytes; at most {MAX_SCHEMA_BYTES} are read"
+    )
+    return SchemaRecord(number, name, encoding, content_of_schema)
 
 
 def parse_channel(content: memoryview) -> ChannelRecord:
