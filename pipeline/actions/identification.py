@@ -102,7 +102,7 @@ def identify_runs(
     if both:
         raise CannotComputeError(
             f"{', '.join(sorted(both))}: given both to fit and to judge the fit by; a hold-out run "
-            "is one that takes no part."
+            "is one that is kept out of the fit."
         )
     tables = [table for _, table in fitted]
     if request.method != "straight-line":
@@ -234,7 +234,9 @@ def _corrected(
         f"Identified: {', '.join(known) or 'nothing'}.",
     ]
     if left:
-        lines.append(f"Not told by these runs, and left as the file had it: {', '.join(left)}.")
+        lines.append(
+            f"Not determined by these runs, and left as the file had it: {', '.join(left)}."
+        )
     lines += [f"Changed {change.path}." for change in changes]
     try:
         original = one.file.read_text(encoding="utf-8")

@@ -14,7 +14,7 @@ def run_text(run: RunFinding) -> str:
     if run.record is None:
         return f"{run.file}\n  cannot be used, see below"
     record = run.record
-    told = "" if run.kind_from == "folder" else " (told by its name)"
+    told = "" if run.kind_from == "folder" else " (recognised by its name)"
     lines = [run.file, f"  pool run{told}: {_what_it_is(record)}"]
     if record.notes is not None:
         lines += [f"  notes: {line}" for line in _notes(record.notes)]

@@ -93,7 +93,7 @@ def _vehicle(vehicle: VehicleFinding) -> str:
 
 def _file(file: FileFinding) -> str:
     kind = file.kind.replace("_", " ")
-    told = "" if file.kind_from == "folder" else " (told by its content)"
+    told = "" if file.kind_from == "folder" else " (recognised by its content)"
     lines = [file.file, f"  {kind}{told}: {_plural(file.points, 'point')}"]
     for sheet in file.sheets:
         name = f'sheet "{sheet.sheet}"' if sheet.sheet is not None else "table"

@@ -66,8 +66,8 @@ def worse_than_before(quality: Sequence[ChannelQuality]) -> str:
     """
     if not quality:
         return (
-            "no window was left to judge it by; give longer runs, or a run that takes no part "
-            "(--holdout RUN)"
+            "no window was left to judge it by; give longer runs, or a run that is kept out of the "
+            "fit (--holdout RUN)"
         )
     first = [one for one in quality if one.channel in FIRST] or list(quality)
     for one in first:

@@ -106,7 +106,7 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
     known = np.column_stack([known, np.repeat(turning[:, None], 3, axis=1)])
     if not known.any():
         raise CannotComputeError(
-            f"{run.name}: no acceleration can be told; that needs a gyroscope, an accelerometer "
+            f"{run.name}: no acceleration can be found; that needs a gyroscope, an accelerometer "
             "with an attitude, a velocity, or a position or depth with an attitude"
         )
     sources += [turned_by] * 3

@@ -58,7 +58,7 @@ def row_words(block: Block, vehicle: Vehicle) -> RowWords:
     percent = next((row for row, one in said.codes.items() if one.percent), None)
     if odd:
         what = (
-            f"the branch is neither loading nor unloading in {listed(odd)}; it was told from the "
+            f"the branch is neither loading nor unloading in {listed(odd)}; it was taken from the "
             "torque."
         )
         place = block.place(odd[0], "branch")

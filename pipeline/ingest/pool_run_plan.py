@@ -285,13 +285,13 @@ def _picked(stated: PoolChannel, numbers: list[Path], fields: Sequence[str]) -> 
 
 
 def _axes(stated: PoolChannel, topic: TopicFound, notes: list[str]) -> tuple[BodyAxes, EarthAxes]:
-    """Axes of the readings: stated, told by the frame's name, or usual for the message."""
+    """Axes of the readings: stated, stated by the frame's name, or usual for the message."""
     frames = f"{topic.frame} {value_at(topic.probe, ('child_frame_id',)) or ''}"
     is_ros = "/msg/" in topic.message_type and not topic.message_type.startswith("std_msgs/")
     if not is_ros or points_down(frames):
         body: BodyAxes = "frd"
         earth: EarthAxes = "ned"
-        why = "told by the frame" if is_ros else "assumed"
+        why = "stated by the frame" if is_ros else "assumed"
     else:
         body, earth = "flu", "enu"
         why = "as REP 103 has it"

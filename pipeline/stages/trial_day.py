@@ -76,7 +76,7 @@ def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
     day = day.model_copy(update={"used": used, "passed_over": (*passed, *said)})
     if not chosen:
         return day.model_copy(
-            update={"why_not": "No run of this day can be taken; what each lacks is told below."}
+            update={"why_not": "No run of this day can be taken; what each lacks is listed below."}
         )
     model = one.vehicle.model
     doubts = model.uncertainty if model is not None else None

@@ -185,7 +185,7 @@ def test_check_of_a_good_file_ends_with_0(here: Path) -> None:
     lone.write_bytes((here / "raw/boat/mooring/good.csv").read_bytes())
     result = call("check", str(lone))
     assert result.exit_code == 0
-    assert "mooring (told by its content)" in result.output
+    assert "mooring (recognised by its content)" in result.output
     assert "are assumed for this check alone" in result.output
 
 

@@ -205,8 +205,8 @@ def _notes(model: ThrusterAtRest, table: BenchTable, holdout: BenchTable | None)
         )
     tables = (table,) if holdout is None else (table, holdout)
     notes += [
-        f"In {one.name} {channel} was read at {read} of {one.code.size} codes alone, so it takes "
-        "no part. Fill it in at the other codes, or mark their rows to be left out."
+        f"In {one.name} {channel} was read at {read} of {one.code.size} codes alone, so it is not "
+        "used. Fill it in at the other codes, or mark their rows to be left out."
         for one in tables
         for channel, read in one.partly.items()
     ]

@@ -215,7 +215,7 @@ def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, 
     """Return the times of a grid, and the rows of the run there."""
     edges = np.arange(run.time_s[0], run.time_s[-1] + 1e-9, period_s)
     if edges.size < 1.0 / period_s:
-        raise CannotComputeError(f"{run.name} is shorter than a second; nothing can be told of it.")
+        raise CannotComputeError(f"{run.name} is shorter than a second; nothing can be said of it.")
     steps = np.round((edges - edges[0]) / row_s).astype(int)
     return edges, np.minimum(steps, run.time_s.size - 1)
 

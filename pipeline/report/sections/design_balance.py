@@ -145,7 +145,7 @@ def _envelope(found: BalanceDesign) -> Section:
         blocks.append(
             Paragraph(
                 "No limit of a thruster is stated and no vehicle with bench tables is named, so "
-                "saturation cannot be told."
+                "saturation cannot be judged."
             )
         )
     blocks.append(Gallery((use_figure(found), angle_figure(found))))

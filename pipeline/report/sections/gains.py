@@ -59,7 +59,7 @@ def vehicle_gains_section(results: VehicleResults) -> Section:
     """Show what each thruster gave on each trial day, the latest last."""
     days = [day for day in results.trials if day.gains][-_DAYS:]
     if not days:
-        return _absent("no trial day tells them.")
+        return _absent("no trial day shows them.")
     cells = {(one.thruster, day.name): one for day in days for one in day.gains if one.axis == _ALL}
     names = list(dict.fromkeys(thruster.name for thruster in results.vehicle.thrusters))
     table = Table(

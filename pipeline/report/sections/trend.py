@@ -48,7 +48,7 @@ def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
     if not days:
         return ()
     names = ", ".join(days)
-    text = f"Of these trial days the fit did not come to an end, so no trend is told: {names}."
+    text = f"Of these trial days the fit did not come to an end, so no trend is shown: {names}."
     return (Paragraph(text, tone="warning"),)
 
 

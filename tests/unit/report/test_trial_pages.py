@@ -203,7 +203,7 @@ def test_a_fit_that_did_not_settle_is_compared_with_nothing(results: VehicleResu
     assert "2026-05-03" not in section
     assert "moved out" not in text
     assert 'id="fig-trend"' not in text
-    assert "so no trend is told: 2026-05-04." in text
+    assert "so no trend is shown: 2026-05-04." in text
     assert "there is one so far." in text
 
 
@@ -217,7 +217,7 @@ def test_a_day_is_compared_with_the_last_one_that_settled(results: VehicleResult
     assert not [text for text in day_warnings(found) if "outside the intervals" in text]
     text = day_page(found, CRUMBS)
     assert "interval lies wholly outside that of the trial day before." in text
-    assert "so no trend is told: 2026-05-03." in text
+    assert "so no trend is shown: 2026-05-03." in text
 
 
 def linked(name: str, value: float, *, settled: bool = True) -> TrialDayLink:
@@ -234,7 +234,7 @@ def test_the_vehicles_page_leaves_an_unsettled_day_out_of_its_trend(
     assert not has_trend(two)
     texts = [one.text for one in trials_section(two).blocks if isinstance(one, Paragraph)]
     assert texts == [
-        "Of these trial days the fit did not come to an end, so no trend is told: 2026-05-03."
+        "Of these trial days the fit did not come to an end, so no trend is shown: 2026-05-03."
     ]
     three = replace(results, trials=(*days, linked("2026-05-04", 10.2)))
     assert has_trend(three)
