@@ -215,9 +215,9 @@ def _apart_all_the_same(record: DiagnosisRecord, groups: Sequence[Sequence[str]]
     if not others:
         return ""
     return (
-        f"The verdict is distinguished from {effect_names(others)} all the same: what it explains in "
-        f"these runs lies more than {ONE_ANSWER_DEG:g} degrees away, and the small angle is of another "
-        "thruster, axis or parameter."
+        f"The verdict is distinguished from {effect_names(others)} all the same: what it explains "
+        f"in these runs lies more than {ONE_ANSWER_DEG:g} degrees away, and the small angle is of "
+        "another thruster, axis or parameter."
     )
 
 

@@ -124,8 +124,8 @@ def run_health_section(results: RunResults) -> Section:
             "warning" if _marked(channel) > 0.01 * channel.readings else ""
             for channel in stored.channels
         ),
-        note="Marked readings stay in the log as they are; those that cannot be trusted are not used "
-        "in what follows, and nothing is filled in for them.",
+        note="Marked readings stay in the log as they are; those that cannot be trusted are not "
+        "used in what follows, and nothing is filled in for them.",
     )
     blocks: list[Block] = [table]
     seen = sorted({mark for channel in stored.channels for mark in channel.marks})

@@ -351,7 +351,7 @@ def test_a_verdict_inside_a_group_that_it_is_told_from_is_explained(
     assert "all the same" not in diagnosis_page(record)
     alone = record.verdict.model_copy(update={"ambiguous_with": ()})
     text = diagnosis_page(record.model_copy(update={"verdict": alone}))
-    assert "The verdict is told from payload all the same" in text
+    assert "The verdict is distinguished from payload all the same" in text
     for other in ("unknown", "dvl_scale"):
         assert "all the same" not in diagnosis_page(with_verdict(record, other))
 
