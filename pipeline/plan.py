@@ -255,7 +255,7 @@ def discover(raw: Path, out: Path) -> tuple[tuple[VehicleFolder, ...], tuple[Pro
                         "error",
                         Place(str(folder)),
                         f"has {', '.join(kinds)} but no {VEHICLE_FILE}.",
-                        remedy=f"Write {folder / VEHICLE_FILE}; docs/formats.md shows one.",
+                        remedy=f"Write {folder / VEHICLE_FILE}; docs/bench_data.md shows one.",
                     )
                 )
             continue
