@@ -6,7 +6,7 @@
 # make check  linters, types, import rules
 # make lock   write requirements.lock anew from pyproject.toml
 # make cross  install the cross-compiler and the emulator of the firmware tests (Debian, Ubuntu)
-# make reference  write the keys of every file into docs/reference/
+# make reference  write the generated pages (keys, columns, topics, commands, rooms) into docs/reference/
 # make drawing  draw the import contract of pyproject.toml into docs/architecture.md
 # make cluster  run the workflow on a Slurm of its own on this machine (root; minutes)
 # make wheel-test  build the wheel and use it in an empty environment (minutes)
