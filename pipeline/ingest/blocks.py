@@ -36,13 +36,13 @@ class BlockColumn:
     quantity: str
     index: int
     header: str
-    unit: str
+    unit: str = ""
     """As written; empty where the quantity has none."""
-    unit_from: UnitFrom
-    unit_row: int | None
+    unit_from: UnitFrom = "assumed"
+    unit_row: int | None = None
     """Row where the unit stands, for messages."""
-    factor: float
-    sign: int
+    factor: float = 1.0
+    sign: int = 1
     plus: tuple[int, ...] = ()
     """Columns whose numbers are added, as vehicle.yaml states."""
     group: str = ""

@@ -53,22 +53,15 @@ def read_columns(
     problems: list[Problem] = []
     for quantity, match in group.items():
         words = wanted.vocabulary[quantity]
+        stated = wanted.mapping.get(quantity)
         column = BlockColumn(
-            quantity=quantity,
-            index=match.index,
+            quantity,
+            match.index,
             header=" ".join(match.text.split()),
-            unit="",
-            unit_from="assumed",
-            unit_row=None,
-            factor=1.0,
-            sign=1,
+            sign=1 if stated is None else stated.sign,
+            plus=() if stated is None else _indices(sheet, rows.names, stated.plus),
             group=_group_text(sheet, rows, match.index),
         )
-        stated = wanted.mapping.get(quantity)
-        if stated is not None:
-            column = replace(
-                column, sign=stated.sign, plus=_indices(sheet, rows.names, stated.plus)
-            )
         times = _unclear_factor(column, words, stated)
         if times is not None:
             place = sheet.place(rows.names)
@@ -205,30 +198,21 @@ def _with_unit(
 ) -> BlockColumn:
     """Return the column with its unit; raises `UnitTextError` where it is missing or wrong."""
     kind = words.unit_kind
-    if kind is None:
-        if found is not None and "ratio" in quantities_of(found[0]):
-            unit, unit_from, unit_row = found
-            # A code in per cent stays a number of per cent: the reader knows the full scale.
-            worth = 1.0 if column.quantity == "code" else factor(unit, "ratio")
-            return replace(column, unit=unit, unit_from=unit_from, unit_row=unit_row, factor=worth)
-        return column
-    if found is not None:
+    if found is not None and (kind is not None or "ratio" in quantities_of(found[0])):
         unit, unit_from, unit_row = found
-        return replace(
-            column,
-            unit=unit,
-            unit_from=unit_from,
-            unit_row=unit_row,
-            factor=factor(unit, kind),
-        )
+        # A code in per cent stays a number of per cent: the reader knows the full scale.
+        is_code = kind is None and column.quantity == "code"
+        worth = 1.0 if is_code else factor(unit, kind or "ratio")
+        return replace(column, unit=unit, unit_from=unit_from, unit_row=unit_row, factor=worth)
+    if kind is None:
+        return column
     odd = match.header.odd_unit
     if odd is not None and words.default_unit is None:
         raise UnitTextError(why_unknown(odd, kind))
     told = unit_told_by_name(match.header, words) or words.default_unit
     if told is not None:
         return replace(column, unit=told, unit_from="assumed", factor=factor(told, kind))
-    known = ", ".join(known_units(kind))
-    raise UnitTextError(f"no unit is stated; known: {known}")
+    raise UnitTextError(f"no unit is stated; known: {', '.join(known_units(kind))}")
 
 
 def why_unknown(unit: str, kind: str) -> str:
@@ -324,7 +308,7 @@ def misfits(sheet: Sheet, wanted: Wanted) -> list[Problem]:
             index, header, text = named[quantity]
             if words.unit_kind is None or header.unit is None or unit_fits(header.unit, words):
                 continue
-            column = BlockColumn(quantity, index, text, "", "assumed", None, 1.0, 1)
+            column = BlockColumn(quantity, index, text)
             why = why_unknown(header.unit, words.unit_kind)
             problems.append(unit_problem(column, sheet.place(row), wanted, why))
         if problems:

@@ -38,14 +38,8 @@ REPRESENTATIONS = {0: (">", 8), 1: ("<", 8), 6: (">", 4), 7: ("<", 4)}
 HEADER_BYTES = 4
 
 
-def representation(data: memoryview | bytes) -> tuple[str, int]:
-    """Return byte order and largest alignment of a message in CDR.
-
-    Raises
-    ------
-    BrokenMessageError
-        For parameter lists and other representations, and messages without header.
-    """
+def _representation(data: memoryview | bytes) -> tuple[str, int]:
+    """Return byte order and largest alignment of a message in plain CDR."""
     if len(data) < HEADER_BYTES:
         raise BrokenMessageError(f"it has {len(data)} bytes, not even a header")
     found = REPRESENTATIONS.get(data[1]) if data[0] == 0 else None
@@ -98,10 +92,7 @@ class Layout:
 def layout_of(definition: Definition, message: bytes | memoryview) -> Layout:
     """Work out the layout of a message.
 
-    Raises
-    ------
-    BrokenMessageError
-        If the bytes end too early or announce more than there is.
+    Raises `BrokenMessageError` if the bytes end too early or announce more than there is.
     """
     return _Walk(definition, message, with_values=False).layout
 
@@ -134,7 +125,7 @@ class _Walk:
         self._begin, order, self._most = 0, "<", 1
         if definition.wire == "cdr":
             self._begin = HEADER_BYTES
-            order, self._most = representation(message)
+            order, self._most = _representation(message)
         self._at = self._begin
         self.layout = Layout(order)
         if self._begin:

@@ -74,15 +74,10 @@ class Definition:
         return self.messages[self.root]
 
 
-def checked(definition: Definition) -> Definition:
-    """Return a definition in which every name is defined and nothing contains itself.
+def _checked(definition: Definition) -> Definition:
+    """Return a definition if every name is defined, nothing contains itself, all takes bytes.
 
-    Everything in it takes bytes: arrays of what takes none could be decoded without end.
-
-    Raises
-    ------
-    DefinitionError
-        Otherwise.
+    Arrays of what takes none could be decoded without end.
     """
     done: set[str] = set()
 
@@ -277,7 +272,7 @@ def _definition(root: str, types: Mapping[str, Any], wire: Literal["cdr", "ros1"
         waiting += [
             one.type for one in messages[name] if one.type not in PRIMITIVES and one.type != STRING
         ]
-    return checked(Definition(root, messages, wire))
+    return _checked(Definition(root, messages, wire))
 
 
 def _built_in(name: str, wire: str) -> tuple[Field, ...] | None:

@@ -146,12 +146,9 @@ def _check_messages(topics: Sequence[TopicFound], facts: LogFacts, prefix: str) 
         what = f"the log was cut off after {facts.size} bytes and holds no messages"
     elif facts.problems:
         what += f" that can be read: {facts.problems[0].what.rstrip('.')}"
-    raise InputError.at(
-        facts.place,
-        what + (f" under {prefix}." if prefix else "."),
-        expected="messages of thrusters and sensors.",
-        remedy="Check that the recorder ran.",
-    )
+    what += f" under {prefix}." if prefix else "."
+    expected, remedy = "messages of thrusters and sensors.", "Check that the recorder ran."
+    raise InputError(facts.place.error(what, expected, remedy))
 
 
 def _stated(vehicle: Vehicle, notes: RunNotes | None) -> list[Stated]:
@@ -166,12 +163,11 @@ def _stated(vehicle: Vehicle, notes: RunNotes | None) -> list[Stated]:
         )
         for number, one in enumerate(own, start=1)
     ]
-    found += [
+    return found + [
         Stated(one, "vehicle file", f"pool: channels: entry {number} ({one.quantity}, {one.topic})")
         for number, one in enumerate(vehicle.pool.channels, start=1)
         if one.quantity not in replaced
     ]
-    return found
 
 
 @dataclass(frozen=True)
@@ -271,7 +267,7 @@ def _summary(name: str, channel: RunChannel, start_ns: int) -> ChannelSummary:
     time_ns = channel.time_ns[timely if timely.any() else slice(None)]
     rhythm = rhythm_of(time_ns)
     rate = 1.0 / channel.period_s if channel.period_s > 0 else None
-    extremes = [_extremes(column) for column in channel.values.T]
+    finite = [column[np.isfinite(column)] for column in channel.values.T]
     return ChannelSummary(
         name=name,
         read=channel.read,
@@ -285,15 +281,9 @@ def _summary(name: str, channel: RunChannel, start_ns: int) -> ChannelSummary:
         last_s=(int(time_ns.max()) - start_ns) / 1e9,
         longest_gap_s=rhythm.longest_gap_s,
         marks={mark: int(rows.sum()) for mark, rows in channel.marks.items()},
-        lowest=tuple(lowest for lowest, _ in extremes),
-        highest=tuple(highest for _, highest in extremes),
+        lowest=tuple(float(one.min()) if one.size else None for one in finite),
+        highest=tuple(float(one.max()) if one.size else None for one in finite),
     )
-
-
-def _extremes(column: FloatArray) -> tuple[float | None, float | None]:
-    """Return the lowest and the highest of the finite values."""
-    finite = column[np.isfinite(column)]
-    return (float(finite.min()), float(finite.max())) if finite.size else (None, None)
 
 
 def _extent(

@@ -263,12 +263,8 @@ def _value_marks(
     )
 
 
-def positive(text: str) -> float:
-    """Return a finite number above zero; raises `ValueError` for anything else.
-
-    >>> positive("9.81")
-    9.81
-    """
+def _positive(text: str) -> float:
+    """Return a finite number above zero; raises `ValueError` for anything else."""
     value = float(text)
     if not 0.0 < value < float("inf"):
         raise ValueError(text)
@@ -280,9 +276,9 @@ def water_of(vehicle: Vehicle, metadata: Mapping[str, Mapping[str, str]]) -> Wat
     stated = metadata.get(_LOG_METADATA, {})
     try:
         return WaterOfRun(
-            positive(stated["density_kgpm3"]),
-            positive(stated["gravity_mps2"]),
-            positive(stated["atmospheric_pressure_pa"]),
+            _positive(stated["density_kgpm3"]),
+            _positive(stated["gravity_mps2"]),
+            _positive(stated["atmospheric_pressure_pa"]),
         )
     except (KeyError, ValueError):
         return WaterOfRun(vehicle.water.density_kgpm3, vehicle.water.gravity_mps2)

@@ -15,7 +15,7 @@ import numpy as np
 
 from pipeline.ingest.message_fields import NO_STAMP
 from pipeline.records.pool_run import ClockRead
-from pipeline.types import BoolArray, FloatArray, IntArray
+from pipeline.types import BoolArray, IntArray
 
 #: A stamp that precedes its log time by no more than this is of the recorder's own clock. [s]
 _MOST_LATENCY_S = 1.0
@@ -151,15 +151,10 @@ def _stamped(
     usual = age[~jumped] if (~jumped).any() else age
     latency = float(np.median(usual))
     jitter = _NORMAL * float(np.median(np.abs(usual - latency)))
-    marks: dict[str, BoolArray] = {}
-    _set(marks, "no_stamp", ~there)
-    _set(marks, "clock_jump", _spread(jumped, rows, there.size))
     resets = np.zeros(rows.size, np.bool_)
     warnings: list[str] = []
     for begin, _ in segments[1:]:
         resets[begin] = True
-    _set(marks, "reset", _spread(resets, rows, there.size))
-    for begin, _ in segments[1:]:
         step = (int(stamp_ns[rows[begin]]) - int(stamp_ns[rows[begin - 1]])) / 1e9
         logged = (int(log_time_ns[rows[begin]]) - int(log_time_ns[rows[begin - 1]])) / 1e9
         at = (int(log_time_ns[rows[begin]]) - int(log_time_ns[0])) / 1e9
@@ -170,7 +165,13 @@ def _stamped(
             )
     if len(segments) > _MOST_JUMPS_TOLD + 1:
         warnings.append(f"the clock jumps {len(segments) - 1} times in all.")
-    _set(marks, "late", _spread(_late(age, latency, jitter), rows, there.size))
+    # messages that took much longer than the others
+    late = age > latency + max(0.1, 10.0 * jitter)
+    marks = {"no_stamp": ~there}
+    for name, found in (("clock_jump", jumped), ("reset", resets), ("late", late)):
+        marks[name] = np.zeros(there.size, np.bool_)
+        marks[name][rows] = found
+    marks = {name: mark for name, mark in marks.items() if mark.any()}
     clock = ClockRead(
         used="field" if used == "field" else "header",
         why=why,
@@ -228,22 +229,6 @@ def share_clocks(
             )
             shared[topic] = replace(timing, time_ns=time_ns, clock=clock, line=line)
     return shared
-
-
-def _late(age_s: FloatArray, latency_s: float, jitter_s: float) -> BoolArray:
-    """Messages that took much longer than the others."""
-    return np.asarray(age_s > latency_s + max(0.1, 10.0 * jitter_s))
-
-
-def _set(marks: dict[str, BoolArray], name: str, mark: BoolArray) -> None:
-    if mark.any():
-        marks[name] = mark
-
-
-def _spread(mark: BoolArray, rows: IntArray, size: int) -> BoolArray:
-    whole = np.zeros(size, np.bool_)
-    whole[rows] = mark
-    return whole
 
 
 def _segments(stamp_ns: IntArray, log_ns: IntArray) -> tuple[list[tuple[int, int]], BoolArray]:

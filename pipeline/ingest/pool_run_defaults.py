@@ -7,9 +7,10 @@ fitted, is told.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+from pipeline.errors import Place, Problem
 from pipeline.ingest.data_files import data_of
 from pipeline.ingest.message_definitions import parse_path
 from pipeline.ingest.message_fields import is_earth
@@ -22,6 +23,7 @@ from pipeline.ingest.pool_run_plan import (
     plan_channel,
 )
 from pipeline.records.pool_schema import COMPONENTS, PoolChannel, Quantity
+from pipeline.vehicle.schema import Vehicle
 
 
 @dataclass(frozen=True)
@@ -81,55 +83,37 @@ def same_quantities(quantity: str) -> tuple[str, ...]:
     return next((pair for pair in _SAME if quantity in pair), (quantity,))
 
 
-@dataclass(frozen=True)
-class Chosen:
-    """Plans of the defaults, and what a person should know of the choice.
-
-    `groups` has for each quantity the plans that fit, the likeliest first; `each` are plans of
-    topics that serve one thruster each.
-    """
-
-    groups: tuple[tuple[Plan, ...], ...]
-    each: tuple[Plan, ...]
-    notes: tuple[str, ...]
-    warnings: tuple[str, ...] = ()
-
-
 def choose_by_default(
-    topics: Sequence[TopicFound],
-    stated: Sequence[str],
-    thrusters: Sequence[str],
-    ignored: Sequence[str] = (),
-    vehicle: str = "",
-) -> Chosen:
-    """Find the quantities that are not `stated`, in topics that are not `ignored`.
+    topics: Sequence[TopicFound], stated: Collection[str], vehicle: Vehicle, place: Place
+) -> tuple[list[tuple[Plan, ...]], list[Plan], list[Problem]]:
+    """Find the quantities that are not `stated`, and say what a person should know of the choice.
 
-    Thrusters are in the order of the vehicle file; the vehicle's name may be that of a namespace.
-    Which plan of a group is taken shows when they have been read.
+    Returns for each quantity the plans that fit, the likeliest first; plans of topics that serve
+    one thruster each; notes and warnings. Which plan of a group is taken shows when they have been
+    read. The vehicle's name may be that of a namespace.
     """
     groups: list[tuple[Plan, ...]] = []
     each: list[Plan] = []
     notes: list[str] = []
-    taken = set(stated)
-    taken |= {same for quantity in stated for same in same_quantities(quantity)}
-    open_topics = [
-        topic
-        for topic in topics
-        if topic.probe is not None
-        and topic.name not in ignored
-        and not re.search(NOT_MEASURED, topic.name, re.IGNORECASE)
-    ]
+    thrusters = [thruster.name for thruster in vehicle.thrusters]
+    taken = set(stated) | {same for quantity in stated for same in same_quantities(quantity)}
     fits = [
         (topic, rule)
-        for topic in open_topics
+        for topic in topics
+        if topic.probe is not None
+        and topic.name not in vehicle.pool.ignore_topics
+        and not re.search(NOT_MEASURED, topic.name, re.IGNORECASE)
         for rule in RULES
         if rule.quantity not in taken and _fits(rule, topic)
     ]
-    spaces = namespaces_of(fits, vehicle)
+    spaces = _namespaces_of(fits, vehicle.name)
     candidates: dict[str, list[_Candidate]] = {}
     for topic, rule in fits:
         found = candidates.setdefault(same_quantities(rule.quantity)[0], [])
-        found.append((_order(rule, topic, spaces), topic, rule))
+        # the largest wins; a command may be given once
+        is_running = topic.messages >= _FEW_MESSAGES or rule.quantity in PER_THRUSTER
+        order = (spaces.is_ours(topic.name), is_running, rule.rank, topic.messages)
+        found.append((order, topic, rule))
     for quantity, found in candidates.items():
         found.sort(key=lambda one: (one[0], one[1].name), reverse=True)
         plans, said = _plans(found, thrusters)
@@ -140,16 +124,17 @@ def choose_by_default(
             grouped, said = _one_topic_each(found, thrusters)
             each += grouped
             notes += said
-    return Chosen(tuple(groups), tuple(each), tuple(notes), spaces.warnings)
+    warnings = [place.warning(spaces.warning)] if spaces.warning else []
+    return groups, each, [*map(place.note, notes), *warnings]
 
 
 @dataclass(frozen=True)
-class Namespaces:
+class _Namespaces:
     """First parts of topics that look like those of vehicles, and which is ours ("" unknown)."""
 
     of_vehicles: frozenset[str]
     home: str
-    warnings: tuple[str, ...] = ()
+    warning: str = ""
 
     def is_ours(self, topic: str) -> bool:
         """Tell whether a topic is not of another vehicle."""
@@ -157,7 +142,7 @@ class Namespaces:
         return not self.home or first == self.home or first not in self.of_vehicles
 
 
-def namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> Namespaces:
+def _namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> _Namespaces:
     """Find the namespaces of several vehicles in one log.
 
     Two topics that differ in their first part alone and carry a quantity, ``/rov/imu/data`` and
@@ -176,7 +161,7 @@ def namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> Name
     named = {first for first in twins if first.lower() == vehicle.lower()}
     homes = commanded if len(commanded) == 1 else named
     if not twins or _are_of_sensors(twins, by_rest):
-        return Namespaces(frozenset(), "")
+        return _Namespaces(frozenset(), "")
     home = next(iter(homes)) if len(homes) == 1 else ""
     listed = " and ".join(f"/{first}" for first in sorted(twins))
     if home:
@@ -187,7 +172,7 @@ def namespaces_of(fits: Sequence[tuple[TopicFound, Rule]], vehicle: str) -> Name
             f"the log has topics of {listed}, and nothing says which is this vehicle: topics of "
             "several may be mixed. State those of the others under pool: ignore_topics."
         )
-    return Namespaces(frozenset(twins), home, (said,))
+    return _Namespaces(frozenset(twins), home, said)
 
 
 def _are_of_sensors(firsts: set[str], by_rest: Mapping[str, set[str]]) -> bool:
@@ -203,12 +188,6 @@ def _first(topic: str) -> str:
     """Return the first part of a topic of several."""
     parts = topic.strip("/").split("/")
     return parts[0] if len(parts) > 1 else ""
-
-
-def _order(rule: Rule, topic: TopicFound, spaces: Namespaces) -> tuple[bool, bool, int, int]:
-    """Return what decides between topics, the largest wins; a command may be given once."""
-    is_running = topic.messages >= _FEW_MESSAGES or rule.quantity in PER_THRUSTER
-    return spaces.is_ours(topic.name), is_running, rule.rank, topic.messages
 
 
 def _fits(rule: Rule, topic: TopicFound) -> bool:

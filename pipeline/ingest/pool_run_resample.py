@@ -14,26 +14,12 @@ from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.run_notes import run_of
 
 
-def place_on(
+def _place_on(
     channel: RunChannel, begin_ns: int, time_s: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
-    """Interpolate a channel, or hold its values.
+    """Interpolate a channel at times (m,) [s], or hold its values (m, n); and say where any are.
 
-    Parameters
-    ----------
-    channel : RunChannel
-        With n columns.
-    begin_ns : int
-        Where the table's time is 0, on the clock of the log. [ns]
-    time_s : ndarray, shape (m,)
-        Times of the table. [s]
-
-    Returns
-    -------
-    values : ndarray, shape (m, n)
-        Not a number where nothing is known.
-    there : ndarray, shape (m,)
-        Where there are any.
+    Time is 0 at `begin_ns` on the clock of the log; not a number where nothing is known.
     """
     source_s, readings = kept_readings(channel, begin_ns)
     values = np.full((time_s.size, readings.shape[1]), np.nan)
@@ -93,19 +79,12 @@ def _longest_hold(channel: RunChannel) -> float:
         return float("inf") if channel.holds else max(1.0, 5.0 * channel.period_s)
     if channel.holds:
         return max(1.0, 10.0 * channel.period_s)
-    marked = channel.marks.get("after_gap")
-    if marked is None:
-        # no gap was found; what left-out readings tear open is one
-        return max(GAP_PERIODS * channel.period_s, _longest_step(channel))
     timely = channel.timely()
     steps = np.diff(channel.time_ns[timely]) / 1e9
-    usual = steps[~marked[timely][1:] & (steps > 0)]
-    return float(max(GAP_PERIODS * channel.period_s, usual.max() if usual.size else 0.0))
-
-
-def _longest_step(channel: RunChannel) -> float:
-    steps = np.diff(channel.time_ns[channel.timely()]) / 1e9
-    return float(steps.max()) if steps.size else 0.0
+    marked = channel.marks.get("after_gap")
+    if marked is not None:  # else no gap was found; what left-out readings tear open is one
+        steps = steps[~marked[timely][1:] & (steps > 0)]
+    return float(max(GAP_PERIODS * channel.period_s, steps.max() if steps.size else 0.0))
 
 
 _MOST_ROWS = 50_000_000
@@ -210,19 +189,19 @@ _TURNED = ("velocity_earth", "attitude")
 
 def commanded_thrusters(run: PoolRun) -> tuple[str, ...]:
     """Names of the thrusters that the run has commands for, in the order of the vehicle file."""
-    return _named(run, "thruster_command", "command.")
+    return _named(run, "command")
 
 
 def measured_shafts(run: PoolRun) -> tuple[str, ...]:
     """Names of the thrusters that the run has shaft speeds of, in the order of the vehicle file."""
-    return _named(run, "shaft_speed", "shaft_speed_rpm.")
+    return _named(run, "shaft_speed")
 
 
-def _named(run: PoolRun, quantity: str, prefix: str) -> tuple[str, ...]:
+def _named(run: PoolRun, quantity: str) -> tuple[str, ...]:
     found = {
-        column.removeprefix(prefix): None
+        column.removeprefix(_OF_THRUSTERS[quantity]): None
         for channel in run.channels.values()
-        if channel.quantity == quantity
+        if _CALLED.get(channel.quantity, channel.quantity) == quantity
         for column in channel.columns
     }
     stated = [name for name in run.thrusters if name in found]
@@ -274,7 +253,7 @@ def _placed(
 
     With `step_s` they are the means of what is held over that time from each sample on. [s]
     """
-    values, there = place_on(channel, begin_ns, time_s + 0.5 * step_s)
+    values, there = _place_on(channel, begin_ns, time_s + 0.5 * step_s)
     there = there & np.isfinite(values).all(axis=1)
     own_s, own = kept_readings(channel, begin_ns)
     if step_s > 0.0 and there.any():

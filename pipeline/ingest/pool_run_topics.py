@@ -242,16 +242,14 @@ def plans_of(
         _add_to_groups(plan, groups, each)
     known |= {plan.quantity for group in groups for plan in group} | {one.quantity for one in each}
     unprefixed = [replace(topic, name=topic.name.removeprefix(prefix)) for topic in topics]
-    ignored = vehicle.pool.ignore_topics
-    chosen = choose_by_default(unprefixed, sorted(known), names, ignored, vehicle.name)
-    problems += [place.note(note) for note in chosen.notes]
-    problems += [place.warning(text) for text in chosen.warnings]
+    found, singles, told = choose_by_default(unprefixed, known, vehicle, place)
+    problems += told
 
     def prefixed(plan: Plan) -> Plan:
         return replace(plan, topic=prefix + plan.topic)
 
-    found = [tuple(prefixed(plan) for plan in group) for group in chosen.groups]
-    return Plans((*plans, *each, *(prefixed(plan) for plan in chosen.each)), (*groups, *found))
+    groups += [tuple(map(prefixed, group)) for group in found]
+    return Plans((*plans, *each, *map(prefixed, singles)), tuple(groups))
 
 
 def _add_to_groups(plan: Plan, groups: list[tuple[Plan, ...]], each: list[Plan]) -> None:

@@ -37,7 +37,7 @@ def blocks_by_letter(
     for quantity, stated in by_letter.items():
         letter = letter_of(stated) or "A"
         column = BlockColumn(
-            quantity, column_index(letter), stated.header, "", "mapping", None, 1.0, stated.sign
+            quantity, column_index(letter), stated.header, unit_from="mapping", sign=stated.sign
         )
         kind = wanted.vocabulary[quantity].unit_kind
         why = ""

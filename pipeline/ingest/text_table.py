@@ -18,14 +18,8 @@ _DECIMAL = re.compile(r"[+-]?\d+(?:,\d+)?")
 _LOOKED_AT = 200
 
 
-def decode(data: bytes, place: Place) -> str:
-    """Decode a text file: UTF-8 and UTF-16 with or without mark, else Windows-1251.
-
-    Raises
-    ------
-    InputError
-        The file is not text.
-    """
+def _decode(data: bytes, place: Place) -> str:
+    """Decode a text file: UTF-8 and UTF-16 with or without mark, else Windows-1251."""
     text: str | None = None
     for mark, encoding in _MARKS:
         if data.startswith(mark):
@@ -63,7 +57,7 @@ def read_text_table(data: bytes, place: Place, limits: Limits) -> Sheet:
     Raises `InputError` for what is not text, HTML or XML, decimal commas that cannot be told from
     separators, and what is too large.
     """
-    text = decode(data, place)
+    text = _decode(data, place)
     start = text.lstrip("\ufeff \t\r\n")[:200].lower()
     if start.startswith("<"):
         page = re.match(r"<(!doctype html|html|head|table|body|meta)", start)
@@ -78,7 +72,7 @@ def read_text_table(data: bytes, place: Place, limits: Limits) -> Sheet:
     rows = _split(text, delimiter, place, limits)
     problems: tuple[Problem, ...] = ()
     if delimiter is not None:
-        problems = check_width(rows, place, by_comma=delimiter == ",")
+        problems = _check_width(rows, place, by_comma=delimiter == ",")
     return Sheet(place.file, None, tuple(rows), 1, problems)
 
 
@@ -163,7 +157,7 @@ def _split_at_blanks(line: str) -> list[str]:
 _POINT = re.compile(r"\d\.\d|\d\.$|^\.\d")
 
 
-def check_width(rows: Sequence[Row], place: Place, *, by_comma: bool) -> tuple[Problem, ...]:
+def _check_width(rows: Sequence[Row], place: Place, *, by_comma: bool) -> tuple[Problem, ...]:
     """Warn of rows of a whole table that have more numbers than there are names above them.
 
     Raises `InputError` where the comma is both the decimal sign and the separator: ``30,4,41``
