@@ -13,7 +13,6 @@ from pipeline.ingest.headers import Wanted
 from pipeline.ingest.repeats import Repeats, without_copies
 from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts
 from pipeline.ingest.rows import with_cause
-from pipeline.ingest.vocabulary import Vocabulary
 from pipeline.records.measurements import (
     LoadTestPoint,
     MooringPoint,
@@ -30,13 +29,11 @@ Point = TypeVar("Point", LoadTestPoint, MooringPoint, OpenWaterPoint)
 class Kind(Generic[Point]):
     """A kind of test: what its columns are, and how its tables become points.
 
-    `name` is its section of vehicle.yaml, `noun` and `looked_for` are for messages.
+    `name` is its section of vehicle.yaml, `looked_for` the columns that it needs, in words.
     """
 
     name: str
-    noun: str
     looked_for: str
-    vocabulary: Vocabulary
     required: tuple[tuple[str, ...], ...]
     """Of each group at least one quantity must be there."""
     points: Callable[[BenchFile], list[tuple[Point, ...]]]
@@ -75,9 +72,8 @@ def read_files(
     columns = getattr(vehicle.columns, kind.name)
     stated = {name: getattr(columns, name) for name in type(columns).model_fields}
     wanted = Wanted(
-        kind.vocabulary,
-        required=kind.required,
-        kind=kind.name,
+        kind.name,
+        kind.required,
         mapping={name: one for name, one in stated.items() if isinstance(one, Column)},
         only=columns.only,
         shared=kind.shared,
@@ -103,7 +99,7 @@ def read_files(
         tables += file.tables
         told: list[Problem] = file.problems
         if not file.is_blank:
-            told = with_cause(told, file.place, [point.marks for point in own], kind.noun)
+            told = with_cause(told, file.place, [point.marks for point in own], kind.name)
         problems += [*told, *kind.remarks(file.place, own)]
     fitted = [point for point in points if not point.marks]
     if fitted:

@@ -16,6 +16,7 @@ from pipeline.ingest.vocabulary import (
     read_unit_cell,
     split_header,
     unit_fits,
+    vocabulary_of,
     words_of,
 )
 from pipeline.vehicle.bench_schema import Column
@@ -60,14 +61,18 @@ class Wanted:
     `split_words` tell columns of tables side by side apart ("n loading", "n unloading").
     """
 
-    vocabulary: Vocabulary
-    required: tuple[tuple[str, ...], ...]
     kind: str
+    required: tuple[tuple[str, ...], ...]
     mapping: Mapping[str, Column] = field(default_factory=dict)
     only: Mapping[str, str] = field(default_factory=dict)
     shared: frozenset[str] = frozenset()
     split_words: tuple[str, ...] = ()
     sheets: tuple[str, ...] | None = None
+
+    @property
+    def vocabulary(self) -> Vocabulary:
+        """What the columns of the kind are called."""
+        return vocabulary_of(self.kind)
 
     def is_complete(self, quantities: "set[str] | frozenset[str]") -> bool:
         """Tell whether every required group is there."""
@@ -189,9 +194,7 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
     if "shaft_speed" in wanted.vocabulary and is_electrical(text):
         return [Match(ELECTRICAL, index, 100, split_header(text)[0], text)]
     best: Match | None = None
-    for score, quantity, header in _scores(
-        text, _Vocabulary(wanted.vocabulary), wanted.split_words
-    ):
+    for score, quantity, header in _scores(text, wanted.kind, wanted.split_words):
         if quantity in wanted.mapping:
             continue
         if best is None or score > best.score:
@@ -199,35 +202,23 @@ def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
     return [] if best is None else [best]
 
 
-class _Vocabulary:
-    """A vocabulary by identity, so that texts are matched once however often they are repeated."""
-
-    def __init__(self, vocabulary: Vocabulary) -> None:
-        self.vocabulary = vocabulary
-
-    def __hash__(self) -> int:
-        return id(self.vocabulary)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Vocabulary) and other.vocabulary is self.vocabulary
-
-
 @functools.lru_cache(maxsize=8192)
 def _scores(
-    text: str, vocabulary: _Vocabulary, split_words: tuple[str, ...]
+    text: str, kind: str, split_words: tuple[str, ...]
 ) -> tuple[tuple[int, str, HeaderText], ...]:
+    vocabulary = vocabulary_of(kind)
     scores: list[tuple[int, str, HeaderText]] = []
     for header in split_header(text):
         bare = replace(header, name=_strip_words(header.name, split_words))
-        for quantity, words in vocabulary.vocabulary.items():
+        for quantity, words in vocabulary.items():
             score = max(name_score(header, words), name_score(bare, words) - 1)
             share = quantity == "pwm" and header.unit is not None and is_percent(header.unit)
-            if share and score > 0 and "code" in vocabulary.vocabulary:
+            if share and score > 0 and "code" in vocabulary:
                 # a pulse width in per cent is a share of full throttle
                 scores.append((score, "code", header))
             if score > 0 and (header.unit is None or unit_fits(header.unit, words)):
                 scores.append((score + (5 if header.unit else 0), quantity, header))
-    return tuple(scores) or _scores_by_unit(text, vocabulary.vocabulary)
+    return tuple(scores) or _scores_by_unit(text, vocabulary)
 
 
 def _scores_by_unit(text: str, vocabulary: Vocabulary) -> tuple[tuple[int, str, HeaderText], ...]:

@@ -17,7 +17,7 @@ from pipeline.ingest.load_test_sweeps import (
     two_curves,
     with_signs_of_codes,
 )
-from pipeline.ingest.load_test_words import ANY_POWER, BRANCH_WORDS, REQUIRED, VOCABULARY
+from pipeline.ingest.load_test_words import ANY_POWER, BRANCH_WORDS, REQUIRED
 from pipeline.ingest.row_directions import with_signed_codes
 from pipeline.ingest.rows import counted
 from pipeline.ingest.settled_steps import settle_loads
@@ -164,9 +164,7 @@ def _summary(table: Table, points: Sequence[LoadTestPoint]) -> str:
 
 _KIND = Kind(
     name="load_test",
-    noun="load-test",
     looked_for="table of torque against shaft speed",
-    vocabulary=VOCABULARY,
     required=REQUIRED,
     steps=_take_steps,
     points=_points,

@@ -9,7 +9,6 @@ from pipeline.ingest.vocabulary import plain, vocabulary_of, words_of
 
 Branch = Literal["loading", "unloading"]
 
-VOCABULARY = vocabulary_of("load_test")
 #: A power that is said to be neither the one taken nor the one given: not read, but mentioned.
 ANY_POWER = vocabulary_of("other")["any_power"]
 REQUIRED = (("shaft_speed",), ("torque",))

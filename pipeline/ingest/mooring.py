@@ -18,7 +18,7 @@ from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_checks import compare_thrusters, shape_problem, thrust_problem
-from pipeline.ingest.vocabulary import factor_in_name, plain, vocabulary_of, words_of
+from pipeline.ingest.vocabulary import factor_in_name, plain, words_of
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
@@ -230,9 +230,7 @@ def _over_all(fitted: Sequence[MooringPoint], folder: Place, vehicle: Vehicle) -
 
 _KIND = Kind(
     name="mooring",
-    noun="mooring",
     looked_for="table of thrust against code or pulse width (PWM)",
-    vocabulary=vocabulary_of("mooring"),
     required=(("code", "pwm"), ("thrust",)),
     steps=_take_steps,
     points=_points,

@@ -24,7 +24,6 @@ from pipeline.ingest.open_water_coefficients import (
     efficiency,
 )
 from pipeline.ingest.rows import counted, listed
-from pipeline.ingest.vocabulary import vocabulary_of
 from pipeline.records.base import Source
 from pipeline.records.measurements import OpenWaterPoint, OpenWaterRecord
 from pipeline.vehicle.schema import Vehicle
@@ -271,11 +270,9 @@ def _summary(_table: Table, points: Sequence[OpenWaterPoint]) -> str:
 
 _KIND = Kind(
     name="open_water",
-    noun="open-water",
     looked_for=(
         "table of K_T or K_Q against J, or of thrust or torque against speed and shaft speed"
     ),
-    vocabulary=vocabulary_of("open_water"),
     required=(
         ("advance_ratio", "speed"),
         (

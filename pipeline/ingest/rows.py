@@ -44,13 +44,13 @@ _COPIES = ("duplicate", "also on sheet")
 
 
 def with_cause(
-    problems: list[Problem], file: Place, marks: Sequence[tuple[str, ...]], what: str
+    problems: list[Problem], file: Place, marks: Sequence[tuple[str, ...]], kind: str
 ) -> list[Problem]:
     """Return the problems of one file, with an error among them if no point of it can be fitted.
 
     The first warning is taken for the cause and becomes the one error; without a warning the marks
-    of the points that were read are the cause. A file that repeats another one is no error. `what`
-    is what the points are of, e.g. "load-test".
+    of the points that were read are the cause. A file that repeats another one is no error. `kind`
+    is that of the points, e.g. "load_test".
     """
     if any(not own or own[0].startswith(_COPIES) for own in marks) or any(
         problem.severity == "error" for problem in problems
@@ -61,6 +61,7 @@ def with_cause(
         if cause.severity == "warning":
             said = f"{cause.what} No point of the file is left."
             return [replace(cause, severity="error", what=said), *rest]
+    what = kind.replace("_", "-")
     reasons = ", ".join(dict.fromkeys(mark for own in marks for mark in own))
     error = file.error(
         f"no usable {what} point is left: {counted(len(marks), 'point')} read ({reasons})."

@@ -60,6 +60,7 @@ def words_of(group: str, name: str) -> tuple[str, ...]:
     return tuple(_expanded(data_of("bench_words")[group][name]))
 
 
+@functools.cache
 def vocabulary_of(kind: str) -> Vocabulary:
     """Return what the columns of a kind of test are called, by quantity.
 

@@ -7,7 +7,7 @@ from openpyxl import Workbook
 from pipeline.ingest.blocks import Block
 from pipeline.ingest.cells import Sheet
 from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
-from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED, VOCABULARY
+from pipeline.ingest.load_test_words import BRANCH_WORDS, REQUIRED
 from pipeline.ingest.vocabulary import split_header
 from pipeline.ingest.workbook import read_sheets
 from pipeline.vehicle.bench_schema import Column
@@ -24,9 +24,7 @@ def sheet_of(rows: Rows) -> Sheet:
 
 
 def search(rows: Rows, only: dict[str, str] | None = None, **mapping: Column) -> BlockSearch:
-    wanted = Wanted(
-        VOCABULARY, REQUIRED, "load_test", mapping, only or {}, frozenset({"code"}), BRANCH_WORDS
-    )
+    wanted = Wanted("load_test", REQUIRED, mapping, only or {}, frozenset({"code"}), BRANCH_WORDS)
     return find_blocks(sheet_of(rows), wanted)
 
 
@@ -113,7 +111,7 @@ def test_merged_groups_over_the_names(tmp_path: Path) -> None:
     ]
     path = write_workbook(tmp_path / "a.xlsx", {"s": rows}, finish)
     (sheet,) = read_sheets(path, "a.xlsx")
-    first, second = find_blocks(sheet, Wanted(VOCABULARY, REQUIRED, "load_test")).blocks
+    first, second = find_blocks(sheet, Wanted("load_test", REQUIRED)).blocks
     assert where(first) == {
         "shaft_speed": ("A", "rpm"),
         "torque": ("B", "N cm"),
