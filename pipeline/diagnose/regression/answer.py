@@ -17,7 +17,6 @@ from pipeline.diagnose.regression.weigh import (
     Gained,
     decide,
     effects_of,
-    posterior_by_name,
     sizes,
     weighed,
 )
@@ -141,8 +140,9 @@ def _at_their_sizes(
         told = known.told(own)
         ranking = weighed(told, directions, known.ordinary, gained)
         sizes = {
-            one.which[0]: float(np.clip(one.mean[0], *directions[one.which[0]].bounds))
-            for one in [one for one in ranking if len(one.which) == 1][:_LIKELIEST]
+            k: float(np.clip(size, *directions[k].bounds))
+            for one in [one for one in ranking if "+" not in one.name][_LIKELIEST - 1 :: -1]
+            for k, size in zip(one.which, one.mean, strict=True)
         }
         moved = {
             k: size
@@ -174,7 +174,7 @@ def _asked(case: Case, known: Reference, run: RunTable) -> GridRun:
 
 def _ranked(one: Change, directions: Sequence[Coordinate]) -> RankedEffect:
     parameters, axes, thrusters = {}, [], {}
-    pair = len(one.which) > 1
+    pair = "+" in one.name
     for k, (value, low, high) in sizes(one, directions).items():
         own = directions[k]
         name = own.parameter.name
@@ -241,7 +241,7 @@ def _confusable(
 ) -> tuple[tuple[str, str, float], ...]:
     """Effects whose signatures are nearly parallel, among the most probable."""
     information = np.sum([one.information for one in told], axis=0)
-    single = [one for one in ranking if len(one.which) == 1][:_SHOWN]
+    single = [one for one in ranking if one.which and "+" not in one.name][:_SHOWN]
     found: dict[tuple[str, str], float] = {}
     for n, one in enumerate(single):
         for other in single[n + 1 :]:
@@ -281,5 +281,5 @@ def _evidence(
         },
         calibrated=CALIBRATED,
         healthy_runs=tuple(run.name for run in case.healthy),
-        posterior=dict(posterior_by_name(ranking)),
+        posterior={one.name: one.probability for one in ranking},
     )

@@ -15,14 +15,15 @@ from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.schema import Vehicle
 
 #: Effects that no force of a known motion shows, and those whose parameters act only together.
-NOT_ASKED = READINGS | {"payload", "tether", "shaft_inertia", "wall_effect"}
+NOT_ASKED = READINGS | {"tether", "shaft_inertia", "wall_effect"}
 #: Effects that change the thrust of all thrusters.
 OF_ALL_THRUSTERS = frozenset(
     {"advance_speed_loss", "reverse_thrust", "thrust_deduction", "voltage_sag"}
 )
 #: Between runs all thrusters, and a single one, differ by a share of what the file says of the
-#: thrust; of what no file states a share of half the plausible range is ordinary.
-_OF_ALL, _OF_ONE, _UNSTATED = 0.75, 0.2, 0.15
+#: thrust; of what no file states a share of half the plausible range is ordinary. A module on
+#: board never is.
+_OF_ALL, _OF_ONE, _UNSTATED, _NEVER = 0.75, 0.2, 0.15, 1e-3
 
 
 def directions_of(
@@ -35,7 +36,8 @@ def directions_of(
     asked = {name: one for name, one in effects.items() if name not in NOT_ASKED}
     asked |= unstated(packed.context)
     uncertainty = model_of(vehicle).uncertainty or Uncertainty()
-    return coordinates(packed, asked, uncertainty)
+    # a place has a meaning only with what is there
+    return tuple(one for one in coordinates(packed, asked, uncertainty) if not one.leads)
 
 
 def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatArray:
@@ -44,9 +46,11 @@ def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatAr
     found = []
     for one in directions:
         own = one.ordinary if one.ordinary > 0.0 else _UNSTATED
+        if one.effect.id == "payload":
+            own = _NEVER  # what trim is off by stands under residual buoyancy
         if one.effect.id == "thruster_degraded":
-            own = max(_OF_ONE * thrust / one.unit_size, 1e-3)
+            own = max(_OF_ONE * thrust / one.unit_size, _NEVER)
         elif one.effect.id in OF_ALL_THRUSTERS:
-            own = max(_OF_ALL * thrust / one.unit_size, 1e-3)
+            own = max(_OF_ALL * thrust / one.unit_size, _NEVER)
         found.append(own)
     return np.array(found)

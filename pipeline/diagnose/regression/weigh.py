@@ -2,12 +2,14 @@
 
 Under `none` each run differs by its ordinary widths. Under a change of one direction its size is
 the same in every run that carries it, with half the plausible range as prior width, on the side
-where it is plausible; the runs that carry it are all, or those that speak for it most. Pairs are
-built of the strongest. Under `unknown` a run differs by more than is ordinary in all directions at
+where it is plausible; the runs that carry it are all, or those that speak for it most. An effect of
+several parameters may change two of them: a current has north and east. Pairs are built of the
+strongest effects. Under `unknown` a run differs by more than is ordinary in all directions at
 once.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -163,6 +165,9 @@ def weighed(
 ) -> tuple[Change, ...]:
     """Weigh all hypotheses; the most probable first.
 
+    Of an effect that may be one of several parameters, or two, the most probable is shown, with the
+    probability of all.
+
     Parameters
     ----------
     told : sequence of Told
@@ -175,56 +180,63 @@ def weighed(
         Thrusters whose gains show it; that evidence counts where it is the larger one.
     """
     runs = _Runs(told, directions, ordinary)
-    priors = _priors(directions)
     nothing = np.zeros(0)
     found = [Change(NONE, (), (), 0.0, float(np.log(_NOTHING)), nothing, nothing)]
     rest = float(np.log(1.0 - _NOTHING - _ONE - _TWO))
     found.append(Change(UNKNOWN, (), (), runs.strange, runs.strange + rest, nothing, nothing))
-    singles = []
-    for k, prior in enumerate(priors):
-        if directions[k].effect.unstated or all(one.information[k, k] <= 0.0 for one in told):
+    singles, best = [], []
+    for members, share in _groups(directions):
+        seen = [k for k in members if any(one.information[k, k] > 0.0 for one in told)]
+        if not seen:
             continue
-        single = _single(runs, k, directions[k], float(np.log(_ONE * prior)))
-        single = max([single, *_by_gains(directions[k], k, prior, gained)], key=_value)
-        singles.append(single)
-    singles.sort(key=lambda one: -one.probability)
-    pairs = []
-    for first, second in combinations(singles[:_FROM], 2):
-        prior = float(np.log(_TWO * priors[first.which[0]] * priors[second.which[0]]))
-        if directions[first.which[0]].effect.id != directions[second.which[0]].effect.id or (
-            directions[first.which[0]].target != directions[second.which[0]].target
-        ):
-            pairs.append(_pair(runs, first, second, prior))
+        prior = float(np.log(_ONE * share))
+        one_each = prior - float(np.log(len(members) if len(members) == 1 else 2 * len(members)))
+        own = [_change(runs, (k,), directions, one_each) for k in seen]
+        own += _by_gains(directions, members[0], prior, gained)
+        first = max(own, key=_value)
+        two_each = prior - float(np.log(len(members) * max(len(members) - 1, 1)))
+        own += [
+            _change(runs, (min(first.which[0], k), max(first.which[0], k)), directions, two_each)
+            for k in seen
+            if k != first.which[0]
+        ]
+        singles += own
+        best.append(max(own, key=_worth))
+    best.sort(key=_worth, reverse=True)
+    pairs = [_pair(runs, first, second) for first, second in combinations(best[:_FROM], 2)]
     every = [*found, *singles, *pairs]
     logs = np.array([one.probability for one in every])
     shares = np.exp(logs - logsumexp(logs))
-    ordered = [
-        replace(one, probability=float(share)) for one, share in zip(every, shares, strict=True)
-    ]
-    return tuple(sorted(ordered, key=lambda one: -one.probability))
+    shown: dict[str, Change] = {}
+    whole: dict[str, float] = {}
+    for one, share in sorted(zip(every, shares, strict=True), key=lambda row: -row[1]):
+        shown.setdefault(one.name, one)
+        whole[one.name] = whole.get(one.name, 0.0) + float(share)
+    merged = [replace(one, probability=whole[name]) for name, one in shown.items()]
+    return tuple(sorted(merged, key=_worth, reverse=True))
 
 
 def _value(one: Change) -> float:
     return one.evidence
 
 
+def _worth(one: Change) -> float:
+    return one.probability
+
+
 def _by_gains(
-    direction: Coordinate, k: int, prior: float, gained: Sequence[Gained]
+    directions: Sequence[Coordinate], k: int, prior: float, gained: Sequence[Gained]
 ) -> list[Change]:
-    """Evidence of a test; its p-value counts all comparisons, and so does the prior."""
-    found = []
+    """Evidence of a test; its p-value counts all comparisons, and so does the prior (log)."""
+    found, direction = [], directions[k]
     for one in gained:
         if direction.effect.id != "thruster_degraded" or direction.target != one.thruster:
             continue
-        value = _log_bound(one.p_value) - float(np.log(prior))
+        value = _log_bound(one.p_value) - prior + float(np.log(_ONE))
         mean = (one.value - direction.parameter.neutral) / direction.unit_size
         half = (one.ci95[1] - one.ci95[0]) / 2.0 / 1.96 / direction.unit_size
-        total = value + float(np.log(_ONE * prior))
-        found.append(
-            Change(
-                _name(direction), (k,), one.runs, value, total, np.array([mean]), np.array([half])
-            )
-        )
+        size = np.array([mean]), np.array([half])
+        found.append(Change(_name(direction), (k,), one.runs, value, value + prior, *size))
     return found
 
 
@@ -239,25 +251,36 @@ def _log_bound(p_value: float) -> float:
     return -1.0 - float(np.log(-p * np.log(p)))
 
 
-def _priors(directions: Sequence[Coordinate]) -> FloatArray:
-    """Share alike between effects, then between the directions of each."""
-    names = [one.effect.id for one in directions]
-    asked = {one.effect.id for one in directions if not one.effect.unstated}
-    return np.array([1.0 / len(asked) / names.count(name) for name in names])
+def _groups(directions: Sequence[Coordinate]) -> list[tuple[tuple[int, ...], float]]:
+    """Directions of each effect at each target, and its share: alike between effects, then targets.
+
+    Of several parameters one alone has half of it, two the other half.
+    """
+    found: dict[tuple[str, str | None], list[int]] = {}
+    for k, one in enumerate(directions):
+        if not one.effect.unstated:
+            found.setdefault((one.effect.id, one.target), []).append(k)
+    targets = Counter(effect for effect, _ in found)
+    return [
+        (tuple(members), 1.0 / len(targets) / targets[effect])
+        for (effect, _), members in found.items()
+    ]
 
 
 def _name(one: Coordinate) -> str:
     return one.effect.id + (f"@{one.target}" if one.target is not None else "")
 
 
-def _single(runs: _Runs, k: int, direction: Coordinate, prior: float) -> Change:
-    """One direction, carried by all runs or by those that speak for it most."""
-    alone = [runs.shared((k,), (r,))[0] for r in range(runs.count)]
+def _change(
+    runs: _Runs, which: tuple[int, ...], directions: Sequence[Coordinate], prior: float
+) -> Change:
+    """One effect, carried by all runs or by those that speak for it most."""
+    alone = [runs.shared(which, (r,))[0] for r in range(runs.count)]
     order = np.argsort([-one for one in alone]).tolist()
     subsets = [tuple(sorted(order[: n + 1])) for n in range(runs.count)]
     logs, seen = [], []
     for own in subsets:
-        value, mean, std = runs.shared((k,), own)
+        value, mean, std = runs.shared(which, own)
         share = _ALL_RUNS if len(own) == runs.count else (1.0 - _ALL_RUNS) / (2**runs.count - 2)
         if runs.count == 1:
             share = 1.0
@@ -265,13 +288,15 @@ def _single(runs: _Runs, k: int, direction: Coordinate, prior: float) -> Change:
         seen.append((own, mean, std))
     best = int(np.argmax(logs))
     own, mean, std = seen[best]
-    mean, std = runs.of_thrust((k,), own, mean, std)
+    mean, std = runs.of_thrust(which, own, mean, std)
     total = float(logsumexp(logs))
-    return Change(_name(direction), (k,), own, total, total + prior, mean, std)
+    return Change(_name(directions[which[0]]), which, own, total, total + prior, mean, std)
 
 
-def _pair(runs: _Runs, first: Change, second: Change, prior: float) -> Change:
-    """Two directions at once, in the runs that carry either."""
+def _pair(runs: _Runs, first: Change, second: Change) -> Change:
+    """Two effects at once, in the runs that carry either."""
+    prior = float(np.log(_TWO / _ONE**2))
+    prior += sum(one.probability - one.evidence for one in (first, second))
     which = (*first.which, *second.which)
     own = tuple(sorted({*first.runs, *second.runs}))
     value, mean, std = runs.shared(which, own)
@@ -335,15 +360,13 @@ def effects_of(name: str) -> tuple[str, ...]:
 
 def decide(ranking: Sequence[Change]) -> Said:
     """Say what costs least by the posterior: one answer, a set, or that it cannot be told."""
-    first = ranking[0]
-    rows = _by_name(ranking)
-    held, members = 0.0, 1
+    first, held, members = ranking[0], 0.0, 1
     cost = _WRONG * (1.0 - first.probability)
     beside: list[str] = []
     own = effects_of(first.name)
     # the same effect elsewhere is no wider answer: nothing is to be mended at either place
-    others = [row for row in rows[1:] if effects_of(row[0]) != own]
-    for name, value in others[: _MOST_SAID - 1]:
+    others = [one for one in ranking[1:] if effects_of(one.name) != own]
+    for name, value in ((one.name, one.probability) for one in others[: _MOST_SAID - 1]):
         wider = _WRONG * (1.0 - first.probability - held - value) + _BESIDE * (held + value)
         if wider + _FURTHER * members >= cost:
             break
@@ -356,17 +379,3 @@ def decide(ranking: Sequence[Change]) -> Said:
         told = tuple(one for one in dict.fromkeys((*own, *ambiguous)) if one != UNKNOWN)
         return Said(first, (UNKNOWN,), told)
     return Said(first, own, ambiguous)
-
-
-def _by_name(ranking: Sequence[Change]) -> list[tuple[str, float]]:
-    """Probabilities by name, what differs in the parameter alone put together."""
-    found: dict[str, float] = {}
-    for one in ranking:
-        found[one.name] = found.get(one.name, 0.0) + one.probability
-    first = ranking[0].name
-    return sorted(found.items(), key=lambda row: (row[0] != first, -row[1]))
-
-
-def posterior_by_name(ranking: Sequence[Change]) -> Mapping[str, float]:
-    """Probability of every hypothesis by its name, the most probable first."""
-    return dict(_by_name(ranking))

@@ -14,7 +14,6 @@ from pipeline.diagnose.regression.weigh import (
     UNKNOWN,
     Gained,
     decide,
-    posterior_by_name,
     sizes,
     weighed,
 )
@@ -86,8 +85,20 @@ def test_probabilities_are_one_posterior() -> None:
     ranking = weighed([told((-0.8, 0.0, 0.0))], DIRECTIONS, ORDINARY)
     assert sum(one.probability for one in ranking) == pytest.approx(1.0)
     assert ranking[0].name == "thruster_degraded@left"
-    assert next(iter(posterior_by_name(ranking))) == "thruster_degraded@left"
+    assert len({one.name for one in ranking}) == len(ranking)
     assert sizes(ranking[0], DIRECTIONS)[0][0] == pytest.approx(0.6, abs=0.02)
+
+
+def test_an_effect_may_change_two_of_its_parameters() -> None:
+    """A current from the north-east has both; one from the north is not said to."""
+    current = effects()["current"]
+    along = tuple(Coordinate(current, own, None, 0.5, 0.1) for own in current.parameters)
+    both = weighed([told((0.5, -0.5, 0.0))], along, ORDINARY)
+    assert [(one.name, one.which) for one in both[:1]] == [("current", (0, 1))]
+    assert sizes(both[0], along)[1][0] == pytest.approx(-0.25, abs=0.02)
+    north = weighed([told((0.5, 0.0, 0.0))], along, ORDINARY)
+    assert (north[0].name, north[0].which) == ("current", (0,))
+    assert north[0].probability > 0.8
 
 
 def test_a_thruster_that_gives_more_is_not_a_weak_one() -> None:
