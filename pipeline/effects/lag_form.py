@@ -1,4 +1,4 @@
-"""Form of the lag: of what in a thruster the stated lag is one.
+"""Form of the lag: of what in a thruster the stated lag is one, and at which codes.
 
 A vehicle file states a time constant, not what lags by it. Where a motor controller ignores small
 codes the dead zone comes before the lag of the shaft; where a drive ramps its code it comes after.
@@ -9,7 +9,16 @@ to the power e. With d the share of the dead zone N_dead that comes before, and 
 
     s = (|N| - d N_dead) / (N_max - d N_dead),    q = sign(N) s^m,    tau dq_act/dt + q_act = q
 
-and the characteristic takes the code that belongs to q_act. That share is out of reach of the
+and the characteristic takes the code that belongs to q_act. Nor need the lag be the same at all
+codes. A shaft is braked by the square of its speed: J dn/dt = Q - k n|n| answers in J / (2 k n),
+the faster the faster it turns (Yoerger, Cooke and Slotine 1990); that of a drive that holds a
+torque, whose speed goes with the root of the code, falls with the root of the code. With h the
+power, the stated lag that of half the largest code, and s half way between what acts and what is
+commanded,
+
+    tau = tau_stated (2 s)^-h
+
+That share is out of reach of the
 supply as well: a controller ignores the same codes at any voltage, where a motor that does not
 overcome its friction needs more code at a lower one. A sagging supply that took it for the other
 looked like thrust deduction, surely. At the stated supply and at rest all forms are the same. They
@@ -32,6 +41,7 @@ def _apply(
 ) -> None:
     add(vector, "lag_dead_share", values["dead_share"])
     scale(vector, "lag_power", values["power"])
+    add(vector, "lag_fall", values["fall"])
 
 
 EFFECT = Effect(
@@ -58,9 +68,19 @@ EFFECT = Effect(
             possible=(0.4, 3.0),
             ordinary=0.5,
         ),
+        Parameter(
+            "fall",
+            unit="1",
+            neutral=0.0,
+            plausible=(0.0, 1.0),
+            meaning="power by which the lag falls with the code; a half of a drive that holds a "
+            "torque",
+            possible=(-1.0, 2.0),
+            ordinary=0.5,
+        ),
     ),
     channels=THRUSTER_LAG.channels,
-    vector_slots=("lag_dead_share", "lag_power"),
+    vector_slots=("lag_dead_share", "lag_power", "lag_fall"),
     apply=_apply,
     of_thrusters=True,
     missing=THRUSTER_LAG.missing,

@@ -90,6 +90,7 @@ SLOTS: tuple[Slot, ...] = (
         "share of the drives' dead zones that comes before lag and supply",
     ),
     Slot("lag_power", (), "1", 1.0, "what lags: this power of the share of the code beyond it"),
+    Slot("lag_fall", (), "1", 0.0, "power by which the lag falls with the share of the code"),
     Slot("rotor_inertia", _EACH, "kg m^2", 0.0, "of shaft and propeller; 0: static thrust"),
     Slot("supply_drop", (), "1", 0.0, "share of the supply voltage that is missing at no load"),
     Slot("load_drop", (), "1", 0.0, "further share that is missing with every thruster at full"),

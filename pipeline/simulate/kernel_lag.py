@@ -1,7 +1,8 @@
 """Compiled kernel: how the code of a thruster lags, by the closed form of a first-order lag.
 
 The command is constant over a step, so the lag has a closed form; integrating it would tie the step
-to the shortest lag. What lags is the code, or a power of its share beyond a dead zone.
+to the shortest lag. What lags is the code, or a power of its share beyond a dead zone. Where the
+lag falls with the code it is that of half way between where a thruster is and where it goes to.
 """
 
 from typing import Any, NamedTuple
@@ -19,7 +20,10 @@ LAG = offset("lag")
 DRIVE_DEAD = offset("drive_dead")
 LAG_DEAD_SHARE = offset("lag_dead_share")
 LAG_POWER = offset("lag_power")
+LAG_FALL = offset("lag_fall")
 ROTOR_INERTIA = offset("rotor_inertia")
+#: Share of the largest code at which a lag is as stated, and the least at which it still rises.
+STATED_AT, LEAST_SHARE = 0.5, 0.05
 
 
 class Lags(NamedTuple):
@@ -27,13 +31,16 @@ class Lags(NamedTuple):
 
     `remaining` (3, 12): what is left of a distance at the start, the middle and the end of a step.
     Where it is not the code itself that lags: `now`, `aims` (12,), what lags at the start of the
-    step and what it goes to, and `aimed` (12,), the codes that the aims belong to.
+    step and what it goes to, and `aimed` (12,), the codes that the aims belong to. `faster` (12,)
+    is the stated lag over the one that there is, `step_s` (1,) the step.
     """
 
     remaining: Array
     now: Array
     aims: Array
     aimed: Array
+    faster: Array
+    step_s: Array
 
 
 @compiled
@@ -44,6 +51,8 @@ def lags_at(p: Array, actuator: Array, dt: float) -> Lags:
         now=np.zeros(MOST_THRUSTERS),
         aims=np.zeros(MOST_THRUSTERS),
         aimed=np.zeros(MOST_THRUSTERS),
+        faster=np.ones(MOST_THRUSTERS),
+        step_s=np.zeros(1),
     )
     set_step(p, dt, lags)
     begin_lags(p, actuator, lags)
@@ -53,11 +62,19 @@ def lags_at(p: Array, actuator: Array, dt: float) -> Lags:
 @inlined
 def set_step(p: Array, dt: float, lags: Lags) -> None:
     """Work out what a first-order lag leaves of a difference in steps of dt."""
+    lags.step_s[0] = dt
     for i in range(int(p[THRUSTER_COUNT])):
-        tau = p[LAG + i]
-        if tau > 0.0:
-            for row in range(3):
-                lags.remaining[row, i] = np.exp(-0.5 * row * dt / tau)
+        set_remaining(p, i, lags)
+
+
+@inlined
+def set_remaining(p: Array, i: int, lags: Lags) -> None:
+    """Work out what the lag of a thruster, as it is now, leaves of a difference."""
+    tau = p[LAG + i]
+    if tau > 0.0:
+        for row in range(3):
+            part = 0.5 * row * lags.step_s[0] * lags.faster[i]
+            lags.remaining[row, i] = np.exp(-part / tau)
 
 
 @inlined
@@ -73,7 +90,7 @@ def lagging(code: float, dead: float, largest: float, power: float) -> float:
 @inlined
 def code_lags(p: Array) -> bool:
     """Whether it is the code itself that lags."""
-    return bool(p[LAG_DEAD_SHARE] == 0.0 and p[LAG_POWER] == 1.0)
+    return bool(p[LAG_DEAD_SHARE] == 0.0 and p[LAG_POWER] == 1.0 and p[LAG_FALL] == 0.0)
 
 
 @inlined
@@ -97,6 +114,25 @@ def aim_lags(p: Array, codes: Array, lags: Lags) -> None:
             dead = p[LAG_DEAD_SHARE] * p[DRIVE_DEAD + i]
             lags.aims[i] = lagging(codes[i], dead, p[CODE_MAX + i], p[LAG_POWER])
             lags.aimed[i] = codes[i]
+        if p[LAG_FALL] != 0.0:
+            # by the way it is on at the start of the step, then by that in its middle
+            for row in range(2):
+                now = lags.aims[i] + (lags.now[i] - lags.aims[i]) * lags.remaining[row, i]
+                lags.faster[i] = faster(p, now, lags.aims[i])
+                set_remaining(p, i, lags)
+
+
+@inlined
+def faster(p: Array, now: float, aim: float) -> float:
+    """Return the stated lag over that of half way between where it is and where it goes to.
+
+    Half way is such that J dn/dt = Q - k n|n| is met, through zero as well.
+    """
+    gap, half = abs(now - aim), abs(aim)
+    if gap > 1e-6:
+        half = 0.5 * abs(now * abs(now) - aim * abs(aim)) / gap
+    share = half if p[LAG_POWER] == 1.0 else half ** (1.0 / p[LAG_POWER])
+    return float((max(share, LEAST_SHARE) / STATED_AT) ** p[LAG_FALL])
 
 
 @inlined

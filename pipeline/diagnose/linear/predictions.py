@@ -34,6 +34,7 @@ _DRIVE_SLOTS = (
     "lag",
     "lag_dead_share",
     "lag_power",
+    "lag_fall",
     "supply_drop",
     "load_drop",
     "rotor_inertia",

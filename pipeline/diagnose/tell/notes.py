@@ -64,6 +64,8 @@ def _what_no_file_states(found: Search, top: Candidate) -> Iterator[str]:
             "these runs. The vehicle file says nothing of it, so that is no fault",
             "power": f"what lags in a thruster is the code to the power of {value:.2g}, by these "
             "runs. The vehicle file says nothing of it, so that is no fault",
+            "fall": f"the lag of the thrusters falls with the code to the power of {value:.2g}, by "
+            "these runs. The vehicle file says nothing of it, so that is no fault",
             "opposed_share": "against the motion thrusters give more than at rest, by "
             f"{value:.0%} of what they lose along it, by these runs. The vehicle file says "
             "nothing of it, so that is no fault",

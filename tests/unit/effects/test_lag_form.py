@@ -1,5 +1,6 @@
 """What in a thruster lags: its forms against closed solutions, and that it is no answer."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +53,25 @@ def test_a_power_of_the_code_beyond_the_dead_zone_lags(rov: PackedVehicle, power
     assert np.sign(found) * np.abs(found) ** power == pytest.approx(q, abs=1e-12)
 
 
+def test_a_drive_that_holds_a_torque(rov: PackedVehicle) -> None:
+    """J dn/dt = Q - k n|n| in a hundred small steps for each of ours, ahead and through zero."""
+    late_s = 0.3
+    rov_late = replace(rov, vector=rov.vector.copy())
+    write(rov_late.vector, "lag", late_s / np.sqrt(2.0))
+    for first, then in ((300.0, 350.0), (60.0, 64.0), (60.0, -300.0)):
+        values = {"dead_share": 1.0, "power": 0.5, "fall": 0.5}
+        found = shares(rov_late, first, then, values)
+        q, n = ((np.abs([then, first]) - DEAD) / (LARGEST - DEAD)).tolist()
+        q, n = np.copysign(q, then), np.copysign(np.sqrt(n), first)
+        speeds = [n]
+        for _ in range(100 * (len(found) - 1)):
+            n += 0.01 * STEP_S * (q - n * abs(n)) / late_s
+            speeds.append(n)
+        expected = np.array(speeds[::100])
+        size = 0.01 * abs(q - expected[0] * abs(expected[0]))
+        assert found == pytest.approx(expected * np.abs(expected), abs=size)
+
+
 def test_a_dead_zone_behind_the_lag_delays_what_changes_its_sign(rov: PackedVehicle) -> None:
     before = shares(rov, 300.0, -200.0, {"dead_share": 1.0})
     behind = shares(rov, 300.0, -200.0, {})
@@ -74,7 +94,7 @@ def test_at_rest_all_forms_are_the_same(rov: PackedVehicle) -> None:
     count = len(rov.thruster_names)
     for code in (-400.0, -150.0, -20.0, 0.0, 10.0, 28.0, 60.0, 400.0):
         thrust = []
-        for values in ({}, {"dead_share": 1.0}, {"dead_share": 0.4, "power": 1.7}):
+        for values in ({}, {"dead_share": 1.0}, {"dead_share": 0.4, "power": 1.7, "fall": 0.5}):
             vector = apply_effects(rov.vector, [EffectSpec("lag_form", values)], rov.context)
             states = actuator_states(rov, np.full((500, count), code), STEP_S, vector=vector)
             thrust.append(thruster_wrench(rov, states[-1:], np.zeros((1, 6)))[1][0])
@@ -84,7 +104,8 @@ def test_at_rest_all_forms_are_the_same(rov: PackedVehicle) -> None:
 
 
 @pytest.mark.parametrize(
-    ("slot", "bound"), [("lag_dead_share", 0.0), ("lag_dead_share", 1.0), ("lag_power", 1.0)]
+    ("slot", "bound"),
+    [("lag_dead_share", 0.0), ("lag_dead_share", 1.0), ("lag_power", 1.0), ("lag_fall", 0.0)],
 )
 def test_the_thrust_has_no_kink_at_the_bounds(rov: PackedVehicle, slot: str, bound: float) -> None:
     """A fit that crosses a bound, or the form that is computed otherwise, goes on as it came."""
