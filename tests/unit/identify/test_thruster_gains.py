@@ -189,7 +189,7 @@ def test_a_run_without_what_it_takes_says_so(
     still = replace(healthy, name="still", values=dict(list(healthy.values.items())[1:]))
     gains = asked(vehicle, packed, bare, still)
     assert gains.gains == ()
-    assert "no acceleration can be told" in gains.why_no_run["bare"]
+    assert "no acceleration can be found" in gains.why_no_run["bare"]
     assert "no thruster commands" in gains.why_no_run["still"]
 
 
