@@ -34,6 +34,9 @@ _TEXT_CELL = re.compile(rb"\st\s*=\s*[\"']s[\"']")
 _ERROR_CELL = re.compile(rb"\st\s*=\s*[\"']e[\"']")
 _ERROR_TEXT = re.compile(rb">\s*(#[A-Za-z0-9/!?]{1,20})\s*<")
 _SAVE_AGAIN = "Open it in a spreadsheet program, save it as .xlsx and copy it here again."
+_NO_VALUE = "hold no stored value"
+_NO_NUMBER = "holds no number"
+_MOST_NAMED = 8
 
 
 @dataclass
@@ -240,11 +243,6 @@ def longest_shared_text(xml: bytes) -> int:
     """Return the size of the longest entry of ``xl/sharedStrings.xml`` [bytes]."""
     entries = re.split(rb"</(?:\w+:)?si>", xml)
     return max((len(entry) for entry in entries), default=0)
-
-
-_NO_VALUE = "hold no stored value"
-_NO_NUMBER = "holds no number"
-_MOST_NAMED = 8
 
 
 def formula_problems(scan: SheetScan, where: Place) -> tuple[Problem, ...]:

@@ -11,6 +11,28 @@ from pipeline.ingest.unit_text import is_same_unit
 
 Cell = str | float | bool | None
 Row = tuple[Cell, ...]
+_BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+|(?<=\d)['\u2019](?=\d{3}(?!\d))")
+_MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
+#: No reading is larger, nanoseconds since 1970 included; powers and products stay finite.
+MOST = 1e30
+#: Written where there is no value.
+_MISSING = frozenset(
+    {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "none", "null", "нет", "н/д"}
+)
+_NUMBER = re.compile(
+    r"""(?P<sign>[+-]?)[ ]?
+    (?P<body>\d{1,3}(?:[ ]\d{3})+(?:[.,]\d*)?   # 1 324,5
+    |\d{1,3}(?:,\d{3})+\.\d*                    # 1,324.5
+    |\d{1,3}(?:\.\d{3})+,\d*                    # 1.324,5
+    |\d{1,3}(?:,\d{3}){2,}|\d{1,3}(?:\.\d{3}){2,}
+    |\d+[.,]?\d*|[.,]\d+)
+    (?P<exponent>[eE][+-]?\d{1,3})?""",
+    re.VERBOSE,
+)
+#: A number with a sign of a remark or in brackets.
+_SPOILT = re.compile(
+    r"[^\w\s]{0,2}\s*[+\-\u2212]?\d[\d.,\s]*\s*(?:[^\w\s]{1,3}|[A-Za-zА-Яа-я]{0,3})"
+)
 
 
 @dataclass(frozen=True)
@@ -88,32 +110,6 @@ class Sheet:
     def place(self, row: int | None = None, column: str | None = None) -> Place:
         """Return a place on this sheet, for a message."""
         return Place(self.file, self.name, row, column)
-
-
-_BLANKS = re.compile(r"[\s\u00a0\u2000-\u200b\u202f\u2060\ufeff]+|(?<=\d)['\u2019](?=\d{3}(?!\d))")
-_MINUS = str.maketrans(dict.fromkeys("\u2212\u2010\u2011\u2012\u2013\u2014\ufe63\uff0d", "-"))
-#: No reading is larger, nanoseconds since 1970 included; powers and products stay finite.
-MOST = 1e30
-#: Written where there is no value.
-_MISSING = frozenset(
-    {"", "-", "--", "---", "nan", "n/a", "na", "#n/a", "none", "null", "нет", "н/д"}
-)
-_NUMBER = re.compile(
-    r"""(?P<sign>[+-]?)[ ]?
-    (?P<body>\d{1,3}(?:[ ]\d{3})+(?:[.,]\d*)?   # 1 324,5
-    |\d{1,3}(?:,\d{3})+\.\d*                    # 1,324.5
-    |\d{1,3}(?:\.\d{3})+,\d*                    # 1.324,5
-    |\d{1,3}(?:,\d{3}){2,}|\d{1,3}(?:\.\d{3}){2,}
-    |\d+[.,]?\d*|[.,]\d+)
-    (?P<exponent>[eE][+-]?\d{1,3})?""",
-    re.VERBOSE,
-)
-
-
-#: A number with a sign of a remark or in brackets.
-_SPOILT = re.compile(
-    r"[^\w\s]{0,2}\s*[+\-\u2212]?\d[\d.,\s]*\s*(?:[^\w\s]{1,3}|[A-Za-zА-Яа-я]{0,3})"
-)
 
 
 class NotANumberError(ValueError):

@@ -23,6 +23,10 @@ _CLEARER = 1.0
 #: or counted is then thousands for sure, what is measured may be a very small thruster's.
 _IMPOSSIBLE: Mapping[str, float] = {"shaft_speed": 20.0, "pwm": 300.0}
 _UNLIKELY: Mapping[str, float] = {"thrust": 0.2, "torque": 0.002, "input_power": 0.1}
+#: Fewer numbers may be in a row by chance.
+_LEAST = 4
+#: Two columns are compared where the first is above this share of its largest value.
+_LARGE = 0.1
 
 
 def is_unclear(cell: Cell) -> bool:
@@ -130,12 +134,6 @@ def _sizes(cells: Iterable[Cell]) -> list[float]:
         if number is not None:
             sizes.append(abs(number))
     return sizes
-
-
-#: Fewer numbers may be in a row by chance.
-_LEAST = 4
-#: Two columns are compared where the first is above this share of its largest value.
-_LARGE = 0.1
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,11 @@ _MOST_TABLES = 500
 """Tables below each other on one sheet."""
 _GRID = 4
 """Columns of one required quantity from which a table is a grid."""
+_WORD = re.compile(r"[^\W\d_]+")
+_LATIN = re.compile(r"[A-Za-z]")
+_CYRILLIC = re.compile(r"[\u0400-\u04ff]")
+#: Encodings of old Russian programs whose bytes were read as Windows-1251.
+_OLD_ENCODINGS = ("koi8_r", "cp866")
 
 
 @dataclass(frozen=True)
@@ -272,13 +277,6 @@ def _end_of_data(sheet: Sheet, first: int, following: int, columns: Sequence[int
         if numbers > len(columns) // 2:
             return at
     return first
-
-
-_WORD = re.compile(r"[^\W\d_]+")
-_LATIN = re.compile(r"[A-Za-z]")
-_CYRILLIC = re.compile(r"[\u0400-\u04ff]")
-#: Encodings of old Russian programs whose bytes were read as Windows-1251.
-_OLD_ENCODINGS = ("koi8_r", "cp866")
 
 
 def odd_letters(texts: Iterable[str]) -> str:

@@ -29,6 +29,13 @@ from pipeline.ingest.mcap_records import MAX_RATIO, MAX_UNPACKED_BYTES, ChannelR
 #: Messages are put together to blocks of about this size.
 _BLOCK_BYTES = 4 * 1024 * 1024
 _Row = tuple[int, int, bytes]
+#: Numbers of channels of one part and of the next are so far apart.
+_STRIDE = 1 << 20
+_MAX_BYTES = 4_000_000
+_PIECE = 1 << 20
+_REMEDY = (
+    "ros2 bag reindex FOLDER writes it again; or take the parts out, which are logs by themselves."
+)
 
 
 class BagFile(MessageLog):
@@ -179,15 +186,6 @@ class Ros2Database(BagFile):
                     yield int(number), int(time_ns), bytes(data)
         except (sqlite3.Error, TypeError, ValueError) as error:
             self._damaged(error)
-
-
-#: Numbers of channels of one part and of the next are so far apart.
-_STRIDE = 1 << 20
-_MAX_BYTES = 4_000_000
-_PIECE = 1 << 20
-_REMEDY = (
-    "ros2 bag reindex FOLDER writes it again; or take the parts out, which are logs by themselves."
-)
 
 
 class BagFolder(MessageLog):

@@ -22,6 +22,22 @@ from pipeline.ingest.mcap_records import (
     parse_statistics,
 )
 
+#: A message takes more than this share of a byte, however well it is compressed.
+_MOST_MESSAGES_A_BYTE = 50
+_MOST_CHANNELS = 20_000
+#: A header and a footer at least.
+SMALLEST_FILE = 2 * len(MAGIC) + RECORD_HEAD.size + 8
+_KNOWN_STARTS = (
+    (b"#ROSBAG V", "a ROS 1 bag", "Name it *.bag: then it is read as one."),
+    (b"SQLite format 3", "a ROS 2 bag in SQLite", "Name it *.db3: then it is read as one."),
+    (b"ULog", "a log of PX4", "Name it *.ulg: then it is read as one."),
+    (b"version https://git-lfs", "a pointer of Git LFS", "Fetch the log: git lfs pull"),
+    (b"PK\x03\x04", "a ZIP archive or a workbook", "Unpack it."),
+    (b"\x1f\x8b", "gzip", "Unpack it."),
+    (b"\x28\xb5\x2f\xfd", "compressed as a whole with zstd", "Unpack it: zstd -d FILE"),
+    (b"\xa3\x95", "an ArduPilot data-flash log", "Name it *.BIN: then it is read as one."),
+)  # fmt: skip
+
 
 class LogFaults:
     """Collects the problems of one log; `cut_at` is the byte behind which nothing is whole."""
@@ -57,23 +73,6 @@ class LogFaults:
                 "Copy it again; if it is no longer elsewhere, mcap recover FILE makes an index.",
             )
         )
-
-
-#: A message takes more than this share of a byte, however well it is compressed.
-_MOST_MESSAGES_A_BYTE = 50
-_MOST_CHANNELS = 20_000
-#: A header and a footer at least.
-SMALLEST_FILE = 2 * len(MAGIC) + RECORD_HEAD.size + 8
-_KNOWN_STARTS = (
-    (b"#ROSBAG V", "a ROS 1 bag", "Name it *.bag: then it is read as one."),
-    (b"SQLite format 3", "a ROS 2 bag in SQLite", "Name it *.db3: then it is read as one."),
-    (b"ULog", "a log of PX4", "Name it *.ulg: then it is read as one."),
-    (b"version https://git-lfs", "a pointer of Git LFS", "Fetch the log: git lfs pull"),
-    (b"PK\x03\x04", "a ZIP archive or a workbook", "Unpack it."),
-    (b"\x1f\x8b", "gzip", "Unpack it."),
-    (b"\x28\xb5\x2f\xfd", "compressed as a whole with zstd", "Unpack it: zstd -d FILE"),
-    (b"\xa3\x95", "an ArduPilot data-flash log", "Name it *.BIN: then it is read as one."),
-)  # fmt: skip
 
 
 @dataclass

@@ -36,6 +36,19 @@ MOST_FIELDS = 10_000
 _MOST = 10_000
 """Elements that a path may name."""
 _PART = re.compile(r"^(?P<name>[^\[\]]+)(\[(?P<first>[0-9]+)(:(?P<end>[0-9]+))?\])?$")
+_SEPARATOR = re.compile(r"^={3,}[ \t\r]*$", re.MULTILINE)
+_IDL_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_IDL_SKIPPED = re.compile(r"^\s*(#.*|=+|IDL:.*)$", re.MULTILINE)
+#: Their layout depends on more than the definition, or rosbags passes over them.
+_IDL_REFUSED = re.compile(
+    r"\b(union|map|wstring|wchar|bitset|bitmask|fixed|valuetype)\b|@(optional|mutable|appendable)\b"
+)
+_NESTED_SEQUENCE = re.compile(r"\bsequence\s*<\s*sequence\b")
+_MOST_CHARACTERS = 200_000
+#: rosbags takes time with their square.
+_IDL_NAMES = re.compile(r"\b(?:typedef|const)\b|@")
+_MOST_IDL_NAMES = 1000
+_MAX_LENGTH = 10_000_000
 
 
 class DefinitionError(ValueError):
@@ -142,19 +155,6 @@ def path_text(path: Path) -> str:
     return text.removeprefix(".")
 
 
-_SEPARATOR = re.compile(r"^={3,}[ \t\r]*$", re.MULTILINE)
-_IDL_COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
-_IDL_SKIPPED = re.compile(r"^\s*(#.*|=+|IDL:.*)$", re.MULTILINE)
-#: Their layout depends on more than the definition, or rosbags passes over them.
-_IDL_REFUSED = re.compile(
-    r"\b(union|map|wstring|wchar|bitset|bitmask|fixed|valuetype)\b|@(optional|mutable|appendable)\b"
-)
-_NESTED_SEQUENCE = re.compile(r"\bsequence\s*<\s*sequence\b")
-_MOST_CHARACTERS = 200_000
-#: rosbags takes time with their square.
-_IDL_NAMES = re.compile(r"\b(?:typedef|const)\b|@")
-_MOST_IDL_NAMES = 1000
-_MAX_LENGTH = 10_000_000
 #: A message without fields is one byte on the wire: its structure in C may not be empty.
 _NO_FIELDS = (Field("structure_needs_at_least_one_member", "uint8"),)
 _TIME = {

@@ -20,6 +20,26 @@ _EARTH = frozenset({"map", "odom", "earth", "world"})
 _EARTH_AXES = frozenset({"ned", "enu", "nwu"})
 #: Frames in which a velocity is in body axes already.
 _BODY = ("base_link", "body")
+#: Stands for a message that has no time of its own.
+NO_STAMP = np.iinfo(np.int64).min
+_SECOND_NS = 1_000_000_000
+#: Quantity -> largest believable size. Units of the records.
+LARGEST: Mapping[str, float] = {
+    "angular_velocity": 40.0,
+    "specific_force": 200.0,
+    "velocity": 20.0,
+    "velocity_earth": 20.0,
+    "depth": 12_000.0,
+    "position": 1e7,
+    "voltage": 2_000.0,
+    "current": 2_000.0,
+    "shaft_speed": 100_000.0,
+}
+#: Where more of the readings are beyond, the unit is wrong and not the readings.
+_MOST_IMPOSSIBLE = 0.2
+#: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
+_EMPTY_BELOW = 0.5
+_ANY_FLAGS = ("is_valid", "valid")
 
 
 def words_of(frame: str) -> frozenset[str]:
@@ -58,11 +78,6 @@ def is_body(frame: str) -> bool:
     """
     frame = frame.lower()
     return "dvl" not in frame and any(name in frame for name in _BODY)
-
-
-#: Stands for a message that has no time of its own.
-NO_STAMP = np.iinfo(np.int64).min
-_SECOND_NS = 1_000_000_000
 
 
 @dataclass(frozen=True)
@@ -141,25 +156,6 @@ def number_of_text(text: str) -> float | int | None:
         return float(text)
     except ValueError:
         return None
-
-
-#: Quantity -> largest believable size. Units of the records.
-LARGEST: Mapping[str, float] = {
-    "angular_velocity": 40.0,
-    "specific_force": 200.0,
-    "velocity": 20.0,
-    "velocity_earth": 20.0,
-    "depth": 12_000.0,
-    "position": 1e7,
-    "voltage": 2_000.0,
-    "current": 2_000.0,
-    "shaft_speed": 100_000.0,
-}
-#: Where more of the readings are beyond, the unit is wrong and not the readings.
-_MOST_IMPOSSIBLE = 0.2
-#: A unit that is wrong makes readings of every size; what means "none" stands far from the others.
-_EMPTY_BELOW = 0.5
-_ANY_FLAGS = ("is_valid", "valid")
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,21 @@ _MOST_NUMBERS = 200_000
 _MOST_BYTES = 2_000_000
 #: Definitions that every program has, and that writers therefore leave out.
 _WELL_KNOWN = ("any", "duration", "empty", "field_mask", "struct", "timestamp", "wrappers")
+#: A message of one type as dictionaries, lists, numbers and texts.
+Tree = dict[str, Any]
+_LANGUAGES = {"cdr": ("ros2msg", "ros2idl", "omgidl"), "ros1": ("ros1msg",)}
+_ZSTD = b"\x28\xb5\x2f\xfd"
+#: A message that was compressed by itself unpacks to no more.
+_MAX_UNPACKED_BYTES = 4_000_000
+#: Names of components that say by themselves which is which.
+_COMPONENT_NAMES = (
+    ("x", "y", "z"),
+    ("x", "y", "z", "w"),
+    ("qx", "qy", "qz", "qw"),
+    ("roll", "pitch", "yaw"),
+    ("u", "v", "w"),
+    ("p", "q", "r"),
+)
 
 
 def protobuf_decoder(name: str, data: bytes) -> Callable[[bytes], dict[str, Any]]:
@@ -135,15 +150,6 @@ class _Tree:
 
 def _line(error: Exception) -> str:
     return str(error).splitlines()[0][:100] if str(error) else type(error).__name__
-
-
-#: A message of one type as dictionaries, lists, numbers and texts.
-Tree = dict[str, Any]
-_LANGUAGES = {"cdr": ("ros2msg", "ros2idl", "omgidl"), "ros1": ("ros1msg",)}
-_MAX_DEPTH = 50
-_ZSTD = b"\x28\xb5\x2f\xfd"
-#: A message that was compressed by itself unpacks to no more.
-_MAX_UNPACKED_BYTES = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -277,17 +283,6 @@ def value_at(tree: Any, path: Path) -> Any:  # noqa: ANN401  a message holds val
         if here is None:
             return None
     return here
-
-
-#: Names of components that say by themselves which is which.
-_COMPONENT_NAMES = (
-    ("x", "y", "z"),
-    ("x", "y", "z", "w"),
-    ("qx", "qy", "qz", "qw"),
-    ("roll", "pitch", "yaw"),
-    ("u", "v", "w"),
-    ("p", "q", "r"),
-)
 
 
 def numbers_below(tree: Any, path: Path) -> list[Path]:  # noqa: ANN401  as above

@@ -23,6 +23,12 @@ _CLEAR, _MOST_RATIO = 0.7, 3.0
 _LEAST_MPS2 = 5.0
 #: No vehicle spends half of a run tilted further, unless it is upside down.
 _MOST_TILTED_DEG = 60.0
+#: A run under water moves by more than a centimetre of it. [Pa]
+_STILL_PA = 100.0
+#: One atmosphere and some metres of water, read as pascals above the surface -> the unit it is.
+_ATMOSPHERES = ((800.0, 1500.0, "hPa (mbar)"), (80.0, 150.0, "kPa"))
+_ABOVE_WATER_M = -0.3
+_FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
 
 
 def gravity_against_attitude(run: PoolRun, place: Place) -> Iterator[Problem]:
@@ -141,14 +147,6 @@ def down_in_body(attitude: FloatArray) -> FloatArray:
     w, x, y, z = attitude.T
     down = np.stack([x * z - w * y, y * z + w * x, 0.5 * (w * w - x * x - y * y + z * z)], axis=1)
     return np.asarray(2.0 * down / (attitude**2).sum(axis=1, keepdims=True))
-
-
-#: A run under water moves by more than a centimetre of it. [Pa]
-_STILL_PA = 100.0
-#: One atmosphere and some metres of water, read as pascals above the surface -> the unit it is.
-_ATMOSPHERES = ((800.0, 1500.0, "hPa (mbar)"), (80.0, 150.0, "kPa"))
-_ABOVE_WATER_M = -0.3
-_FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
 
 
 def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:

@@ -13,6 +13,14 @@ from pipeline.records.run_table import QUANTITIES, OffRow, RunTable
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.run_notes import run_of
 
+_MOST_ROWS = 50_000_000
+#: Quantities with a column a thruster, and how their columns begin in the channels.
+_OF_THRUSTERS = {"command": "command.", "shaft_speed": "shaft_speed_rpm."}
+#: Quantity of a channel -> quantity of the table, where they are called otherwise.
+_CALLED = {"thruster_command": "command"}
+#: What the velocity in body axes is made of where the sensor gives it over the earth.
+_TURNED = ("velocity_earth", "attitude")
+
 
 def _place_on(
     channel: RunChannel, begin_ns: int, time_s: FloatArray
@@ -85,13 +93,6 @@ def _longest_hold(channel: RunChannel) -> float:
     if marked is not None:  # else no gap was found; what left-out readings tear open is one
         steps = steps[~marked[timely][1:] & (steps > 0)]
     return float(max(GAP_PERIODS * channel.period_s, steps.max() if steps.size else 0.0))
-
-
-_MOST_ROWS = 50_000_000
-#: Quantities with a column a thruster, and how their columns begin in the channels.
-_OF_THRUSTERS = {"command": "command.", "shaft_speed": "shaft_speed_rpm."}
-#: Quantity of a channel -> quantity of the table, where they are called otherwise.
-_CALLED = {"thruster_command": "command"}
 
 
 def resample(
@@ -181,10 +182,6 @@ def resample(
         begin_ns,
         _left_out(run, wanted),
     )
-
-
-#: What the velocity in body axes is made of where the sensor gives it over the earth.
-_TURNED = ("velocity_earth", "attitude")
 
 
 def commanded_thrusters(run: PoolRun) -> tuple[str, ...]:

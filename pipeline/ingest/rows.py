@@ -5,6 +5,9 @@ from dataclasses import replace
 
 from pipeline.errors import Place, Problem
 
+#: How the marks of points begin that only repeat what is read elsewhere.
+_COPIES = ("duplicate", "also on sheet")
+
 
 def counted(number: int, noun: str) -> str:
     """Write a number of things.
@@ -37,10 +40,6 @@ def listed(rows: Sequence[int], most: int = 8) -> str:
     hidden = sum(high - low + 1 for low, high in runs[most:])
     text = ", ".join(shown) + (f" and {hidden} more" if hidden else "")
     return f"{'row' if len(rows) == 1 else 'rows'} {text}"
-
-
-#: How the marks of points begin that only repeat what is read elsewhere.
-_COPIES = ("duplicate", "also on sheet")
 
 
 def with_cause(

@@ -22,6 +22,11 @@ from pipeline.vehicle.schema import Vehicle
 
 _MOTION_TOPIC = "/sim/odometry"
 _MESSAGE = "nav_msgs/msg/Odometry"
+_COMMAND = "thruster_command"
+_PREFIX = "command."
+#: A reading that is this far from the first command says nothing of it. [s]
+_NEAR_S = 1.0
+_MOST_NOTES = 8
 
 
 @dataclass(frozen=True)
@@ -67,13 +72,6 @@ def _motion(channel: ChannelRecord, schema: SchemaRecord, data: bytes) -> StartO
     numbers = np.concatenate([place, turn, nu, pose["covariance"], twist["covariance"]])
     sound = np.isfinite(numbers).all() and abs(float(np.linalg.norm(turn)) - 1.0) < 1e-3
     return StartOfRun(place, turn, nu) if sound else None
-
-
-_COMMAND = "thruster_command"
-_PREFIX = "command."
-#: A reading that is this far from the first command says nothing of it. [s]
-_NEAR_S = 1.0
-_MOST_NOTES = 8
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ _MARKS = ((b"\xef\xbb\xbf", "utf-8-sig"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff",
 _BINARY = re.compile("[\x00-\x08\x0e-\x1f\x7f\ufffd]")
 _DECIMAL = re.compile(r"[+-]?\d+(?:,\d+)?")
 _LOOKED_AT = 200
+_POINT = re.compile(r"\d\.\d|\d\.$|^\.\d")
 
 
 def _decode(data: bytes, place: Place) -> str:
@@ -152,9 +153,6 @@ def _split_at_blanks(line: str) -> list[str]:
     # Names may hold single blanks ("Control code"), so names are parted by two.
     names = re.split(r"\s{2,}", line.strip())
     return names if len(names) > 1 else numbers
-
-
-_POINT = re.compile(r"\d\.\d|\d\.$|^\.\d")
 
 
 def _check_width(rows: Sequence[Row], place: Place, *, by_comma: bool) -> tuple[Problem, ...]:

@@ -36,6 +36,8 @@ _APART = 0.12
 _LEAST_CODES = 4
 #: No dead zone is larger than this share of the largest code tested.
 _LATE = 0.5
+#: Specimens of one type differ by a few per cent; their larger thrusts tell it.
+_ALIKE, _LARGER = 0.1, 0.2
 
 
 def thrust_problem(table: Table, points: Sequence[MooringPoint]) -> Problem | None:
@@ -195,10 +197,6 @@ def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Pr
         "Write reverse with negative codes, the voltage into a column, or each test on a sheet of "
         "its own.",
     )
-
-
-#: Specimens of one type differ by a few per cent; their larger thrusts tell it.
-_ALIKE, _LARGER = 0.1, 0.2
 
 
 def compare_thrusters(
