@@ -15,7 +15,7 @@ from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.schema import Vehicle
 
 #: Effects that no force of a known motion shows, and those whose parameters act only together.
-NOT_ASKED = READINGS | {"tether", "shaft_inertia", "wall_effect"}
+NOT_ASKED = (READINGS - {"dvl_scale"}) | {"tether", "shaft_inertia", "wall_effect"}
 #: Effects that change the thrust of all thrusters.
 OF_ALL_THRUSTERS = frozenset(
     {"advance_speed_loss", "reverse_thrust", "thrust_deduction", "voltage_sag"}

@@ -200,6 +200,8 @@ class _Claimed:
         least, most = one.parameter.possible
         value = float(np.clip(one.parameter.neutral + size * one.unit_size, least, most))
         share = (value - one.parameter.neutral) / one.unit_size
+        if one.effect.id == "dvl_scale":
+            return self._read_by(value) / share, np.zeros((6, 6))
         spec = EffectSpec(one.effect.id, {one.parameter.name: value}, one.target)
         changed = settled(apply_effects(packed.vector, [spec], packed.context))
         if one.effect.of_thrusters or one.target is not None:
@@ -209,6 +211,21 @@ class _Claimed:
             added = -demanded(packed, changed, self.motion, still=True) - self._hull
         before, after = mass_of(self._nominal), mass_of(changed)
         return added / share, (after - before) @ np.linalg.solve(after, before) / share
+
+
+    def _read_by(self, scale: float) -> FloatArray:
+        """Wrench (rows, 6) that seems to act where a DVL reads so many times the speed.
+
+        The vehicle answers to what acts at its true speed, and its answer along the axes is read
+        as so many times as much.
+        """
+        state = self.motion.state.copy()
+        state[:, 7:10] /= scale
+        slower = replace(self.motion, state=state)
+        there = _pushed(self.packed, self._nominal, self._codes, slower.nu, self.row_s)[0]
+        there -= demanded(self.packed, self._nominal, slower, still=True)
+        there[:, :3] *= scale
+        return there - self._pushed - self._hull
 
 
 def _rows_of(run: RunTable, period_s: float, row_s: float) -> tuple[FloatArray, IntArray]:
