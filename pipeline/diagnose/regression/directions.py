@@ -36,8 +36,10 @@ def directions_of(
     asked = {name: one for name, one in effects.items() if name not in NOT_ASKED}
     asked |= unstated(packed.context)
     uncertainty = model_of(vehicle).uncertainty or Uncertainty()
-    # a place has a meaning only with what is there
-    return tuple(one for one in coordinates(packed, asked, uncertainty) if not one.leads)
+    # a place has a meaning only with what is there; a volume alone is residual buoyancy, and one
+    # of the water's weight shows as added mass does
+    every = coordinates(packed, asked, uncertainty)
+    return tuple(one for one in every if not one.leads and one.name != "payload:volume_m3")
 
 
 def stated_widths(vehicle: Vehicle, directions: Sequence[Coordinate]) -> FloatArray:
