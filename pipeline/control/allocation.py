@@ -122,9 +122,10 @@ def limited_channels(
     def limited(
         thrust: FloatArray, portion: float, reverse_n: float, forward_n: float
     ) -> FloatArray:
+        # `np.clip` takes several times as long for one demand
         if (form or allocator.form) == "scaled":
-            return portion * np.clip(thrust, -reverse_n, forward_n)
-        return np.clip(thrust, -portion * reverse_n, portion * forward_n)
+            return np.asarray(portion * np.minimum(np.maximum(thrust, -reverse_n), forward_n))
+        return np.minimum(np.maximum(thrust, -portion * reverse_n), portion * forward_n)
 
     both = limits.both_n
     return ChannelThrusts(

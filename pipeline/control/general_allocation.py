@@ -1,6 +1,7 @@
 """Allocation for any arrangement of thrusters: weighted pseudo-inverse, scaled to the limits."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -35,17 +36,28 @@ class GeneralAllocator:
         """B (6, n): the wrench of one newton of each thruster."""
         return np.concatenate([self.direction.T, np.cross(self.position_m, self.direction).T])
 
+    @cached_property
+    def _thrust_of_wrench(self) -> FloatArray:
+        return np.asarray(np.linalg.pinv(self.configuration(), rcond=1e-6))
+
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
         """Codes (n,) for a wrench (6,) at a relative velocity (6,), and whether it saturates."""
         codes, _, cut = self.decide(demand, nu_relative)
         return codes, cut
 
     def decide(
-        self, demand: FloatArray, nu_relative: FloatArray
+        self,
+        demand: FloatArray,
+        nu_relative: FloatArray,
+        limits: tuple[FloatArray, FloatArray] | None = None,
     ) -> tuple[FloatArray, FloatArray, bool]:
-        """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut."""
-        thrust = np.linalg.pinv(self.configuration(), rcond=1e-6) @ demand
-        share = np.max(np.maximum(thrust / self.largest_n, thrust / self.smallest_n), initial=1.0)
+        """Codes (n,), the thrusts (n,) [N] they are meant to give, and whether a limit cut.
+
+        `limits` take the place of `smallest_n` and `largest_n`.
+        """
+        smallest, largest = limits or (self.smallest_n, self.largest_n)
+        thrust = self._thrust_of_wrench @ demand
+        share = np.max(np.maximum(thrust / largest, thrust / smallest), initial=1.0)
         inflow = np.einsum(
             "ij,ij->i",
             self.direction,

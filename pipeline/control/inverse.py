@@ -93,7 +93,8 @@ class MooringCubic:
     def code(self, thrust_n: ArrayLike, speed_mps: ArrayLike) -> FloatArray:
         """N(T) of eq. (7); the speed does not enter."""
         thrust, _ = np.broadcast_arrays(np.asarray(thrust_n, float), np.asarray(speed_mps, float))
-        held = np.clip(thrust, -self.thrust_max_n.reverse_n, self.thrust_max_n.forward_n)
+        largest = self.thrust_max_n
+        held = np.minimum(np.maximum(thrust, -largest.reverse_n), largest.forward_n)
         polyval = np.polynomial.polynomial.polyval
         code = np.where(held > 0.0, polyval(held, self.positive), polyval(held, self.negative))
         live = np.abs(thrust) > self.thrust_dead_n
@@ -199,7 +200,7 @@ class FirmwareGrid:
             negative=self.negative,
             thrust_dead_n=self.thrust_dead_n,
         )
-        return np.clip(code, _smallest(self.code_min, self.code_max), self.code_max)
+        return np.minimum(np.maximum(code, _smallest(self.code_min, self.code_max)), self.code_max)
 
 
 def thrust_grid(branch: FirmwareBranch) -> ThrustGrid:

@@ -89,7 +89,7 @@ class PaperAllocator:
         cut = not bool(within_reach(channels, limits, a))
         if a.bow is not None:
             bow = names.index(a.bow)
-            thrust[bow] = np.clip(up, low[bow], high[bow])
+            thrust[bow] = min(max(up, low[bow]), high[bow])
             cut = cut or not low[bow] <= up <= high[bow]
         asked = thrust / own.divisor(thrust)
         code = self.inverse.code(asked, along)

@@ -42,8 +42,8 @@ class ThrustGrid:
 
     def at_speed(self, speed_mps: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Interpolate to speeds shape (m,): T_max shape (m,) and code rows shape (m, f)."""
-        speed = np.clip(speed_mps, self.speed_mps[0], self.speed_mps[-1])
-        upper = np.clip(np.searchsorted(self.speed_mps, speed), 1, max(len(self.speed_mps) - 1, 1))
+        speed = _within(speed_mps, self.speed_mps[0], self.speed_mps[-1])
+        upper = _within(np.searchsorted(self.speed_mps, speed), 1, max(len(self.speed_mps) - 1, 1))
         if len(self.speed_mps) == 1:
             ones = np.ones_like(speed)
             return ones * self.thrust_max_n[0], ones[:, None] * self.code[0]
@@ -52,6 +52,11 @@ class ThrustGrid:
         largest = (1 - share) * self.thrust_max_n[upper - 1] + share * self.thrust_max_n[upper]
         rows = (1 - share)[:, None] * self.code[upper - 1] + share[:, None] * self.code[upper]
         return largest, rows
+
+
+def _within(x: FloatArray, low: ArrayLike, high: ArrayLike) -> FloatArray:
+    """Return `np.clip`, which takes three times as long for the few thrusters of a vehicle."""
+    return np.minimum(np.maximum(x, low), high)
 
 
 def between(low: ThrustGrid, high: ThrustGrid, share: float) -> ThrustGrid:
@@ -73,11 +78,11 @@ def between(low: ThrustGrid, high: ThrustGrid, share: float) -> ThrustGrid:
 
 def _interpolate_rows(x: FloatArray, knots: FloatArray, values: FloatArray) -> FloatArray:
     """Linear interpolation with a row of knots and a row of values for every x, clamped."""
-    upper = np.clip(np.sum(knots < x[:, None], axis=1), 1, knots.shape[1] - 1)
+    upper = _within(np.sum(knots < x[:, None], axis=1), 1, knots.shape[1] - 1)
     rows = np.arange(len(x))
     x_low, x_high = knots[rows, upper - 1], knots[rows, upper]
     y_low, y_high = values[rows, upper - 1], values[rows, upper]
-    share = np.clip((x - x_low) / (x_high - x_low), 0.0, 1.0)
+    share = _within((x - x_low) / (x_high - x_low), 0.0, 1.0)
     return np.asarray(y_low + share * (y_high - y_low))
 
 
@@ -113,8 +118,11 @@ def code_from_thrust(
             continue
         largest, rows = grid.at_speed(np.maximum(sign * speed[mask], 0.0))
         fraction = np.minimum(sign * thrust[mask] / largest, 1.0)
-        knots = np.broadcast_to(grid.fraction, rows.shape)
-        code[mask] = sign * _interpolate_rows(fraction, knots, rows)
+        upper = _within(np.searchsorted(grid.fraction, fraction), 1, len(grid.fraction) - 1)
+        low, high, each = grid.fraction[upper - 1], grid.fraction[upper], np.arange(len(upper))
+        share = _within((fraction - low) / (high - low), 0.0, 1.0)
+        below, above = rows[each, upper - 1], rows[each, upper]
+        code[mask] = sign * (below + share * (above - below))
     return code
 
 

@@ -1,7 +1,7 @@
 """The allocators that fly a vehicle: with the mooring inverse, compensated, and with changes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from types import MappingProxyType
 
 import numpy as np
@@ -79,12 +79,11 @@ class GeneralDecide:
         inflow = inflow_speed(self.packed, np.stack([nu_relative, nu_relative]))
         ends = settled_thrust(self.packed, self.packed.code_limits.T.copy(), inflow)
         ahead, astern = self.gives
-        limited = replace(
-            self.base,
-            largest_n=np.where(ahead, np.maximum(ends[1], 1e-9), self.base.largest_n),
-            smallest_n=np.where(astern, np.minimum(ends[0], -1e-9), self.base.smallest_n),
+        limits = (
+            np.where(astern, np.minimum(ends[0], -1e-9), self.base.smallest_n),
+            np.where(ahead, np.maximum(ends[1], 1e-9), self.base.largest_n),
         )
-        return limited.decide(demand, nu_relative)
+        return self.base.decide(demand, nu_relative, limits)
 
 
 def general_controllers(packed: PackedVehicle) -> Controllers:
@@ -136,9 +135,8 @@ def paper_controllers(
         beside = {
             i: Remembered(inverse) for i, inverse in (rest if one is moored else under_way).items()
         }
-        return PaperAllocator(
-            shape, Remembered(one), names, round_codes, along, corrections, beside
-        )
+        kept = floating if one is grid else Remembered(one)
+        return PaperAllocator(shape, kept, names, round_codes, along, corrections, beside)
 
     floating = Remembered(grid)
     fixed = _fixed(inverse, floating)
