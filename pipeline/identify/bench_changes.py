@@ -8,6 +8,7 @@ have factors of their own.
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.special import stdtr, stdtrit
 
 from pipeline.errors import CannotComputeError
 from pipeline.records.comparison import Curve, Difference
@@ -103,13 +104,11 @@ def _difference(
     before: FloatArray,
     measured: FloatArray,
 ) -> Difference:
-    from scipy import stats
-
     value, std, left = found
     degrees = max(before.size - 1, 1)
     wide = float(np.hypot(std, ORDINARY / 2.0))
-    chance = 2.0 * float(stats.t.sf(abs(value - 1.0) / wide, degrees))
-    half = float(stats.t.ppf(0.975, degrees)) * std
+    chance = 2.0 * float(stdtr(degrees, -abs(value - 1.0) / wide))
+    half = float(stdtrit(degrees, 0.975)) * std
     text = (
         f"{what}: B gives {value:.2f} ({value - half:.2f} to {value + half:.2f}) of A; "
         f"what is left is {left:.2g} N rms."

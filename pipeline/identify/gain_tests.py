@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtr
 
 from pipeline.identify.gain_estimates import Doubt, log_evidence, typical
 from pipeline.identify.thruster_regression import RunLikelihood
@@ -99,9 +100,7 @@ def against_all(runs: Sequence[RunLikelihood], lever: FloatArray, axis: int) -> 
 
 def tail(value: float, std: float, degrees: float) -> float:
     """Probability of at most so small a value, by Student's t."""
-    from scipy import stats
-
-    return float(stats.t.cdf(value / max(std, 1e-12), max(degrees, 1.0)))
+    return float(stdtr(max(degrees, 1.0), value / max(std, 1e-12)))
 
 
 def adjusted(p_values: Sequence[float]) -> FloatArray:

@@ -10,7 +10,9 @@ gives the chance of a correlation as negative where there is none.
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import ndtr
 
+from pipeline.identify.smoothing import leaky_sum
 from pipeline.identify.thruster_regression import SETTLING_S
 from pipeline.physics.parameters import read
 from pipeline.records.run_components import angles
@@ -77,12 +79,10 @@ def heading_check(
     samples = _worth(measured, meant)
     if samples < _FEWEST:
         return None
-    from scipy import stats
-
     z = float(np.arctanh(np.clip(correlation, -0.999, 0.999))) * (samples - 3.0) ** 0.5
     # where a gyroscope turns with the heading, it is not the heading that counts the other way
     agrees = _with_gyroscope(run, start + width // 2, measured) > _AGREES
-    return HeadingCheck(correlation, 1.0 if agrees else float(stats.norm.cdf(z)))
+    return HeadingCheck(correlation, 1.0 if agrees else float(ndtr(z)))
 
 
 def _with_gyroscope(run: RunTable, rows: IntArray, measured: FloatArray) -> float:
@@ -97,8 +97,6 @@ def _expected_rate(
     packed: PackedVehicle, run: RunTable, delay_s: float, period: float
 ) -> FloatArray:
     """Yaw rate (m,) of the model for the commands, by inertia and linear damping alone."""
-    from scipy.signal import lfilter
-
     command = np.nan_to_num(run.values["command"])
     late = np.maximum(np.arange(len(command)) - round(delay_s / period), 0)
     actuator = actuator_states(packed, command[late], period)[:-1]
@@ -113,7 +111,7 @@ def _expected_rate(
     usual = float(np.sqrt(np.mean(moment**2)))
     damping = linear + (quadratic * usual) ** 0.5
     keep = np.exp(-period * max(damping, 1e-9) / max(inertia, 1e-9))
-    return np.asarray(lfilter([period / max(inertia, 1e-9)], [1.0, -keep], moment))
+    return leaky_sum(period / max(inertia, 1e-9) * moment, float(keep))
 
 
 def _worth(first: FloatArray, second: FloatArray) -> float:

@@ -24,6 +24,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import gammaincinv, stdtrit
 
 from pipeline.identify.bounds import cut_off, cut_std
 from pipeline.identify.output_error import FitSolution
@@ -65,8 +66,6 @@ class Posterior:
 
 def posterior_of(solution: FitSolution) -> Posterior:
     """Posterior of the fitted parameters."""
-    from scipy import stats
-
     problem, reduced = solution.problem, solution.reduced
     count = problem.size
     gain, inverse = _gain_and_covariance(solution)
@@ -85,7 +84,7 @@ def posterior_of(solution: FitSolution) -> Posterior:
         # not by chance in so many: residuals go together, also where one alone does not show it
         believed = np.ones_like(believed)
     # what so few windows show is itself uncertain: Student's quantile in place of the normal one
-    few = stats.t.ppf(0.975, _degrees(share)) / NORMAL_95
+    few = stdtrit(_degrees(share), 0.975) / NORMAL_95
     ratio = np.where(believed, np.maximum(few**2 * wider / variance, 1.0), 1.0)
     inflation = np.sqrt(ratio)
     covariance = inverse[:count, :count]
@@ -158,10 +157,8 @@ def _middle(problem: FitProblem, covariance: FloatArray, known: FloatArray) -> F
 
 def _by_chance(shares: FloatArray) -> FloatArray:
     """95 % quantile of scattered over expected variance, from each window's share of it (w, p)."""
-    from scipy import stats
-
     degrees = _degrees(shares)
-    return np.asarray(stats.chi2.ppf(0.95, degrees) / degrees)
+    return np.asarray(2.0 * gammaincinv(0.5 * degrees, 0.95) / degrees)
 
 
 def _degrees(shares: FloatArray) -> FloatArray:

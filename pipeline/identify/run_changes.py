@@ -20,6 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.special import stdtr
 
 from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.gain_tests import adjusted
@@ -260,8 +261,6 @@ class _Joint:
 
     def _tested(self, one: RunChange, alone: Sequence[RunChange]) -> RunChange:
         """Test a shift against its noise and what other single runs, not taken, differ by."""
-        from scipy import stats
-
         name = one.shift.name
         aside = {run for shift in self.taken if shift.name == name for run in shift.runs}
         if len(one.shift.runs) == 1:
@@ -283,7 +282,7 @@ class _Joint:
         ordinary = _ORDINARY_GAIN if one.shift.kind != "parameter" else _ORDINARY_SHARE / size
         std = (one.std**2 + between / len(one.shift.runs) + ordinary**2) ** 0.5
         windows = sum(len(self.runs[k].problem.stack.windows) for k in one.shift.runs)
-        chance = 2.0 * float(stats.t.sf(abs(one.value) / std, max(windows - 1, 1)))
+        chance = 2.0 * float(stdtr(max(windows - 1, 1), -abs(one.value) / std))
         return replace(one, std=std, p_value=chance)
 
     def _equations(self) -> list[RunEquations]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
+from pipeline.identify.smoothing import leaky_sum
 from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.pack import PackedVehicle
@@ -212,7 +213,5 @@ def _into_body(attitude: FloatArray, rate: FloatArray) -> FloatArray:
 
 def _leaky_sum(acceleration: FloatArray, period: float) -> FloatArray:
     """Integrate an acceleration (m,), forgetting over `_MEMORY_S`; its mean is taken off first."""
-    from scipy.signal import lfilter
-
     keep = np.exp(-period / _MEMORY_S)
-    return np.asarray(lfilter([period], [1.0, -keep], acceleration - acceleration.mean()))
+    return leaky_sum(period * (acceleration - acceleration.mean()), float(keep))

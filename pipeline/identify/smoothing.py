@@ -17,6 +17,7 @@ derivative is one.
 """
 
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import Literal
 
 import numpy as np
@@ -100,6 +101,15 @@ def local_polynomial(samples: int, period_s: float, order: int = POLYNOMIAL_ORDE
     value = savgol_coeffs(samples, order, use="dot")
     derivative = savgol_coeffs(samples, order, deriv=1, delta=period_s, use="dot")
     return Smoother("local_polynomial", period_s, np.asarray(value), np.asarray(derivative))
+
+
+def leaky_sum(values: FloatArray, keep: float) -> FloatArray:
+    """Sum y_k = x_k + keep y_(k-1) of values (m,), which forgets; `scipy.signal` takes a second.
+
+    >>> leaky_sum(np.array([1.0, 0.0, 1.0]), 0.5).tolist()
+    [1.0, 0.5, 1.25]
+    """
+    return np.array(list(accumulate(values.tolist(), lambda before, x: keep * before + x)))
 
 
 def smoother_of_bandwidth(method: Method, bandwidth_hz: float, period_s: float) -> Smoother:

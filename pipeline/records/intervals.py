@@ -23,9 +23,10 @@ def student_95(degrees_of_freedom: int) -> float:
     >>> round(student_95(11), 3)
     2.201
     """
-    from scipy import stats
+    # `scipy.stats` takes a second to import
+    from scipy.special import stdtrit
 
-    return float(stats.t.ppf(0.975, degrees_of_freedom))
+    return float(stdtrit(degrees_of_freedom, 0.975))
 
 
 def drive_degrees(drive: DriveFit) -> int:
