@@ -43,7 +43,8 @@ class ThrustGrid:
     def at_speed(self, speed_mps: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Interpolate to speeds shape (m,): T_max shape (m,) and code rows shape (m, f)."""
         speed = _within(speed_mps, self.speed_mps[0], self.speed_mps[-1])
-        upper = _within(np.searchsorted(self.speed_mps, speed), 1, max(len(self.speed_mps) - 1, 1))
+        upper = np.searchsorted(self.speed_mps, speed)
+        upper = np.minimum(np.maximum(upper, 1), max(len(self.speed_mps) - 1, 1))
         if len(self.speed_mps) == 1:
             ones = np.ones_like(speed)
             return ones * self.thrust_max_n[0], ones[:, None] * self.code[0]
@@ -78,7 +79,7 @@ def between(low: ThrustGrid, high: ThrustGrid, share: float) -> ThrustGrid:
 
 def _interpolate_rows(x: FloatArray, knots: FloatArray, values: FloatArray) -> FloatArray:
     """Linear interpolation with a row of knots and a row of values for every x, clamped."""
-    upper = _within(np.sum(knots < x[:, None], axis=1), 1, knots.shape[1] - 1)
+    upper = np.clip(np.sum(knots < x[:, None], axis=1), 1, knots.shape[1] - 1)
     rows = np.arange(len(x))
     x_low, x_high = knots[rows, upper - 1], knots[rows, upper]
     y_low, y_high = values[rows, upper - 1], values[rows, upper]
@@ -118,7 +119,8 @@ def code_from_thrust(
             continue
         largest, rows = grid.at_speed(np.maximum(sign * speed[mask], 0.0))
         fraction = np.minimum(sign * thrust[mask] / largest, 1.0)
-        upper = _within(np.searchsorted(grid.fraction, fraction), 1, len(grid.fraction) - 1)
+        upper = np.searchsorted(grid.fraction, fraction)
+        upper = np.minimum(np.maximum(upper, 1), len(grid.fraction) - 1)
         low, high, each = grid.fraction[upper - 1], grid.fraction[upper], np.arange(len(upper))
         share = _within((fraction - low) / (high - low), 0.0, 1.0)
         below, above = rows[each, upper - 1], rows[each, upper]

@@ -3,14 +3,11 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipeline.diagnose.case import Case
-from pipeline.diagnose.engine import diagnose_fully
 from pipeline.errors import CannotComputeError, InputError, is_of_the_machine
-from pipeline.inputs.known_of_run import with_known
-from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.provenance import read_envelope
 from pipeline.records.day_diagnosis import RunDiagnosis
 from pipeline.records.day_findings import day_findings
@@ -19,9 +16,13 @@ from pipeline.records.reference import ReferenceRecord
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun
 from pipeline.report.plain_words import short_finding
+from pipeline.simulate.context import model_of
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.run_table_file import read_tables
 from pipeline.types import FloatArray
+
+if TYPE_CHECKING:
+    from pipeline.inputs.simulated_vehicle import SimulatedVehicle
 
 #: Seconds of run that a diagnosis takes in this workflow; `rig2sea diagnose` takes whole runs.
 BUDGET_S = 80.0
@@ -62,7 +63,7 @@ def run(job: Job) -> str:
     return write_record(job, compute) or (said[0] if said else "")
 
 
-def to_diagnose(job: Job) -> SimulatedVehicle:
+def to_diagnose(job: Job) -> "SimulatedVehicle":
     """Load the vehicle.
 
     Raises
@@ -70,19 +71,26 @@ def to_diagnose(job: Job) -> SimulatedVehicle:
     CannotComputeError
         Where it has no model, or its file asks for no diagnosis.
     """
-    if not job.vehicle().diagnose:
+    vehicle = job.vehicle()
+    if not vehicle.diagnose:
         raise CannotComputeError(SWITCHED_OFF)
+    model_of(vehicle)
+    # the compiled kernel takes two seconds to load: only for vehicles that are flown
+    from pipeline.inputs.simulated_vehicle import load_simulated
+
     return load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
 
 
-def measured(stored: StoredRun, one: SimulatedVehicle) -> RunTable:
+def measured(stored: StoredRun, one: "SimulatedVehicle") -> RunTable:
     """Return the table of a run that was read, with what is known of it."""
+    from pipeline.inputs.known_of_run import with_known
+
     table = read_tables(Path(next(iter(stored.files))))["measured"]
     return with_known(replace(table, name=stored.run), stored.notes, one)
 
 
 def reference_for(
-    job: Job, one: SimulatedVehicle, asked: Sequence[str]
+    job: Job, one: "SimulatedVehicle", asked: Sequence[str]
 ) -> tuple[tuple[RunTable, ...], str]:
     """Return the sound runs that the runs are told against, and how to call that.
 
@@ -109,7 +117,7 @@ def reference_for(
 
 
 def diagnosed(
-    one: SimulatedVehicle,
+    one: "SimulatedVehicle",
     tables: Sequence[RunTable],
     healthy: tuple[RunTable, ...],
     each_s: float = BUDGET_S,
@@ -121,6 +129,9 @@ def diagnosed(
     CannotComputeError
         Where no diagnosis can be given; the text says why.
     """
+    from pipeline.diagnose.case import Case
+    from pipeline.diagnose.engine import diagnose_fully
+
     code_max = np.abs(one.packed.code_limits).max(axis=1)
     chosen = tuple(beginning(table, code_max, each_s) for table in tables)
     # the jobs of the workflow share the cores

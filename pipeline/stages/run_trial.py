@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,24 +12,23 @@ from pipeline.export.log_topics import WaterConstants, topics_of_log
 from pipeline.export.mcap_log import write_run_log
 from pipeline.export.overlay import write_overlay
 from pipeline.identify.manoeuvre_detection import find_manoeuvres
-from pipeline.identify.trial_errors import compared, predicted_table, sensor_log
 from pipeline.identify.trial_warnings import trial_warnings
-from pipeline.identify.trial_windows import FlownWindows, TrialFlights, fly_trial
 from pipeline.ingest.log_names import is_log_name
 from pipeline.ingest.recorded_log import RecordedFile
-from pipeline.inputs.gains import gains_of_runs
-from pipeline.inputs.known_of_run import with_known
 from pipeline.inputs.no_solution import with_reason
-from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.provenance import file_digest
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, RunTrial, StoredRun
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.context import model_of
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.run_table_file import read_tables, write_tables
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
+
+if TYPE_CHECKING:
+    from pipeline.identify.trial_windows import FlownWindows, TrialFlights
+    from pipeline.simulate.pack import PackedVehicle
 
 #: Where the free run stands in the overlay; the windows are directly under ``/sim``.
 FREE_PREFIX = "/sim/free_run"
@@ -74,6 +74,14 @@ def _overlay(job: Job) -> Path:
 
 
 def _simulated(job: Job, stored: StoredRun, table: RunTable, found: RunTrial) -> RunTrial:
+    model_of(job.vehicle())
+    # the compiled kernel takes two seconds to load: only for vehicles that are flown
+    from pipeline.identify.trial_errors import compared, predicted_table
+    from pipeline.identify.trial_windows import fly_trial
+    from pipeline.inputs.gains import gains_of_runs
+    from pipeline.inputs.known_of_run import with_known
+    from pipeline.inputs.simulated_vehicle import load_simulated
+
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
     found = found.model_copy(
         update={"gains": gains_of_runs(one, [replace(table, name=stored.run)])}
@@ -112,10 +120,12 @@ def _write_overlay(  # noqa: PLR0917 - one caller
     stored: StoredRun,
     table: RunTable,
     vehicle: Vehicle,
-    packed: PackedVehicle,
-    flights: TrialFlights,
+    packed: "PackedVehicle",
+    flights: "TrialFlights",
 ) -> list[str]:
     """Write measured and simulated channels into one log; return what is to be said of it."""
+    from pipeline.identify.trial_errors import sensor_log
+
     sensors = vehicle.sensors or Sensors()
     log = next(path for path in job.inputs if is_log_name(path.name))
     windows = sensor_log(packed, sensors, table, flights.windowed)
@@ -164,7 +174,7 @@ def _write_overlay(  # noqa: PLR0917 - one caller
     return []
 
 
-def _with_times(flown: FlownWindows) -> FlownWindows:
+def _with_times(flown: "FlownWindows") -> "FlownWindows":
     """Return the free run with all of its samples, its lead included: there it is what it is."""
     return replace(flown, valid=np.ones_like(flown.valid))
 

@@ -6,15 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.day_choice import choose_stretches
-from pipeline.identify.whole_vehicle import identify_vehicle
 from pipeline.ingest.same_run import repeated_runs
-from pipeline.inputs.gains import gains_of_runs
-from pipeline.inputs.known_of_run import with_known
 from pipeline.inputs.no_solution import with_reason
-from pipeline.inputs.simulated_vehicle import load_simulated
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun, TrialDay
+from pipeline.simulate.context import model_of
 from pipeline.stages.job import Job, write_record
 from pipeline.stages.run_table_file import read_tables
 from pipeline.vehicle.model_schema import Uncertainty
@@ -49,6 +45,14 @@ def run(job: Job) -> str:
 
 
 def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:
+    model_of(job.vehicle())
+    # the compiled kernel takes two seconds to load: only for vehicles that are flown
+    from pipeline.identify.day_choice import choose_stretches
+    from pipeline.identify.whole_vehicle import identify_vehicle
+    from pipeline.inputs.gains import gains_of_runs
+    from pipeline.inputs.known_of_run import with_known
+    from pipeline.inputs.simulated_vehicle import load_simulated
+
     one = load_simulated(str(job.vehicle_file.parent), job.raw_root, Path())
     tables: list[RunTable] = []
     copies = repeated_runs({run.run: run for run in stored})

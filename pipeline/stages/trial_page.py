@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from pipeline.identify.thruster_gains import against_day
 from pipeline.plan import report_file
 from pipeline.provenance import file_digest
 from pipeline.records.day_diagnosis import DayDiagnosis
@@ -129,6 +128,8 @@ def _compared(trials: Mapping[str, TrialDay], day: str) -> tuple[PooledGain, ...
     before = [name for name, one in sorted(trials.items()) if name < day and one.sound_gains]
     if mine is None or mine.gains is None or not before:
         return ()
+    from pipeline.identify.thruster_gains import against_day
+
     return against_day(mine.gains.pooled, trials[before[-1]].sound_gains, before[-1])
 
 
