@@ -2,6 +2,7 @@
 
 import gc
 import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -21,8 +22,9 @@ os.environ["RIG2SEA_LANGUAGE"] = "en"
 # Workbooks are compared byte by byte, whether lxml is installed or not.
 os.environ.setdefault("OPENPYXL_LXML", "False")
 
-# The commands that tests start would compile every module anew where nothing may be kept.
+# Where nothing may be kept, every process would compile every module anew, this one too.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # Two test processes share the cores: BLAS threads beside them would only wait for each other.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
