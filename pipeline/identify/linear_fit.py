@@ -2,14 +2,12 @@
 
 Outliers are found by an M-estimate (Tukey's biweight, scale by the median absolute deviation) and
 confirmed by Student's t, named, and left out of the ordinary least squares that gives coefficients
-and covariance. The few lines of both are written out: every run has a fit, and statsmodels, by
-which a test checks them, takes longer to import than all the fits of a bench.
+and covariance.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr, stdtrit
 
 from pipeline.errors import CannotComputeError
 from pipeline.types import BoolArray, FloatArray, IntArray
@@ -20,11 +18,6 @@ OUTLIER_SIGMAS = 4.5
 #: With fewer degrees of freedom the M-estimate's scale is not known well enough to be believed
 #: alone: at 40 it loses one good point in a thousand, at 6 twenty and more.
 ENOUGH_DEGREES = 40
-#: A weight of zero beyond this many robust standard deviations: 95 % efficient for Gaussian errors.
-_BIWEIGHT = 4.685
-#: Median of |z| of a standard normal z.
-_MEDIAN_SIZE = 0.6744897501960817
-_MOST_ROUNDS, _SAME_LOSS = 49, 1e-8
 #: Where the other clusters hold less than this share of the information on some combination of
 #: coefficients, it rests on one cluster alone, and its scatter between clusters is not known.
 SMALLEST_SHARE = 1e-9
@@ -100,6 +93,9 @@ def fit_linear(
     Leave-one-out error from the hat matrix h: e_i / (1 - h_ii) (PRESS; Allen 1974).
     AICc = m ln(SSE / m) + 2 p + 2 p (p + 1) / (m - p - 1), p = k + 1 (Hurvich and Tsai 1989).
     """
+    from scipy import stats
+    from statsmodels.regression.linear_model import OLS
+
     count, width = design.shape
     if count < width + 2:
         raise CannotComputeError(
@@ -118,22 +114,21 @@ def fit_linear(
     keep = ~judged.outlier
     if not _determined(design[keep]):
         keep = np.ones(count, bool)
-    inverse = np.linalg.pinv(design[keep])
-    coefficients = inverse @ response[keep]
-    fitted = design @ coefficients
-    residuals = response - fitted
+    plain = OLS(response[keep], design[keep]).fit()
     degrees = int(keep.sum()) - width
-    square_sum = float(residuals[keep] @ residuals[keep])
-    covariance = square_sum / degrees * (inverse @ inverse.T)
+    covariance = np.asarray(plain.cov_params())
     clustered = False
     if clusters is not None:
         labels = clusters[keep]
         groups = np.unique(labels).size
         if groups > width:
-            jackknife = jackknife_covariance(design[keep], residuals[keep], labels)
+            jackknife = jackknife_covariance(design[keep], np.asarray(plain.resid), labels)
             if jackknife is not None:
                 covariance, degrees, clustered = jackknife, groups - 1, True
-    half = stdtrit(degrees, 0.975) * np.sqrt(np.diag(covariance))
+    coefficients = np.asarray(plain.params, float)
+    half = stats.t.ppf(0.975, degrees) * np.sqrt(np.diag(covariance))
+    fitted = design @ coefficients
+    residuals = response - fitted
     coefficients, covariance = coefficients / scale, covariance / np.outer(scale, scale)
     half = half / scale
     left_out = residuals[keep] / (1.0 - np.minimum(_leverage(design[keep]), 1 - 1e-12))
@@ -234,6 +229,8 @@ def judge(design: FloatArray, response: FloatArray) -> Judgement:
     others, whose few degrees of freedom count by Student's t, at the probability that a Gaussian
     point has to be beyond `OUTLIER_SIGMAS`.
     """
+    from scipy import stats
+
     sigmas = _robust_sigmas(design, response)
     suspect = np.abs(sigmas) > OUTLIER_SIGMAS
     others = design[~suspect]
@@ -250,7 +247,7 @@ def judge(design: FloatArray, response: FloatArray) -> Judgement:
     # others that agree exactly leave the floor of rounding
     error = np.maximum(std, _floor(response)) * np.sqrt(1.0 + spread)
     outlier = suspect.copy()
-    limit = -stdtrit(degrees, ndtr(-OUTLIER_SIGMAS))
+    limit = stats.t.isf(stats.norm.sf(OUTLIER_SIGMAS), degrees)
     outlier[suspect] = np.abs(residuals[suspect]) > limit * error
     return Judgement(sigmas, outlier)
 
@@ -271,32 +268,14 @@ def _robust_sigmas(design: FloatArray, response: FloatArray) -> FloatArray:
 
     Zero throughout where the model fits exactly.
     """
+    from statsmodels.robust import norms
+    from statsmodels.robust.robust_linear_model import RLM
+
     floor = _floor(response)
-    residuals = response - design @ (np.linalg.pinv(design) @ response)
-    if np.max(np.abs(residuals)) <= floor:
+    plain = response - design @ np.linalg.lstsq(design, response, rcond=None)[0]
+    if np.max(np.abs(plain)) <= floor:
         return np.zeros_like(response)  # an exact fit has no scale to judge by
-    # Iteratively reweighted least squares. The rounds end as those of statsmodels do, by the loss
-    # in units of the variance: of several minima another rule may find another.
-    scale, root, before = _robust_scale(residuals), np.ones_like(response), np.inf
-    for _ in range(_MOST_ROUNDS):
-        if scale == 0.0:
-            break
-        variance = float(np.sum((root * residuals) ** 2)) / (response.size - design.shape[1])
-        loss = float(np.sum(1.0 - _biweight(residuals / variance) ** 3)) * _BIWEIGHT**2 / 6.0
-        if abs(loss - before) <= _SAME_LOSS:
-            break
-        root, before = _biweight(residuals / scale), loss
-        weighted = np.linalg.pinv(root[:, None] * design)
-        residuals = response - design @ (weighted @ (root * response))
-        scale = _robust_scale(residuals)
-    return np.asarray(residuals / max(scale, floor))
-
-
-def _biweight(z: FloatArray) -> FloatArray:
-    """Return the square root of Tukey's weight."""
-    return np.maximum(1.0 - (z / _BIWEIGHT) ** 2, 0.0)
-
-
-def _robust_scale(residuals: FloatArray) -> float:
-    """Return a standard deviation from the median of the sizes."""
-    return float(np.median(np.abs(residuals))) / _MEDIAN_SIZE
+    robust = RLM(response, design, M=norms.TukeyBiweight()).fit()
+    residuals = response - design @ np.asarray(robust.params)
+    scale = max(float(robust.scale), floor)
+    return np.asarray(residuals / scale)

@@ -212,7 +212,6 @@ class _Claimed:
         before, after = mass_of(self._nominal), mass_of(changed)
         return added / share, (after - before) @ np.linalg.solve(after, before) / share
 
-
     def _read_by(self, scale: float) -> FloatArray:
         """Wrench (rows, 6) that seems to act where a DVL reads so many times the speed.
 
