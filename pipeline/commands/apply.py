@@ -41,6 +41,7 @@ def apply(  # noqa: PLR0917 - click passes every option by its name
       rig2sea apply myauv --undo
     """
     from pipeline.workflow import apply as work
+    from pipeline.workflow import apply_text as text
 
     if undo == (source is not None):
         raise click.UsageError(
@@ -58,9 +59,9 @@ def apply(  # noqa: PLR0917 - click passes every option by its name
     proposal = work.propose(vehicle, source, raw, out)
     if as_json:
         written = work.apply(proposal, out) if yes else None
-        click.echo(json.dumps(work.as_json(proposal, written), indent=1))
+        click.echo(json.dumps(text.as_json(proposal, written), indent=1))
         return
-    click.echo(translate(work.as_text(proposal)))
+    click.echo(translate(text.as_text(proposal)))
     if not yes and not click.confirm(translate(f"Write this into {proposal.file}?")):
         click.echo(translate("Nothing was written."))
         return

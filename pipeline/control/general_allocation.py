@@ -37,7 +37,8 @@ class GeneralAllocator:
         return np.concatenate([self.direction.T, np.cross(self.position_m, self.direction).T])
 
     @cached_property
-    def _thrust_of_wrench(self) -> FloatArray:
+    def thrust_of_wrench(self) -> FloatArray:
+        """Thrusts (n, 6) of a wrench of one, the least that give it."""
         return np.asarray(np.linalg.pinv(self.configuration(), rcond=1e-6))
 
     def codes(self, demand: FloatArray, nu_relative: FloatArray) -> tuple[FloatArray, bool]:
@@ -56,7 +57,7 @@ class GeneralAllocator:
         `limits` take the place of `smallest_n` and `largest_n`.
         """
         smallest, largest = limits or (self.smallest_n, self.largest_n)
-        thrust = self._thrust_of_wrench @ demand
+        thrust = self.thrust_of_wrench @ demand
         share = np.max(np.maximum(thrust / largest, thrust / smallest), initial=1.0)
         inflow = np.einsum(
             "ij,ij->i",

@@ -90,7 +90,7 @@ def general_controllers(packed: PackedVehicle) -> Controllers:
     """Return the general allocator at rest and compensated; any arrangement of thrusters."""
     base, gives = general_allocator(packed), thrust_limits(packed, 0.0) > 0.0
     matrix = configuration(packed)
-    shared = np.linalg.pinv(matrix, rcond=1e-6)
+    shared = base.thrust_of_wrench
     out_of_reach = np.abs(matrix @ shared - np.eye(6)).max(axis=0) > 1e-6
     return Controllers(
         mooring=GeneralDecide(packed, base, compensated=False, gives=gives),
