@@ -35,6 +35,8 @@ _FACTORS = (
 _TABLE_HZ = 20.0
 #: Of what command and shaft speed reach: a speed that follows its command changes by about as much.
 _LEAST_SLOPE = 0.5
+#: Share of the fastest shaft's speed below which another's is noise about zero.
+_NOISE = 0.05
 #: A day of comparing; a clock that jumps makes a run of many.
 _MOST_ROWS = 1_800_000
 
@@ -230,7 +232,7 @@ def _shaft_against_command(run: PoolRun, place: Place) -> Iterator[Problem]:
     # a thruster that never leaves its dead zone turns as it likes
     effort = np.nanmax(np.abs(code), axis=0, initial=0.0)
     both = [i for i in range(len(columns)) if effort[i] > 0.25 * effort.max()]
-
+    both = [i for i in both if not _idle(i, np.abs(code), np.abs(speed))]
     for i in both:
         name = table.thrusters[columns[i]]
         rows = np.isfinite(code).all(axis=1) & np.isfinite(speed[:, i])
@@ -250,6 +252,17 @@ def _shaft_against_command(run: PoolRun, place: Place) -> Iterator[Problem]:
             f"the shaft speed of {name} contradicts its command: {what}.{hint}",
             "Check the order of the elements and the signs of both channels in vehicle.yaml.",
         )
+
+
+def _idle(i: int, code: FloatArray, speed: FloatArray) -> bool:
+    """Tell whether a shaft reads noise about zero, at commands at which no other turns either."""
+    fast = np.quantile(np.nan_to_num(speed), 0.95, axis=0)
+    if fast[i] > _NOISE * fast.max():
+        return False
+    effort = np.nan_to_num(code[:, i]).max()
+    others = np.delete(speed, i, axis=1)[np.abs(np.delete(code, i, axis=1) / effort - 0.9) < 0.2]
+    turning = others[np.isfinite(others)]
+    return bool(turning.size == 0 or np.median(turning) <= _NOISE * fast.max())
 
 
 def _contradiction(code: FloatArray, speed: FloatArray) -> str:

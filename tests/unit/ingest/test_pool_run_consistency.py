@@ -121,6 +121,19 @@ def test_shaft_speeds_of_another_thruster(tmp_path: Path, change: list[int], say
     assert says in warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(codes[:, change])])
 
 
+@pytest.mark.parametrize(("smallest", "odd"), [(30.0, False), (0.0, True)])
+def test_a_shaft_that_reads_noise_in_the_dead_zone(
+    tmp_path: Path, smallest: float, odd: bool
+) -> None:
+    """Commanded to 25 codes where the others turn from 30 on; or from 0 on, and this one not."""
+    codes, rate = excited()
+    codes = np.where(np.abs(codes) > smallest, codes, 0.0)
+    ends = 25.0 / max(float(np.abs(codes[:, 1]).max()), 1.0)
+    codes[:, 1] *= ends
+    told = warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(codes * [1, 0, 1, 1])])
+    assert ("starboard contradicts" in told) == odd
+
+
 def test_a_shaft_that_stands_still_or_turns_the_other_way(tmp_path: Path) -> None:
     codes, rate = excited()
     text = warnings_of(tmp_path, [*topics_of(codes, rate), shaft_topic(codes * [1, 0, -1, 1])])
