@@ -11,7 +11,7 @@ from pipeline.language import translate
 
 @click.command()
 @click.argument("vehicle")
-@click.argument("source", required=False, metavar="[DIAGNOSIS | IDENTIFICATION | DAY]")
+@click.argument("source", required=False, metavar="[DIAGNOSIS | IDENTIFICATION | DAY | RUN]")
 @click.option("--yes", is_flag=True, help="Write without asking.")
 @click.option("--undo", is_flag=True, help="Undo the last change.")
 @AS_JSON
@@ -30,9 +30,10 @@ def apply(  # noqa: PLR0917 - click passes every option by its name
 
     The second argument is "diagnosis" or "identification" (the last one of the vehicle), the path
     of a diagnosis.json or identification.json or of its folder, the name of a diagnosis under
-    reports/, or a trial day. Shown are values before and after with their interval, the codes of
-    thrusters that change, and the errors on held-out data. Comments and layout of the file stay;
-    the former file is kept beside it. With --json nothing is written unless --yes is given too.
+    reports/, a trial day or a pool run. Shown are values before and after with their interval, the
+    codes of thrusters that change, and the errors on held-out data. Comments and layout of the file
+    stay; the former file is kept beside it. With --json nothing is written unless --yes is given
+    too.
 
     \b
     Examples:
@@ -45,7 +46,8 @@ def apply(  # noqa: PLR0917 - click passes every option by its name
 
     if undo == (source is not None):
         raise click.UsageError(
-            "Give what was found (diagnosis, identification, a trial day or a file), or --undo."
+            "Give what was found (diagnosis, identification, a trial day, a run or a file), or "
+            "--undo."
         )
     if undo:
         file, entry = work.undo(vehicle, raw, out)

@@ -95,7 +95,7 @@ def propose(vehicle: str, source: str, raw: Path, out: Path) -> ChangeProposal:
         A name under the raw folder, or a path.
     source : str
         "diagnosis" or "identification" (the last one of the vehicle), a file or a folder with one,
-        or a trial day.
+        a trial day, or a pool run.
     raw, out : Path
         The raw folder, and the folder that holds ``processed/``.
 
@@ -155,14 +155,16 @@ def _found(name: str, file: Path, source: str, raw: Path, out: Path) -> FoundCha
         runs = tuple(run.name for run in record.runs)
         gap = _quality(record.whole_vehicle)
         return FoundChanges(path, source_of(runs, "identification"), runs, record.changes, gap)
-    of_day = path.parent.name == "day_diagnoses"
+    kind = path.parent.name
     inputs: Mapping[str, str] = body.get("inputs", {}) if isinstance(body, dict) else {}
     if inputs.get(f"raw/{name}/{file.name}") != file_digest(file):
         raise CannotComputeError(
             f"{file} was changed after {path} was computed from it. Run `rig2sea run {name}` first."
         )
-    if of_day:
+    if kind == "day_diagnoses":
         return _of_day(path, str(file.parent), raw, out)
+    if kind == "run_diagnoses":
+        return _of_run(path, str(file.parent), raw, out)
     day = read_envelope(path, "trial_day", TrialDay)
     fit = None if day.record is None else day.record.identification
     if day.record is None or fit is None or fit.why_no_file or not fit.converged:
@@ -182,6 +184,21 @@ def _of_day(path: Path, vehicle: str, raw: Path, out: Path) -> FoundChanges:
     changes = diagnosed_changes(one, found.ranked, ranked_specs(found.ranked))
     gap = _gap_of_day(path, day, found)
     return FoundChanges(path, source_of(found.runs), found.runs, changes, gap)
+
+
+def _of_run(path: Path, vehicle: str, raw: Path, out: Path) -> FoundChanges:
+    """Take the fault that the diagnosis of a pool run found."""
+    run = read_envelope(path, "run_diagnosis", RunDiagnosis).record
+    own = None if run is None else run.record
+    names = set() if own is None else {*own.verdict.effects}
+    ranked = () if own is None or names & {"none", "unknown"} else own.ranking
+    found = next((one for one in ranked if {*one.effect.split("+")} == names), None)
+    if own is None or found is None:
+        raise CannotComputeError(f"The diagnosis of the run {path.stem} found no fault.")
+    one = load_simulated(vehicle, raw, out)
+    changes = diagnosed_changes(one, found, ranked_specs(found))
+    gap = _gap("gap, in healthy floors", own)
+    return FoundChanges(path, source_of(own.runs), own.runs, changes, gap)
 
 
 def _gap_of_day(
@@ -239,6 +256,7 @@ def _result_file(name: str, source: str, out: Path) -> Path:
         *(Path(source) / f"{kind}.json" for kind in ("diagnosis", "identification")),
         processed / source / f"{source}.json",
         processed / "trial_days" / f"{source}.json",
+        processed / "run_diagnoses" / f"{source}.json",
         out / "reports" / name / "diagnoses" / source / "diagnosis.json",
     ]
     diagnosed = processed / "day_diagnoses" / f"{source}.json"
@@ -250,8 +268,8 @@ def _result_file(name: str, source: str, out: Path) -> Path:
     days = sorted(path.stem for path in (processed / "trial_days").glob("*.json"))
     there = f" Days: {', '.join(days)}." if days else ""
     raise UsageError(
-        f'{name} has no result "{source}". Expected diagnosis, identification, a trial day, or the '
-        f"path of diagnosis.json or identification.json.{there}"
+        f'{name} has no result "{source}". Expected diagnosis, identification, a trial day, a pool '
+        f"run, or the path of diagnosis.json or identification.json.{there}"
     )
 
 

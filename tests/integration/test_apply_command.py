@@ -174,7 +174,12 @@ def test_the_fault_of_a_trial_day(folder: Path) -> None:
         vehicle="mmt300", run=RUN, day="2024-05-15", against="the vehicle file", record=record()
     )
     own = folder / f"processed/mmt300/run_diagnoses/{RUN}.json"
-    write_envelope(own, Envelope("run_diagnosis", "mmt300", {}, "", alone))
+    write_envelope(own, Envelope("run_diagnosis", "mmt300", inputs, "", alone))
+    # the page of the run names the run, that of the day the day
+    of_run = json.loads(said(folder, "apply", "mmt300", RUN, "--json").output)
+    of_day = json.loads(said(folder, "apply", "mmt300", "2024-05-15", "--json").output)
+    assert of_run["changes"] == of_day["changes"]
+    assert of_run["held_out"]
     done = said(folder, "apply", "mmt300", "2024-05-15", "--yes")
     assert done.exit_code == 0, done.output
     assert f"gap of {RUN}, in healthy floors: " in done.output
