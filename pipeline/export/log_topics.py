@@ -25,6 +25,7 @@ EARTH_FRAME = "ned"
 ATMOSPHERIC_PRESSURE_PA = 101325.0
 #: What is not measured, as sensor_msgs/BatteryState defines it.
 _NOT_MEASURED = float("nan")
+_NO_BATTERY = ("temperature", "current", "charge", "capacity", "design_capacity", "percentage")
 #: builtin_interfaces/Time holds the seconds in a signed 32-bit integer.
 _LAST_NS = (2**31 - 1) * 1_000_000_000
 _RATE = ("p_radps", "q_radps", "r_radps")
@@ -110,13 +111,20 @@ def topics_of_log(log: "Log", water: WaterConstants, prefix: str = "") -> list[T
         For a channel that has no topic, lacks a column, holds arrays of unequal length or a value
         that is not a finite number.
     """
-    unknown = set(log) - set(_MAKERS)
+    unknown = set(log) - set(_TOPICS)
     if unknown:
         raise CannotComputeError(
             f"no topic is defined for {', '.join(sorted(unknown))}; the channels of a log are "
-            f"{', '.join(_MAKERS)}"
+            f"{', '.join(_TOPICS)}"
         )
-    return [make(log[name], water, prefix) for name, make in _MAKERS.items() if name in log]
+    found = []
+    for channel, (name, message, meaning, fill) in _TOPICS.items():
+        if channel in log:
+            one = log[channel]
+            values = fill(one, water)
+            topic = Topic(f"{prefix}{name}", message, meaning, one.valid_s, one.logged_s, values)
+            found.append(checked(topic))
+    return found
 
 
 def topics_of_truth(
@@ -170,115 +178,81 @@ def topics_of_truth(
     ]
 
 
-def _command(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
-    return _topic(
-        channel,
-        f"{prefix}/thrusters/command",
+def _depth_pa(channel: "Channel", water: WaterConstants) -> FloatArray:
+    depth_m = _columns(channel, "depth", ("depth_m",))[:, 0]
+    return np.asarray(ATMOSPHERIC_PRESSURE_PA + water.density_kgpm3 * water.gravity_mps2 * depth_m)
+
+
+_Fill = Callable[["Channel", WaterConstants], dict[str, Filling]]
+#: Channel of a log -> topic, message, meaning, and what fills the message's fields.
+_TOPICS: dict[str, tuple[str, str, str, _Fill]] = {
+    "command": (
+        "/thrusters/command",
         "sensor_msgs/msg/JointState",
         "position: commanded code of each thruster [1]",
-        {"name": channel.columns, "position": channel.values},
-    )
-
-
-def _shaft_speed(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
-    return _topic(
-        channel,
-        f"{prefix}/thrusters/state",
-        "sensor_msgs/msg/JointState",
-        "velocity: shaft speed of each thruster [rad/s]",
-        {"name": channel.columns, "velocity": channel.values * (np.pi / 30.0)},
-    )
-
-
-def _imu(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
-    return _topic(
-        channel,
-        f"{prefix}/imu/data",
+        lambda channel, _: {"name": channel.columns, "position": channel.values},
+    ),
+    "imu": (
+        "/imu/data",
         "sensor_msgs/msg/Imu",
-        "orientation: body to NED; angular_velocity [rad/s] and linear_acceleration, which is the "
-        "specific force [m/s^2], in body axes at the place of the IMU",
-        {
+        (
+            "orientation: body to NED; angular_velocity [rad/s] and linear_acceleration, which is "
+            "the specific force [m/s^2], in body axes at the place of the IMU"
+        ),
+        lambda channel, _: {
             "header.frame_id": "imu_frd",
             "orientation": _columns(channel, "imu", _ATTITUDE),
             "angular_velocity": _columns(channel, "imu", _RATE),
             "linear_acceleration": _columns(channel, "imu", _FORCE),
         },
-    )
-
-
-def _dvl(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
-    return _topic(
-        channel,
-        f"{prefix}/dvl/velocity",
+    ),
+    "dvl": (
+        "/dvl/velocity",
         "geometry_msgs/msg/TwistStamped",
-        "twist.linear: velocity in the DVL's own axes at its place [m/s]; twist.angular: not "
-        "measured",
-        {
+        (
+            "twist.linear: velocity in the DVL's own axes at its place [m/s]; twist.angular: not "
+            "measured"
+        ),
+        lambda channel, _: {
             "header.frame_id": "dvl_frd",
             "twist.linear": _columns(channel, "dvl", ("vx_mps", "vy_mps", "vz_mps")),
         },
-    )
-
-
-def _depth(channel: "Channel", water: WaterConstants, prefix: str) -> Topic:
-    depth_m = _columns(channel, "depth", ("depth_m",))[:, 0]
-    weight_npm3 = water.density_kgpm3 * water.gravity_mps2
-    return _topic(
-        channel,
-        f"{prefix}/depth",
+    ),
+    "depth": (
+        "/depth",
         "sensor_msgs/msg/FluidPressure",
         "fluid_pressure: 101325 Pa + density x gravity x depth of the sensor [Pa]",
-        {
+        lambda channel, water: {
             "header.frame_id": "depth_frd",
-            "fluid_pressure": ATMOSPHERIC_PRESSURE_PA + weight_npm3 * depth_m,
+            "fluid_pressure": _depth_pa(channel, water),
         },
-    )
-
-
-def _position(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
-    return _topic(
-        channel,
-        f"{prefix}/position",
+    ),
+    "position": (
+        "/position",
         "geometry_msgs/msg/PointStamped",
         "point: north, east, down of the body origin [m]",
-        {
+        lambda channel, _: {
             "header.frame_id": EARTH_FRAME,
             "point": _columns(channel, "position", ("north_m", "east_m", "down_m")),
         },
-    )
-
-
-def _voltage(channel: "Channel", _water: WaterConstants, prefix: str) -> Topic:
-    not_measured = ("temperature", "current", "charge", "capacity", "design_capacity", "percentage")
-    unknown: dict[str, Filling] = dict.fromkeys(not_measured, _NOT_MEASURED)
-    return _topic(
-        channel,
-        f"{prefix}/battery",
+    ),
+    "shaft_speed": (
+        "/thrusters/state",
+        "sensor_msgs/msg/JointState",
+        "velocity: shaft speed of each thruster [rad/s]",
+        lambda channel, _: {"name": channel.columns, "velocity": channel.values * (np.pi / 30.0)},
+    ),
+    "voltage": (
+        "/battery",
         "sensor_msgs/msg/BatteryState",
         "voltage: supply at the thrusters, single precision [V]",
-        {
+        lambda channel, _: {
             "voltage": _columns(channel, "voltage", ("supply_v",))[:, 0],
             "present": 1.0,
-            **unknown,
+            **dict.fromkeys(_NO_BATTERY, _NOT_MEASURED),
         },
-    )
-
-
-_MAKERS: dict[str, Callable[["Channel", WaterConstants, str], Topic]] = {
-    "command": _command,
-    "imu": _imu,
-    "dvl": _dvl,
-    "depth": _depth,
-    "position": _position,
-    "shaft_speed": _shaft_speed,
-    "voltage": _voltage,
+    ),
 }
-
-
-def _topic(
-    channel: "Channel", name: str, message_type: str, meaning: str, values: dict[str, Filling]
-) -> Topic:
-    return checked(Topic(name, message_type, meaning, channel.valid_s, channel.logged_s, values))
 
 
 def checked(topic: Topic) -> Topic:
