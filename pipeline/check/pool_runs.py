@@ -21,9 +21,14 @@ from pipeline.vehicle.schema import Vehicle
 
 
 def is_log(path: Path) -> bool:
-    """Tell a pool run from other raw files: by its folder, or its suffix."""
-    is_bag = path.name == BAG_FILE
-    return is_bag or path.absolute().parent.name == POOL or is_log_anywhere(path.name)
+    """Tell a pool run from other raw files: by its folder, or its suffix.
+
+    A log in ``mooring/`` is one of thrust that was measured, for the bench's reader.
+    """
+    where = path.absolute().parent
+    if path.name == BAG_FILE or where.name == POOL:
+        return True
+    return is_log_anywhere(path.name) and "mooring" not in {where.name, where.parent.name}
 
 
 def is_notes(path: Path) -> bool:

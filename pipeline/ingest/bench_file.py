@@ -12,10 +12,11 @@ from pipeline.ingest.cells import Sheet, is_number, shorten
 from pipeline.ingest.headers import BlockSearch, Wanted, choose_sheets, find_blocks, names_seen
 from pipeline.ingest.readings import readings_of
 from pipeline.ingest.vocabulary import split_header, unit_told_by_name
-from pipeline.ingest.workbook import read_sheets
 from pipeline.vehicle.forms import FORM_MARK
 from pipeline.vehicle.schema import Vehicle
 
+#: Opens a file by its path, its name in messages and its vehicle, as sheets.
+SheetReader = Callable[[Path, str, Vehicle], tuple[Sheet, ...]]
 #: A table that lies on its side has a row for each quantity.
 _MOST_TURNED_ROWS = 40
 
@@ -52,16 +53,17 @@ def read_bench_file(
     wanted: Wanted,
     looked_for: str,
     words_of: Callable[[Block, Vehicle], RowWords],
+    sheets_of: SheetReader,
 ) -> None:
     """Read every table of one file; never raises for what is in it.
 
     `looked_for` are the required columns in words. `words_of` reads the words between the rows of
-    a load test, some of which are headings with numbers ("Code: 90").
+    a load test, some of which are headings with numbers ("Code: 90"). `sheets_of` opens the file.
     """
     problems = file.problems
     missed: list[tuple[Sheet, str]] = []
     try:
-        sheets = read_sheets(file.path, file.place.file)
+        sheets = sheets_of(file.path, file.place.file, file.vehicle)
     except InputError as error:
         problems.append(error.problem)
         return

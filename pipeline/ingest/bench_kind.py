@@ -6,20 +6,22 @@ from pathlib import Path
 from typing import Generic, TypeVar
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.bench_file import BenchFile, read_bench_file, source_name
+from pipeline.ingest.bench_file import BenchFile, SheetReader, read_bench_file, source_name
 from pipeline.ingest.bench_table import RowWords, Table
 from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.headers import Wanted
+from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.repeats import Repeats, without_copies
 from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts
 from pipeline.ingest.rows import with_cause
+from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import (
     LoadTestPoint,
     MooringPoint,
     OpenWaterPoint,
     SheetRead,
 )
-from pipeline.vehicle.bench_schema import Column, LoadTestColumns, MooringColumns
+from pipeline.vehicle.bench_schema import Column, Columns, LoadTestColumns, MooringColumns
 from pipeline.vehicle.schema import Vehicle
 
 Point = TypeVar("Point", LoadTestPoint, MooringPoint, OpenWaterPoint)
@@ -47,6 +49,7 @@ class Kind(Generic[Point]):
     over_all: Callable[[Sequence[Point], Place, Vehicle], Iterable[Problem]] = lambda *_: ()
     """What only all files together show, by the points to be fitted."""
     row_words: Callable[[Block, Vehicle], RowWords] = lambda *_: RowWords()
+    sheets: SheetReader = lambda path, shown_as, _: read_sheets(path, shown_as)
     shared: frozenset[str] = frozenset()
     split_words: tuple[str, ...] = ()
     copies_by_row: bool = False
@@ -69,25 +72,18 @@ def read_files(
 
     A file or table that cannot be read becomes a problem of severity "error"; the others are read.
     """
-    columns = getattr(vehicle.columns, kind.name)
-    stated = {name: getattr(columns, name) for name in type(columns).model_fields}
-    wanted = Wanted(
-        kind.name,
-        kind.required,
-        mapping={name: one for name, one in stated.items() if isinstance(one, Column)},
-        only=columns.only,
-        shared=kind.shared,
-        split_words=kind.split_words,
-        sheets=columns.sheets,
-    )
+    # `columns:` states those of workbooks; the quantities of a log are known
+    of_logs = vehicle.model_copy(update={"columns": Columns()})
     points: list[Point] = []
     sheets: list[SheetRead] = []
     tables: list[Table] = []
     repeats = Repeats(by_row=kind.copies_by_row)
     kept, problems = without_copies(paths, [source_name(path, raw_root) for path in paths])
     for path in kept:
-        file: BenchFile = BenchFile(path, Place(source_name(path, raw_root)), vehicle)
-        read_bench_file(file, wanted, kind.looked_for, kind.row_words)
+        own_vehicle = of_logs if is_log_anywhere(path.name) else vehicle
+        file: BenchFile = BenchFile(path, Place(source_name(path, raw_root)), own_vehicle)
+        wanted = _wanted(kind, own_vehicle)
+        read_bench_file(file, wanted, kind.looked_for, kind.row_words, kind.sheets)
         kind.steps(file)
         repeats.mark(file.tables)
         of_tables = kind.points(file)
@@ -106,6 +102,20 @@ def read_files(
         folder = Place(source_name(min(paths).parent, raw_root))
         problems += kind.over_all(fitted, folder, vehicle)
     return Measured(tuple(points), tuple(sheets), tuple(dict.fromkeys(problems)), tuple(tables))
+
+
+def _wanted(kind: Kind[Point], vehicle: Vehicle) -> Wanted:
+    columns = getattr(vehicle.columns, kind.name)
+    stated = {name: getattr(columns, name) for name in type(columns).model_fields}
+    return Wanted(
+        kind.name,
+        kind.required,
+        mapping={name: one for name, one in stated.items() if isinstance(one, Column)},
+        only=columns.only,
+        shared=kind.shared,
+        split_words=kind.split_words,
+        sheets=columns.sheets,
+    )
 
 
 def _sheet_read(table: Table, summary: str) -> SheetRead:
@@ -134,7 +144,7 @@ def _sheet_read(table: Table, summary: str) -> SheetRead:
         columns=tuple(column.as_record() for column in block.columns.values()),
         summary=summary,
         not_used=block.columns_not_used(at),
-        stated_as=tuple(lines),
+        stated_as=() if is_log_anywhere(block.sheet.file) else tuple(lines),
     )
 
 

@@ -11,14 +11,16 @@ from pipeline.ingest.bench_file import BenchFile
 from pipeline.ingest.bench_kind import Kind, read_files
 from pipeline.ingest.bench_table import Step, Table
 from pipeline.ingest.blocks import heading_text
-from pipeline.ingest.cells import shorten
+from pipeline.ingest.cells import Sheet, shorten
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
+from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.mooring_points import hysteresis, points_of_file
 from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_checks import compare_thrusters, shape_problem, thrust_problem
 from pipeline.ingest.vocabulary import factor_in_name, plain, words_of
+from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
@@ -76,6 +78,16 @@ def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path)
         hysteresis_n=hysteresis([point for point in read.points if not point.marks]),
         tare_drift_n=max((float(np.ptp(one)) for one in zeros if len(one) > 1), default=None),
     )
+
+
+def _sheets(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet, ...]:
+    """Open a workbook, a text table, or a log in which thrust was measured."""
+    if not is_log_anywhere(path.name):
+        return read_sheets(path, shown_as)
+    # the reader of logs takes a while to load
+    from pipeline.ingest.thrust_log import read_thrust_log
+
+    return read_thrust_log(path, shown_as, vehicle)
 
 
 def _lever_unclear(table: Table) -> Iterator[Problem]:
@@ -233,6 +245,7 @@ _KIND = Kind(
     looked_for="table of thrust against code or pulse width (PWM)",
     required=(("code", "pwm"), ("thrust",)),
     steps=_take_steps,
+    sheets=_sheets,
     points=_points,
     summary=_summary,
     over_all=_over_all,

@@ -26,6 +26,7 @@ from pipeline.ingest.pool_run_messages import (
     told_of_commands,
     told_of_coverage,
     told_of_recorder,
+    told_of_thrust,
     told_of_topics,
     told_of_velocity,
 )
@@ -133,7 +134,7 @@ def read_pool_run(
     problems += told_of_commands(run, vehicle, place)
     problems += consistency_problems(run, vehicle)
     problems += [*told_of_recorder(run, place), *told_of_velocity(run, place)]
-    problems += told_of_coverage(run, place)
+    problems += [*told_of_coverage(run, place), *told_of_thrust(run, place)]
     return replace(run, problems=tuple(each_once(problems)))
 
 

@@ -246,6 +246,18 @@ def told_of_velocity(run: PoolRun, place: Place) -> Iterator[Problem]:
         )
 
 
+def told_of_thrust(run: PoolRun, place: Place) -> Iterator[Problem]:
+    """Say what a measured thrust is of use for."""
+    topics = {one.topic for one in run.channels.values() if one.quantity == "thrust"}
+    if topics:
+        yield place.note(
+            f"thrust was measured ({', '.join(sorted(topics))}). It is shown here and changes no "
+            "table.",
+            "",
+            "For tables that follow it, put a copy of the log into mooring/.",
+        )
+
+
 def told_of_coverage(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a channel covers less than the run."""
     for name, channel in run.channels.items():

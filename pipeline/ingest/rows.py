@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pipeline.errors import Place, Problem
+from pipeline.records.measurements import IN_A_FLOW
 
 #: How the marks of points begin that only repeat what is read elsewhere.
 _COPIES = ("duplicate", "also on sheet")
@@ -48,12 +49,11 @@ def with_cause(
     """Return the problems of one file, with an error among them if no point of it can be fitted.
 
     The first warning is taken for the cause and becomes the one error; without a warning the marks
-    of the points that were read are the cause. A file that repeats another one is no error. `kind`
-    is that of the points, e.g. "load_test".
+    of the points that were read are the cause. A file that repeats another one is no error, nor one
+    whose thrust was all measured in a flow. `kind` is that of the points, e.g. "load_test".
     """
-    if any(not own or own[0].startswith(_COPIES) for own in marks) or any(
-        problem.severity == "error" for problem in problems
-    ):
+    serve = (not own or own == (IN_A_FLOW,) or own[0].startswith(_COPIES) for own in marks)
+    if any(serve) or any(problem.severity == "error" for problem in problems):
         return problems
     rest = [problem for problem in problems if problem.severity != "warning"]
     for cause in problems:
