@@ -181,19 +181,9 @@ def _plain(  # noqa: PLR0917 - one caller
     freed = replace(slope, value=slope.value / share, std=slope.std / share)
     both = deming_estimate(thrust, acceleration, stretch, lags, noise)
     return (
-        estimate(
-            "least squares",
-            slope,
-            mass,
-            "clustered by stretch" if slope.by_stretch else "Newey-West within stretches",
-        ),
+        estimate("least squares", slope, mass, "jackknife over blocks"),
         estimate("least squares over reliability", freed, mass, f"reliability {share:.4f}"),
-        estimate(
-            "orthogonal distance",
-            both,
-            mass,
-            "jackknife over stretches" if both.by_stretch else "block bootstrap",
-        ),
+        estimate("orthogonal distance", both, mass, "jackknife over blocks"),
     ), share
 
 

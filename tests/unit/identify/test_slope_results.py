@@ -15,7 +15,7 @@ MASS_KG = 100.0
 
 
 def slope(total_kg: float, std_share: float) -> Slope:
-    return Slope(1.0 / total_kg, std_share / abs(total_kg), by_stretch=True)
+    return Slope(1.0 / total_kg, std_share / abs(total_kg))
 
 
 @pytest.mark.parametrize("total_kg", [80.0, -150.0])
