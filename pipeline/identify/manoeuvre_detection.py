@@ -11,31 +11,32 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from pipeline.identify.manoeuvre_axes import Group, groups_of
-from pipeline.identify.manoeuvre_broadband import WINDOW_S, broadband
-from pipeline.identify.manoeuvre_signals import PERIOD_S, Signals, signals_of, slope, stretches
-from pipeline.records.manoeuvre import ManoeuvreFound, ManoeuvreName
+from pipeline.identify.manoeuvre_kinds import Group, broadband, groups_of
+from pipeline.identify.manoeuvre_signals import (
+    PERIOD_S,
+    Range,
+    Signals,
+    signals_of,
+    slope,
+    stretches,
+)
+from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.types import FloatArray
 
-#: A command below this share of its range is off.
-_OFF = 0.01
-#: Thrusters are off if all are for so long. [s]
-_LEAST_OFF_S = 3.0
-#: What is shorter is part of what is beside it. [s]
-_LEAST_S = 4.0
-#: Steps are taken to begin and end so long before and after they move. [s]
-_PLATEAU_S = 12.0
+#: A command below this share of its range is off; thrusters are if all are for so long. [s]
+_OFF, _LEAST_OFF_S = 0.01, 3.0
+#: Windows in which an excitation is looked for. [s]
+_WINDOW_S = 30.0
+#: Steps are taken to begin and end so long before and after they move; what is left beside them
+#: belongs to them where it is shorter than that. [s]
+_PLATEAU_S, _LEAST_S = 12.0, 8.0
 #: Ahead or astern of this speed is under way; so is this share of the fastest of the run. [m/s]
-_UNDER_WAY_MPS = 0.1
-_UNDER_WAY_SHARE = 0.25
-#: At rest at the start of a free decay is less than this. [rad/s], [m/s]
-_STILL_RADPS = 0.01
-_STILL_MPS = 0.05
-
-_OF_SURGE = ("surge_ramp", "coast_down", "surge_steps")
-
-Range = tuple[int, int]
+_UNDER_WAY_MPS, _UNDER_WAY_SHARE = 0.1, 0.25
+#: Pauses between legs to and fro, and the shortest leg. [s]
+_PAUSE_S, _LEAST_LEG_S = 6.0, 4.0
+#: What begins with less is no free decay, no coasting. [rad/s], [m/s]
+_TURNING_RADPS, _COASTING_MPS = 0.03, 0.1
 
 
 def find_manoeuvres(
@@ -64,41 +65,32 @@ def find_manoeuvres(
     found = [_off(signals, part) for part in still]
     for part in _rest((0, signals.time_s.size), still):
         found += _driven(signals, part)
-    return tuple(sorted(found, key=lambda one: one.from_s))
+    return tuple(_told(signals, one) for one in sorted(found, key=lambda one: one.begin))
 
 
-def _driven(signals: Signals, part: Range) -> list[ManoeuvreFound]:
-    """Name a stretch in which thrusters are commanded."""
-    loud = _loud(signals, part)
-    found = []
-    for begin, end in loud:
-        kind = broadband(signals, begin, end)
-        if kind is not None:
-            text = f"commands of many frequencies; {', '.join(kind.axes)} move"
-            name: ManoeuvreName = kind.name  # type: ignore[assignment]  # the kinds are those of the Literal
-            found.append(_found(signals, (begin, end), name, text, kind.confidence))
-    for inner in _rest(part, loud):
-        groups = _chosen(groups_of(signals, *inner))
-        claimed = [_claim(group, inner, groups) for group in groups]
-        found += [
-            _found(signals, where, group.name, group.sentence, group.confidence)
-            for group, where in zip(groups, claimed, strict=True)
-        ]
-        for left in _rest(inner, claimed):
-            found += _steady(signals, left)
-    return found
+def _driven(signals: Signals, part: Range) -> list[Group]:
+    """Name the stretches of a part in which thrusters are commanded."""
+    found = _loud(signals, part)
+    for inner in _rest(part, [(one.begin, one.end) for one in found]):
+        found += _chosen(groups_of(signals, inner))
+    placed, left = _spread(part, found, _PLATEAU_S, _LEAST_S)
+    for one in left:
+        placed += _steady(signals, one)
+    return placed
 
 
-def _loud(signals: Signals, part: Range) -> list[Range]:
+def _loud(signals: Signals, part: Range) -> list[Group]:
     """Stretches of broad-band commands: the whole part, or what of it windows show."""
-    if broadband(signals, *part) is not None:
-        return [part]
-    window, hop = round(WINDOW_S / PERIOD_S), round(WINDOW_S / PERIOD_S / 6)
+    whole = broadband(signals, part)
+    if whole is not None:
+        return [whole]
+    window, hop = round(_WINDOW_S / PERIOD_S), round(_WINDOW_S / PERIOD_S / 6)
     mark = np.zeros(signals.time_s.size, np.bool_)
     for begin in range(part[0], part[1] - window + 1, hop):
-        if broadband(signals, begin, begin + window) is not None:
+        if broadband(signals, (begin, begin + window)) is not None:
             mark[begin : begin + window] = True
-    return [one for one in stretches(mark) if broadband(signals, *one) is not None]
+    found = [broadband(signals, one) for one in stretches(mark)]
+    return [one for one in found if one is not None]
 
 
 def _chosen(groups: Sequence[Group]) -> list[Group]:
@@ -106,94 +98,90 @@ def _chosen(groups: Sequence[Group]) -> list[Group]:
     kept: list[Group] = []
     for group in groups:
         covered = sum(
-            max(min(group.end, other.end + room) - max(group.begin, other.begin - room), 0)
-            for other in kept
-            if (room := 0 if other.name in _OF_SURGE else _samples(_PLATEAU_S)) >= 0
+            max(min(group.end, other.end) - max(group.begin, other.begin), 0) for other in kept
         )
         if covered < 0.3 * (group.end - group.begin):
             kept.append(group)
-    return sorted(kept, key=lambda group: group.begin)
+    return kept
 
 
-def _claim(group: Group, inner: Range, groups: Sequence[Group]) -> Range:
-    """Widen a group by the plateaus beside it, up to its neighbours."""
-    before = max((other.end for other in groups if other.end <= group.begin), default=inner[0])
-    after = min((other.begin for other in groups if other.begin >= group.end), default=inner[1])
-    room = _samples(_PLATEAU_S)
-    # two neighbours share what lies between them
-    first = before if before == inner[0] else (before + group.begin) // 2
-    last = after if after == inner[1] else (after + group.end) // 2
-    begin, end = max(group.begin - room, first), min(group.end + room, last)
-    if begin - first < _samples(2 * _LEAST_S) and first == inner[0]:
-        begin = first
-    if last - end < _samples(2 * _LEAST_S) and last == inner[1]:
-        end = last
-    return begin, end
+def _spread(
+    part: Range, groups: Sequence[Group], room_s: float, short_s: float
+) -> tuple[list[Group], list[Range]]:
+    """Widen groups by the plateaus beside them; also what of the part is left.
+
+    Neighbours meet halfway where less than `short_s` would be left between them.
+    """
+    room, short = round(room_s / PERIOD_S), round(short_s / PERIOD_S)
+    groups = sorted(groups, key=lambda one: one.begin)
+    begins, ends, left = [one.begin for one in groups], [one.end for one in groups], []
+    for k in range(len(groups) + 1):
+        before, after = k > 0, k < len(groups)
+        begin = ends[k - 1] if before else part[0]
+        end = begins[k] if after else part[1]
+        if end - begin < (before + after) * room + short and groups:
+            begin = end = (begin + end) // 2 if before and after else end if before else begin
+        else:
+            begin, end = begin + before * room, end - after * room
+            left.append((begin, end))
+        if before:
+            ends[k - 1] = begin
+        if after:
+            begins[k] = end
+    placed = [
+        Group(begin, end, one.name, one.sentence, one.confidence)
+        for one, begin, end in zip(groups, begins, ends, strict=True)
+    ]
+    return placed, left
 
 
-def _steady(signals: Signals, part: Range) -> list[ManoeuvreFound]:
+def _steady(signals: Signals, part: Range) -> list[Group]:
     """Tell hovering from straight runs, where nothing else was found."""
-    if not _long(part, _LEAST_S):
+    if not _long(part, _LEAST_LEG_S):
         return []
-    begin, end = part
-    if not signals.known[begin:end].mean() > 0.5:
-        text = "the commands are not known"
-        return [_found(signals, part, "mixed", text, 0.5)]
-    if signals.surge is None:
+    if not signals.known[slice(*part)].mean() > 0.5:
+        return [Group(*part, "mixed", "the commands are not known", 0.5)]
+    surge = signals.channels.get("surge")
+    if surge is None:
         text = "heading, attitude and depth are held; the speed was not measured"
-        return [_found(signals, part, "hover", text, 0.5)]
-    surge = signals.surge
-    fastest = float(np.abs(surge).max())
-    limit = max(_UNDER_WAY_MPS, _UNDER_WAY_SHARE * fastest)
-    under_way = np.abs(surge[begin:end]) > limit
-    found: list[ManoeuvreFound] = []
+        return [Group(*part, "hover", text, 0.5)]
+    limit = max(_UNDER_WAY_MPS, _UNDER_WAY_SHARE * float(np.abs(surge).max()))
+    under_way = np.zeros(surge.size, np.bool_)
+    under_way[slice(*part)] = np.abs(surge[slice(*part)]) > limit
     # runs to and fro pass through rest in between
-    moving = stretches(under_way, _samples(6.0))
-    moving = [(begin + a, begin + b) for a, b in moving if _long((a, b), _LEAST_S)]
-    moving = [_closed(one, part) for one in moving]
-    found += [_straight(signals, one) for one in moving]
-    for one in _rest(part, moving):
-        if _long(one, _LEAST_S):
-            text = f"holds its place: at most {np.abs(surge[slice(*one)]).max():.2f} m/s"
-            found.append(_found(signals, one, "hover", text, 0.8))
+    legs = stretches(under_way, round(_PAUSE_S / PERIOD_S))
+    moving = [_straight(surge, one) for one in legs if _long(one, _LEAST_LEG_S)]
+    found, left = _spread(part, moving, 0.0, _PLATEAU_S)
+    for one in left:
+        text = f"holds its place: at most {np.abs(surge[slice(*one)]).max():.2f} m/s"
+        found.append(Group(*one, "hover", text, 0.8))
     return found
 
 
-def _closed(one: Range, part: Range) -> Range:
-    """Take in what is left of a part beside a straight run, if it is short."""
-    begin = part[0] if one[0] - part[0] < _samples(_PLATEAU_S) else one[0]
-    end = part[1] if part[1] - one[1] < _samples(_PLATEAU_S) else one[1]
-    return begin, end
-
-
-def _straight(signals: Signals, part: Range) -> ManoeuvreFound:
-    surge = np.zeros(0) if signals.surge is None else signals.surge[slice(*part)]
+def _straight(channel: FloatArray, part: Range) -> Group:
+    surge = channel[slice(*part)]
     speed = float(np.median(np.abs(surge)))
     turns = int((np.diff(np.sign(surge[np.abs(surge) > 0.3 * speed])) != 0).sum())
     how = f"to and fro, {turns + 1} legs" if turns else "ahead" if surge.mean() > 0 else "astern"
-    return _found(signals, part, "straight", f"straight {how}, at {speed:.2f} m/s", 0.8)
+    return Group(*part, "straight", f"straight {how}, at {speed:.2f} m/s", 0.8)
 
 
-def _off(signals: Signals, part: Range) -> ManoeuvreFound:
+def _off(signals: Signals, part: Range) -> Group:
     """Name a stretch without commands by the motion that it begins with."""
-    begin, end = part
-    first = slice(begin, min(begin + _samples(5.0), end))
-    turning = max(
-        (
-            float(np.abs(slope(channel)[first]).max())
-            for channel in (signals.heading, signals.pitch, signals.roll)
-            if channel is not None
-        ),
-        default=0.0,
-    )
-    speed = 0.0 if signals.surge is None else float(np.abs(signals.surge[first]).max())
-    if turning > 3.0 * _STILL_RADPS:
+    first = slice(part[0], min(part[0] + round(5.0 / PERIOD_S), part[1]))
+    largest = {
+        name: float(np.abs(channel if name == "surge" else slope(channel))[first].max())
+        for name, channel in signals.channels.items()
+    }
+    turning = max(largest.get(name, 0.0) for name in ("heading", "pitch", "roll"))
+    speed = largest.get("surge", 0.0)
+    if turning > _TURNING_RADPS:
         text = f"no command; it begins with {np.degrees(turning):.1f} deg/s, {speed:.2f} m/s"
-        return _found(signals, part, "free_decay", text, 0.9)
-    if speed > 2.0 * _STILL_MPS:
+        return Group(*part, "free_decay", text, 0.9)
+    if speed > _COASTING_MPS:
         text = f"no command; it slows down from {speed:.2f} m/s"
-        return _found(signals, part, "coast_down", text, 0.9)
-    return _found(signals, part, "idle", "no command and no motion", 0.9)
+        return Group(*part, "coast_down", text, 0.9)
+    return Group(*part, "idle", "no command and no motion", 0.9)
 
 
 def _rest(whole: Range, taken: Sequence[Range]) -> Iterator[Range]:
@@ -207,23 +195,16 @@ def _rest(whole: Range, taken: Sequence[Range]) -> Iterator[Range]:
         yield at, whole[1]
 
 
-def _found(
-    signals: Signals, part: Range, name: ManoeuvreName, sentence: str, confidence: float
-) -> ManoeuvreFound:
+def _told(signals: Signals, one: Group) -> ManoeuvreFound:
     time_s = signals.time_s
-    last = time_s[-1] if part[1] >= time_s.size else time_s[part[1]]
     return ManoeuvreFound(
-        name=name,
-        from_s=float(np.round(time_s[part[0]], 3)),
-        to_s=float(np.round(last, 3)),
-        sentence=sentence,
-        confidence=float(np.round(np.clip(confidence, 0.0, 1.0), 2)),
+        name=one.name,
+        from_s=float(np.round(time_s[one.begin], 3)),
+        to_s=float(np.round(time_s[min(one.end, time_s.size - 1)], 3)),
+        sentence=one.sentence,
+        confidence=float(np.round(np.clip(one.confidence, 0.0, 1.0), 2)),
     )
 
 
-def _samples(seconds: float) -> int:
-    return round(seconds / PERIOD_S)
-
-
 def _long(part: Range, seconds: float) -> bool:
-    return part[1] - part[0] >= _samples(seconds)
+    return part[1] - part[0] >= round(seconds / PERIOD_S)

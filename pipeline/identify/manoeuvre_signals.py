@@ -1,5 +1,6 @@
 """The slow motion and the commands of a run, as manoeuvre detection looks at them."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,23 +19,23 @@ _PAUSE_S = 0.8
 #: A channel that is valid for less of the run is not used.
 _LEAST_VALID = 0.3
 
+#: Samples from the first up to, and without, the last.
+Range = tuple[int, int]
+
 
 @dataclass(frozen=True)
 class Signals:
-    """Smoothed channels (m,) every 0.1 s; None where they were not measured.
+    """A run every 0.1 s.
 
-    `heading` is continuous; angles in rad, `surge` in m/s, `depth` in m. `command` (m, n) is each
-    code as a share of its range. `known` is where commands are known.
+    `channels` (m,) are heading (continuous), pitch, roll [rad], surge [m/s] and depth [m], those
+    that were measured, smoothed. `command` (m, n) is each code as a share of its range, `known`
+    (m,) where the commands are known.
     """
 
     time_s: FloatArray
     command: FloatArray
     known: BoolArray
-    heading: FloatArray | None
-    pitch: FloatArray | None
-    roll: FloatArray | None
-    surge: FloatArray | None
-    depth: FloatArray | None
+    channels: Mapping[str, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -58,52 +59,38 @@ def signals_of(run: RunTable, code_max: FloatArray | None) -> Signals | None:
     known = run.valid["command"][index] & np.isfinite(command).all(axis=1)
     command = np.where(known[:, None], command, 0.0)
     size = np.abs(command).max(initial=0.0) if code_max is None else np.asarray(code_max, float)
-    command = command / np.maximum(size, 1e-9)
-    heading, pitch, roll = _angles(run, time_s)
-    velocity, depth = _filled(run, "velocity", time_s), _filled(run, "depth", time_s)
-    if depth is None and (position := _filled(run, "position", time_s)) is not None:
-        depth = position[:, 2:]
-    surge, deep = (None if one is None else _smooth(one)[:, 0] for one in (velocity, depth))
-    return Signals(time_s, command, known, heading, pitch, roll, surge, deep)
+    return Signals(time_s, command / np.maximum(size, 1e-9), known, _channels(run, time_s))
 
 
-def _filled(run: RunTable, quantity: str, time_s: FloatArray) -> FloatArray | None:
-    """Take readings to the times of the signals, bridged on a line where there are none."""
-    if quantity not in run.values:
-        return None
-    good = run.trusted(quantity)
-    if good.mean() < _LEAST_VALID:
-        return None
-    columns = run.values[quantity][good].T
-    return np.stack([np.interp(time_s, run.time_s[good], column) for column in columns], axis=1)
-
-
-def _smooth(values: FloatArray) -> FloatArray:
-    """Return the moving mean over a second."""
+def _channels(run: RunTable, time_s: FloatArray) -> dict[str, FloatArray]:
+    """Take what was measured to the times, bridged on a line where there is nothing."""
     from scipy.ndimage import uniform_filter1d
 
-    return np.asarray(uniform_filter1d(values, round(_SMOOTH_S / PERIOD_S), axis=0, mode="nearest"))
+    def told(quantity: str) -> FloatArray | None:
+        """Take readings (m, c), or angles, smoothed by the moving mean over a second."""
+        if quantity not in run.values or (good := run.trusted(quantity)).mean() < _LEAST_VALID:
+            return None
+        values = run.values[quantity][good]
+        if quantity == "attitude":
+            values = angles(values)
+            values[:, 2] = np.unwrap(values[:, 2])
+        known = run.time_s[good]
+        values = np.stack([np.interp(time_s, known, one) for one in values.T], axis=1)
+        width = round(_SMOOTH_S / PERIOD_S)
+        return np.asarray(uniform_filter1d(values, width, axis=0, mode="nearest"))
 
-
-def _angles(
-    run: RunTable, time_s: FloatArray
-) -> tuple[FloatArray | None, FloatArray | None, FloatArray | None]:
-    """Heading, pitch and roll; the heading alone from the yaw rate where that is all there is."""
-    quaternion = run.values.get("attitude")
-    if quaternion is not None:
-        good = run.trusted("attitude")
-        if good.mean() >= _LEAST_VALID:
-            roll, pitch, heading = angles(quaternion[good]).T
-            columns = [
-                np.interp(time_s, run.time_s[good], one)
-                for one in (np.unwrap(heading), pitch, roll)
-            ]
-            smooth = _smooth(np.stack(columns, axis=1))
-            return smooth[:, 0], smooth[:, 1], smooth[:, 2]
-    rate = _filled(run, "angular_velocity", time_s)
-    if rate is None:
-        return None, None, None
-    return PERIOD_S * np.cumsum(rate[:, 2] - np.median(rate[:, 2])), None, None
+    found: dict[str, FloatArray] = {}
+    if (attitude := told("attitude")) is not None:
+        found |= dict(zip(("roll", "pitch", "heading"), attitude.T, strict=True))
+    elif (rate := told("angular_velocity")) is not None:
+        # the heading alone, where the yaw rate is all there is
+        found["heading"] = PERIOD_S * np.cumsum(rate[:, 2] - np.median(rate[:, 2]))
+    if (velocity := told("velocity")) is not None:
+        found["surge"] = velocity[:, 0]
+    for quantity in ("position", "depth"):
+        if (deep := told(quantity)) is not None:
+            found["depth"] = deep[:, -1]
+    return found
 
 
 def slope(values: FloatArray) -> FloatArray:
@@ -132,14 +119,14 @@ def swings(values: FloatArray, least_slope: float, least_change: float) -> list[
     return sorted(found, key=lambda swing: swing.begin)
 
 
-def stretches(mark: BoolArray, bridge: int = 0) -> list[tuple[int, int]]:
+def stretches(mark: BoolArray, bridge: int = 0) -> list[Range]:
     """Begin and end of each run of True; pauses of up to `bridge` samples are bridged.
 
     >>> stretches(np.array([0, 1, 1, 0, 1, 0, 0, 0, 1], bool), bridge=1)
     [(1, 5), (8, 9)]
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], mark, [False]]).astype(np.int8)))
-    found: list[tuple[int, int]] = []
+    found: list[Range] = []
     for begin, end in edges.reshape(-1, 2).tolist():
         if found and begin - found[-1][1] <= bridge:
             found[-1] = (found[-1][0], end)
