@@ -11,7 +11,7 @@ import numpy as np
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.bounds import cut_std
-from pipeline.identify.channel_noise import ChannelNoise, channel_noise
+from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.output_error import FitSolution, Reduced, reduce_windows
 from pipeline.identify.parameter_intervals import NOT_IDENTIFIED, prior_share
 from pipeline.identify.run_nuisance import run_nuisance
@@ -21,12 +21,11 @@ from pipeline.identify.window_derivatives import FitProblem, derivatives
 from pipeline.identify.window_outputs import stack_windows
 from pipeline.identify.windows import cut
 from pipeline.records.identification import IdentifiedParameter, ManoeuvreGain
-from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import fly
 from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.sensors import measure
+from pipeline.simulate.sensors import Log, measure
 from pipeline.types import FloatArray
 from pipeline.vehicle.sensor_schema import Sensors
 
@@ -36,46 +35,10 @@ LONGEST_TRIAL_S = 60.0
 HELPS = 0.8
 
 
-def manoeuvre_information(
-    packed: PackedVehicle,
-    sensors: Sensors,
-    parameters: tuple[FreeParameter, ...],
-    *,
-    vector: FloatArray,
-    steps: FloatArray,
-    manoeuvre: str,
-    duration_s: float,
-    threads: int = 2,
-    thrust: ThrustUncertainty = EXACT_THRUST,
-    scale: dict[str, float] | None = None,
-) -> FloatArray:
-    """Information that one run would bring; as `information_of_run`.
-
-    Raises
-    ------
-    CannotComputeError
-        If the manoeuvre cannot be flown or measured.
-    """
-    plan = MANOEUVRES[manoeuvre].plan(packed, 1.0, duration_s)
-    trajectory = fly(packed, plan, vector=vector)
-    log = measure(trajectory, packed, sensors, vector=vector)
-    table = table_of_log(log, sensors, name=manoeuvre)
-    return information_of_run(
-        packed,
-        table,
-        channel_noise(sensors, [table]),
-        parameters,
-        steps=steps,
-        threads=threads,
-        thrust=thrust,
-        scale=scale,
-    )
-
-
 def information_of_run(
     packed: PackedVehicle,
-    table: RunTable,
-    channels: Sequence[ChannelNoise],
+    sensors: Sensors,
+    log: Log,
     parameters: tuple[FreeParameter, ...],
     *,
     steps: FloatArray | None = None,
@@ -83,7 +46,7 @@ def information_of_run(
     thrust: ThrustUncertainty = EXACT_THRUST,
     scale: dict[str, float] | None = None,
 ) -> FloatArray:
-    """Information on the parameters and the thrust (p + q, p + q) that a run holds.
+    """Information on the parameters and the thrust (p + q, p + q) that a simulated run holds.
 
     Counted in prior standard deviations, the priors left out; offsets of the run and first states
     of its windows are projected out. At `steps` (p + q,), or the vehicle file; `scale` multiplies
@@ -94,6 +57,8 @@ def information_of_run(
     CannotComputeError
         If the run cannot be simulated.
     """
+    table = table_of_log(log, sensors)
+    channels = channel_noise(sensors, [table])
     stack = stack_windows(packed, cut(packed, [table], channels), channels, scale=scale)
     shared = run_nuisance(stack, 1)
     problem = FitProblem(stack, parameters, packed.vector, shared, threads, thrust)
@@ -102,7 +67,7 @@ def information_of_run(
         point = replace(point, steps=steps)
     found = derivatives(problem, point)
     if not np.isfinite(found.parameters).all():
-        raise CannotComputeError(f"{table.name} cannot be simulated with the identified vehicle")
+        raise CannotComputeError("the run cannot be simulated over its windows")
     reduced, _ = reduce_windows(problem, found, point, np.ones(found.residual.size))
     return _without_shared(reduced, problem.size)
 
@@ -148,14 +113,14 @@ def best_manoeuvres(
     for name, manoeuvre in MANOEUVRES.items():
         duration = min(manoeuvre.duration_s, LONGEST_TRIAL_S)
         try:
-            more = manoeuvre_information(
+            # autopilot and allocator believe the file, the vehicle moves as it was found to
+            flown = fly(packed, manoeuvre.plan(packed, 1.0, duration), vector=solution.vector)
+            more = information_of_run(
                 packed,
                 sensors,
+                measure(flown, packed, sensors, vector=solution.vector),
                 parameters,
-                vector=solution.vector,
                 steps=solution.point.steps,
-                manoeuvre=name,
-                duration_s=duration,
                 threads=threads,
                 thrust=problem.thrust,
                 scale=problem.stack.scale,

@@ -131,7 +131,7 @@ def fit_linear(
     residuals = response - fitted
     coefficients, covariance = coefficients / scale, covariance / np.outer(scale, scale)
     half = half / scale
-    left_out = residuals[keep] / (1.0 - np.minimum(_leverage(design[keep]), 1 - 1e-12))
+    left_out = np.asarray(plain.get_influence().resid_press)
     return LinearFit(
         coefficients=coefficients,
         covariance=covariance,
@@ -140,7 +140,7 @@ def fit_linear(
         residuals=residuals,
         robust_sigmas=judged.sigmas,
         outlier=~keep,
-        residual_std=float(np.sqrt(np.sum(residuals[keep] ** 2) / (keep.sum() - width))),
+        residual_std=float(np.sqrt(plain.mse_resid)),
         r_squared=_r_squared(response[keep], residuals[keep]),
         aicc=_aicc(residuals[keep], width),
         leave_one_out_rmse=float(np.sqrt(np.mean(left_out**2))),
@@ -204,11 +204,6 @@ def _r_squared(response: FloatArray, residuals: FloatArray) -> float:
     if total <= (1e-12 * float(np.max(np.abs(response), initial=0.0))) ** 2 * response.size:
         return 1.0
     return 1.0 - float(residuals @ residuals) / total
-
-
-def _leverage(design: FloatArray) -> FloatArray:
-    orthonormal, _ = np.linalg.qr(design)
-    return np.asarray(np.sum(orthonormal**2, axis=1))
 
 
 def _aicc(residuals: FloatArray, width: int) -> float:

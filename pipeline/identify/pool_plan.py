@@ -20,12 +20,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.channel_noise import channel_noise
 from pipeline.identify.identifiability import information_of_run
 from pipeline.identify.thrust_uncertainty import thrust_uncertainty
 from pipeline.identify.vehicle_parameters import FreeParameter, free_parameters
 from pipeline.simulate.fly import fly
-from pipeline.simulate.log_table import table_of_log
 from pipeline.simulate.manoeuvre_reach import why_not_flown
 from pipeline.simulate.manoeuvres import MANOEUVRES
 from pipeline.simulate.pack import PackedVehicle
@@ -126,10 +124,8 @@ def plan_pool_day(
             if why:
                 left_out.append(f"{name} at size {amplitude:g} {why}")
                 continue
-            table = table_of_log(one.log, sensors)
-            channels = channel_noise(sensors, [table])
-            information = information_of_run(packed, table, channels, parameters, thrust=thrust)
-            found.append(replace(one, information=information))
+            more = information_of_run(packed, sensors, one.log, parameters, thrust=thrust)
+            found.append(replace(one, information=more))
     if not found:
         raise CannotComputeError(
             "no manoeuvre fits: "

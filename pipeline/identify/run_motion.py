@@ -8,6 +8,7 @@ a few seconds stands for it: enough to take drag into account, not enough to cal
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from pipeline.errors import CannotComputeError
 from pipeline.identify.smoothing import leaky_sum
@@ -100,7 +101,9 @@ def run_motion(packed: PackedVehicle, sensors: Sensors, run: RunTable) -> RunMot
         known = felt[:, None] & (moving | ~has_velocity)
         sources = ["specific_force"] * 3
         for k in np.flatnonzero(~has_velocity):
-            velocity[:, k] = _leaky_sum(plain[:, k], period)
+            # its mean is taken off first
+            own = period * (plain[:, k] - plain[:, k].mean())
+            velocity[:, k] = leaky_sum(own, float(np.exp(-period / _MEMORY_S)))
     else:
         run_up, known = velocity, moving
         sources = [moved_by if flag else "" for flag in has_velocity]
@@ -155,16 +158,12 @@ def _rates(
         return np.where(there[:, None], values, 0.0), there, "angular_velocity"
     if not upright.any():
         return np.zeros((run.time_s.size, 3)), np.zeros(run.time_s.size, np.bool_), ""
-    # omega = 2 (conj(q) q'): of two neighbours half an angle each way
-    near = attitude * np.sign(np.sum(attitude * attitude[:1], axis=1, keepdims=True) + 1e-300)
-    flips = np.cumprod(
-        np.concatenate([[1.0], np.where(np.sum(near[1:] * near[:-1], axis=1) < 0, -1.0, 1.0)])
-    )
-    near = near * flips[:, None]
-    rate = np.gradient(near, period, axis=0)
-    w, vector, rate_w, rate_vector = near[:, :1], near[:, 1:], rate[:, :1], rate[:, 1:]
-    omega = 2.0 * (w * rate_vector - rate_w * vector - np.cross(vector, rate_vector))
-    return omega, upright, "attitude"
+    turn = Rotation.from_quat(attitude[:, [1, 2, 3, 0]])
+    # from the row before to the one after, half of it each way at the ends
+    rows = np.arange(run.time_s.size)
+    before, after = np.maximum(rows - 1, 0), np.minimum(rows + 1, rows[-1])
+    moved = (turn[before].inv() * turn[after]).as_rotvec()
+    return moved / (period * (after - before))[:, None], upright, "attitude"
 
 
 def _velocity(  # noqa: PLR0917  what a velocity is made of
@@ -187,7 +186,8 @@ def _velocity(  # noqa: PLR0917  what a velocity is made of
     if "position" in run.values and _is_dense(run, "position"):
         rate = np.gradient(np.nan_to_num(run.values["position"]), period, axis=0)
         there = run.valid["position"] & upright
-        return _into_body(attitude, rate), np.repeat(there[:, None], 3, axis=1), "position"
+        turn = Rotation.from_quat(attitude[:, [1, 2, 3, 0]])
+        return turn.inv().apply(rate), np.repeat(there[:, None], 3, axis=1), "position"
     if "depth" in run.values and _is_dense(run, "depth"):
         climb = np.gradient(np.nan_to_num(run.values["depth"][:, 0]), period)
         along = down_axis(attitude)[:, 2]
@@ -202,16 +202,3 @@ def _velocity(  # noqa: PLR0917  what a velocity is made of
 def _is_dense(run: RunTable, name: str) -> bool:
     read_at = run.time_s[run.reading[name]] if name in run.reading else run.time_s
     return read_at.size > 2 and float(np.median(np.diff(read_at))) <= _LONGEST_POSITION_S
-
-
-def _into_body(attitude: FloatArray, rate: FloatArray) -> FloatArray:
-    """Turn a velocity over the earth (m, 3) into body axes."""
-    w, vector = attitude[:, :1], -attitude[:, 1:]
-    twice = 2.0 * np.cross(vector, rate)
-    return np.asarray(rate + w * twice + np.cross(vector, twice))
-
-
-def _leaky_sum(acceleration: FloatArray, period: float) -> FloatArray:
-    """Integrate an acceleration (m,), forgetting over `_MEMORY_S`; its mean is taken off first."""
-    keep = np.exp(-period / _MEMORY_S)
-    return leaky_sum(period * (acceleration - acceleration.mean()), float(keep))

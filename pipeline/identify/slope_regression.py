@@ -4,7 +4,7 @@ All of them fit du/dt = tau / M + ... and give M = 1 / slope; the samples overla
 them), so no interval counts them as independent: it is that of leaving out one block of them at a
 time, with Student's t for the number of blocks (`blocks_of`).
 
-- Least squares (Bell and McCaffrey 2002; `jackknife_covariance`).
+- Least squares (`linear_fit`).
 - The same slope over the reliability of the thrust, 1 - s_tau^2 / var(tau): noise in the regressor
   pulls a slope towards zero (Fuller 1987, section 1.1).
 - Orthogonal distance with the known ratio of the noise variances (Deming 1943).
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.linear_fit import jackknife_covariance
+from pipeline.identify.linear_fit import Judgement, LinearFit, fit_linear
 from pipeline.records.intervals import NORMAL_95, student_95
 from pipeline.types import FloatArray, IntArray
 
@@ -36,22 +36,6 @@ class Slope:
     value: float
     std: float
     factor: float = NORMAL_95
-
-
-@dataclass(frozen=True)
-class Regression:
-    """Coefficients (k,) with standard errors (k,), in the order of the design's columns.
-
-    `factor` as in `Slope`.
-    """
-
-    coefficients: FloatArray
-    std: FloatArray
-    factor: float
-
-    def slope(self) -> Slope:
-        """Return the coefficient of the first column."""
-        return Slope(float(self.coefficients[0]), float(self.std[0]), self.factor)
 
 
 def blocks_of(stretch: IntArray, length: int) -> IntArray:
@@ -81,13 +65,13 @@ def blocks_of(stretch: IntArray, length: int) -> IntArray:
 
 def least_squares(
     design: FloatArray, response: FloatArray, stretch: IntArray, lags: int
-) -> Regression:
+) -> LinearFit:
     """Ordinary least squares with a covariance that honours autocorrelation within stretches.
 
     Parameters
     ----------
     design : ndarray, shape (m, k)
-        Regressors, the constant included.
+        Regressors, the thrust first, the constant included.
     response : ndarray, shape (m,)
         Acceleration.
     stretch : ndarray of int, shape (m,)
@@ -100,24 +84,22 @@ def least_squares(
     CannotComputeError
         With too few samples, or regressors that depend on each other or show in one place alone.
     """
-    scale = np.max(np.abs(design), axis=0)
-    scaled = design / np.where(scale > 0, scale, 1.0)
-    if len(response) < 3 * design.shape[1] or np.linalg.matrix_rank(scaled) < design.shape[1]:
-        raise CannotComputeError(
-            f"{len(response)} samples do not determine {design.shape[1]} coefficients: too few, or "
-            "the thrust hardly varies"
-        )
-    coefficients = np.linalg.lstsq(scaled, response, rcond=None)[0]
-    left = response - scaled @ coefficients
+    every = Judgement(np.zeros(response.size), np.zeros(response.size, bool))
     for size in _BLOCK_LAGS:
         block = blocks_of(stretch, size * lags)
-        covariance = jackknife_covariance(scaled, left, block)
-        if covariance is not None:
-            std = np.sqrt(np.diag(covariance)) / scale
-            return Regression(coefficients / scale, std, student_95(int(block[-1])))
-    raise CannotComputeError(
-        f"one of the {design.shape[1]} coefficients shows in a single moment of the runs alone"
-    )
+        try:
+            found = fit_linear(design, response, clusters=block, judged=every)
+        except CannotComputeError as error:
+            raise CannotComputeError(f"acceleration against thrust: {error}") from None
+        if found.clustered:
+            return found
+    raise CannotComputeError("the thrust, or what acts beside it, varies in a single moment alone")
+
+
+def slope_of(fit: LinearFit) -> Slope:
+    """Return the coefficient of the first regressor."""
+    std = float(np.sqrt(fit.covariance[0, 0]))
+    return Slope(float(fit.coefficients[0]), std, student_95(fit.degrees_of_freedom))
 
 
 def plain_slope(
@@ -125,7 +107,7 @@ def plain_slope(
 ) -> Slope:
     """Least-squares slope with a common constant, eq. (4) of Potapov and Galyaev."""
     design = np.column_stack([thrust, np.ones_like(thrust)])
-    return least_squares(design, acceleration, stretch, lags).slope()
+    return slope_of(least_squares(design, acceleration, stretch, lags))
 
 
 def reliability(thrust: FloatArray, thrust_noise: float) -> float:
@@ -195,4 +177,4 @@ def deming_estimate(
             )
             variance = (len(others) - 1) / len(others) * float(np.sum((left - value) ** 2))
             return Slope(value, variance**0.5, student_95(len(others) - 1))
-    raise CannotComputeError("the thrust varies in a single moment of the runs alone")
+    raise CannotComputeError("the thrust, or what acts beside it, varies in a single moment alone")

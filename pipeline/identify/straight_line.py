@@ -21,6 +21,7 @@ from pipeline.identify.slope_regression import (
     least_squares,
     plain_slope,
     reliability,
+    slope_of,
 )
 from pipeline.identify.smoothing import Method
 from pipeline.identify.straight_line_samples import filtered_samples
@@ -234,21 +235,14 @@ def _with_terms(  # noqa: PLR0917 - one caller
         found = least_squares(design, acceleration, run, lags)
     except CannotComputeError:
         return None, ()
-    half = found.factor * found.std
     named = tuple(
-        RegressionTerm(
-            name=name,
-            unit=UNITS.get(name, "1"),
-            coefficient=float(found.coefficients[2 + k]),
-            ci95=(
-                float(found.coefficients[2 + k] - half[2 + k]),
-                float(found.coefficients[2 + k] + half[2 + k]),
-            ),
+        RegressionTerm(name=name, unit=UNITS.get(name, "1"), coefficient=value, ci95=(low, high))
+        for name, value, (low, high) in zip(
+            used, found.coefficients[2:].tolist(), found.ci95[2:].tolist(), strict=True
         )
-        for k, name in enumerate(used)
     )
     note = f"with {', '.join(used)}; all samples, turns included" if used else "no term is excited"
-    return estimate("least squares with the omitted terms", found.slope(), mass, note), named
+    return estimate("least squares with the omitted terms", slope_of(found), mass, note), named
 
 
 def _warnings(plain: tuple[SlopeEstimate, ...], full: SlopeEstimate | None) -> tuple[str, ...]:

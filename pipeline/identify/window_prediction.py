@@ -148,19 +148,13 @@ def _errors(  # noqa: PLR0917 - one caller
 
 
 def _held_errors(stack: WindowStack) -> list[FloatArray]:
-    """Errors of holding the last reading of the lead."""
+    """Errors of holding the last reading of the lead; NaN where it has none."""
     found = []
     for number, rows in enumerate(stack.rows):
-        later = _later(stack, number)
-        width = 3 if rows.channel.quantity == "attitude" else rows.measured.shape[1]
-        errors = np.full((rows.sample.size, width), np.nan)
-        for window in np.unique(rows.window):
-            own = rows.window == window
-            early = np.flatnonzero(own & ~later)
-            if early.size:
-                errors[own] = difference(
-                    rows.channel.quantity, rows.measured[own], rows.measured[early[-1]][None]
-                )
+        index = np.arange(rows.sample.size)
+        last = np.maximum.accumulate(np.where(_later(stack, number), -1, index))
+        errors = difference(rows.channel.quantity, rows.measured, rows.measured[last])
+        errors[(last < 0) | (rows.window[last] != rows.window)] = np.nan
         found.append(errors)
     return found
 
@@ -176,22 +170,17 @@ def _black_box_errors(
     stack: WindowStack, runs: Sequence[RunTable], box: BlackBox
 ) -> dict[str, FloatArray]:
     """Errors of the black box, started from the last samples of each lead."""
-    found = {}
-    predicted = [
-        box.predict(runs[w.run], w.begin_s + LEAD_SHARE * w.duration_s, w.begin_s + w.duration_s)
-        for w in stack.windows
-    ]
-    for rows in stack.rows:
-        quantity = rows.channel.quantity
-        width = 3 if quantity == "attitude" else rows.measured.shape[1]
-        errors = np.full((rows.sample.size, width), np.nan)
-        for number in np.unique(rows.window):
-            forecast = predicted[number]
-            if forecast is None or quantity not in forecast.values:
-                continue
-            own = rows.window == number
-            time_s = stack.windows[number].begin_s + stack.into_s(rows)[own]
-            errors[own] = difference(quantity, rows.measured[own], forecast.at(quantity, time_s))
-        if np.isfinite(errors).any():
-            found[quantity] = errors
-    return found
+    found = {rows.channel.quantity: np.full_like(rows.measured, np.nan) for rows in stack.rows}
+    for number, w in enumerate(stack.windows):
+        end_s = w.begin_s + w.duration_s
+        forecast = box.predict(runs[w.run], w.begin_s + LEAD_SHARE * w.duration_s, end_s)
+        for rows in stack.rows:
+            quantity, own = rows.channel.quantity, rows.window == number
+            if forecast is not None and quantity in forecast.values:
+                time_s = w.begin_s + stack.into_s(rows)[own]
+                found[quantity][own] = forecast.at(quantity, time_s)
+    return {
+        rows.channel.quantity: difference(rows.channel.quantity, rows.measured, predicted)
+        for rows in stack.rows
+        if np.isfinite(predicted := found[rows.channel.quantity]).any()
+    }
