@@ -7,7 +7,7 @@ import numpy as np
 from pipeline.identify.channel_noise import QUANTITIES, was_measured
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import RunUsed
-from pipeline.types import BoolArray, FloatArray
+from pipeline.types import FloatArray
 
 #: Runs are weighed in pieces of this length. [s]
 PIECE_S = 40.0
@@ -15,6 +15,9 @@ PIECE_S = 40.0
 LEAST_EXCITATION = 0.01
 #: A piece whose commands are known for less of its rows is not taken.
 LEAST_COMMANDED = 0.5
+
+#: How much its commands change, number of the run, first row, and the one after the last.
+_Piece = tuple[float, int, int, int]
 
 
 def choose_stretches(
@@ -37,97 +40,70 @@ def choose_stretches(
         The stretches as tables of their own, what they are, and a sentence for each run of which
         nothing was taken.
     """
-    pieces: list[tuple[float, int, int, int]] = []
+    pieces: list[_Piece] = []
     passed: list[str] = []
     for number, run in enumerate(runs):
-        if not was_measured(run, "command"):
-            passed.append(f"{run.name}: its log has no commands.")
-            continue
-        if not any(was_measured(run, quantity) for quantity in QUANTITIES):
-            passed.append(f"{run.name}: no channel shows how the vehicle moved.")
-            continue
-        own = [(score, number, a, b) for score, a, b in _pieces(run, code_max)]
+        own, why = _pieces(run, code_max)
+        pieces += [(score, number, begin, end) for score, begin, end in own]
         if not own:
-            passed.append(_why_none(run))
-        pieces += own
-    chosen: list[tuple[float, int, int, int]] = []
+            passed.append(why)
+    chosen: list[_Piece] = []
     left_s = budget_s
     for piece in sorted(pieces, key=lambda one: (-one[0], one[1:])):
-        length_s = _length_s(runs[piece[1]], piece)
+        _, number, begin, end = piece
+        length_s = float(runs[number].time_s[end - 1] - runs[number].time_s[begin])
         if length_s <= left_s + 1e-9:
             chosen.append(piece)
             left_s -= length_s
     merged = _merged(sorted(chosen, key=lambda one: one[1:]))
-    taken = {piece[1] for piece in merged}
     passed += [
         f"{runs[number].name}: others have commands that change more, and {budget_s:g} s are full."
-        for number in sorted({piece[1] for piece in pieces} - taken)
+        for number in sorted({piece[1] for piece in pieces} - {piece[1] for piece in merged})
     ]
-    tables, used = [], []
-    for score, number, begin, end in merged:
-        run = runs[number]
-        tables.append(run.rows(begin, end))
-        used.append(
-            RunUsed(
-                run=run.name,
-                from_s=float(run.time_s[begin]),
-                to_s=float(run.time_s[end - 1]),
-                excitation=score,
-            )
+    used = tuple(
+        RunUsed(
+            run=runs[number].name,
+            from_s=float(runs[number].time_s[begin]),
+            to_s=float(runs[number].time_s[end - 1]),
+            excitation=score,
         )
-    return tuple(tables), tuple(used), tuple(passed)
-
-
-def _pieces(run: RunTable, code_max: FloatArray) -> list[tuple[float, int, int]]:
-    """Score and rows of each piece that is worth taking."""
-    found = []
-    for begin, end in _long_enough(run):
-        there = _commanded(run, begin, end)
-        if there.mean() < LEAST_COMMANDED:
-            continue
-        spread = np.std(run.values["command"][begin:end][there] / code_max, axis=0)
-        score = float(np.sqrt(np.mean(spread**2)))
-        if score >= LEAST_EXCITATION:
-            found.append((score, begin, end))
-    return found
-
-
-def _long_enough(run: RunTable) -> list[tuple[int, int]]:
-    """Rows of the pieces of a run; a rest of less than half a piece is none."""
-    period = run.period_s if run.time_s.size > 1 else 1.0
-    length = max(round(PIECE_S / period), 2)
-    ends = (
-        (begin, min(begin + length, run.time_s.size)) for begin in range(0, run.time_s.size, length)
+        for score, number, begin, end in merged
     )
-    return [(begin, end) for begin, end in ends if end - begin >= length // 2]
+    tables = tuple(runs[number].rows(begin, end) for _, number, begin, end in merged)
+    return tables, used, tuple(passed)
 
 
-def _commanded(run: RunTable, begin: int, end: int) -> BoolArray:
-    """Whether the commands of each row are known, (end - begin,)."""
-    command = run.values["command"][begin:end]
-    return np.asarray(run.valid["command"][begin:end] & np.isfinite(command).all(axis=1))
-
-
-def _why_none(run: RunTable) -> str:
-    """Say why no piece of a run is worth taking."""
-    pieces = _long_enough(run)
-    if not pieces:
-        return (
+def _pieces(run: RunTable, code_max: FloatArray) -> tuple[list[tuple[float, int, int]], str]:
+    """Score and rows of each piece that is worth taking; why, where none is."""
+    if not was_measured(run, "command"):
+        return [], f"{run.name}: its log has no commands."
+    if not any(was_measured(run, quantity) for quantity in QUANTITIES):
+        return [], f"{run.name}: no channel shows how the vehicle moved."
+    rows = run.time_s.size
+    length = max(round(PIECE_S / (run.period_s if rows > 1 else 1.0)), 2)
+    # a rest of less than half a piece is none
+    parts = [(a, min(a + length, rows)) for a in range(0, rows, length) if rows - a >= length // 2]
+    if not parts:
+        return [], (
             f"{run.name}: {run.time_s[-1]:.0f} s are too short; {PIECE_S / 2:g} s at least are "
             "needed."
         )
-    if all(_commanded(run, *piece).mean() < LEAST_COMMANDED for piece in pieces):
-        return f"{run.name}: most of its commands are missing."
-    return f"{run.name}: its commands hardly change."
+    command, there = run.values["command"] / code_max, run.trusted("command")
+    known = [part for part in parts if there[slice(*part)].mean() >= LEAST_COMMANDED]
+    if not known:
+        return [], f"{run.name}: most of its commands are missing."
+    found = []
+    for begin, end in known:
+        spread = np.std(command[begin:end][there[begin:end]], axis=0)
+        found.append((float(np.sqrt(np.mean(spread**2))), begin, end))
+    return [
+        one for one in found if one[0] >= LEAST_EXCITATION
+    ], f"{run.name}: its commands hardly change."
 
 
-def _length_s(run: RunTable, piece: tuple[float, int, int, int]) -> float:
-    return float(run.time_s[piece[3] - 1] - run.time_s[piece[2]])
-
-
-def _merged(pieces: Sequence[tuple[float, int, int, int]]) -> list[tuple[float, int, int, int]]:
+def _merged(pieces: Sequence[_Piece]) -> list[_Piece]:
     """Join pieces of one run that follow each other."""
-    found: list[tuple[float, int, int, int]] = []
+    found: list[_Piece] = []
     for score, number, begin, end in pieces:
         if found and found[-1][1] == number and found[-1][3] == begin:
             before = found[-1]

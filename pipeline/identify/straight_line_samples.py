@@ -1,4 +1,4 @@
-"""Readings of a run, filtered for the regression of acceleration on thrust.
+"""Straight stretches of a run, and its readings filtered for acceleration against thrust.
 
 Acceleration is the smoothed derivative of the velocity's readings. The same filter is applied to
 the integral of the thrust (and of every further term) at the times of the readings: differences of
@@ -11,21 +11,42 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import CannotComputeError
-from pipeline.identify.segments import Stretch, straight_stretches
+from pipeline.identify.manoeuvre_signals import stretches
 from pipeline.identify.smoothing import (
     Method,
     Smoother,
+    moving_average,
     smooth,
     smoother_of_bandwidth,
     white_noise_std,
 )
 from pipeline.identify.straight_line_terms import omitted_terms, terms_known
 from pipeline.identify.windows import readings_of
+from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.types import BoolArray, FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
+
+#: Largest angular rate about any axis, after a mean over so long. [rad/s], [s]
+TURN_RATE_RADPS, MEAN_S = 0.03, 0.5
+#: Largest speed across the axis over that along it, or the speed, if that is more. [1], [m/s]
+DRIFT, DRIFT_MPS = 0.10, 0.03
+#: Largest roll and pitch. [rad]
+TILT_RAD = 0.10
+#: Shorter stretches are left out. [s]
+SHORTEST_S = 4.0
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Samples [begin, end) of a run's table, and how straight they are."""
+
+    begin: int
+    end: int
+    largest_turn_rate_radps: float
+    largest_drift: float
 
 
 @dataclass(frozen=True)
@@ -114,10 +135,10 @@ def filtered_samples(
         return smooth(at_readings, smoother).derivative
 
     trusted = np.where(run.valid["velocity"][:, None], velocity, np.nan)
-    stretches = straight_stretches(run, trusted, along)
+    straight = straight_stretches(run, trusted, along)
     half = smoother.length_s / 2
     number = np.full(len(readings), -1)
-    for k, one in enumerate(stretches):
+    for k, one in enumerate(straight):
         low, high = run.time_s[one.begin] + half, run.time_s[one.end - 1] - half
         number[(time_s >= low) & (time_s <= high) & smoothed.valid] = k
     terms = omitted_terms(packed, run, velocity, wrench[:, along], along)
@@ -133,7 +154,7 @@ def filtered_samples(
             noise * smoother.derivative_noise_gain,
             smoother,
         ),
-        stretches,
+        straight,
     )
 
 
@@ -153,3 +174,60 @@ def _slots(time_s: FloatArray) -> tuple[IntArray, float]:
     slot = np.concatenate([[0], np.cumsum(np.maximum(np.round(np.diff(time_s) / usual), 1))])
     period = float(np.polyfit(slot, time_s, 1)[0])
     return slot.astype(int), period
+
+
+def straight_stretches(run: RunTable, velocity: FloatArray, axis: int) -> list[Stretch]:
+    """Find stretches along one axis.
+
+    Parameters
+    ----------
+    run : RunTable
+        With angular velocity; roll and pitch are judged where attitude was measured.
+    velocity : ndarray, shape (m, 3)
+        Of the body origin, body axes; NaN where unknown. [m/s]
+    axis : int
+        0 surge, 1 sway, 2 heave.
+
+    Returns
+    -------
+    list of Stretch
+        In the order of time.
+    """
+    period = run.period_s
+    samples = 2 * max(round(MEAN_S / period / 2), 1) + 1
+    rate = np.where(run.valid["angular_velocity"][:, None], run.values["angular_velocity"], np.nan)
+    steady = smooth(rate, moving_average(samples, period))
+    turning = np.max(np.abs(steady.value), axis=1)
+    known = np.where(np.isfinite(velocity).all(axis=1, keepdims=True), velocity, 0.0)
+    along = np.abs(known[:, axis])
+    across = np.max(np.abs(np.delete(known, axis, axis=1)), axis=1)
+    straight = (
+        run.valid["command"]
+        & steady.valid
+        & np.isfinite(velocity).all(axis=1)
+        & (turning <= TURN_RATE_RADPS)
+        & (across <= np.maximum(DRIFT * along, DRIFT_MPS))
+        & _level(run)
+    )
+    found = []
+    for begin, end in stretches(straight):
+        if (end - begin) * period < SHORTEST_S:
+            continue
+        moving = along[begin:end] > DRIFT_MPS
+        drift = across[begin:end][moving] / along[begin:end][moving]
+        found.append(
+            Stretch(
+                begin,
+                end,
+                float(turning[begin:end].max()),
+                float(drift.max(initial=0.0)),
+            )
+        )
+    return found
+
+
+def _level(run: RunTable) -> BoolArray:
+    if "attitude" not in run.values:
+        return np.ones(run.time_s.size, bool)
+    tilt = np.abs(angles(run.values["attitude"])[:, :2]).max(axis=1)
+    return np.asarray(run.valid["attitude"] & (tilt <= TILT_RAD))

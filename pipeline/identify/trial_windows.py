@@ -14,13 +14,13 @@ import numpy as np
 from pipeline.errors import CannotComputeError
 from pipeline.identify.channel_noise import ChannelNoise, channel_noise, was_measured
 from pipeline.identify.window_outputs import WindowStack, simulate_windows
-from pipeline.identify.window_starts import lead_starts
+from pipeline.identify.window_prediction import lead_starts
 from pipeline.identify.windows import SHORTEST_BEYOND_LEAD_S, Window, cut, window_rows
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import join
-from pipeline.simulate.kernel import BODY, STATE
+from pipeline.simulate.kernel import STATE
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.simulate.run import Trajectory, run
+from pipeline.simulate.run import Trajectory, run, trajectory
 from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.sensor_schema import Sensors
@@ -208,16 +208,8 @@ def _flown(
             begins.append(begin)
             starts.append(window.start)
     nothing = np.zeros((rows, count))  # no sensor reads the thrust
-    flown = Trajectory(
-        table.time_s,
-        state[:, 0:3],
-        state[:, 3:7],
-        state[:, 7:13],
-        rate,
-        command,
-        state[:, BODY : BODY + count],
-        nothing,
-        np.zeros(STATE),
+    flown = trajectory(
+        packed, command[:-1], state, rate, nothing, table.period_s, float(table.time_s[0])
     )
     return begins, starts, FlownWindows(flown, 0, valid)
 

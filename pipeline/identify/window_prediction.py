@@ -1,7 +1,8 @@
-"""How well a model predicts windows that took no part in the fit, beside naive baselines.
+"""Windows predicted from where their first parts show the vehicle, beside naive baselines.
 
-The first quarter of a window shows where the vehicle is: its first state is estimated from those
-readings alone. What comes after is predicted from the commands and compared with the readings.
+The first part of a window shows where the vehicle is: its first state is estimated from those
+readings alone. What comes after is a prediction from the commands, and compared with the readings:
+of windows that took no part in a fit here, of whole runs in `trial_windows`.
 """
 
 from collections.abc import Sequence
@@ -9,16 +10,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from pipeline.errors import CannotComputeError
 from pipeline.identify.black_box import BlackBox
 from pipeline.identify.channel_noise import ChannelNoise
+from pipeline.identify.output_error import solve
+from pipeline.identify.run_nuisance import run_nuisance
+from pipeline.identify.window_derivatives import FitProblem
 from pipeline.identify.window_outputs import (
     OFFSET_COUNT,
+    OFFSETS,
     WindowStack,
     innovations,
     stack_windows,
     turn_between,
 )
-from pipeline.identify.window_starts import lead_starts
 from pipeline.identify.windows import Window
 from pipeline.records.identification import ChannelQuality
 from pipeline.records.run_table import RunTable
@@ -184,3 +189,53 @@ def _black_box_errors(
         for rows in stack.rows
         if np.isfinite(predicted := found[rows.channel.quantity]).any()
     }
+
+
+def lead_starts(
+    packed: PackedVehicle,
+    vector: FloatArray,
+    leads: Sequence[Window],
+    channels: Sequence[ChannelNoise],
+    *,
+    offsets: FloatArray | None = None,
+    threads: int = 2,
+) -> FloatArray | None:
+    """Estimate first states (windows, STATE); None where the model runs away within a lead.
+
+    Parameters
+    ----------
+    packed : PackedVehicle
+        The vehicle.
+    vector : ndarray
+        Its parameter vector.
+    leads : sequence of Window
+        First parts of the windows, each with readings.
+    channels : sequence of ChannelNoise
+        What was measured.
+    offsets : ndarray, shape (runs, OFFSET_COUNT), optional
+        The runs' known offsets, zero otherwise.
+    threads : int
+        Simulations at a time.
+    """
+    stack = stack_windows(packed, leads, channels)
+    if offsets is not None:
+        stack = _shifted(stack, offsets)
+    shared = run_nuisance(stack, 1 + max(one.run for one in leads), offsets=False)
+    problem = FitProblem(stack, (), vector, shared, threads)
+    try:
+        fitted = solve(problem, smallest_gain=0.5)
+    except (CannotComputeError, np.linalg.LinAlgError):
+        return None
+    return problem.starts(fitted.point.starts)
+
+
+def _shifted(stack: WindowStack, offsets: FloatArray) -> WindowStack:
+    """Take the runs' known offsets off the readings."""
+    run_of = np.array([w.run for w in stack.windows])
+    rows = [
+        replace(one, measured=one.measured - offsets[run_of[one.window], OFFSETS[quantity]])
+        if (quantity := one.channel.quantity) in OFFSETS
+        else one
+        for one in stack.rows
+    ]
+    return replace(stack, rows=tuple(rows))

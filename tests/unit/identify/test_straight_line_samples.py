@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from pipeline.identify.segments import straight_stretches
+from pipeline.identify.straight_line_samples import straight_stretches
 from pipeline.records.run_table import RunTable
 
 TIME_S = np.arange(0.0, 60.0, 0.02)
