@@ -12,9 +12,8 @@ from pipeline.records.measurements import MooringRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import code, fixed
-from pipeline.report.panels import Panel, Trace
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 
 _CODES = 401

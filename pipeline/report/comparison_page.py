@@ -8,8 +8,7 @@ from pipeline.report.bars import gains_figure
 from pipeline.report.blocks import Block, Bullets, Details, Figure, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import probability_text
 from pipeline.report.page import Page
-from pipeline.report.panels import Panel, Style, Trace
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Style, Trace, zoomable_figure
 
 _MOST_ROWS = 40
 

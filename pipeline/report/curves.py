@@ -17,7 +17,6 @@ from pipeline.records.fits import (
 from pipeline.records.intervals import interval_factor
 from pipeline.report import plotting
 from pipeline.report.panels import Trace
-from pipeline.report.plotting import Mark
 from pipeline.types import ArrayLike, FloatArray
 
 
@@ -57,7 +56,7 @@ def fit_panels(
     found = [Trace(name, x, scale * value, colour, band=band)]
     kept = [p for p in fit.points if not p.outlier]
     outliers = [p for p in fit.points if p.outlier]
-    kinds: tuple[tuple[Any, str, Mark], ...] = (
+    kinds: tuple[tuple[Any, str, str], ...] = (
         (kept, "measured", "o"),
         (outliers, "outlier", "x"),
     )

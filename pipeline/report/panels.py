@@ -7,7 +7,6 @@ from typing import Literal
 import numpy as np
 
 from pipeline.report.decimate import BUCKETS
-from pipeline.report.plotting import Mark
 from pipeline.types import FloatArray
 
 #: Stretches of the axis whose lowest and highest value the interactive figure keeps.
@@ -25,7 +24,8 @@ class Trace:
 
     `bars` (2, k) are the ends of an interval around each value, `band` (2, k) the edges of what
     is shaded about the curve, and `end` is written at its right end. Style "both" is a line with
-    its points marked, `hollow` where they are not filled. Without a name it is not in the legend.
+    its points marked by `mark`, one of ``.ox^vsD``, `hollow` where they are not filled. Without a
+    name it is not in the legend.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Trace:
     bars: FloatArray | None = None
     band: FloatArray | None = None
     dash: Dash = ""
-    mark: Mark = "."
+    mark: str = "."
     hollow: bool = False
     end: str = ""
 

@@ -12,7 +12,7 @@ import io
 import re
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from markupsafe import Markup, escape
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 WIDTH = 316.8
 INK, SOFT, GRID = "#1b1f24", "#6b737c", "#dfe3e8"
 BLUE, ORANGE, GREEN, VERMILLION, PURPLE = "#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7"
-Mark = Literal[".", "o", "x", "^", "v", "s", "D"]
 #: From the axes to the nearest line of the label of y. [pt]
 _TO_LABEL = 37.0
 #: Label of axes that serve again.

@@ -11,9 +11,8 @@ from pipeline.report.blocks import Bullets, Figure, Links, Paragraph, Section, T
 from pipeline.report.diagnosis_words import said, unit_text
 from pipeline.report.numbers import general, plural
 from pipeline.report.page import Labels, Page
-from pipeline.report.panels import Panel, Trace
 from pipeline.report.plain_words import manoeuvre_words
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.simulate.run import Trajectory
 
 

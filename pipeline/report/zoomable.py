@@ -17,7 +17,7 @@ from markupsafe import Markup
 from pipeline.language import translate
 from pipeline.report.blocks import Figure
 from pipeline.report.decimate import thinned
-from pipeline.report.panels import Axis, Panel, Resolution, Trace, label_lines
+from pipeline.report.panels import Axis, Panel, Resolution, Span, Style, Trace, label_lines
 from pipeline.report.plotly_data import plotly_figure
 from pipeline.report.plotting import GRID, SOFT, VERMILLION, WIDTH, axes_at, draw, log_ticks
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     import matplotlib.figure
     from matplotlib.axes import Axes
     from matplotlib.lines import Line2D
+
+__all__ = ["Axis", "Panel", "Resolution", "Span", "Style", "Trace", "zoomable_figure"]
 
 #: Room beside and below the panels, height of one, and of that what parts it from the next. [pt]
 _LEFT, _BOTTOM, _ROW, _GAP = 43.0, 20.0, 97.0, 9.0

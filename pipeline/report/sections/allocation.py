@@ -6,11 +6,9 @@ from pipeline.records.allocation import AllocationMap
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.numbers import fixed, percent, speed
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import explained
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 ANCHOR, TITLE = "allocation", "Allocator: what the vehicle gets of what it asks for"
 
@@ -61,7 +59,7 @@ def allocation_section(results: VehicleResults) -> Section:
 def _figure(allocation: AllocationMap) -> Figure:
     """Draw the worst error at each speed for both variants, logarithmic."""
     first, last = allocation.mooring[0], allocation.mooring[-1]
-    variants: tuple[tuple[str, str, Mark], ...] = (
+    variants: tuple[tuple[str, str, str], ...] = (
         ("mooring", plotting.VERMILLION, "s"),
         ("compensated", plotting.BLUE, "o"),
     )

@@ -7,8 +7,7 @@ from pipeline.report import plotting
 from pipeline.report.bars import Bar, bars_figure
 from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, speed, use_of_limit
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 #: A use beyond this is drawn at the edge.
 _MOST_USE = 2.0

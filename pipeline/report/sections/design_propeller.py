@@ -6,9 +6,7 @@ from pipeline.records.design import PropellerDesign, PropellerPoint
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.plotting import Mark
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 
 def propeller_sections(found: PropellerDesign) -> tuple[Section, ...]:
@@ -104,7 +102,7 @@ def _cavitation(points: tuple[PropellerPoint, ...]) -> Section:
 
 
 def _point(
-    name: str, x: float | None, y: float | None, colour: str, mark: Mark = "o"
+    name: str, x: float | None, y: float | None, colour: str, mark: str = "o"
 ) -> tuple[Trace, ...]:
     if x is None or y is None:
         return ()

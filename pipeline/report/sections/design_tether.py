@@ -6,8 +6,7 @@ from pipeline.records.design import FootprintVariant, HeldFootprint, TetherDesig
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Details, Figure, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, use_of_limit
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 _FLOWS = (
     "How the vehicle's own speed falls off along the cable is an assumption. paper: eq. (1) as it "

@@ -17,11 +17,10 @@ from pipeline.report.diagnosis_words import (
     of_bench,
 )
 from pipeline.report.numbers import general
-from pipeline.report.panels import Panel, Resolution, Style, Trace
 from pipeline.report.sections.run_channels import (
     FEW_READINGS,
 )
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
 from pipeline.types import BoolArray, FloatArray
 
 _CURVES = 5

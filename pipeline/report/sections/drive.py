@@ -12,14 +12,12 @@ from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.curves import drive_torque
 from pipeline.report.numbers import code, fixed, general, percent, plural, signed
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import quality_line
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 ANCHOR, TITLE = "drive", "Drive: torque against shaft speed and code"
-_BRANCHES: tuple[tuple[str, str, Mark], ...] = (
+_BRANCHES: tuple[tuple[str, str, str], ...] = (
     ("loading", "load rising", "o"),
     ("unloading", "load falling", "^"),
 )
@@ -56,7 +54,7 @@ def fitted_points(
     return fitted, [p for p in usable if p.source in named]
 
 
-def _points(name: str, points: Sequence[LoadTestPoint], colour: str, mark: Mark = "o") -> Trace:
+def _points(name: str, points: Sequence[LoadTestPoint], colour: str, mark: str = "o") -> Trace:
     """Magnitudes of torque over shaft speed."""
     rpm, torque = (
         np.array([abs(getattr(p, field)) for p in points])

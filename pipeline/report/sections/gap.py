@@ -12,10 +12,8 @@ from pipeline.report import plotting
 from pipeline.report.blocks import Figure, Paragraph, Section, Table, not_computed
 from pipeline.report.curves import speed_index, static_std, static_thrust
 from pipeline.report.numbers import code, fixed, signed
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 ANCHOR, TITLE = "gap", "Mooring test against the calculation at rest"
 
@@ -153,7 +151,7 @@ def _figure(
     half = factor * static_std(static, row, grid)
     band = np.array([thrust - half, thrust + half])
     above = [Trace("calculated at rest", grid, thrust, plotting.BLUE, band=band)]
-    marks: tuple[tuple[str, str, Mark], ...] = (("up", "rising", "^"), ("down", "falling", "v"))
+    marks: tuple[tuple[str, str, str], ...] = (("up", "rising", "^"), ("down", "falling", "v"))
     for sweep, way, mark in marks:
         own = np.array([(p.code, p.thrust_n) for p in points if p.sweep == sweep])
         if own.size:

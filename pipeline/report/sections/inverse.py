@@ -33,7 +33,6 @@ from pipeline.report.comparison import (
 )
 from pipeline.report.curves import fit_panels, speed_index, static_thrust, table4_code
 from pipeline.report.numbers import as_printed, code, fixed, plural, speed, with_interval
-from pipeline.report.panels import Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import (
     coefficient_table,
@@ -41,7 +40,7 @@ from pipeline.report.sections.tables import (
     quality_line,
     share_inside,
 )
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import Published, PublishedTable3, PublishedTable4
 

@@ -10,10 +10,9 @@ from pipeline.report.blocks import Block, Figure, Paragraph, Section, not_comput
 from pipeline.report.comparison import coefficients, largest_relative_difference
 from pipeline.report.curves import efficiency_curve, fit_panels
 from pipeline.report.numbers import fixed, percent
-from pipeline.report.panels import Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import coefficient_table, quality_line, share_inside
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable1
 
 ANCHOR, TITLE = "propeller", "Propeller: K_T(J) and K_M(J), Table 1"

@@ -10,8 +10,7 @@ from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.channels import channel_name, short_name, shown_unit
 from pipeline.report.numbers import code, general
-from pipeline.report.panels import Axis, Panel, Resolution, Span, Style, Trace
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Axis, Panel, Resolution, Span, Style, Trace, zoomable_figure
 from pipeline.types import FloatArray
 
 #: Quantity -> what it is called.

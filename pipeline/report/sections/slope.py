@@ -5,8 +5,7 @@ from markupsafe import Markup
 
 from pipeline.records.identification import StraightLineIdentification
 from pipeline.report import plotting
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 
 def slope_figure(found: StraightLineIdentification) -> Markup:

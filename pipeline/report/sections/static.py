@@ -15,10 +15,9 @@ from pipeline.report.comparison import (
 )
 from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
-from pipeline.report.panels import Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
 from pipeline.report.sections.tables import coefficient_table, explained, share_inside
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import Published, PublishedTable2
 

@@ -9,8 +9,7 @@ from pipeline.language import translate
 from pipeline.records.identification import IdentifiedParameter
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph
-from pipeline.report.panels import Axis, Panel, Trace
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Axis, Panel, Trace, zoomable_figure
 
 #: A longer line, or more of them, does not stand beside its panel.
 LONGEST_LABEL, MOST_LINES = 14, 2

@@ -17,15 +17,13 @@ from pipeline.report.blocks import (
     not_computed,
 )
 from pipeline.report.numbers import code, fixed, general, percent, speed
-from pipeline.report.panels import Panel, Trace
-from pipeline.report.plotting import Mark
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.tables import explained
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 ANCHOR, TITLE = "validation", "Allocator in flight: course, depth and speed with these tables"
 #: Variant, what it is called, colour, mark.
-_VARIANTS: tuple[tuple[str, str, str, Mark], ...] = (
+_VARIANTS: tuple[tuple[str, str, str, str], ...] = (
     ("ideal", "ideal thrusters", plotting.SOFT, "^"),
     ("mooring", "mooring inverse", plotting.VERMILLION, "s"),
     ("compensated", "compensated", plotting.BLUE, "o"),

@@ -10,9 +10,8 @@ from pipeline.report import plotting
 from pipeline.report.blocks import Block, Paragraph, Section, not_computed
 from pipeline.report.curves import drive_torque, speed_index
 from pipeline.report.numbers import code, fixed, general, speed
-from pipeline.report.panels import Panel, Trace
 from pipeline.report.results import VehicleResults, missing_reasons
-from pipeline.report.zoomable import zoomable_figure
+from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 
 ANCHOR, TITLE = "working-points", "Working points: where drive and propeller meet"
