@@ -6,6 +6,7 @@ markup, and they come from `pipeline.report.plotting` and `pipeline.report.zooma
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar, Literal
@@ -15,6 +16,9 @@ from markupsafe import Markup
 NO_MARKUP = Markup("")
 #: Columns that a telephone shows beside each other.
 _BESIDE = 3
+#: A cell with a number, perhaps with its unit or interval, and what stands in the place of one.
+_NUMBER = re.compile(r"[<>±+−-]?\s?\d(?!.*[^\W\d]{4}).*", re.DOTALL)
+_NOTHING = frozenset({"", "–", "all", "none", "not stated", "not known"})
 
 
 @dataclass(frozen=True)
@@ -45,7 +49,7 @@ class Heading:
 
 @dataclass(frozen=True)
 class Table:
-    """A table; the first column heads its row, columns in `text_columns` are set flush left.
+    """A table; the first column heads its row, columns of words are set flush left.
 
     Columns in `verbatim_columns` hold identifiers: no language changes them.
 
@@ -56,7 +60,6 @@ class Table:
     caption: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    text_columns: frozenset[int] = frozenset()
     verbatim_columns: frozenset[int] = frozenset()
     row_classes: tuple[str, ...] = ()
     note: str = ""
@@ -69,6 +72,14 @@ class Table:
         """Return the table of rows that name their columns, all the same ones."""
         header = tuple(rows[0]) if rows else ()
         return cls(caption, header, tuple(tuple(one.values()) for one in rows), **more)
+
+    @property
+    def words(self) -> frozenset[int]:
+        """Columns that hold words."""
+        numbers = (
+            {*map(_NUMBER.fullmatch, set(own) - _NOTHING)} for own in zip(*self.rows, strict=True)
+        )
+        return frozenset(place for place, own in enumerate(numbers) if None in own)
 
     @property
     def stacks(self) -> bool:

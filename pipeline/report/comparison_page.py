@@ -146,7 +146,6 @@ def _asked(record: Comparison) -> tuple[Block, ...]:
             }
             for one in record.asked
         ],
-        text_columns=frozenset({1}),
         note="The chance counts all questions; below 5 % a difference stands.",
     )
     return (Details("Every question and its answer", (table,)),)

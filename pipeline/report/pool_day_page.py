@@ -116,7 +116,6 @@ def _runs(record: PoolDay) -> Table:
             }
             for one in record.runs
         ],
-        text_columns=frozenset({1, 5}),
         note="Size: of the largest commands. Room: north × east × depth of the simulated track; "
         "turn the vehicle round to fit.",
     )
@@ -136,7 +135,6 @@ def _promises(record: PoolDay) -> Table:
             }
             for one in record.promises
         ],
-        text_columns=frozenset({1}),
     )
 
 

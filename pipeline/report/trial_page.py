@@ -199,7 +199,6 @@ def _identified(results: DayResults) -> Section:
         "What the day's runs say of the vehicle",
         (*header, day) if before is not None else header,
         tuple(rows),
-        text_columns=frozenset({1}),
         row_classes=tuple(classes),
         note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
         "common with that of the trial day before."
@@ -272,7 +271,6 @@ def _quality(results: DayResults) -> Section:
                     }
                     for one in fit.quality
                 ],
-                text_columns=frozenset({1}),
                 note="A model earns its place where it beats both baselines on the right. The "
                 "corrected file has the parameters found, but not the thrust that was fitted "
                 "beside them. Sensor noise: of one reading, without the sensor's offset, which "

@@ -30,7 +30,6 @@ def changes_section(results: VehicleResults) -> Section:
         "Changes",
         head,
         tuple(rows),
-        text_columns=frozenset({3, 4, 5}),
         verbatim_columns=frozenset({0, 3}),
     )
     return Section("changes", "Changes of the vehicle file", (table,))

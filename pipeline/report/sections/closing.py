@@ -45,7 +45,6 @@ def outliers_section(results: VehicleResults) -> Section:
                 "Outliers",
                 ("Where", "Fit", "At", "Measured less fitted", "Robust sigmas"),
                 tuple(rows),
-                text_columns=frozenset({1, 2}),
             ),
         ),
     )

@@ -50,7 +50,6 @@ def _table(name: str, rows: Sequence[Printed]) -> Table:
             )
             for row in rows
         ),
-        text_columns=frozenset({1, 5}),
         row_classes=tuple("" if row.within_rounding else "warning" for row in rows),
     )
 

@@ -94,7 +94,6 @@ def _cavitation(points: tuple[PropellerPoint, ...]) -> Section:
                     }
                     for p in points
                 ],
-                text_columns=frozenset({6}),
                 row_classes=tuple("warning" if p.cavitates else "" for p in points),
             ),
         ),

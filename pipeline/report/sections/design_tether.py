@@ -136,7 +136,6 @@ def _held(held: HeldFootprint) -> Section:
                         held.angle_deg, held.held_radius_m, held.limit, strict=True
                     )
                 ),
-                text_columns=frozenset({2}),
             ),
         ),
     )

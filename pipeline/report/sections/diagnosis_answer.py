@@ -153,7 +153,6 @@ def _table(caption: str, ranking: list[RankedEffect], record: DiagnosisRecord) -
             )
             for one in ranking
         ),
-        text_columns=frozenset({1, 3}),
         row_classes=tuple(_tone(one, record, ("chosen", "warning", "")) for one in ranking),
         note="Shaded: the verdict. Marked: what these data cannot tell from it. Gap closed: on "
         "readings that were kept aside.",

@@ -188,7 +188,6 @@ def confusable_section(record: DiagnosisRecord) -> Section:
         "Closest pairs of effects",
         ("Effect", "and", "Angle [deg]"),
         tuple((in_words(a), in_words(b), fixed(angle_deg(cosine), 1)) for a, b, cosine in pairs),
-        text_columns=frozenset({1}),
         row_classes=tuple(
             "warning" if angle_deg(cosine) <= ONE_ANSWER_DEG else "" for *_, cosine in pairs
         ),
@@ -254,9 +253,7 @@ def files_section(record: DiagnosisRecord, files: tuple[tuple[str, str], ...]) -
     ]
     if record.evidence.healthy_runs:
         rows.append(("Sound runs", identifiers(record.evidence.healthy_runs)))
-    blocks: list[Block] = [
-        Table("What was diagnosed", ("What", "Names"), tuple(rows), text_columns=frozenset({1}))
-    ]
+    blocks: list[Block] = [Table("What was diagnosed", ("What", "Names"), tuple(rows))]
     if files:
         blocks.append(Links(files))
     return Section("files", "Runs and files", tuple(blocks))

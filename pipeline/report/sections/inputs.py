@@ -165,7 +165,6 @@ def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Table
             )
             for sheet in sheets
         ),
-        text_columns=frozenset({1, 2, 4}),
     )
 
 
@@ -181,7 +180,6 @@ def _file_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Table:
         "Files and what became of their points",
         ("File", "Sheets", "Points", "Used", "Left out, by reason"),
         tuple(rows),
-        text_columns=frozenset({4}),
     )
 
 
@@ -200,7 +198,6 @@ def _left_out_table(left_out: Sequence[Marked]) -> Table:
             (file, sheet if sheet is not None else "–", row_ranges(numbers), mark)
             for (file, sheet, mark), numbers in rows.items()
         ),
-        text_columns=frozenset({1, 2, 3}),
     )
 
 
@@ -237,7 +234,6 @@ def _column_table(sheets: Sequence[SheetRead]) -> Table:
         "Columns and units as understood",
         ("File", "Sheets", "Quantity", "Column header", "Column", "Unit", "Unit taken from"),
         tuple((key[0], _shortened(names), *key[1:]) for key, names in where.items()),
-        text_columns=frozenset({1, 2, 3, 4, 5, 6}),
     )
 
 

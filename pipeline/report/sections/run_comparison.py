@@ -147,7 +147,6 @@ def _error_table(channels: tuple[ChannelError, ...]) -> Table:
             "Error, largest",
         ),
         tuple(rows),
-        text_columns=frozenset({1}),
         row_classes=tuple(classes),
         links={(row, 3): f"#{figure_name(one.quantity)}" for row, one in enumerate(channels)},
         note="Noise with offset: what the vehicle file states for one reading, noise and offset of "

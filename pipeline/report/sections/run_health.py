@@ -58,9 +58,7 @@ def run_facts_section(results: RunResults) -> Section:
             for name, entries in stored.metadata.items()
             if any(entries.values())
         ]
-    blocks: list[Block] = [
-        Table("The run", ("What", "Value"), tuple(rows), text_columns=frozenset({1}))
-    ]
+    blocks: list[Block] = [Table("The run", ("What", "Value"), tuple(rows))]
     if stored is not None and stored.notes is None:
         blocks.append(
             Paragraph(
@@ -119,7 +117,6 @@ def run_health_section(results: RunResults) -> Section:
             "Marked",
         ),
         tuple(_channel_row(channel) for channel in stored.channels),
-        text_columns=frozenset({1, 7, 9}),
         row_classes=tuple(
             "warning" if _marked(channel) > 0.01 * channel.readings else ""
             for channel in stored.channels
@@ -154,7 +151,6 @@ def run_health_section(results: RunResults) -> Section:
                         )
                         for topic in stored.topics
                     ),
-                    text_columns=frozenset({1, 2, 4}),
                 ),
             ),
         )
@@ -205,7 +201,6 @@ def manoeuvres_section(results: RunResults) -> Section:
                     )
                     for stretch in found
                 ),
-                text_columns=frozenset({4}),
             )
         )
     else:

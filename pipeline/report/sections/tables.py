@@ -95,5 +95,4 @@ def provenance_table(lines: Mapping[str, str]) -> Table:
         "Inputs, code and versions",
         ("What", "Digest or version"),
         tuple(lines.items()),
-        text_columns=frozenset({1}),
     )

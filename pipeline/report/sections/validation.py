@@ -178,7 +178,6 @@ def _keeping_table(validation: AllocatorValidation) -> Table:
             }
             for one in validation.keeping
         ],
-        text_columns=frozenset({1}),
         note="Wrench error: what the codes give when settled less what was wanted after portions "
         "and limits, rms, in percent of the largest that the thrusters can make on that axis at "
         "that speed.",
@@ -212,7 +211,6 @@ def _cost_table(validation: AllocatorValidation) -> Table:
             for one in validation.keeping
             if one.variant != "ideal"
         ],
-        text_columns=frozenset({1}),
         note="Against the flow: share of the time with a thruster that pushes against more than "
         "0.1 m/s, where the row at rest is a model. "
         "Compare power only where both reach the same speed: the slower one needs less. J "

@@ -37,7 +37,6 @@ def warnings_section(results: VehicleResults) -> Section:
                 "Checks that failed",
                 ("Result", "Check", "What was found"),
                 tuple((stage, check.name, check.text) for stage, check in failed),
-                text_columns=frozenset({1, 2}),
                 row_classes=("warning",) * len(failed),
             )
         )
@@ -49,7 +48,6 @@ def warnings_section(results: VehicleResults) -> Section:
                 "Results that could not be computed",
                 ("Result", "Why"),
                 tuple((STAGE_TITLES[stage], reason) for stage, reason in missing.items()),
-                text_columns=frozenset({1}),
                 row_classes=("warning",) * len(missing),
             )
         )
@@ -62,7 +60,6 @@ def warnings_section(results: VehicleResults) -> Section:
             "Checks that passed",
             ("Result", "Check", "What was found"),
             tuple((stage, check.name, check.text) for stage, check in passed),
-            text_columns=frozenset({1, 2}),
         )
         blocks.append(Details(f"{plural(len(passed), 'check')} passed", (table,)))
     return Section("warnings", "Warnings", tuple(blocks))
@@ -97,7 +94,6 @@ def problem_table(caption: str, problems: Iterable[Problem], *, every_place: boo
             )
             for (severity, what, expected, remedy), places in groups.items()
         ),
-        text_columns=frozenset({1, 2, 3, 4}),
         row_classes=tuple(severity for severity, *_ in groups),
     )
 
