@@ -171,8 +171,7 @@ def fold(section: Section) -> Section:
     return replace(section, folded=True)
 
 
-def not_computed(anchor: str, title: str, reason: str) -> Section:
-    """Return the section that stands where a result is missing and says why."""
-    return Section(
-        anchor, title, (Paragraph(f"Not computed: {reason}", tone="warning"),), available=False
-    )
+def not_computed(anchor: str, title: str, reason: str, *more: Block) -> Section:
+    """Return the section that stands where a result is missing and says why; `more` is all else."""
+    why = Paragraph(f"Not computed: {reason}", tone="warning")
+    return Section(anchor, title, (why, *more), available=False)

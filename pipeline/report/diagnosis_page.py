@@ -7,13 +7,16 @@ from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.day_findings import day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.glance import Advice, Glance, Light
-from pipeline.report.blocks import Figure, fold
+from pipeline.report.blocks import Figure, Links, Section, fold
 from pipeline.report.diagnosis_words import (
+    closed_interval,
+    closed_text,
     identifiers,
     in_words,
     listed,
     of_bench,
     probability_text,
+    said,
     verdict_sentence,
 )
 from pipeline.report.glance import diagnosis_glance
@@ -24,15 +27,13 @@ from pipeline.report.sections.diagnosis_answer import (
     next_section,
     notes_section,
     ranking_section,
-    verdict_facts,
 )
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.sections.diagnosis_evidence import (
     confusable_section,
     evidence_section,
-    files_section,
 )
-from pipeline.report.sections.diagnosis_gap import gap_section, shrink_section
+from pipeline.report.sections.diagnosis_gap import gap_section, over_floor, shrink_section
 
 
 def diagnosis_page(
@@ -58,7 +59,7 @@ def diagnosis_page(
             following if bench else fold(following),
             fold(notes_section(record)),
             fold(evidence_section(record)),
-            fold(files_section(record, files)),
+            *([fold(Section("files", "Files", (Links(files),)))] if files else []),
         ),
         glance=bench_glance(record) if bench else glance_of(record),
         picture=picture,
@@ -94,8 +95,25 @@ def bench_glance(record: DiagnosisRecord) -> Glance:
         light=light,
         matter=sentence,
         short=diagnosis_line(record),
-        do=(*([look] if look else ()), *(Advice(text=text) for text in verdict_facts(record))),
+        do=(*([look] if look else ()), *(Advice(text=text) for text in _bench_facts(record))),
     )
+
+
+def _bench_facts(record: DiagnosisRecord) -> list[str]:
+    """Say which thruster it is, how far the gap shrinks, and what to measure."""
+    shrink, lines = record.shrink, []
+    if record.verdict.detail.thruster:
+        lines.append(f"Thruster: {record.verdict.detail.thruster}.")
+    if shrink.gap_closed is not None and record.verdict.effects not in {("none",), ("unknown",)}:
+        closed = f"{closed_text(shrink.gap_closed)} of the gap{closed_interval(shrink.ci95)}"
+        before, after = over_floor(shrink)
+        lines.append(
+            f"On data that were not used for the fit it closes {closed}: from {before} to {after} "
+            "times what a sound vehicle leaves."
+        )
+    if record.next_run is not None:
+        lines.append(f"Next: measure {said(record.next_run.manoeuvre.replace('_', ' '))}.")
+    return lines
 
 
 def diagnosis_line(record: DiagnosisRecord) -> str:

@@ -1,5 +1,6 @@
 """The page of one trial day: warnings, runs, identified parameters and their trend, the tables."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 from pipeline.language import as_it_is
@@ -14,6 +15,7 @@ from pipeline.report.blocks import (
     Section,
     Table,
     fold,
+    not_computed,
 )
 from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.diagnosis_words import unit_text
@@ -45,7 +47,7 @@ def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: s
         warnings if serious else fold(warnings),
         _trend(results),
         fold(gains),
-        fold(_identified(results)),
+        fold(_fit(results)),
         fold(_quality(results)),
         fold(_tables(results)),
         fold(data_section(results)),
@@ -71,81 +73,72 @@ def day_counts(results: DayResults) -> tuple[int, int]:
 def day_warnings(results: DayResults) -> tuple[str, ...]:
     """Return what must be known of the day before anything else."""
     found = []
-    trial = results.trial
+    trial, fit = results.trial, results.trial.identification
     if trial.broken:
         found.append(f"Not read: {', '.join(trial.broken)}. The pages of the runs say why.")
     if trial.why_not and results.vehicle.model is not None:
         found.append(f"No parameters were identified: {trial.why_not}")
     found += gain_warnings(trial.gains)
-    fit = trial.identification
-    if fit is not None and not fit.converged:
-        found.append(_UNSETTLED)
-    elif fit is not None:
-        before = _latest(results)
-        if before is not None:
-            day, parameters = before
-            moved = [
-                _words(one)
-                for one in fit.parameters
-                if one.identified and one.name in parameters and apart(parameters[one.name], one)
-            ]
-            if moved:
-                found.append(
-                    f"{', '.join(moved)}: outside the intervals of {day}. Was something changed "
-                    "on the vehicle (ballast, payload, propeller)?"
-                )
-        off = [_words(one) for one in fit.parameters if one.identified and _against_file(one)]
-        if off:
-            found.append(f"By this day's fit the vehicle file is off in: {', '.join(off)}.")
+    if fit is None:
+        return tuple(found)
+    if not fit.converged:
+        return (*found, _UNSETTLED)
+    day, old = _latest(results)
+    moved = ", ".join(_words(one.name) for one in _identified(trial) if _moved(old, one))
+    if moved:
+        found.append(
+            f"{moved}: outside the intervals of {day}. Was something changed "
+            "on the vehicle (ballast, payload, propeller)?"
+        )
+    off = ", ".join(_words(one.name) for one in _identified(trial) if _against_file(one))
+    if off:
+        found.append(f"By this day's fit the vehicle file is off in: {off}.")
     return tuple(found)
 
 
-def _words(one: IdentifiedParameter) -> str:
-    return one.name.replace("_", " ")
+def _words(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _identified(trial: TrialDay) -> list[IdentifiedParameter]:
+    fit = trial.identification
+    return [] if fit is None else [one for one in fit.parameters if one.identified]
 
 
 def _against_file(one: IdentifiedParameter) -> bool:
-    low, high = one.ci95
-    return not low <= one.prior_value <= high
+    return not one.ci95[0] <= one.prior_value <= one.ci95[1]
 
 
-def _latest(results: DayResults) -> tuple[str, dict[str, IdentifiedParameter]] | None:
-    """Return the latest day before that the day can be compared with; None where it cannot be."""
-    if not results.trial.settled:
-        return None
-    for day, trial in reversed(list(results.earlier.items())):
+def _moved(old: Mapping[str, IdentifiedParameter], one: IdentifiedParameter) -> bool:
+    return one.name in old and apart(old[one.name], one)
+
+
+def _latest(results: DayResults) -> tuple[str, dict[str, IdentifiedParameter]]:
+    """Return the latest day before that the day can be compared with; nothing where there is none.
+
+    A fit that did not come to an end is compared with none.
+    """
+    for day, trial in reversed(list(results.earlier.items()) if results.trial.settled else []):
         if trial.identification is not None and trial.settled:
-            return day, _parameters(trial)
-    return None
-
-
-def _parameters(trial: TrialDay) -> dict[str, IdentifiedParameter]:
-    fit = trial.identification
-    return {} if fit is None else {one.name: one for one in fit.parameters if one.identified}
+            return day, {one.name: one for one in _identified(trial)}
+    return "", {}
 
 
 def _warnings(results: DayResults) -> Section:
-    texts = day_warnings(results)
-    blocks: list[Block] = [Paragraph(text, tone="warning") for text in texts]
-    errors = [as_it_is(run.name) for run in results.runs if run.errors]
+    blocks: list[Block] = [Paragraph(text, tone="warning") for text in day_warnings(results)]
+    errors = ", ".join(as_it_is(run.name) for run in results.runs if run.errors)
     if errors:
-        blocks.insert(
-            0, Paragraph(f"Runs with errors: {', '.join(errors)}. See their pages.", tone="error")
-        )
+        blocks.insert(0, Paragraph(f"Runs with errors: {errors}. See their pages.", tone="error"))
     warned = [f"{as_it_is(run.name)} ({run.warnings})" for run in results.runs if run.warnings]
     if warned:
         blocks.append(Paragraph(f"Warnings on the pages of single runs: {', '.join(warned)}."))
-    if not blocks:
-        blocks.append(Paragraph("No warnings."))
-    return Section("warnings", "Warnings", tuple(blocks))
+    return Section("warnings", "Warnings", tuple(blocks) or (Paragraph("No warnings."),))
 
 
 def _runs(results: DayResults) -> Section:
-    items = tuple(
-        (_run_label(run), results.links[run.name])
-        for run in sorted(results.runs, key=lambda one: rank(one.glance))
-        if run.name in results.links
-    )
+    links = results.links
+    runs = sorted(results.runs, key=lambda one: rank(one.glance))
+    items = tuple((_run_label(run), links[run.name]) for run in runs if run.name in links)
     return Section("runs", "Runs of the day", (Links(items),))
 
 
@@ -156,172 +149,152 @@ def _run_label(run: PageReceipt) -> str:
     return f"{sign} {as_it_is(run.name)}: {run.glance.short}; {run.line}"
 
 
-def _identified(results: DayResults) -> Section:
-    title = "Mass, damping and buoyancy from these runs"
+def _fit(results: DayResults) -> Section:
+    anchor, title = "identified", "Mass, damping and buoyancy from these runs"
     trial, fit = results.trial, results.trial.identification
-    used: list[Block] = []
-    if trial.used:
-        used.append(
-            Table(
-                "What the fit was made from",
-                ("Run", "From [s]", "To [s]", "Change of the commands"),
-                tuple(
-                    (one.run, fixed(one.from_s, 0), fixed(one.to_s, 0), general(one.excitation, 2))
-                    for one in trial.used
-                ),
-                verbatim_columns=frozenset({0}),
-                note="The stretches whose commands change most are taken, up to a total that "
-                "keeps the report quick. Change: root mean square over the thrusters, share of "
-                "the range. rig2sea identify takes whole runs.",
-            )
-        )
-    if trial.passed_over:
-        used.append(Details("Runs that were not used", (Bullets(trial.passed_over),)))
+    used = _used(trial)
     if fit is None:
-        reason = trial.why_not or "no fit was made."
-        blocks: tuple[Block, ...] = (Paragraph(f"Not computed: {reason}", tone="warning"), *used)
-        return Section("identified", title, blocks, available=False)
-    before = _latest(results)
-    day, old = before if before is not None else ("", {})
-    rows, classes = [], []
-    for one in fit.parameters:
-        if not one.identified:
-            continue
-        value, interval = with_interval(one.value, one.ci95)
-        row = [one.meaning, unit_text(one.unit), value, interval, general(one.prior_value, 3)]
-        if before is not None:
-            row.append(general(old[one.name].value, 3) if one.name in old else "–")
-        rows.append(tuple(row))
-        moved = one.name in old and apart(old[one.name], one)
-        classes.append("warning" if fit.converged and (moved or _against_file(one)) else "")
-    header = ("What it is", "Unit", "Value", "95 % interval", "Vehicle file")
-    table = Table(
-        "What the day's runs say of the vehicle",
-        (*header, day) if before is not None else header,
-        tuple(rows),
-        row_classes=tuple(classes),
-        note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
-        "common with that of the trial day before."
-        if fit.converged
-        else "",
-    )
+        return not_computed(anchor, title, trial.why_not or "no fit was made.", *used)
+    blocks: list[Block] = [] if fit.converged else [Paragraph(_UNSETTLED, tone="warning")]
     none = Paragraph("These runs determine none of the parameters.")
-    more: list[Block] = [] if fit.converged else [Paragraph(_UNSETTLED, tone="warning")]
-    more.append(table if rows else none)
+    blocks.append(_parameters(results, *_latest(results)) if _identified(trial) else none)
     if fit.cannot_identify:
-        more.append(
-            Details(
-                f"{plural(len(fit.cannot_identify), 'value')} of which these runs say nothing",
-                (Bullets(fit.cannot_identify),),
-            )
-        )
+        silent = f"{plural(len(fit.cannot_identify), 'value')} of which these runs say nothing"
+        blocks.append(Details(silent, (Bullets(fit.cannot_identify),)))
     if fit.notes or trial.notes:
-        more.append(Bullets((*fit.notes, *trial.notes)))
-    return Section("identified", title, (*more, *used))
+        blocks.append(Bullets((*fit.notes, *trial.notes)))
+    return Section(anchor, title, (*blocks, *used))
+
+
+def _used(trial: TrialDay) -> list[Block]:
+    blocks: list[Block] = []
+    if trial.used:
+        table = Table.of(
+            "What the fit was made from",
+            [
+                {
+                    "Run": as_it_is(one.run),
+                    "From [s]": fixed(one.from_s, 0),
+                    "To [s]": fixed(one.to_s, 0),
+                    "Change of the commands": general(one.excitation, 2),
+                }
+                for one in trial.used
+            ],
+            note="The stretches whose commands change most are taken, up to a total that "
+            "keeps the report quick. Change: root mean square over the thrusters, share of "
+            "the range. rig2sea identify takes whole runs.",
+        )
+        blocks.append(table)
+    if trial.passed_over:
+        blocks.append(Details("Runs that were not used", (Bullets(trial.passed_over),)))
+    return blocks
+
+
+def _parameters(results: DayResults, day: str, old: Mapping[str, IdentifiedParameter]) -> Table:
+    settled = results.trial.settled
+    rows, classes = [], []
+    for one in _identified(results.trial):
+        value, interval = with_interval(one.value, one.ci95)
+        row = {"What it is": one.meaning, "Unit": unit_text(one.unit), "Value": value}
+        row |= {"95 % interval": interval, "Vehicle file": general(one.prior_value, 3)}
+        if day:
+            row[day] = general(old[one.name].value, 3) if one.name in old else "–"
+        rows.append(row)
+        classes.append("warning" if settled and (_moved(old, one) or _against_file(one)) else "")
+    note = (
+        "Marked: the interval does not hold the vehicle file's value, or has nothing in common "
+        "with that of the trial day before."
+        if settled
+        else ""
+    )
+    caption = "What the day's runs say of the vehicle"
+    return Table.of(caption, rows, row_classes=tuple(classes), note=note)
 
 
 def _trend(results: DayResults) -> Section:
-    days = {day: _parameters(trial) for day, trial in results.earlier.items()}
-    days[results.day] = _parameters(results.trial)
     every = {**results.earlier, results.day: results.trial}
+    days = {day: {one.name: one for one in _identified(trial)} for day, trial in every.items()}
     unsettled = [day for day, trial in every.items() if not trial.settled]
     blocks = trend_blocks(days, unsettled)
-    if not blocks:
-        text = (
-            "A trend needs two trial days with a fit; there is one so far."
-            if any(own for day, own in days.items() if day not in unsettled)
-            else "A trend needs two trial days with a fit; there is none so far."
-        )
-        left_out = unsettled_days(unsettled)
-        return Section("trend", TREND_TITLE, (Paragraph(text), *left_out), available=False)
-    return Section("trend", TREND_TITLE, blocks)
+    if blocks:
+        return Section("trend", TREND_TITLE, blocks)
+    text = (
+        "A trend needs two trial days with a fit; there is one so far."
+        if any(own for day, own in days.items() if day not in unsettled)
+        else "A trend needs two trial days with a fit; there is none so far."
+    )
+    left_out = (Paragraph(text), *unsettled_days(unsettled))
+    return Section("trend", TREND_TITLE, left_out, available=False)
 
 
 def _quality(results: DayResults) -> Section:
-    title = "Prediction of data that were not used for the fit"
+    anchor, title = "quality", "Prediction of data that were not used for the fit"
     fit = results.trial.identification
-    if fit is None or not fit.quality:
-        text = (
-            "Not computed: there is no fit to judge."
-            if fit is None
-            else "Not computed: nothing was left to judge the fit by."
-        )
-        return Section("quality", title, (Paragraph(text, tone="warning"),), available=False)
+    if fit is None:
+        return not_computed(anchor, title, "there is no fit to judge.")
+    if not fit.quality:
+        return not_computed(anchor, title, "nothing was left to judge the fit by.")
 
     def number(value: float | None) -> str:
         return "–" if value is None else general(value, 3)
 
-    return Section(
-        "quality",
-        title,
-        (
-            Table.of(
-                f"Root mean square errors over {general(fit.quality[0].horizon_s, 2)} s",
-                [
-                    {
-                        "Channel": one.channel.replace("_", " "),
-                        "Unit": one.unit,
-                        "Readings": str(one.readings),
-                        "Sensor noise": general(one.sensor_noise, 2),
-                        "Fit": number(one.rmse_identified),
-                        "Corrected file": number(one.rmse_corrected_file),
-                        "Vehicle file": number(one.rmse_vehicle_file),
-                        "Last value kept": number(one.rmse_last_value),
-                        "Plain linear model": number(one.rmse_black_box),
-                    }
-                    for one in fit.quality
-                ],
-                note="A model earns its place where it beats both baselines on the right. The "
-                "corrected file has the parameters found, but not the thrust that was fitted "
-                "beside them. Sensor noise: of one reading, without the sensor's offset, which "
-                "was estimated and taken off; pages of runs show both together.",
-            ),
-        ),
+    table = Table.of(
+        f"Root mean square errors over {general(fit.quality[0].horizon_s, 2)} s",
+        [
+            {
+                "Channel": _words(one.channel),
+                "Unit": one.unit,
+                "Readings": str(one.readings),
+                "Sensor noise": general(one.sensor_noise, 2),
+                "Fit": number(one.rmse_identified),
+                "Corrected file": number(one.rmse_corrected_file),
+                "Vehicle file": number(one.rmse_vehicle_file),
+                "Last value kept": number(one.rmse_last_value),
+                "Plain linear model": number(one.rmse_black_box),
+            }
+            for one in fit.quality
+        ],
+        note="A model earns its place where it beats both baselines on the right. The corrected "
+        "file has the parameters found, but not the thrust that was fitted beside them. Sensor "
+        "noise: of one reading, without the sensor's offset.",
     )
+    return Section(anchor, title, (table,))
 
 
 def _tables(results: DayResults) -> Section:
-    title = "Thruster tables since the trial day before"
+    anchor, title = "tables", "Thruster tables since the trial day before"
     now, before = results.tables, results.tables_before
     if now is None or now.why_not:
         reason = now.why_not if now is not None else "they were not kept."
-        text = f"There are no tables: {reason}"
-        return Section("tables", title, (Paragraph(text, tone="warning"),), available=False)
+        return not_computed(anchor, title, f"there are no tables: {reason}")
     if before is None or before.why_not:
         text = "No tables of an earlier trial day are on record; the history begins with these."
-        return Section("tables", title, (Paragraph(text),))
+        return Section(anchor, title, (Paragraph(text),))
     if before.tables_sha256 == now.tables_sha256:
         text = f"The tables are those of {before.day}: not one code differs."
-        return Section("tables", title, (Paragraph(text),))
+        return Section(anchor, title, (Paragraph(text),))
     changes = table_changes(before, now)
-    worst = max(changes, key=lambda one: one.largest_codes, default=None)
-    if worst is None:
+    if not changes:
         text = f"The tables of {before.day} and of this day have no thrust in common."
-        return Section("tables", title, (Paragraph(text, tone="warning"),))
+        return Section(anchor, title, (Paragraph(text, tone="warning"),))
+    worst = max(changes, key=lambda one: one.largest_codes)
     lead = (
         f"Since {before.day} codes changed by up to {general(worst.largest_codes, 2)}, at "
         f"{fixed(worst.at_thrust_n, 1)} N and {speed(worst.speed_mps)} m/s."
         if worst.largest_codes >= ALIKE_CODES
         else f"Since {before.day} no code changed by more than {ALIKE_CODES:g}."
     )
-    return Section(
-        "tables",
-        title,
-        (
-            Paragraph(lead),
-            Table(
-                "Change of the code for a thrust",
-                ("Speed [m/s]", "Largest [codes]", "At [N]", "Mean [codes]", "Thrusts compared"),
-                tuple(
-                    (
-                        speed(one.speed_mps),
-                        general(one.largest_codes, 2),
-                        fixed(one.at_thrust_n, 1),
-                        general(one.mean_codes, 2),
-                        str(one.thrusts),
-                    )
-                    for one in changes
-                ),
-            ),
-        ),
+    table = Table.of(
+        "Change of the code for a thrust",
+        [
+            {
+                "Speed [m/s]": speed(one.speed_mps),
+                "Largest [codes]": general(one.largest_codes, 2),
+                "At [N]": fixed(one.at_thrust_n, 1),
+                "Mean [codes]": general(one.mean_codes, 2),
+                "Thrusts compared": str(one.thrusts),
+            }
+            for one in changes
+        ],
     )
+    return Section(anchor, title, (Paragraph(lead), table))

@@ -1,15 +1,22 @@
 """A diagnosis' page: notes, ranking, what to fly next."""
 
-from pipeline.records.diagnosis import VELOCITIES, DiagnosisRecord, Leftover, RankedEffect
+from pipeline.records.diagnosis import DiagnosisRecord, Leftover, RankedEffect
 from pipeline.report import plotting
 from pipeline.report.bars import Bar, bars_figure
-from pipeline.report.blocks import Block, Bullets, Details, Figure, Paragraph, Section, Table
+from pipeline.report.blocks import (
+    Block,
+    Bullets,
+    Details,
+    Figure,
+    Paragraph,
+    Section,
+    Table,
+    not_computed,
+)
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
     beside,
-    closed_interval,
     closed_text,
-    effect_names,
     in_words,
     listed,
     of_bench,
@@ -19,73 +26,37 @@ from pipeline.report.diagnosis_words import (
     what_it_is,
 )
 from pipeline.report.numbers import general, plural, with_interval
-from pipeline.report.sections.diagnosis_gap import over_floor
 
 #: Answers shown in the open: so many, or as many as are this probable.
 SHOWN, PROBABLE = 4, 0.01
 #: Answers that are drawn; the table has all.
 MOST_DRAWN = 8
+#: Standard deviations below which a difference is hard to see.
+_CLEAR = 3.0
 
 
 def notes_section(record: DiagnosisRecord) -> Section:
     """Say what must be known before the answer is used."""
     blocks: list[Block] = []
-    if record.verdict.ambiguous_with:
-        blocks.append(
-            Paragraph(
-                f"These data cannot tell {effect_names(record.verdict.effects)} from "
-                f"{effect_names(record.verdict.ambiguous_with)}. Change nothing on the vehicle "
-                "before they are told apart: see what comes next.",
-                tone="warning",
-            )
-        )
     # the engine may have said it
     said = any("no healthy runs" in note.lower() for note in record.notes)
     if not record.evidence.healthy_runs and not said and not of_bench(record):
-        blocks.append(
-            Paragraph(
-                "No sound runs were given: what a sound vehicle leaves was taken from the "
-                "uncertainties and sensor figures of the vehicle file, and the answer rests on "
-                "them. --healthy RUN gives measured ones.",
-                tone="note",
-            )
+        text = (
+            "No sound runs were given: what a sound vehicle leaves was taken from the "
+            "uncertainties and sensor figures of the vehicle file, and the answer rests on "
+            "them. --healthy RUN gives measured ones."
         )
-    blocks.append(
-        Bullets(record.notes) if record.notes else Paragraph("No further remarks on these data.")
-    )
+        blocks.append(Paragraph(text, tone="note"))
+    none = Paragraph("No further remarks on these data.")
+    blocks.append(Bullets(record.notes) if record.notes else none)
     return Section("notes", "Notes", tuple(blocks))
-
-
-def verdict_facts(record: DiagnosisRecord) -> tuple[str, ...]:
-    """Lines under the verdict: where it sits, how far the gap shrinks, what to do."""
-    verdict, lines = record.verdict, []
-    detail = verdict.detail
-    if detail.thruster:
-        lines.append(f"Thruster: {detail.thruster}.")
-    if detail.axes:
-        words = {velocity: axis for axis, velocity in VELOCITIES.items()}
-        lines.append(f"Axes: {listed([words[one] for one in detail.axes])}.")
-    shrink = record.shrink
-    named = verdict.effects not in {("none",), ("unknown",)}
-    if shrink.gap_closed is not None and named:
-        closed = closed_text(shrink.gap_closed)
-        text = f"On data that were not used for the fit it closes {closed} of the gap"
-        text += closed_interval(shrink.ci95)
-        before, after = over_floor(shrink)
-        lines.append(f"{text}: from {before} to {after} times what a sound vehicle leaves.")
-    if record.next_run is not None:
-        manoeuvre = said(record.next_run.manoeuvre.replace("_", " "))
-        bench = of_bench(record)
-        lines.append(f"Next: measure {manoeuvre}." if bench else f"Next: fly {manoeuvre}.")
-    return tuple(lines)
 
 
 def ranking_section(record: DiagnosisRecord) -> Section:
     """Show every answer with its probability, its parameters and their intervals."""
     title = "What it may be"
     if not record.ranking:
-        text = "No answer was ranked."
-        return Section("ranking", title, (Paragraph(text, tone="warning"),), available=False)
+        return not_computed("ranking", title, "no answer was ranked.")
     ranking = sorted(record.ranking, key=lambda one: -one.probability)
     shown = max(SHOWN, sum(one.probability >= PROBABLE for one in ranking))
     blocks: list[Block] = [
@@ -140,19 +111,18 @@ def _words(one: RankedEffect) -> str:
 
 
 def _table(caption: str, ranking: list[RankedEffect], record: DiagnosisRecord) -> Table:
-    return Table(
+    return Table.of(
         caption,
-        ("Answer", "What it is", "Probability", "Values with 95 % intervals", "Gap closed"),
-        tuple(
-            (
-                _words(one),
-                _what(one),
-                probability_text(one.probability),
-                _parameters(one),
-                "–" if one.gap_closed is None else closed_text(one.gap_closed),
-            )
+        [
+            {
+                "Answer": _words(one),
+                "What it is": _what(one),
+                "Probability": probability_text(one.probability),
+                "Values with 95 % intervals": _parameters(one),
+                "Gap closed": "–" if one.gap_closed is None else closed_text(one.gap_closed),
+            }
             for one in ranking
-        ),
+        ],
         row_classes=tuple(_tone(one, record, ("chosen", "warning", "")) for one in ranking),
         note="Shaded: the verdict. Marked: what these data cannot tell from it. Gap closed: on "
         "readings that were kept aside.",
@@ -180,9 +150,8 @@ def _parameters(one: RankedEffect) -> str:
 def next_section(record: DiagnosisRecord) -> Section:
     """Say what to fly next, and what is left."""
     bench = of_bench(record)
-    title = "What to measure next" if bench else "What to fly next"
-    following, left = record.next_run, record.leftover
-    blocks: list[Block] = []
+    following, unknown = record.next_run, "unknown" in record.verdict.effects
+    texts: list[str] = []
     if following is not None:
         first, second = (in_words(name) for name in following.separates)
         manoeuvre = following.manoeuvre.replace("_", " ")
@@ -192,39 +161,34 @@ def next_section(record: DiagnosisRecord) -> Section:
             else f"Fly {manoeuvre}: of the manoeuvres that the vehicle can fly it shows best"
         )
         sigma = general(following.expected_separation_sigma, 2)
-        blocks.append(
-            Paragraph(
-                f"{what} the difference between {first} and {second}, by {sigma} standard "
-                "deviations."
-            )
+        texts.append(
+            f"{what} the difference between {first} and {second}, by {sigma} standard deviations."
         )
-        if following.expected_separation_sigma < 3.0:
-            blocks.append(
-                Paragraph("That is little: repeat it, or take more readings.", tone="warning")
-            )
-    elif "unknown" not in record.verdict.effects:
-        blocks.append(Paragraph("Nothing more is needed to tell the answer from another one."))
-    if "unknown" in record.verdict.effects:
+        if following.expected_separation_sigma < _CLEAR:
+            texts.append("That is little: repeat it, or take more readings.")
+    elif not unknown:
+        texts.append("Nothing more is needed to tell the answer from another one.")
+    if unknown:
         course = "What is left" if bench else "Time course"
-        blocks.append(Paragraph(_dependence(record)))
-        blocks.append(Paragraph(f"{course}: {left.time_course}."))
-    return Section("next", title, tuple(blocks))
+        texts += [_dependence(record), f"{course}: {record.leftover.time_course}."]
+    title = "What to measure next" if bench else "What to fly next"
+    return Section("next", title, tuple(map(Paragraph, texts)))
 
 
 def _dependence(record: DiagnosisRecord) -> str:
     left, bench = record.leftover, of_bench(record)
     if left.depends_on is None:
-        if bench:
-            return "The thrust that is left goes neither with the code nor with its size."
         return (
-            f"The force that is left lies mostly in {left.worst_axis} and goes with none of the "
-            "quantities that were measured."
+            "The thrust that is left goes neither with the code nor with its size."
+            if bench
+            else f"The force that is left lies mostly in {left.worst_axis} and goes with none of "
+            "the quantities that were measured."
         )
     name = REGRESSORS.get(left.depends_on, left.depends_on)
-    if bench:
-        return f"The thrust that is left goes with the {name}{correlated(left)}."
     return (
-        f"The force that is left lies mostly in {left.worst_axis} and goes with {name}"
+        f"The thrust that is left goes with the {name}{correlated(left)}."
+        if bench
+        else f"The force that is left lies mostly in {left.worst_axis} and goes with {name}"
         f"{correlated(left)}: vary {name} on its own in the next run."
     )
 

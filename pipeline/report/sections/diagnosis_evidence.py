@@ -1,14 +1,11 @@
 """A diagnosis' page: how it was decided, for whoever doubts it."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from pipeline.records.diagnosis import ChannelNoiseCheck, DiagnosisRecord
-from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
+from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
 from pipeline.report.diagnosis_words import (
     REGRESSORS,
-    effect_names,
     identifiers,
     in_words,
     listed,
@@ -17,7 +14,7 @@ from pipeline.report.diagnosis_words import (
     verdict_sentence,
 )
 from pipeline.report.numbers import fixed, general, plural
-from pipeline.report.sections.diagnosis_answer import correlated, verdict_facts
+from pipeline.report.sections.diagnosis_answer import correlated
 
 #: Whitened residuals of a right noise model lie in here.
 VARIANCE, LAG1 = (0.8, 1.2), 0.1
@@ -27,6 +24,8 @@ _WIDENED = 1.005
 _ORDINARY = 1.0
 #: Below this angle two effects are one answer. [deg]
 ONE_ANSWER_DEG = 10.0
+#: More pairs than this are folded away.
+_PAIRS = 12
 _STAGES = {
     "kinematics": "Do the sensors agree with each other?",
     "actuators": "Do the thrusters do what they are told?",
@@ -44,8 +43,8 @@ def evidence_section(record: DiagnosisRecord) -> Section:
     ]
     blocks: list[Block] = [
         Paragraph(verdict_sentence(record.verdict)),
-        Bullets((*verdict_facts(record), *answers)),
-        *_noise(record.evidence.noise, bench=of_bench(record)),
+        Bullets(tuple(answers)),
+        *_noise(record.evidence.noise),
         Bullets(tuple(_facts(record))),
         *_leftover(record),
         Paragraph(
@@ -94,49 +93,41 @@ def white(check: ChannelNoiseCheck) -> bool:
     return VARIANCE[0] <= check.variance <= VARIANCE[1] and abs(check.lag1) < LAG1
 
 
-def _noise(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> list[Block]:
+def _noise(noise: dict[str, ChannelNoiseCheck]) -> list[Block]:
     if not noise:
         return [Paragraph("The noise of the readings was not checked.", tone="warning")]
-    table = Table(
+    table = Table.of(
         "Check of the noise: what the best model leaves, in units of the noise",
-        ("Channel", "Variance", "Correlation of neighbours", "Noise widened by"),
-        tuple(
-            (
-                name.replace("_", " "),
-                fixed(check.variance, 2),
-                fixed(check.lag1, 2),
-                fixed(check.widened_by, 2),
-            )
+        [
+            {
+                "Channel": name.replace("_", " "),
+                "Variance": fixed(check.variance, 2),
+                "Correlation of neighbours": fixed(check.lag1, 2),
+                "Noise widened by": fixed(check.widened_by, 2),
+            }
             for name, check in noise.items()
-        ),
+        ],
         row_classes=tuple("" if white(check) else "warning" for check in noise.values()),
         note=f"Right: variance {VARIANCE[0]:g} to {VARIANCE[1]:g}, correlation within "
         f"±{LAG1:g}; what is not is marked.",
     )
-    return [Paragraph(_noise_said(noise, bench=bench)), table]
+    return [Paragraph(_noise_said(noise)), table]
 
 
-def _noise_said(noise: dict[str, ChannelNoiseCheck], *, bench: bool) -> str:
-    odd = [name.replace("_", " ") for name, check in noise.items() if not white(check)]
+def _noise_said(noise: dict[str, ChannelNoiseCheck]) -> str:
+    odd = listed([name.replace("_", " ") for name, check in noise.items() if not white(check)])
     if not odd:
         return (
             "The readings scatter about the best model as the noise model says, so they count in "
             "full."
         )
-    if bench:
-        return (
-            f"The noise model does not fit {listed(odd)}: the table says how. Nothing was "
-            "widened for it: a mooring table has few readings, and smooth errors of both tables "
-            "are counted as such."
-        )
     if max(check.widened_by for check in noise.values()) < _WIDENED:
         return (
-            f"The noise model does not fit {listed(odd)}: the table says how. Nothing was widened "
-            "for it: readings that scatter less than stated, or turn about, count as they are."
+            f"The noise model does not fit {odd}: the table says how. Nothing was widened for it."
         )
     return (
-        f"The noise model does not fit {listed(odd)}: the table says how, and how much "
-        "wider the noise was taken before the evidence was counted."
+        f"The noise model does not fit {odd}: the table says how, and how much wider the noise was "
+        "taken before the evidence was counted."
     )
 
 
@@ -164,60 +155,26 @@ def confusable_section(record: DiagnosisRecord) -> Section:
     if not pairs:
         text = "Every two candidates leave traces of their own in these runs."
         return Section("confusable", title, (Paragraph(text),))
-    groups = confusable_groups(record.confusable)
-    blocks: list[Block] = []
-    if groups:
-        blocks += [
-            Paragraph(
-                "Known from the runs alone, before the verdict: the traces of these effects in the "
-                f"measured channels differ by less than {ONE_ANSWER_DEG:g} degrees, so each group "
-                "is one answer."
-            ),
-            Bullets(tuple(effect_names(group) for group in groups)),
-        ]
-        apart = _apart_all_the_same(record, groups)
-        if apart:
-            blocks.append(Paragraph(apart))
-    else:
-        blocks.append(
-            Paragraph(
-                f"No two effects come closer than {ONE_ANSWER_DEG:g} degrees; the closest pairs:"
-            )
-        )
-    table = Table(
+    near = [angle_deg(cosine) <= ONE_ANSWER_DEG for *_, cosine in pairs]
+    table = Table.of(
         "Closest pairs of effects",
-        ("Effect", "and", "Angle [deg]"),
-        tuple((in_words(a), in_words(b), fixed(angle_deg(cosine), 1)) for a, b, cosine in pairs),
-        row_classes=tuple(
-            "warning" if angle_deg(cosine) <= ONE_ANSWER_DEG else "" for *_, cosine in pairs
-        ),
+        [
+            {"Effect": in_words(a), "and": in_words(b), "Angle [deg]": fixed(angle_deg(cosine), 1)}
+            for a, b, cosine in pairs
+        ],
+        row_classes=tuple("warning" if one else "" for one in near),
         note="Angle between what the two effects do to the readings, after everything that is "
         "ordinary has been taken away: 0 means the same trace, 90 nothing in common.",
     )
-    blocks.append(table if len(pairs) <= 12 else Details(f"{len(pairs)} pairs", (table,)))
-    return Section("confusable", title, tuple(blocks))
-
-
-def _apart_all_the_same(record: DiagnosisRecord, groups: Sequence[Sequence[str]]) -> str:
-    """Say of a verdict that stands in a group why it is told from the others all the same.
-
-    What is alike to what the verdict explains is in its answer set; the angles here are the
-    smallest of any parameter of an effect.
-    """
-    verdict = record.verdict
-    if of_bench(record) or set(verdict.effects) & {"none", "unknown"}:
-        return ""
-    # errors of the DVL may have been settled by comparing instruments, which knows no angles
-    mine = {name for name in verdict.effects if not name.startswith("dvl_")}
-    near = {name for group in groups if mine & set(group) for name in group}
-    others = sorted(near - {*verdict.effects, *verdict.ambiguous_with})
-    if not others:
-        return ""
-    return (
-        f"The verdict is distinguished from {effect_names(others)} all the same: what it explains "
-        f"in these runs lies more than {ONE_ANSWER_DEG:g} degrees away, and the small angle is of "
-        "another thruster, axis or parameter."
+    said = (
+        f"Known from the runs alone, before the verdict. Marked: closer than {ONE_ANSWER_DEG:g} "
+        "degrees, one answer unless the verdict names a thruster, axis or size that tells them "
+        "apart."
+        if any(near)
+        else f"No two effects come closer than {ONE_ANSWER_DEG:g} degrees; the closest pairs:"
     )
+    shown = table if len(pairs) <= _PAIRS else Details(f"{len(pairs)} pairs", (table,))
+    return Section("confusable", title, (Paragraph(said), shown))
 
 
 def angle_deg(cosine: float) -> float:
@@ -227,33 +184,3 @@ def angle_deg(cosine: float) -> float:
     (0.0, 60.0)
     """
     return float(np.degrees(np.arccos(np.clip(abs(cosine), 0.0, 1.0))))
-
-
-def confusable_groups(pairs: tuple[tuple[str, str, float], ...]) -> tuple[tuple[str, ...], ...]:
-    """Join pairs that are one answer into groups.
-
-    >>> confusable_groups((("a", "b", 0.999), ("b", "c", 0.99), ("d", "e", 0.5)))
-    (('a', 'b', 'c'),)
-    """
-    groups: list[set[str]] = []
-    for first, second, cosine in pairs:
-        if angle_deg(cosine) > ONE_ANSWER_DEG:
-            continue
-        touched = [group for group in groups if first in group or second in group]
-        groups = [group for group in groups if group not in touched]
-        groups.append({first, second}.union(*touched))
-    return tuple(sorted(tuple(sorted(group)) for group in groups))
-
-
-def files_section(record: DiagnosisRecord, files: tuple[tuple[str, str], ...]) -> Section:
-    """Name the runs and link the files of the diagnosis."""
-    rows = [
-        ("Runs", identifiers(record.runs) or "–"),
-        ("Kept aside", identifiers(record.holdout) or "–"),
-    ]
-    if record.evidence.healthy_runs:
-        rows.append(("Sound runs", identifiers(record.evidence.healthy_runs)))
-    blocks: list[Block] = [Table("What was diagnosed", ("What", "Names"), tuple(rows))]
-    if files:
-        blocks.append(Links(files))
-    return Section("files", "Runs and files", tuple(blocks))

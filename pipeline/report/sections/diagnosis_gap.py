@@ -1,14 +1,10 @@
 """A diagnosis' page: where the gap lies, and how far it shrinks on what took no part."""
 
-from collections import Counter
-from dataclasses import dataclass
-
 from pipeline.language import as_it_is
 from pipeline.records.diagnosis import DiagnosisRecord, ShrinkFigures
-from pipeline.report.blocks import Block, Details, Gallery, Paragraph, Section, Table
+from pipeline.report.blocks import Block, Details, Gallery, Paragraph, Section, Table, not_computed
 from pipeline.report.channels import channel_name, in_order, shown_unit, symbol
 from pipeline.report.diagnosis_words import (
-    REGRESSORS,
     closed_interval,
     closed_text,
     of_bench,
@@ -24,67 +20,46 @@ MOST_DRAWN = 36
 _NOTABLY = 1.2
 #: A regime whose share of the gap is below this many times its share of the time hardly stands out.
 _HARDLY_MORE = 1.25
-_PARTS = {1: ("all",), 2: ("low", "high"), 3: ("low", "middle", "high")}
 _HORIZONS = {"0.5": "0.5 s ahead", "2": "2 s ahead", "10": "10 s ahead", "run": "whole run"}
 #: Ratio from which a cell is shaded, the darkest first.
 _SHADES = ((10.0, "hot3"), (4.0, "hot2"), (1.5, "hot1"))
-
-
-@dataclass(frozen=True)
-class MapRow:
-    """One row of the map: `label`, its range in full, the ratio by channel."""
-
-    label: str
-    range_text: str
-    ratios: dict[str, float]
 
 
 def gap_section(record: DiagnosisRecord) -> Section:
     """Show the gap by channel, horizon and regime, and when it is there."""
     title = "Where the gap lies"
     if not record.gap.channels:
-        text = "No channel of the motion could be compared."
-        return Section("gap", title, (Paragraph(text, tone="warning"),), available=False)
+        return not_computed("gap", title, "no channel of the motion could be compared.")
     blocks: list[Block] = [Paragraph(gap_lead(record)), _channel_table(record), _map(record)]
-    where = record.gap.where
-    if where.times:
-        rows = tuple(
-            (one.run, fixed(one.from_s, 1), fixed(one.to_s, 1), percent(one.share))
-            for one in where.times
-        )
-        blocks.append(
-            Table(
-                "Stretches of the runs that carry the gap",
-                ("Run", "From [s]", "To [s]", "Share of the gap"),
-                rows,
-                verbatim_columns=frozenset({0}),
-                note="A gap that sets in at some time is another fault than one that is always "
-                "there.",
-            )
-        )
+    times = [
+        {
+            "Run": as_it_is(one.run),
+            "From [s]": fixed(one.from_s, 1),
+            "To [s]": fixed(one.to_s, 1),
+            "Share of the gap": percent(one.share),
+        }
+        for one in record.gap.where.times
+    ]
+    if times:
+        note = "A gap that sets in at some time is another fault than one that is always there."
+        blocks.append(Table.of("Stretches of the runs that carry the gap", times, note=note))
     return Section("gap", title, tuple(blocks))
 
 
-def map_rows(record: DiagnosisRecord) -> list[MapRow]:
-    """Return the rows: all readings, the horizons, then each regressor's parts."""
+def map_rows(record: DiagnosisRecord) -> list[tuple[str, dict[str, float]]]:
+    """Return ratios by channel: of all readings, of the horizons, of each regressor's parts."""
     channels = record.gap.channels
-    whole = {name: one.ratio for name, one in channels.items()}
-    rows = [MapRow("all readings", "", whole)]
+    rows = [("all readings", {name: one.ratio for name, one in channels.items()})]
     for key, label in _HORIZONS.items():
         own = {
             name: one.horizons[key].ratio for name, one in channels.items() if key in one.horizons
         }
         if own:
-            rows.append(MapRow(label, "", own))
-    parts = Counter(regime.regressor for regime in record.gap.by_regime)
-    seen: Counter[str] = Counter()
-    for regime in record.gap.by_regime:
-        name = REGRESSORS.get(regime.regressor, regime.regressor.replace("_", " "))
-        words, number = _PARTS.get(parts[regime.regressor], ()), seen[regime.regressor]
-        seen[regime.regressor] += 1
-        part = words[number] if number < len(words) else str(number + 1)
-        range_text = regime_name(regime.regressor, regime.unit, regime.range)
-        rows.append(MapRow(f"{name}, {part}", range_text, dict(regime.ratios)))
+            rows.append((label, own))
+    rows += [
+        (regime_name(one.regressor, one.unit, one.range), dict(one.ratios))
+        for one in record.gap.by_regime
+    ]
     return rows
 
 
@@ -92,21 +67,18 @@ def _map(record: DiagnosisRecord) -> Table:
     """Shade the ratios by size."""
     names, rows = in_order(record.gap.channels), map_rows(record)
     classes = {
-        (i, j): next(shade for least, shade in _SHADES if row.ratios[name] >= least)
-        for i, row in enumerate(rows)
+        (i, j): next(shade for least, shade in _SHADES if ratios[name] >= least)
+        for i, (_, ratios) in enumerate(rows)
         for j, name in enumerate(names, start=1)
-        if row.ratios.get(name, 0.0) >= _SHADES[-1][0]
+        if ratios.get(name, 0.0) >= _SHADES[-1][0]
     }
-    return Table(
+    return Table.of(
         "Error over what a sound vehicle leaves",
-        ("Readings", *(symbol(name) for name in names)),
-        tuple(
-            (
-                row.range_text or row.label,
-                *(ratio_text(row.ratios[name]) if name in row.ratios else "–" for name in names),
-            )
-            for row in rows
-        ),
+        [
+            {"Readings": label}
+            | {symbol(one): ratio_text(ratios[one]) if one in ratios else "–" for one in names}
+            for label, ratios in rows
+        ],
         cell_classes=classes,
         note="1 and below: nothing to explain; the darker, the more. Columns: the channels of the "
         "table above, by their symbols.",
@@ -144,25 +116,23 @@ def gap_lead(record: DiagnosisRecord) -> str:
 
 
 def _channel_table(record: DiagnosisRecord) -> Table:
-    carrying = set(record.gap.where.channels)
+    names, carrying = in_order(record.gap.channels), set(record.gap.where.channels)
     rows = []
-    names = in_order(record.gap.channels)
     for name in names:
         one = record.gap.channels[name]
         unit, factor = shown_unit(one.unit)
         rows.append(
-            (
-                f"{channel_name(name)} [{unit}]",
-                general(factor * one.rmse, 3),
-                general(factor * one.sensor_floor, 2),
-                general(factor * one.healthy_floor, 2),
-                ratio_text(one.ratio),
-            )
+            {
+                "Channel": f"{channel_name(name)} [{unit}]",
+                "Error, rms": general(factor * one.rmse, 3),
+                "Sensor noise": general(factor * one.sensor_floor, 2),
+                "A sound vehicle leaves": general(factor * one.healthy_floor, 2),
+                "Ratio": ratio_text(one.ratio),
+            }
         )
-    return Table(
+    return Table.of(
         "Error of the prediction, and what is ordinary",
-        ("Channel", "Error, rms", "Sensor noise", "A sound vehicle leaves", "Ratio"),
-        tuple(rows),
+        rows,
         row_classes=tuple("warning" if name in carrying else "" for name in names),
         note="A sound vehicle of this kind leaves so much, with its ordinary parameter errors and "
         "disturbances. Ratio: error over that. Marked: the channels that carry the gap, or in "

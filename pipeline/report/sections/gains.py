@@ -6,7 +6,7 @@ from pipeline.language import as_it_is
 from pipeline.records.gains import PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.trial import RunTrial
 from pipeline.report.bars import gains_figure
-from pipeline.report.blocks import Block, Paragraph, Section, Table
+from pipeline.report.blocks import Block, Paragraph, Section, Table, not_computed
 from pipeline.report.day_results import DayResults
 from pipeline.report.numbers import fixed
 from pipeline.report.results import VehicleResults
@@ -33,7 +33,7 @@ def run_gains_section(trial: RunTrial | None) -> Section:
     """
     if trial is None or trial.gains is None:
         why = "the log could not be read." if trial is None else trial.why_no_gains
-        return _absent(why)
+        return not_computed(ANCHOR, TITLE, why)
     gains = trial.gains
     rows = {(row.thruster, row.axis): row for row in gains.gains if row.judged and row.moves}
     return Section(ANCHOR, TITLE, (*_blocks(gains, rows), *_delays(gains)))
@@ -43,7 +43,7 @@ def day_gains_section(results: DayResults) -> Section:
     """Show the gains of a day's runs together, against the last sound day where there is one."""
     gains = results.trial.gains
     if gains is None:
-        return _absent(results.trial.why_no_gains)
+        return not_computed(ANCHOR, TITLE, results.trial.why_no_gains)
     pooled = results.compared or gains.pooled
     rows: dict[tuple[str, str], Row] = {
         (one.thruster, one.axis): one for one in pooled if one.moves
@@ -59,16 +59,15 @@ def vehicle_gains_section(results: VehicleResults) -> Section:
     """Show what each thruster gave on each trial day, the latest last."""
     days = [day for day in results.trials if day.gains][-_DAYS:]
     if not days:
-        return _absent("no trial day shows them.")
+        return not_computed(ANCHOR, TITLE, "no trial day shows them.")
     cells = {(one.thruster, day.name): one for day in days for one in day.gains if one.axis == _ALL}
     names = list(dict.fromkeys(thruster.name for thruster in results.vehicle.thrusters))
-    table = Table(
-        "Gain of each thruster on all axes together, by trial day",
-        ("Thruster", *(day.name for day in days)),
-        tuple((name, *(_cell(cells.get((name, day.name))) for day in days)) for name in names),
-        verbatim_columns=frozenset({0}),
-        note=_NOTE,
-    )
+    rows = [
+        {"Thruster": as_it_is(name)} | {d.name: _cell(cells.get((name, d.name))) for d in days}
+        for name in names
+    ]
+    caption = "Gain of each thruster on all axes together, by trial day"
+    table = Table.of(caption, rows, note=_NOTE)
     latest = [cells[name, days[-1].name] for name in names if (name, days[-1].name) in cells]
     figure = gains_figure(
         "fig-gains",
@@ -86,14 +85,7 @@ def gain_warnings(gains: ThrusterGains | None) -> list[str]:
     gains : ThrusterGains or None
         Of a run or a day.
     """
-    if gains is None:
-        return []
-    return [one.text for one in gains.findings]
-
-
-def _absent(why: str) -> Section:
-    text = f"Not computed: {why}" if why else "Not computed."
-    return Section(ANCHOR, TITLE, (Paragraph(text),), available=False)
+    return [] if gains is None else [one.text for one in gains.findings]
 
 
 def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> list[Block]:
@@ -106,34 +98,26 @@ def _blocks(gains: ThrusterGains, rows: Mapping[tuple[str, str], Row]) -> list[B
             Paragraph(f"Nothing out of the ordinary (false alarms: {rate} of such sets).")
         )
     names = list(gains.runs[0].thrust_std_n)
-    axes = [_ALL, *(a for a in _axes(gains) if any((name, a) in rows for name in names))]
+    axes = dict.fromkeys(row.axis for row in gains.gains if row.axis != _ALL)
+    shown = [_ALL, *(axis for axis in axes if any((name, axis) in rows for name in names))]
     told = [rows[name, _ALL] for name in names if (name, _ALL) in rows]
     if told:
         given = [(one.thruster, one.value, one.ci95) for one in told]
         lead = "What each thruster gives on all axes together, by a simple fit"
         blocks.append(gains_figure("fig-gains", given, lead))
-    against = any(one.reference is not None and one.reference.ratio is not None for one in told)
-    known = next((one.reference.name for one in told if one.reference is not None), "")
-    header = ("Thruster", *axes, *([f"Of what it gave in {as_it_is(known)}"] if against else []))
-    table = tuple(
-        (
-            name,
-            *(_cell(rows.get((name, axis))) for axis in axes),
-            *([_ratio(rows.get((name, _ALL)))] if against else []),
-        )
+    known = [one.reference for one in told if one.reference is not None]
+    against = any(one.ratio is not None for one in known)
+    cells = [
+        {"Thruster": as_it_is(name)}
+        | {axis: _cell(rows.get((name, axis))) for axis in shown}
+        | ({f"Of what it gave in {as_it_is(known[0].name)}": _ratio(rows, name)} if against else {})
         for name in names
-    )
-    blocks.append(
-        Table("Gain of each thruster", header, table, verbatim_columns=frozenset({0}), note=_NOTE)
-    )
+    ]
+    blocks.append(Table.of("Gain of each thruster", cells, note=_NOTE))
     if gains.not_judged:
-        told_why = "; ".join(f"{as_it_is(name)}: {why}" for name, why in gains.not_judged.items())
-        blocks.append(Paragraph(f"Not judged: {told_why}."))
+        why = "; ".join(f"{as_it_is(name)}: {why}" for name, why in gains.not_judged.items())
+        blocks.append(Paragraph(f"Not judged: {why}."))
     return blocks
-
-
-def _axes(gains: ThrusterGains) -> list[str]:
-    return list(dict.fromkeys(row.axis for row in gains.gains if row.axis != _ALL))
 
 
 def _delays(gains: ThrusterGains) -> list[Block]:
@@ -148,23 +132,21 @@ def _delays(gains: ThrusterGains) -> list[Block]:
 
 
 def _by_run(gains: ThrusterGains, told: Sequence[ThrusterGain]) -> Table:
-    names = list(gains.runs[0].thrust_std_n)
     cells = {(one.run, one.thruster): one for one in told}
-    return Table(
-        "The same run by run, all axes together",
-        ("Run", *names),
-        tuple(
-            (run.run, *(_cell(cells.get((run.run, name))) for name in names)) for run in gains.runs
-        ),
-        verbatim_columns=frozenset({0}),
-    )
+    rows = [
+        {"Run": as_it_is(run.run)}
+        | {name: _cell(cells.get((run.run, name))) for name in gains.runs[0].thrust_std_n}
+        for run in gains.runs
+    ]
+    return Table.of("The same run by run, all axes together", rows)
 
 
 def _cell(row: Row | None) -> str:
     return "–" if row is None else _bounded(row.value, row.ci95)
 
 
-def _ratio(row: Row | None) -> str:
+def _ratio(rows: Mapping[tuple[str, str], Row], name: str) -> str:
+    row = rows.get((name, _ALL))
     known = None if row is None else row.reference
     return "–" if known is None else _bounded(known.ratio, known.ratio_ci95)
 

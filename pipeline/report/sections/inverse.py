@@ -6,6 +6,7 @@ import numpy as np
 
 from pipeline.physics.propeller import polynomial
 from pipeline.records.fits import (
+    FirmwareCharacteristic,
     InverseCharacteristic,
     PolynomialFit,
     SpeedInverse,
@@ -27,24 +28,29 @@ from pipeline.report.comparison import (
     THRUST_FROM_N,
     Coefficient,
     coefficients,
-    table3_difference,
+    fit_difference,
+    largest,
+    printed_row,
     table4_difference,
-    table4_row,
 )
 from pipeline.report.curves import fit_panels, speed_index, static_thrust, table4_code
-from pipeline.report.numbers import as_printed, code, fixed, plural, speed, with_interval
+from pipeline.report.numbers import as_printed, code, fixed, plural, speed
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import (
+    Column,
     coefficient_table,
     explained,
+    paper_rows,
+    paper_table,
     quality_line,
     share_inside,
 )
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
-from pipeline.vehicle.bench_schema import Published, PublishedTable3, PublishedTable4
+from pipeline.vehicle.bench_schema import PublishedTable3, PublishedTable4
 
 ANCHOR, TITLE = "inverse", "Code from thrust, Tables 3 and 4"
+Side = tuple[str, int, PolynomialFit, Sequence[float] | None]
 
 
 def inverse_section(results: VehicleResults) -> Section:
@@ -56,44 +62,38 @@ def inverse_section(results: VehicleResults) -> Section:
     blocks: list[Block] = [Heading("At rest: N(T), Table 3", "table3")]
     blocks += _table3(results, inverse, published.table3 if published else None)
     blocks.append(Heading("Under way: N(T, V), Table 4", "table4"))
-    blocks += _table4(results, inverse, published)
+    blocks += _table4(results, inverse, published.table4 if published else None)
     if inverse.round_trip:
         blocks += [Heading("Round trip", "round-trip"), _round_trip_table(results, inverse)]
     if inverse.firmware is not None:
-        firmware = inverse.firmware
-        blocks.append(
-            Paragraph(
-                f"For each sign of thrust the firmware holds the largest thrust at "
-                f"{plural(len(firmware.positive.speed_mps), 'speed')} and the code at "
-                f"{len(firmware.positive.fraction)} fractions of it, linear in between, "
-                "so that N(T, V) and T(N, V) are exact inverses of each other and rise together. "
-                f"At and below {fixed(firmware.thrust_dead_n, 2)} N it sends code 0."
-            )
-        )
-        texts = {"Positive": firmware.positive, "Negative": firmware.negative}
-        against = {f"{sign} thrust: {b.against_motion}" for sign, b in texts.items()}
-        if firmware.positive.against_motion == firmware.negative.against_motion:
-            against = {firmware.positive.against_motion}
-        blocks.append(Bullets(tuple(sorted(against, reverse=True))))
+        blocks += _firmware(inverse.firmware)
     blocks += explained(inverse.explanations)
     return Section(ANCHOR, TITLE, tuple(blocks))
 
 
-Side = tuple[str, int, PolynomialFit, Sequence[float] | None]
-
-
-def _sides(inverse: InverseCharacteristic, published: PublishedTable3 | None) -> list[Side]:
-    both = (
-        ("positive", 1, inverse.table3_positive, published.positive if published else None),
-        ("negative", -1, inverse.table3_negative, published.negative if published else None),
+def _firmware(firmware: FirmwareCharacteristic) -> list[Block]:
+    ahead, astern = firmware.positive, firmware.negative
+    sides = {"Positive": ahead, "Negative": astern}
+    against = tuple(f"{sign} thrust: {own.against_motion}" for sign, own in sides.items())
+    same = ahead.against_motion == astern.against_motion
+    text = (
+        f"For each sign of thrust the firmware holds the largest thrust at "
+        f"{plural(len(ahead.speed_mps), 'speed')} and the code at {len(ahead.fraction)} "
+        "fractions of it, linear in between, so that N(T, V) and T(N, V) are exact inverses "
+        "of each other and rise together. "
+        f"At and below {fixed(firmware.thrust_dead_n, 2)} N it sends code 0."
     )
-    return [(name, sign, fit, printed) for name, sign, fit, printed in both if fit is not None]
+    return [Paragraph(text), Bullets((ahead.against_motion,) if same else against)]
 
 
 def _table3(
     results: VehicleResults, inverse: InverseCharacteristic, published: PublishedTable3 | None
 ) -> list[Block]:
-    sides = _sides(inverse, published)
+    both = (
+        ("positive", 1, inverse.table3_positive, published.positive if published else None),
+        ("negative", -1, inverse.table3_negative, published.negative if published else None),
+    )
+    sides = [(name, sign, fit, printed) for name, sign, fit, printed in both if fit is not None]
     if not sides:
         reason = missing_reasons(results).get("mooring", "the mooring data do not support it.")
         return [Paragraph(f"Table 3 was not computed: {reason}", tone="warning")]
@@ -101,26 +101,24 @@ def _table3(
     for _, sign, fit, printed in sides:
         names = [f"K_N{0 if sign > 0 else 1}{i}" for i in range(len(fit.coefficients))]
         rows += coefficients(names, fit.coefficients, fit.ci95, printed)
-    blocks: list[Block] = [
-        _at_rest(sides),
-        coefficient_table(
-            "Table 3. N = K_0 + K_1 T + K_2 T² + K_3 T³ at rest, each sign apart",
-            rows,
-            note="K_N0i: positive thrust; K_N1i: negative thrust, with its sign, as printed.",
-            points="fig-inverse-rest",
+    table = coefficient_table(
+        "Table 3. N = K_0 + K_1 T + K_2 T² + K_3 T³ at rest, each sign apart",
+        rows,
+        note="K_N0i: positive thrust; K_N1i: negative thrust, with its sign, as printed.",
+        points="fig-inverse-rest",
+    )
+    blocks: list[Block] = [_at_rest(sides), table]
+    if published is not None:
+        blocks.append(Paragraph(f"{_table3_sentence(sides)} {share_inside(rows)}"))
+    return [
+        *blocks,
+        *(
+            Paragraph(f"No fit for {name} thrust: the test has no such points.", tone="warning")
+            if own is None
+            else Paragraph(quality_line(f"N(T), {name} thrust", own.quality, "T, N,"))
+            for name, _, own, _ in both
         ),
     ]
-    if published is not None:
-        blocks += [Paragraph(_table3_sentence(sides)), Paragraph(share_inside(rows))]
-    for name, _, fit, _ in sides:
-        blocks.append(Paragraph(quality_line(f"N(T), {name} thrust", fit.quality, "T, N,")))
-    there = {name for name, *_ in sides}
-    blocks += [
-        Paragraph(f"No fit for {name} thrust: the test has no such points.", tone="warning")
-        for name in ("positive", "negative")
-        if name not in there
-    ]
-    return blocks
 
 
 def _at_rest(sides: Sequence[Side]) -> Figure:
@@ -156,16 +154,11 @@ def _at_rest(sides: Sequence[Side]) -> Figure:
 def _table3_sentence(sides: Sequence[Side]) -> str:
     parts = []
     for name, sign, fit, printed in sides:
-        if printed is None:
-            continue
-        largest = max(abs(end) for end in fit.quality.valid_range)
-        thrust = np.linspace(THRUST_FROM_N, largest, 400)
-        difference = np.abs(table3_difference(fit, printed, sign * thrust))
-        worst = int(np.argmax(difference))
-        parts.append(
-            f"{fixed(float(difference[worst]), 2)} codes for {name} thrust "
-            f"(at {fixed(float(thrust[worst]), 1)} N)"
-        )
+        thrust = np.linspace(THRUST_FROM_N, max(map(abs, fit.quality.valid_range)), 400)
+        found = printed and largest(thrust, fit_difference(fit, printed, sign * thrust))
+        if found:
+            codes, at_n = (fixed(found[0], 2), fixed(found[1], 1))
+            parts.append(f"{codes} codes for {name} thrust (at {at_n} N)")
     return (
         f"Over {THRUST_FROM_N} N to the largest measured thrust our Table 3 differs from the "
         f"published one by at most {' and '.join(parts)}."
@@ -173,31 +166,46 @@ def _table3_sentence(sides: Sequence[Side]) -> str:
 
 
 def _table4(
-    results: VehicleResults, inverse: InverseCharacteristic, published: Published | None
+    results: VehicleResults, inverse: InverseCharacteristic, published: PublishedTable4 | None
 ) -> list[Block]:
-    if not inverse.table4:
+    rows = inverse.table4
+    if not rows:
         reason = missing_reasons(results).get("static", "there is no static family.")
         return [Paragraph(f"Table 4 was not computed: {reason}", tone="warning")]
-    table4 = published.table4 if published else None
+    columns = [
+        Column(r.speed_mps, r.coefficients, r.ci95, printed_row(published, r.speed_mps))
+        for r in rows
+    ]
+    common = any(one.printed is not None for one in columns)
+    names = [f"K_N{i}" for i in range(4)]
+    printed_n = dict(zip(published.speed_mps, published.T_max_n, strict=True) if published else ())
+    limits = (
+        "T_max, N",
+        [fixed(row.thrust_max_n, 2) for row in rows],
+        [as_printed(printed_n[v]) if (v := r.speed_mps) in printed_n else "–" for r in rows],
+    )
+    note = "K_Ni in codes per N to the power i." + (
+        " The paper prints the K_N2 row under the name of K_N3; it is read here by its unit."
+        if common
+        else ""
+    )
+    layout = paper_table(
+        "Table 4. N = K_N0 sign T + K_N1 T + K_N2 T|T| + K_N3 T³",
+        columns,
+        [limits, *paper_rows(names, columns)],
+        note,
+    )
     blocks: list[Block] = []
     if results.static is not None:
-        blocks.append(_under_way(inverse.table4, results.static, table4))
-    blocks.append(_table4_layout(inverse.table4, table4))
-    rows: list[Coefficient] = []
-    for row in inverse.table4:
-        names = [f"K_N{i} at {speed(row.speed_mps)} m/s" for i in range(len(row.coefficients))]
-        printed = table4_row(table4, row.speed_mps) if table4 else None
-        rows += coefficients(names, row.coefficients, row.ci95, printed)
-    if table4 is not None:
-        common = [r for r in inverse.table4 if table4_row(table4, r.speed_mps) is not None]
-        said = (
-            f"{_table4_sentence(common, table4)} {share_inside(rows, _why_outside(inverse))}"
-            if common
-            else "The published Table 4 has no speed in common with ours."
-        )
+        blocks.append(_under_way(rows, results.static, published))
+    blocks.append(layout)
+    own = [coefficient for one in columns for coefficient in one.coefficients(names)]
+    if published is not None:
+        none = "The published Table 4 has no speed in common with ours."
+        said = f"{_table4_sentence(rows, published)} {share_inside(own)}" if common else none
         blocks.append(Paragraph(said))
     points = "fig-inverse-family" if results.static is not None else ""
-    table = coefficient_table("Coefficients of Table 4", rows, points=points)
+    table = coefficient_table("Coefficients of Table 4", own, points=points)
     return [*blocks, Details("Coefficients of Table 4 with intervals", (table,))]
 
 
@@ -207,9 +215,7 @@ def _under_way(
     """Draw N(T, V): the family, the cubic of Table 4, the published cubic."""
     shared = min(row.thrust_max_n for row in rows)
     probe = float(np.floor(shared)) if shared > 2 else shared
-    first, last = (
-        float(table4_code(np.asarray(row.coefficients), probe)) for row in (rows[0], rows[-1])
-    )
+    first, last = (float(table4_code(row.coefficients, probe)) for row in (rows[0], rows[-1]))
     fastest = rows[-1].speed_mps
     index = speed_index(static.speed_mps, fastest)
     kept = ""
@@ -220,15 +226,15 @@ def _under_way(
     below: list[Trace] = []
     for row, colour in zip(rows, plotting.ordered_colours(len(rows)), strict=True):
         own = np.linspace(min(THRUST_FROM_N, row.thrust_max_n), row.thrust_max_n, 150)
-        cubic = table4_code(np.asarray(row.coefficients), own)
+        cubic = table4_code(row.coefficients, own)
         above.append(Trace(f"{speed(row.speed_mps)} m/s", own, cubic, colour))
         family = _family_code(static, row.speed_mps, own)
         if family is not None:
             above.append(Trace("family", own[::10], family[::10], colour, "points", mark="o"))
             below.append(Trace("", own, cubic - family, colour))
-        printed = table4_row(published, row.speed_mps) if published else None
+        printed = printed_row(published, row.speed_mps)
         if printed is not None:
-            other = table4_code(np.asarray(printed), own)
+            other = table4_code(printed, own)
             above.append(Trace("published", own, other, plotting.INK, dash="dash"))
     return zoomable_figure(
         "fig-inverse-family",
@@ -259,71 +265,19 @@ def _family_code(
     return np.asarray(np.interp(thrust_n, thrust[live], codes, left=np.nan, right=np.nan))
 
 
-def _why_outside(inverse: InverseCharacteristic) -> str:
-    """Explain published coefficients that ours do not reach, as far as the numbers show it."""
-    both = [r for r in inverse.round_trip if r.cubic_n is not None and r.published_n is not None]
-    ours = max((r.cubic_n or 0.0 for r in both), default=0.0)
-    printed = max((r.published_n or 0.0 for r in both), default=0.0)
-    if printed <= ours:
-        return (
-            "The coefficients of one speed lean on each other; the difference in codes is what to "
-            "read."
-        )
-    return (
-        f"The published Table 4 is not the inverse of the published Table 2: sent through both, a "
-        f"thrust comes back up to {fixed(printed, 2)} N off, through ours {fixed(ours, 2)} N. A "
-        "table that inverts its own family has other coefficients, and the intervals, which carry "
-        "the bench's noise alone, do not reach across that."
-    )
-
-
-def _table4_layout(rows: Sequence[SpeedInverse], published: PublishedTable4 | None) -> Table:
-    body: list[tuple[str, ...]] = []
-    classes: list[str] = []
-
-    def add(name: str, ours: list[str], printed: Sequence[float] | None) -> None:
-        body.append((name, *ours))
-        classes.append("")
-        if published is not None and printed is not None:
-            at = [speed_index(published.speed_mps, row.speed_mps) for row in rows]
-            cells = ["–" if index is None else as_printed(printed[index]) for index in at]
-            body.append(("published", *cells))
-            classes.append("published")
-
-    largest = [fixed(row.thrust_max_n, 2) for row in rows]
-    add("T_max, N", largest, published.T_max_n if published else None)
-    for index, name in enumerate(("KN0", "KN1", "KN2", "KN3")):
-        ours = [with_interval(row.coefficients[index], row.ci95[index])[0] for row in rows]
-        add(f"K_N{index}", ours, getattr(published, name) if published else None)
-    note = "K_Ni in codes per N to the power i."
-    if published is not None:
-        note += (
-            " The paper prints the K_N2 row under the name of K_N3; it is read here by its unit."
-        )
-    return Table(
-        "Table 4. N = K_N0 sign T + K_N1 T + K_N2 T|T| + K_N3 T³",
-        ("Coefficient", *(f"{speed(row.speed_mps)} m/s" for row in rows)),
-        tuple(body),
-        row_classes=tuple(classes),
-        note=note,
-    )
-
-
 def _table4_sentence(rows: Sequence[SpeedInverse], published: PublishedTable4) -> str:
-    worst: tuple[float, float, float] | None = None
+    found = []
     for row in rows:
         thrust = np.linspace(THRUST_FROM_N, row.thrust_max_n, 400)
-        difference = table4_difference(row, published, thrust.tolist())
-        if difference is None or np.isnan(difference).all():
-            continue
-        index = int(np.nanargmax(np.abs(difference)))
-        if worst is None or abs(difference[index]) > abs(worst[0]):
-            worst = (float(difference[index]), float(thrust[index]), row.speed_mps)
-    if worst is None:
+        worst = largest(thrust, table4_difference(row, published, thrust))
+        if worst is not None:
+            found.append((*worst, row.speed_mps))
+    if not found:
         return f"Our Table 4 and the published one have no thrust over {THRUST_FROM_N} N in common."
+    codes, at_n, at_mps = max(found)
     return (
-        f"Our Table 4 differs from the published one by at most {fixed(abs(worst[0]), 1)} codes "
-        f"(at {fixed(worst[1], 1)} N, {speed(worst[2])} m/s)."
+        f"Our Table 4 differs from the published one by at most {fixed(codes, 1)} codes "
+        f"(at {fixed(at_n, 1)} N, {speed(at_mps)} m/s)."
     )
 
 
@@ -332,28 +286,28 @@ def _round_trip_table(results: VehicleResults, inverse: InverseCharacteristic) -
     rows = [r for r in inverse.round_trip if speed_index(tabulated, r.speed_mps) is not None]
     others = [r for r in inverse.round_trip if r not in rows]
     printed = any(r.published_n is not None for r in rows)
-    header = ("Speed, m/s", "Cubic, N", "Firmware form, N", "Firmware form after rounding, codes")
-    body = []
-    for row in rows:
-        cells = [
-            speed(row.speed_mps),
-            "–" if row.cubic_n is None else fixed(row.cubic_n, 3),
-            fixed(row.firmware_n, 4),
-            fixed(row.firmware_rounded_codes, 2),
-        ]
-        if printed:
-            cells.append("–" if row.published_n is None else fixed(row.published_n, 2))
-        body.append(tuple(cells))
-    note = ""
-    if others:
-        note = (
-            f"Between the tabulated speeds ({len(others)} more) the firmware form is off by at "
-            f"most {fixed(max(r.firmware_n for r in others), 4)} N before rounding and "
-            f"{fixed(max(r.firmware_rounded_codes for r in others), 2)} codes after it."
-        )
-    return Table(
+
+    def newtons(value: float | None, decimals: int) -> str:
+        return "–" if value is None else fixed(value, decimals)
+
+    note = (
+        f"Between the tabulated speeds ({len(others)} more) the firmware form is off by at "
+        f"most {fixed(max(r.firmware_n for r in others), 4)} N before rounding and "
+        f"{fixed(max(r.firmware_rounded_codes for r in others), 2)} codes after it."
+        if others
+        else ""
+    )
+    return Table.of(
         f"Largest error of T(N(T, V), V) over {THRUST_FROM_N} N < T ≤ T_max",
-        (*header, "Published tables, N") if printed else header,
-        tuple(body),
+        [
+            {
+                "Speed, m/s": speed(row.speed_mps),
+                "Cubic, N": newtons(row.cubic_n, 3),
+                "Firmware form, N": fixed(row.firmware_n, 4),
+                "Firmware form after rounding, codes": fixed(row.firmware_rounded_codes, 2),
+                **({"Published tables, N": newtons(row.published_n, 2)} if printed else {}),
+            }
+            for row in rows
+        ],
         note=note,
     )

@@ -7,7 +7,7 @@ from pipeline.records.fits import PropellerFit
 from pipeline.records.measurements import OpenWaterRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph, Section, not_computed
-from pipeline.report.comparison import coefficients, largest_relative_difference
+from pipeline.report.comparison import Coefficient, coefficients, largest_relative_difference
 from pipeline.report.curves import efficiency_curve, fit_panels
 from pipeline.report.numbers import fixed, percent
 from pipeline.report.results import VehicleResults, missing_reasons
@@ -35,39 +35,28 @@ def propeller_section(results: VehicleResults) -> Section:
 
 
 def _table1(fit: PropellerFit, published: PublishedTable1 | None) -> list[Block]:
-    thrust, torque = fit.thrust, fit.torque
-    printed = (published.KT, published.KM) if published else (None, None)
-    both = tuple(
-        one
-        for name, curve, other in zip(("K_T", "K_M"), (thrust, torque), printed, strict=True)
-        for one in coefficients(
-            [f"{name}{i}" for i in range(4)], curve.coefficients, curve.ci95, other
-        )
+    curves = {
+        "K_T": (fit.thrust, published.KT if published else None),
+        "K_M": (fit.torque, published.KM if published else None),
+    }
+    rows: list[Coefficient] = []
+    off = []
+    for name, (curve, printed) in curves.items():
+        names = [f"{name}{i}" for i in range(4)]
+        rows += coefficients(names, curve.coefficients, curve.ci95, printed)
+        if printed is not None:
+            share = percent(largest_relative_difference(curve, printed, COMPARED_TO_J))
+            off.append(f"{name} differs by at most {share} of {name}0")
+    table = coefficient_table(
+        "Table 1. Propeller coefficients",
+        rows,
+        note=f"Diameter {fixed(fit.diameter_m, 3)} m. K_M is the English K_Q.",
+        points="fig-propeller",
     )
-    blocks: list[Block] = [
-        coefficient_table(
-            "Table 1. Propeller coefficients",
-            both,
-            note=f"Diameter {fixed(fit.diameter_m, 3)} m. K_M is the English K_Q.",
-            points="fig-propeller",
-        )
-    ]
-    if published is not None:
-        k_t = largest_relative_difference(thrust, published.KT, COMPARED_TO_J)
-        k_m = largest_relative_difference(torque, published.KM, COMPARED_TO_J)
-        blocks.append(
-            Paragraph(
-                f"Against the published curves over J = 0 to {COMPARED_TO_J}: K_T differs by at "
-                f"most {percent(k_t)} of K_T0, K_M by at most {percent(k_m)} of K_M0. "
-                + share_inside(
-                    both,
-                    "The coefficients of one curve lean on each other: a slope that is a little "
-                    "smaller is made up for by a curvature that is larger, so the difference of "
-                    "the curves is what to read.",
-                )
-            )
-        )
-    return blocks
+    if not off:
+        return [table]
+    over = f"Against the published curves over J = 0 to {COMPARED_TO_J}"
+    return [table, Paragraph(f"{over}: {', '.join(off)}. {share_inside(rows)}")]
 
 
 def _figure(

@@ -16,6 +16,7 @@ from pipeline.report.blocks import (
     Paragraph,
     Section,
     Table,
+    not_computed,
 )
 from pipeline.report.channels import channel_name, shown_unit
 from pipeline.report.numbers import fixed, general, plural, signed
@@ -38,8 +39,7 @@ FAR = 5.0
 
 def comparison_section(results: RunResults) -> Section:
     """Give a table of errors and a figure for every quantity."""
-    title = "Measured against simulated"
-    trial = results.trial
+    anchor, title, trial = "comparison", "Measured against simulated", results.trial
     if trial is None or trial.why_not or results.measured is None or results.windows is None:
         reason = (trial.why_not if trial is not None else "") or "the log could not be read."
         missing = (
@@ -49,32 +49,25 @@ def comparison_section(results: RunResults) -> Section:
             if results.vehicle.model is None
             else "What the vehicle file or the bench data lack for it is named above."
         )
-        blocks: tuple[Block, ...] = (Paragraph(f"Not computed: {reason}", tone="warning"),)
-        if results.stored is not None:
-            blocks += (Paragraph(missing),)
-        return Section("comparison", title, blocks, available=False)
+        more = [] if results.stored is None else [Paragraph(missing)]
+        return not_computed(anchor, title, reason, *more)
     figures = _figures(results)
-    ahead, behind = trial.horizon_s or 0.0, trial.lead_s or 0.0
-    return Section(
-        "comparison",
-        title,
-        (
-            Paragraph(
-                "The commands of the log were simulated with the vehicle file as it is. Predicted: "
-                f"{trial.windows} times {ahead:g} s end to end, each from a "
-                f"start that the {behind:g} s of readings before it give; this shows how "
-                "good the model is. Free run: one simulation from the start, never corrected; it "
-                "shows what adds up, and drifts with the best of models."
-            ),
-            _error_table(trial.channels),
-            *([Bullets(trial.notes)] if trial.notes else []),
-            # one panel a channel: heights differ by a factor of five
-            Gallery(
-                tuple(figure for quantity, figure in figures if quantity in FIRST), level=False
-            ),
-            *_rest([figure for quantity, figure in figures if quantity not in FIRST]),
-        ),
+    # one panel a channel: heights differ by a factor of five
+    first, rest = (
+        Gallery(tuple(one for name, one in figures if (name in FIRST) is wanted), level=False)
+        for wanted in (True, False)
     )
+    said = (
+        f"Predicted: by the vehicle file, {trial.windows} times {trial.horizon_s or 0.0:g} s end "
+        f"to end, each from a start that the {trial.lead_s or 0.0:g} s of readings before it "
+        "give; this shows how good the model is. Free run: one simulation from the start, never "
+        "corrected; it shows what adds up, and drifts with the best of models."
+    )
+    blocks: list[Block] = [Paragraph(said), _error_table(trial.channels)]
+    blocks += [Bullets(trial.notes)] if trial.notes else []
+    more_figures = plural(len(rest.figures), "more figure")
+    blocks += [first, *([Details(more_figures, (rest,))] if rest.figures else [])]
+    return Section(anchor, title, tuple(blocks))
 
 
 def with_worst_apart(section: Section, results: RunResults) -> tuple[Section, Figure | None]:
@@ -89,81 +82,51 @@ def with_worst_apart(section: Section, results: RunResults) -> tuple[Section, Fi
     """
     channels = results.trial.channels if results.trial is not None else ()
     judged = [one for one in channels if one.quantity in FIRST and one.over_noise is not None]
-    if not judged:
+    drawn = next((one for one in section.blocks if isinstance(one, Gallery)), None)
+    if not judged or drawn is None:
         return section, None
-    worst = max(judged, key=lambda one: one.over_noise or 0.0)
-    name = figure_name(worst.quantity)
-    found: Figure | None = None
-    blocks: list[Block] = []
-    for block in section.blocks:
-        if not isinstance(block, Gallery):
-            blocks.append(block)
-            continue
-        found = next((one for one in block.figures if one.name == name), found)
-        rest = tuple(one for one in block.figures if one.name != name)
-        blocks.append(replace(block, figures=rest))
-    return replace(section, blocks=tuple(blocks)), found
-
-
-def _rest(figures: list[Figure]) -> list[Block]:
-    if not figures:
-        return []
-    return [Details(plural(len(figures), "more figure"), (Gallery(tuple(figures), level=False),))]
+    name = figure_name(max(judged, key=lambda one: one.over_noise or 0.0).quantity)
+    rest = replace(drawn, figures=tuple(one for one in drawn.figures if one.name != name))
+    blocks = tuple(rest if one is drawn else one for one in section.blocks)
+    found = next((one for one in drawn.figures if one.name == name), None)
+    return replace(section, blocks=blocks), found
 
 
 def _error_table(channels: tuple[ChannelError, ...]) -> Table:
-    rows, classes = [], []
-    for one in channels:
-        unit, factor = shown_unit(one.unit)
-        ratio = one.over_noise
-        rows.append(
-            (
-                channel_name(one.channel),
-                unit,
-                str(one.readings),
-                general(factor * one.rmse_windows, 3),
-                "not stated" if one.sensor_noise is None else general(factor * one.sensor_noise, 2),
-                "–" if ratio is None else general(ratio, 2),
-                _or_dash(one.rmse_last_value, factor),
-                _or_dash(one.rmse_free, factor),
-                signed(factor * one.mean_windows, _decimals(factor * one.rmse_windows)),
-                f"{general(factor * one.worst_windows, 3)} at {fixed(one.worst_at_s, 1)} s",
-            )
-        )
-        far = ratio is not None and ratio > FAR
-        classes.append("warning" if far or one.loses else "")
-    return Table(
+    far = [(one.over_noise or 0.0) > FAR or one.loses for one in channels]
+    return Table.of(
         "Errors of the simulation",
-        (
-            "Channel",
-            "Unit",
-            "Readings",
-            "Error, rms",
-            "Noise with offset",
-            "Error over noise",
-            "Last value kept, rms",
-            "Free run, rms",
-            "Error, mean",
-            "Error, largest",
-        ),
-        tuple(rows),
-        row_classes=tuple(classes),
+        list(map(_error_row, channels)),
+        row_classes=tuple("warning" if one else "" for one in far),
         links={(row, 3): f"#{figure_name(one.quantity)}" for row, one in enumerate(channels)},
-        note="Noise with offset: what the vehicle file states for one reading, noise and offset of "
-        "the sensor together, because nothing is taken off the readings here; trial days, where "
-        "offsets are estimated, show the noise without them. An error over noise of 1 is as "
-        "good as the sensor can show. Last value kept: the error of predicting that nothing "
-        f"changes. Marked: more than {FAR:g} times the noise, or clearly worse than keeping the "
-        "last value.",
+        note="Noise with offset: what the vehicle file states for one reading, noise and offset "
+        "of the sensor together. An error over noise of 1 is as good as the sensor can show. Last "
+        "value kept: the error of predicting that nothing changes. Marked: more than "
+        f"{FAR:g} times the noise, or clearly worse than keeping the last value.",
     )
+
+
+def _error_row(one: ChannelError) -> dict[str, str]:
+    unit, factor = shown_unit(one.unit)
+    noise, ratio, rms = one.sensor_noise, one.over_noise, factor * one.rmse_windows
+    decimals = int(np.clip(2 - np.floor(np.log10(rms)), 0, 6)) if rms > 0 else 2
+    return {
+        "Channel": channel_name(one.channel),
+        "Unit": unit,
+        "Readings": str(one.readings),
+        "Error, rms": general(rms, 3),
+        "Noise with offset": "not stated" if noise is None else general(factor * noise, 2),
+        "Error over noise": "–" if ratio is None else general(ratio, 2),
+        "Last value kept, rms": _or_dash(one.rmse_last_value, factor),
+        "Free run, rms": _or_dash(one.rmse_free, factor),
+        "Error, mean": signed(factor * one.mean_windows, decimals),
+        "Error, largest": f"{general(factor * one.worst_windows, 3)} at "
+        f"{fixed(one.worst_at_s, 1)} s",
+    }
 
 
 def _or_dash(value: float | None, factor: float) -> str:
     return "–" if value is None else general(factor * value, 3)
-
-
-def _decimals(size: float) -> int:
-    return int(np.clip(2 - np.floor(np.log10(size)), 0, 6)) if size > 0 else 2
 
 
 def _detail(results: RunResults) -> Resolution:

@@ -7,7 +7,16 @@ from pipeline.language import as_it_is
 from pipeline.records.pool_run import ChannelSummary
 from pipeline.records.run_arrays import MARKS
 from pipeline.records.run_notes import RunNotes
-from pipeline.report.blocks import Block, Bullets, Details, Links, Paragraph, Section, Table
+from pipeline.report.blocks import (
+    Block,
+    Bullets,
+    Details,
+    Links,
+    Paragraph,
+    Section,
+    Table,
+    not_computed,
+)
 from pipeline.report.numbers import fixed, general, percent, plural
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.run_results import RunResults
@@ -60,13 +69,11 @@ def run_facts_section(results: RunResults) -> Section:
         ]
     blocks: list[Block] = [Table("The run", ("What", "Value"), tuple(rows))]
     if stored is not None and stored.notes is None:
-        blocks.append(
-            Paragraph(
-                f"No notes: write {run_of(PurePath(results.shown_path))}.yaml beside the log "
-                "(ballast, water, tether, who, what) and they stand here.",
-                tone="note",
-            )
+        text = (
+            f"No notes: write {run_of(PurePath(results.shown_path))}.yaml beside the log "
+            "(ballast, water, tether, who, what) and they stand here."
         )
+        blocks.append(Paragraph(text, tone="note"))
     if results.files:
         blocks.append(Links(results.files))
     return Section("run", "What the run was", tuple(blocks))
@@ -99,115 +106,70 @@ def run_health_section(results: RunResults) -> Section:
     """Show every channel with its rate, clock, gaps and marked readings, and every topic."""
     stored = results.stored
     if stored is None:
-        return Section(
-            "health", "Data health", (Paragraph("The log could not be read.", tone="error"),), False
-        )
-    table = Table(
+        return not_computed("health", "Data health", "the log could not be read.")
+    marked = [max(one.marks.values(), default=0) > 0.01 * one.readings for one in stored.channels]
+    table = Table.of(
         "Channels",
-        (
-            "Channel",
-            "Topic",
-            "Readings",
-            "Rate [Hz]",
-            "Longest gap [s]",
-            "From [s]",
-            "To [s]",
-            "Clock",
-            "Latency [ms]",
-            "Marked",
-        ),
-        tuple(_channel_row(channel) for channel in stored.channels),
-        row_classes=tuple(
-            "warning" if _marked(channel) > 0.01 * channel.readings else ""
-            for channel in stored.channels
-        ),
+        list(map(_channel_row, stored.channels)),
+        row_classes=tuple("warning" if many else "" for many in marked),
         note="Marked readings stay in the log as they are; those that cannot be trusted are not "
         "used in what follows, and nothing is filled in for them.",
     )
-    blocks: list[Block] = [table]
     seen = sorted({mark for channel in stored.channels for mark in channel.marks})
-    if seen:
-        blocks.append(
-            Bullets(tuple(f"{mark.replace('_', ' ')}: {MARKS.get(mark, mark)}" for mark in seen))
-        )
-    if stored.notes_of_table:
-        blocks.append(Bullets(stored.notes_of_table))
-    blocks.append(
-        Details(
-            f"{plural(len(stored.topics), 'topic')} in the log",
-            (
-                Table(
-                    "Topics",
-                    ("Topic", "Message", "Encoding", "Messages", "Used for"),
-                    tuple(
-                        (
-                            topic.topic,
-                            topic.message_type,
-                            topic.encoding,
-                            str(topic.messages),
-                            ", ".join(name.replace("_", " ") for name in topic.used_for)
-                            or topic.why_not
-                            or "not used",
-                        )
-                        for topic in stored.topics
-                    ),
-                ),
-            ),
-        )
+    remarks = [f"{mark.replace('_', ' ')}: {MARKS.get(mark, mark)}" for mark in seen]
+    texts = (*remarks, *stored.notes_of_table)
+    topics = Table.of(
+        "Topics",
+        [
+            {
+                "Topic": topic.topic,
+                "Message": topic.message_type,
+                "Encoding": topic.encoding,
+                "Messages": str(topic.messages),
+                "Used for": ", ".join(name.replace("_", " ") for name in topic.used_for)
+                or topic.why_not
+                or "not used",
+            }
+            for topic in stored.topics
+        ],
     )
-    return Section("health", "Data health", tuple(blocks))
+    folded = Details(f"{plural(len(stored.topics), 'topic')} in the log", (topics,))
+    return Section("health", "Data health", (table, *([Bullets(texts)] if texts else []), folded))
 
 
-def _channel_row(channel: ChannelSummary) -> tuple[str, ...]:
+def _channel_row(channel: ChannelSummary) -> dict[str, str]:
     latency = channel.clock.latency_s
-    marks = ", ".join(
-        f"{name.replace('_', ' ')} {count}" for name, count in sorted(channel.marks.items())
-    )
-    return (
-        channel.name.replace("_", " "),
-        channel.read.topic,
-        str(channel.readings),
-        "–" if channel.rate_hz is None else general(channel.rate_hz, 3),
-        general(channel.longest_gap_s, 3),
-        fixed(channel.first_s, 1),
-        fixed(channel.last_s, 1),
-        CLOCK_WORDS[channel.clock.used],
-        "–" if latency is None else fixed(1e3 * latency, 1),
-        marks or "none",
-    )
-
-
-def _marked(channel: ChannelSummary) -> int:
-    return max(channel.marks.values(), default=0)
+    marks = [f"{name.replace('_', ' ')} {count}" for name, count in sorted(channel.marks.items())]
+    return {
+        "Channel": channel.name.replace("_", " "),
+        "Topic": channel.read.topic,
+        "Readings": str(channel.readings),
+        "Rate [Hz]": "–" if channel.rate_hz is None else general(channel.rate_hz, 3),
+        "Longest gap [s]": general(channel.longest_gap_s, 3),
+        "From [s]": fixed(channel.first_s, 1),
+        "To [s]": fixed(channel.last_s, 1),
+        "Clock": CLOCK_WORDS[channel.clock.used],
+        "Latency [ms]": "–" if latency is None else fixed(1e3 * latency, 1),
+        "Marked": ", ".join(marks) or "none",
+    }
 
 
 def manoeuvres_section(results: RunResults) -> Section:
     """List the manoeuvres found, and how long each thruster was at its limit."""
-    trial = results.trial
-    blocks: list[Block] = []
-    found = trial.manoeuvres if trial is not None else ()
-    if found:
-        blocks.append(
-            Table(
-                "Manoeuvres",
-                ("Manoeuvre", "From [s]", "To [s]", "Confidence", "What was seen"),
-                tuple(
-                    (
-                        manoeuvre_words(stretch.name),
-                        fixed(stretch.from_s, 1),
-                        fixed(stretch.to_s, 1),
-                        percent(stretch.confidence),
-                        stretch.sentence,
-                    )
-                    for stretch in found
-                ),
-            )
-        )
-    else:
-        blocks.append(Paragraph("No manoeuvre was recognised."))
-    if trial is not None and trial.commands_at_limit:
-        limits = ", ".join(
-            f"{name} {percent(share)}" for name, share in trial.commands_at_limit.items()
-        )
-        blocks.append(Paragraph(f"Share of the time at the end of the range of codes: {limits}."))
+    limits = results.trial.commands_at_limit if results.trial is not None else {}
+    found = [
+        {
+            "Manoeuvre": manoeuvre_words(one.name),
+            "From [s]": fixed(one.from_s, 1),
+            "To [s]": fixed(one.to_s, 1),
+            "Confidence": percent(one.confidence),
+            "What was seen": one.sentence,
+        }
+        for one in results.manoeuvres
+    ]
+    none = Paragraph("No manoeuvre was recognised.")
+    blocks: list[Block] = [Table.of("Manoeuvres", found) if found else none]
+    if limits:
+        shares = ", ".join(f"{name} {percent(share)}" for name, share in limits.items())
+        blocks.append(Paragraph(f"Share of the time at the end of the range of codes: {shares}."))
     return Section("manoeuvres", "Commands and manoeuvres", tuple(blocks))
