@@ -12,13 +12,7 @@ from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 ANCHOR, TITLE = "allocation", "Allocator: what the vehicle gets of what it asks for"
 
-_FORMS = {
-    "limit": "the portion is only the limit of a channel (clip at Π T_max); a demand within reach "
-    "is realised. This is the default: the printed form would scale down demands that nothing "
-    "prevents",
-    "scaled": "eq. (6) as printed: every demand is multiplied by its portion, even when nothing "
-    "saturates",
-}
+_PORTIONS = ("surge (Π_x)", "heading (Π_φ)", "pitch (Π_ψ)")
 
 
 def allocation_section(results: VehicleResults) -> Section:
@@ -29,13 +23,20 @@ def allocation_section(results: VehicleResults) -> Section:
             "allocation", "vehicle.yaml describes no allocator."
         )
         return not_computed(ANCHOR, TITLE, reason)
-    surge, heading, pitch = (*allocation.portions, 0.0, 0.0, 0.0)[:3]
     last_m, last_c = allocation.mooring[-1], allocation.compensated[-1]
+    portions = (
+        f"{name} {fixed(own, 2)}" for name, own in zip(_PORTIONS, allocation.portions, strict=False)
+    )
     inverses = (
         f" Inverse without compensation: {allocation.mooring_inverse}; "
         f"with it: {allocation.compensated_inverse}."
         if allocation.mooring_inverse and allocation.compensated_inverse
         else ""
+    )
+    form = (
+        "a portion is only the limit of a channel, so a demand within reach is realised"
+        if allocation.form == "limit"
+        else "eq. (6) as printed: every demand is multiplied by its portion"
     )
     blocks: list[Block] = [
         _figure(allocation),
@@ -46,11 +47,7 @@ def allocation_section(results: VehicleResults) -> Section:
             "thrust against the motion."
         ),
         _error_table(allocation),
-        Paragraph(
-            f"Form: {_FORMS.get(allocation.form, allocation.form)}. Portions: surge (Π_x) "
-            f"{fixed(surge, 2)}, heading (Π_φ) {fixed(heading, 2)}, pitch (Π_ψ) {fixed(pitch, 2)}. "
-            "Errors are measured against the wrench that this form asks for." + inverses
-        ),
+        Paragraph(f"Form: {form}. Portions: {', '.join(portions)}.{inverses}"),
         *explained(allocation.explanations),
     ]
     return Section(ANCHOR, TITLE, tuple(blocks))

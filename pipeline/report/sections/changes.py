@@ -1,5 +1,6 @@
 """What `rig2sea apply` changed in the vehicle file, with dates, reasons and digests."""
 
+from pipeline.language import as_it_is
 from pipeline.report.blocks import Section, Table
 from pipeline.report.numbers import general
 from pipeline.report.results import VehicleResults
@@ -16,23 +17,17 @@ def changes_section(results: VehicleResults) -> Section:
         for one in entry.changes:
             interval = f" [{_value(one.ci95[0])}, {_value(one.ci95[1])}]" if one.ci95 else ""
             rows.append(
-                (
-                    one.path,
-                    "–" if one.old is None else _value(one.old),
-                    f"{_value(one.value)}{interval}",
-                    entry.reason,
-                    f"{entry.date_utc} UTC, {state}",
-                    digests,
-                )
+                {
+                    "Key": as_it_is(one.path),
+                    "Before": "–" if one.old is None else _value(one.old),
+                    "After": f"{_value(one.value)}{interval}",
+                    "From": as_it_is(entry.reason),
+                    "When": f"{entry.date_utc} UTC, {state}",
+                    "Vehicle file, SHA-256 before → after": digests,
+                }
             )
-    head = ("Key", "Before", "After", "From", "When", "Vehicle file, SHA-256 before → after")
-    table = Table(
-        "Changes",
-        head,
-        tuple(rows),
-        verbatim_columns=frozenset({0, 3}),
-    )
-    return Section("changes", "Changes of the vehicle file", (table,))
+    title = "Changes of the vehicle file"
+    return Section("changes", title, (Table.of("Changes", rows),))
 
 
 def _value(value: float | bool | str) -> str:

@@ -1,71 +1,42 @@
 """Outliers by name, firmware files, and where everything came from."""
 
 from pipeline.control.inverse import firmware_grid
-from pipeline.records.fits import FitQuality, PolynomialFit
+from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
 from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
 from pipeline.report.links import safe_link
-from pipeline.report.numbers import fixed, general, plural, signed, speed
+from pipeline.report.numbers import fixed, general, signed, speed
 from pipeline.report.results import VehicleResults
 
 
 def outliers_section(results: VehicleResults) -> Section:
     """Name every point that a robust fit left out, with its file, sheet and row."""
+    fitted = _qualities(results)
     rows = [
-        (
-            str(outlier.source) if outlier.source is not None else "–",
-            name,
-            outlier.label,
-            _residual(outlier.residual, quality.unit),
-            signed(outlier.robust_sigmas, 1),
-        )
-        for name, quality in _qualities(results)
+        {
+            "Where": "–" if outlier.source is None else str(outlier.source),
+            "Fit": name,
+            "At": outlier.label,
+            "Measured less fitted": _residual(outlier.residual, quality.unit),
+            "Robust sigmas": signed(outlier.robust_sigmas, 1),
+        }
+        for name, quality in fitted.items()
         for outlier in quality.outliers
     ]
-    if not rows:
-        fitted = _qualities(results)
-        text = (
-            "No fit named an outlier."
-            if fitted
-            else "Nothing was fitted, so no outlier could be named."
-        )
-        return Section("outliers", "Outliers", (Paragraph(text),))
-    return Section(
-        "outliers",
-        "Outliers",
-        (
-            Paragraph(
-                f"{plural(len(rows), 'point')} did not belong to its curve and was not fitted. "
-                "Nothing is dropped silently: each is named here and drawn as a cross where its "
-                "fit is shown."
-                if len(rows) == 1
-                else f"{plural(len(rows), 'point')} did not belong to their curves and were not "
-                "fitted. Nothing is dropped silently: each is named here."
-            ),
-            Table(
-                "Outliers",
-                ("Where", "Fit", "At", "Measured less fitted", "Robust sigmas"),
-                tuple(rows),
-            ),
-        ),
-    )
+    none = "No fit named an outlier."
+    text = none if fitted else "Nothing was fitted, so no outlier could be named."
+    block = Table.of("Outliers: points that were not fitted", rows) if rows else Paragraph(text)
+    return Section("outliers", "Outliers", (block,))
 
 
-def _qualities(results: VehicleResults) -> list[tuple[str, FitQuality]]:
-    fits: list[tuple[str, FitQuality]] = []
-
-    def add(name: str, fit: PolynomialFit | None) -> None:
-        if fit is not None:
-            fits.append((name, fit.quality))
-
-    if results.propeller is not None:
-        add("K_T(J)", results.propeller.thrust)
-        add("K_M(J)", results.propeller.torque)
-    if results.drive is not None:
-        fits.append(("M(n, N)", results.drive.quality))
-    if results.inverse is not None:
-        add("N(T), positive", results.inverse.table3_positive)
-        add("N(T), negative", results.inverse.table3_negative)
-    return fits
+def _qualities(results: VehicleResults) -> dict[str, FitQuality]:
+    propeller, inverse = results.propeller, results.inverse
+    fits: dict[str, PolynomialFit | DriveFit | None] = {"M(n, N)": results.drive}
+    if propeller is not None:
+        fits |= {"K_T(J)": propeller.thrust, "K_M(J)": propeller.torque}
+    if inverse is not None:
+        fits["N(T), positive"] = inverse.table3_positive
+        fits["N(T), negative"] = inverse.table3_negative
+    return {name: fit.quality for name, fit in fits.items() if fit is not None}
 
 
 def _residual(value: float, unit: str) -> str:
@@ -75,40 +46,27 @@ def _residual(value: float, unit: str) -> str:
 
 def firmware_section(results: VehicleResults) -> Section:
     """Link the firmware files and say what they are."""
-    blocks: list[Block] = []
     firmware = results.inverse.firmware if results.inverse is not None else None
-    if results.firmware_files:
-        blocks.append(
-            Links(
-                tuple(
-                    (name.rpartition("firmware/")[2], safe_link(name))
-                    for name in results.firmware_files
-                )
-            )
-        )
-    else:
+    files = [(name.rpartition("firmware/")[2], safe_link(name)) for name in results.firmware_files]
+    blocks: list[Block] = [Links(tuple(files))] if files else []
+    if not files:
+        none = "no files were written beside this page; rig2sea export writes them."
         reason = results.missing.get(
-            "firmware",
-            "no firmware form was computed."
-            if firmware is None
-            else "no files were written beside this page; rig2sea export writes them.",
+            "firmware", "no firmware form was computed." if firmware is None else none
         )
         blocks.append(Paragraph(f"No firmware files: {reason}", tone="warning"))
     if results.inverse is not None and firmware is not None:
         limits = firmware_grid(results.inverse).limits(0.0)
-        blocks.append(
-            Paragraph(
-                f"The tables cover codes {firmware.code_min} to {firmware.code_max} and "
-                + (
-                    f"speeds to {speed(firmware.positive.speed_mps[-1])} m/s along the thrust"
-                    if firmware.positive.speed_mps[-1] > 0
-                    else "rest only, at any speed the same"
-                )
-                + f"; thrust up to "
-                f"{fixed(limits.forward_n, 1)} N forward and {fixed(limits.reverse_n, 1)} N in "
-                "reverse at rest. Inputs beyond are clamped."
-            )
+        fastest = firmware.positive.speed_mps[-1]
+        covered = (
+            f"speeds to {speed(fastest)} m/s along the thrust"
+            if fastest > 0
+            else "rest only, at any speed the same"
         )
-    return Section(
-        "firmware", "Firmware files", tuple(blocks), available=bool(results.firmware_files)
-    )
+        text = (
+            f"The tables cover codes {firmware.code_min} to {firmware.code_max} and {covered}; "
+            f"thrust up to {fixed(limits.forward_n, 1)} N forward and {fixed(limits.reverse_n, 1)} "
+            "N in reverse at rest. Inputs beyond are clamped."
+        )
+        blocks.append(Paragraph(text))
+    return Section("firmware", "Firmware files", tuple(blocks), available=bool(files))

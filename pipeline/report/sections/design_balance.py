@@ -1,5 +1,7 @@
 """Pages of the balance calculation (Kostenko 2017)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pipeline.records.design import BalanceDesign, SteadyState
@@ -8,6 +10,7 @@ from pipeline.report.bars import Bar, bars_figure
 from pipeline.report.blocks import Block, Bullets, Figure, Gallery, Paragraph, Section, Table
 from pipeline.report.numbers import fixed, general, speed, use_of_limit
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
+from pipeline.types import FloatArray
 
 #: A use beyond this is drawn at the edge.
 _MOST_USE = 2.0
@@ -19,49 +22,38 @@ def balance_sections(found: BalanceDesign) -> tuple[Section, ...]:
 
 
 def _state(found: BalanceDesign) -> Section:
-    rows = tuple(
-        (
-            state.method,
-            fixed(state.angle_of_attack_deg, 2),
-            fixed(state.surge_force_n, 1),
-            fixed(state.vertical_force_n, 1),
-            *(fixed(load.thrust_n, 1) for load in state.loads),
-        )
-        for state in (found.exact, found.small_angle)
-        if state is not None
+    states = [one for one in (found.exact, found.small_angle) if one is not None]
+    steady = Table.of(
+        "Steady state",
+        [
+            {
+                "Form": state.method,
+                "angle of attack, deg": fixed(state.angle_of_attack_deg, 2),
+                "surge, N": fixed(state.surge_force_n, 1),
+                "vertical, N": fixed(state.vertical_force_n, 1),
+                **{f"{load.thruster}, N": fixed(load.thrust_n, 1) for load in state.loads},
+            }
+            for state in states
+        ],
+        note="Angle of attack nose up, vertical force upwards, in body axes.",
     )
-    loads = tuple(f"{load.thruster}, N" for load in found.exact.loads)
-    blocks: list[Block] = [
-        Paragraph(
-            f"{speed(found.speed_mps)} m/s, residual buoyancy "
-            f"{general(found.residual_buoyancy_n)} N upwards, stern thrusters at "
-            f"{general(found.angle_deg)} deg. Steady and level, eq. (1) of Kostenko 2017 is three "
-            "equations for angle of attack, surge and vertical force. The moment of weight and "
-            "buoyancy rights the vehicle: the paper prints it with plus in (1) and (3), with minus "
-            "in (6); only the minus rights."
-        ),
-        Table(
-            "Steady state",
-            ("Form", "angle of attack, deg", "surge, N", "vertical, N", *loads),
-            rows,
-            note="Angle of attack nose up, vertical force upwards, in body axes.",
-        ),
-        _loads(found.exact),
-    ]
-    if found.preliminary_power_w is not None:
-        shaft = (
-            ""
-            if found.preliminary_shaft_speed_rpm is None
-            else f" at {fixed(found.preliminary_shaft_speed_rpm, 0)} rpm by eq. (11), an advance "
-            "ratio of 1"
+    text = (
+        f"{speed(found.speed_mps)} m/s, residual buoyancy "
+        f"{general(found.residual_buoyancy_n)} N upwards, stern thrusters at "
+        f"{general(found.angle_deg)} deg. Steady and level, eq. (1) of Kostenko 2017 is three "
+        "equations for angle of attack, surge and vertical force. The moment of weight and "
+        "buoyancy rights the vehicle: the paper prints it with plus in (1) and (3), with minus "
+        "in (6); only the minus rights."
+    )
+    blocks: list[Block] = [Paragraph(text), steady, _loads(found.exact)]
+    power, rpm = found.preliminary_power_w, found.preliminary_shaft_speed_rpm
+    if power is not None:
+        turns = "" if rpm is None else f" at {fixed(rpm, 0)} rpm by eq. (11), an advance ratio of 1"
+        form = states[-1].method
+        drive = (
+            f"Drive of the most loaded thruster, {form}: {fixed(power, 0)} W by eq. (10){turns}."
         )
-        form = "exact form" if found.small_angle is None else "small-angle form"
-        blocks.append(
-            Paragraph(
-                f"Drive of the most loaded thruster in the {form}: "
-                f"{fixed(found.preliminary_power_w, 0)} W by eq. (10){shaft}."
-            )
-        )
+        blocks.append(Paragraph(drive))
     blocks.append(loads_figure(found))
     return Section("state", "Angle of attack and thruster loads", tuple(blocks))
 
@@ -70,23 +62,25 @@ def loads_figure(found: BalanceDesign) -> Figure:
     """Draw the load of each thruster, its limit written beside it."""
     loads = found.exact.loads
     most = max(loads, key=lambda load: abs(load.thrust_n))
-    reach = 1.4 * max(abs(most.thrust_n), 1e-9)
-    limits = [
-        "" if one.limit_n is None else f"{use_of_limit(one.use)} of {fixed(one.limit_n, 0)} N"
+    bars = [
+        Bar(
+            one.thruster,
+            one.thrust_n,
+            text=f"{use_of_limit(one.use)} of {fixed(one.limit_n, 0)} N" if one.limit_n else "",
+        )
         for one in loads
     ]
+    limit = f"Limit: {found.limit_kind}." if found.limit_kind else "No limit is stated."
     return bars_figure(
         "loads",
         f"The {most.thruster} thruster carries most, {fixed(most.thrust_n, 1)} N.",
-        f"Exact form. Limit: {found.limit_kind}."
-        if found.limit_kind
-        else "Exact form; no limit is stated.",
-        [
-            Bar(one.thruster, one.thrust_n, text=limit)
-            for one, limit in zip(loads, limits, strict=True)
-        ],
+        f"Exact form. {limit}",
+        bars,
         x_label="thrust  [N]",
-        x_range=(min(0.0, 1.2 * min(one.thrust_n for one in loads)), reach),
+        x_range=(
+            min(0.0, 1.2 * min(one.thrust_n for one in loads)),
+            1.4 * max(abs(most.thrust_n), 1e-9),
+        ),
     )
 
 
@@ -116,39 +110,45 @@ def _loads(state: SteadyState) -> Table:
 
 
 def _readings(found: BalanceDesign) -> Section:
-    rows = tuple(
-        (row.reading, fixed(row.surge_force_n, 1), *(fixed(load, 1) for load in row.loads_n))
-        for row in found.readings
-    )
     text = (
         "(8) has T_y alpha with another sign than the first line of (6); both are "
         "small terms. The exact form needs no such choice and is the one that counts."
         if found.small_angle is not None
         else "The small-angle form has no state here, so (8) and (6) give no surge force."
     )
-    table = Table(
-        "Surge force and loads by each reading",
-        ("Reading", "T_x, N", "left, N", "right, N", "upper, N", "lower, N"),
-        rows,
-    )
+    sides = ("left, N", "right, N", "upper, N", "lower, N")
+    rows = [
+        {"Reading": row.reading, "T_x, N": fixed(row.surge_force_n, 1)}
+        | {side: fixed(load, 1) for side, load in zip(sides, row.loads_n, strict=True)}
+        for row in found.readings
+    ]
+    table = Table.of("Surge force and loads by each reading", rows)
     title = "The surge force, read in several ways"
     return Section("readings", title, (Paragraph(text), table))
 
 
 def _envelope(found: BalanceDesign) -> Section:
-    blocks: list[Block] = []
-    if found.saturation:
-        blocks.append(Paragraph(f"Limit: {found.limit_kind}. One quantity is changed alone:"))
-        blocks.append(Bullets(tuple(one.text for one in found.saturation)))
-    else:
-        blocks.append(
-            Paragraph(
-                "No limit of a thruster is stated and no vehicle with bench tables is named, so "
-                "saturation cannot be judged."
-            )
-        )
-    blocks.append(Gallery((use_figure(found), angle_figure(found))))
-    return Section("envelope", "Envelope, and which thruster saturates first", tuple(blocks))
+    text = (
+        f"Limit: {found.limit_kind}. One quantity is changed alone:"
+        if found.saturation
+        else "No limit of a thruster is stated and no vehicle with bench tables is named, so "
+        "saturation cannot be judged."
+    )
+    limits = [Bullets(tuple(one.text for one in found.saturation))] if found.saturation else []
+    figures = Gallery((use_figure(found), angle_figure(found)))
+    title = "Envelope, and which thruster saturates first"
+    return Section("envelope", title, (Paragraph(text), *limits, figures))
+
+
+def _by_buoyancy(found: BalanceDesign, x: Sequence[float], rows: FloatArray) -> tuple[Trace, ...]:
+    """Draw a line for each of some residual buoyancies; rows (buoyancies, x)."""
+    buoyancies = found.envelope.residual_buoyancy_n
+    chosen = np.unique(np.linspace(0, len(buoyancies) - 1, 5).round().astype(int)).tolist()
+    colours = plotting.ordered_colours(len(chosen))
+    return tuple(
+        Trace(f"{general(buoyancies[j])} N", np.array(x), rows[j], colour)
+        for j, colour in zip(chosen, colours, strict=True)
+    )
 
 
 def use_figure(found: BalanceDesign) -> Figure:
@@ -161,18 +161,8 @@ def use_figure(found: BalanceDesign) -> Figure:
     shown = np.where(load > 0, values, np.nan)
     there = shown[np.isfinite(shown)]
     least, top = (float(there.min()), float(there.max())) if there.size else (0.0, 0.0)
-    buoyancies = envelope.residual_buoyancy_n
-    chosen = np.unique(np.linspace(0, len(buoyancies) - 1, 5).round().astype(int)).tolist()
-    speeds = np.array(envelope.speed_mps)
-    traces = tuple(
-        Trace(
-            f"{general(buoyancies[j])} N",
-            speeds,
-            np.minimum(shown[:, j], _MOST_USE) if judged else shown[:, j],
-            colour,
-        )
-        for j, colour in zip(chosen, plotting.ordered_colours(len(chosen)), strict=True)
-    )
+    drawn = np.minimum(shown, _MOST_USE) if judged else shown
+    traces = _by_buoyancy(found, envelope.speed_mps, drawn.T)
     label = "use of the most\nloaded thruster  [–]" if judged else "largest load  [N]"
     panel = Panel(label, traces, height=1.9, limits=(1.0,) if judged else (), from_zero=True)
     limit = f" Dotted: the limit, {found.limit_kind}." if judged else ""
@@ -204,19 +194,7 @@ def angle_figure(found: BalanceDesign) -> Figure:
     envelope = found.envelope
     i = int(np.argmin(np.abs(np.array(envelope.speed_mps) - found.speed_mps)))
     load = np.array(envelope.largest_load_n)[i]
-    last = len(envelope.residual_buoyancy_n) - 1
-    chosen = sorted({last // 2, last * 3 // 4, last})
-    traces = tuple(
-        Trace(
-            f"{general(envelope.residual_buoyancy_n[j])} N",
-            np.array(envelope.angle_deg),
-            np.where(load[j] > 0, load[j], np.nan),
-            colour,
-            "both",
-            mark="o",
-        )
-        for j, colour in zip(chosen, plotting.ordered_colours(len(chosen)), strict=True)
-    )
+    traces = _by_buoyancy(found, envelope.angle_deg, np.where(load > 0, load, np.nan))
     return zoomable_figure(
         "angle",
         "A larger angle gives more vertical force for the same thrust and costs thrust ahead.",

@@ -18,38 +18,35 @@ def printed_sections(printed: Sequence[Printed]) -> tuple[Section, ...]:
     groups: dict[str, list[Printed]] = {}
     for row in printed:
         groups.setdefault(row.table or "printed", []).append(row)
-    blocks: list[Paragraph | Table | Details] = [
-        Paragraph(
-            f"{plural(len(printed), 'printed number')}, {inside} met within the rounding of what "
-            "is printed. A suffix after the quantity tells what ours is computed from (exact: the "
-            "exact form; from printed: from other printed numbers; the name of a flow: from our "
-            "cable)."
-        )
+    text = (
+        f"{plural(len(printed), 'printed number')}, {inside} met within the rounding of what "
+        "is printed. A suffix after the quantity tells what ours is computed from (exact: the "
+        "exact form; from printed: from other printed numbers; the name of a flow: from our "
+        "cable)."
+    )
+    blocks = [
+        _table(name, rows)
+        if len(rows) <= LONG
+        else Details(f"{name}: all {len(rows)} numbers", (_table(name, rows),))
+        for name, rows in groups.items()
     ]
-    for name, rows in groups.items():
-        table = _table(name, rows)
-        if len(rows) > LONG:
-            blocks.append(Details(f"{name}: all {len(rows)} numbers", (table,)))
-        else:
-            blocks.append(table)
-    return (Section("printed", "Printed numbers beside ours", tuple(blocks)),)
+    return (Section("printed", "Printed numbers beside ours", (Paragraph(text), *blocks)),)
 
 
 def _table(name: str, rows: Sequence[Printed]) -> Table:
-    return Table(
+    return Table.of(
         f"{name}, printed and computed",
-        ("Quantity", "unit", "printed", "computed", "difference", "why beyond rounding"),
-        tuple(
-            (
-                _words(row.quantity),
-                row.unit,
-                as_printed(row.printed),
-                general(row.computed, 4),
-                _difference(row),
-                "" if row.within_rounding else row.reason or "not explained",
-            )
+        [
+            {
+                "Quantity": _words(row.quantity),
+                "unit": row.unit,
+                "printed": as_printed(row.printed),
+                "computed": general(row.computed, 4),
+                "difference": _difference(row),
+                "why beyond rounding": "" if row.within_rounding else row.reason or "not explained",
+            }
             for row in rows
-        ),
+        ],
         row_classes=tuple("" if row.within_rounding else "warning" for row in rows),
     )
 

@@ -13,32 +13,25 @@ def propeller_sections(found: PropellerDesign) -> tuple[Section, ...]:
     """Return everything but the printed numbers."""
     points = found.ranked if found.candidate is None else (*found.ranked, found.candidate)
     best = found.ranked[0]
-    blocks: list[Block] = [
-        Paragraph(
-            f"Required: {general(found.thrust_n)} N at an advance speed of "
-            f"{general(found.advance_speed_mps)} m/s in water of "
-            f"{general(found.density_kgpm3, 4)} kg/m^3. Drive: {found.drive}. For each number of "
-            "blades the propeller of the series that needs least shaft power, by differential "
-            "evolution and SLSQP."
-        ),
-        _table(found, points),
-        Gallery((open_water_figure(found), drive_figure(found))),
-    ]
-    notes = tuple(dict.fromkeys(note for point in points for note in point.notes))
-    if notes:
-        blocks.append(Bullets(notes))
-    if best.full_power_thrust_n is not None and best.full_power_shaft_speed_rpm is not None:
-        blocks.append(
-            Paragraph(
-                f"With all that the drive has, {best.label} turns at "
-                f"{fixed(best.full_power_shaft_speed_rpm, 0)} rpm and gives "
-                f"{fixed(best.full_power_thrust_n, 1)} N."
-            )
-        )
-    return (
-        Section("ranked", "Propellers, best first", tuple(blocks)),
-        _cavitation(points),
+    text = (
+        f"Required: {general(found.thrust_n)} N at an advance speed of "
+        f"{general(found.advance_speed_mps)} m/s in water of "
+        f"{general(found.density_kgpm3, 4)} kg/m^3. Drive: {found.drive}. For each number of "
+        "blades the propeller of the series that needs least shaft power, by differential "
+        "evolution and SLSQP."
     )
+    figures = Gallery((open_water_figure(found), drive_figure(found)))
+    blocks: list[Block] = [Paragraph(text), _table(found, points), figures]
+    notes = tuple(dict.fromkeys(note for point in points for note in point.notes))
+    blocks += [Bullets(notes)] if notes else []
+    if best.full_power_thrust_n is not None and best.full_power_shaft_speed_rpm is not None:
+        full = (
+            f"With all that the drive has, {best.label} turns at "
+            f"{fixed(best.full_power_shaft_speed_rpm, 0)} rpm and gives "
+            f"{fixed(best.full_power_thrust_n, 1)} N."
+        )
+        blocks.append(Paragraph(full))
+    return (Section("ranked", "Propellers, best first", tuple(blocks)), _cavitation(points))
 
 
 def _table(found: PropellerDesign, points: tuple[PropellerPoint, ...]) -> Table:
@@ -71,33 +64,28 @@ def _table(found: PropellerDesign, points: tuple[PropellerPoint, ...]) -> Table:
 
 
 def _cavitation(points: tuple[PropellerPoint, ...]) -> Section:
-    return Section(
-        "cavitation",
-        "Cavitation and Reynolds number",
-        (
-            Paragraph(
-                "Keller: the area ratio must be at least (1.3 + 0.3 Z) T / ((p_0 - p_v) D^2) + k. "
-                "Burrill: the loading of the projected area must stay below the line of 5 % back "
-                "cavitation."
-            ),
-            Table.of(
-                "Cavitation",
-                [
-                    {
-                        "Propeller": p.label,
-                        "A_E/A_0": fixed(p.area_ratio, 3),
-                        "least, Keller": fixed(p.keller_area_ratio, 3),
-                        "loading": fixed(p.burrill_loading, 3),
-                        "limit, Burrill": fixed(p.burrill_limit, 3),
-                        "Rn": general(p.reynolds, 2),
-                        "verdict": "cavitates" if p.cavitates else "free",
-                    }
-                    for p in points
-                ],
-                row_classes=tuple("warning" if p.cavitates else "" for p in points),
-            ),
-        ),
+    text = (
+        "Keller: the area ratio must be at least (1.3 + 0.3 Z) T / ((p_0 - p_v) D^2) + k. "
+        "Burrill: the loading of the projected area must stay below the line of 5 % back "
+        "cavitation."
     )
+    table = Table.of(
+        "Cavitation",
+        [
+            {
+                "Propeller": p.label,
+                "A_E/A_0": fixed(p.area_ratio, 3),
+                "least, Keller": fixed(p.keller_area_ratio, 3),
+                "loading": fixed(p.burrill_loading, 3),
+                "limit, Burrill": fixed(p.burrill_limit, 3),
+                "Rn": general(p.reynolds, 2),
+                "verdict": "cavitates" if p.cavitates else "free",
+            }
+            for p in points
+        ],
+        row_classes=tuple("warning" if p.cavitates else "" for p in points),
+    )
+    return Section("cavitation", "Cavitation and Reynolds number", (Paragraph(text), table))
 
 
 def _point(
@@ -140,14 +128,11 @@ def drive_figure(found: PropellerDesign) -> Figure:
     """Draw the torque of the best over shaft speed, with what the drive has."""
     best, curves = found.ranked[0], found.curves
     rpm, need, have, pushes = (
-        np.array(values, dtype=float)
-        for values in (
-            curves.shaft_speed_rpm,
-            curves.propeller_torque_nm,
-            curves.drive_torque_nm,
-            curves.propeller_thrust_n,
+        np.array(getattr(curves, name), dtype=float)
+        for name in (
+            "shaft_speed_rpm", "propeller_torque_nm", "drive_torque_nm", "propeller_thrust_n",
         )
-    )
+    )  # fmt: skip
     drive: tuple[Trace, ...] = (Trace("drive has", rpm, have, plotting.VERMILLION),)
     if not np.isfinite(have).any():
         at, torque = best.shaft_speed_rpm, found.drive_torque_at_point_nm

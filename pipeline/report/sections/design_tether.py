@@ -1,5 +1,7 @@
 """Sections of the tether calculation (Kostenko and Mokeeva 2009)."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from pipeline.records.design import FootprintVariant, HeldFootprint, TetherDesign
@@ -29,26 +31,22 @@ def _vector(values: tuple[float, ...]) -> str:
 
 
 def _pull(found: TetherDesign) -> Section:
-    blocks: list[Block] = [
-        Paragraph(
-            f"{general(found.length_m)} m of cable, vehicle {general(found.radius_m)} m from the "
-            f"garage's vertical and {general(abs(found.height_m))} m "
-            f"{'below' if found.height_m < 0 else 'above'} it, own velocity "
-            f"{_vector(found.vehicle_velocity_mps)} m/s, current {_vector(found.current_mps)} m/s, "
-            f"{general(found.density_kgpm3, 4)} kg/m^3. Axes of the paper: X ahead, Y up, Z to "
-            "starboard."
-        ),
-        _pull_figure(found),
+    text = (
+        f"{general(found.length_m)} m of cable, vehicle {general(found.radius_m)} m from the "
+        f"garage's vertical and {general(abs(found.height_m))} m "
+        f"{'below' if found.height_m < 0 else 'above'} it, own velocity "
+        f"{_vector(found.vehicle_velocity_mps)} m/s, current {_vector(found.current_mps)} m/s, "
+        f"{general(found.density_kgpm3, 4)} kg/m^3. Axes of the paper: X ahead, Y up, Z to "
+        "starboard."
+    )
+    blocks: list[Block] = [Paragraph(text), _pull_figure(found)]
+    blocks += [Paragraph(_FLOWS)] if len(found.variants) > 1 else []
+    blocks += [
+        _edge(one)
+        if one.variant == found.variant
+        else Details(f"The same with the flow '{one.variant}'", (_edge(one),))
+        for one in found.variants
     ]
-    if len(found.variants) > 1:
-        blocks.append(Paragraph(_FLOWS))
-    for variant in found.variants:
-        table = _edge(variant)
-        blocks.append(
-            table
-            if variant.variant == found.variant
-            else Details(f"The same with the flow '{variant.variant}'", (table,))
-        )
     if found.equivalent is not None:
         blocks.append(Paragraph(f"In simulation: {found.equivalent.text}"))
     blocks.append(_shapes_figure(found))
@@ -57,88 +55,72 @@ def _pull(found: TetherDesign) -> Section:
 
 def _edge(variant: FootprintVariant) -> Table:
     judged = any(row.use is not None for row in variant.rows)
-    rows = []
-    for row in variant.rows:
-        cells = (
-            fixed(row.angle_deg, 0),
-            *(fixed(v, 0) for v in row.on_garage_n),
-            fixed(float(np.linalg.norm(row.on_garage_n)), 0),
-            *(fixed(v, 0) for v in row.on_vehicle_n),
-            fixed(float(np.linalg.norm(row.on_vehicle_n)), 0),
-            *(fixed(v, 0) for v in row.required_n),
-        )
-        rows.append((*cells, use_of_limit(row.use)) if judged else cells)
-    header = ("angle, deg", *_parts("T_n"), *_parts("T_a"), "F_x", "F_y", "F_z")
-    return Table(
+    return Table.of(
         f"Flow '{variant.variant}': forces of the cable on garage (n) and vehicle (a), thrust "
         "needed there (F), N",
-        (*header, "use") if judged else header,
-        tuple(rows),
+        [
+            {"angle, deg": fixed(row.angle_deg, 0)}
+            | _parts("T_n", row.on_garage_n, whole=True)
+            | _parts("T_a", row.on_vehicle_n, whole=True)
+            | _parts("F_", row.required_n)
+            | ({"use": use_of_limit(row.use)} if judged else {})
+            for row in variant.rows
+        ],
         note="F holds cable, drag of the hull and buoyancy at that place.",
     )
 
 
-def _parts(name: str) -> tuple[str, ...]:
-    return (*(f"{name}{axis}" for axis in "xyz"), f"|{name}|")
+def _parts(
+    name: str, force_n: Sequence[float], decimals: int = 0, *, whole: bool = False
+) -> dict[str, str]:
+    """Write a force by its parts, and its size where that is wanted."""
+    cells = {f"{name}{axis}": fixed(v, decimals) for axis, v in zip("xyz", force_n, strict=True)}
+    size = {f"|{name}|": fixed(float(np.linalg.norm(force_n)), decimals)}
+    return cells | (size if whole else {})
 
 
 def _drive(found: TetherDesign) -> Section:
-    def name(basis: str) -> str:
-        return basis if basis == "printed pulls" else f"flow {basis}"
+    def of(basis: str) -> dict[str, str]:
+        return {"From": basis if basis == "printed pulls" else f"flow {basis}"}
 
-    forces = tuple(
-        (name(n.basis), *(fixed(v, 1) for v in (*n.pull_n, *n.drag_n, *n.force_n)))
+    def watts(what: str, power_w: Sequence[float]) -> dict[str, str]:
+        cells = {f"{what} {axis}": fixed(v, 0) for axis, v in zip("XYZ", power_w, strict=True)}
+        return {**cells, f"{what}, sum": fixed(sum(power_w), 0)}
+
+    forces = [
+        of(n.basis) | _parts("T_", n.pull_n, 1) | _parts("R_", n.drag_n, 1)
+        | _parts("F_", n.force_n, 1)
         for n in found.needs
-    )
-    power = tuple(
-        (
-            name(n.basis),
-            *(fixed(v, 0) for v in (*n.towing_power_w, sum(n.towing_power_w))),
-            *(fixed(v, 0) for v in (*n.consumed_power_w, sum(n.consumed_power_w))),
-        )
+    ]  # fmt: skip
+    power = [
+        of(n.basis) | watts("towing", n.towing_power_w) | watts("consumed", n.consumed_power_w)
         for n in found.needs
+    ]
+    tables = (
+        Table.of("Largest pull, drag of the hull, needed force, eqs. (3) and (4), N", forces),
+        Table.of("Towing and consumed power, eqs. (5) and (6), W", power),
     )
-    axes = tuple(f"{force}_{axis}" for force in "TRF" for axis in "xyz")
-    head = ("From", "towing X", "Y", "Z", "sum", "consumed X", "Y", "Z", "sum")
-    return Section(
-        "drive",
-        "Control forces and power",
-        (
-            Table(
-                "Largest pull, drag of the hull, needed force, eqs. (3) and (4), N",
-                ("From", *axes),
-                forces,
-            ),
-            Table("Towing and consumed power, eqs. (5) and (6), W", head, power),
-        ),
-    )
+    return Section("drive", "Control forces and power", tables)
 
 
 def _held(held: HeldFootprint) -> Section:
-    ahead, astern, up, down, starboard, port = held.largest_force_n
-    return Section(
-        "held",
-        f"Footprint that {held.vehicle} can hold",
-        (
-            Paragraph(
-                "Largest thrust at rest without turning: "
-                f"{fixed(ahead, 0)} N ahead, {fixed(astern, 0)} N astern, {fixed(up, 0)} N up, "
-                f"{fixed(down, 0)} N down, {fixed(starboard, 0)} N to starboard and "
-                f"{fixed(port, 0)} N to port. Roll and pitch are left to weight and buoyancy."
-            ),
-            _held_figure(held),
-            Table(
-                "Radius that is held",
-                ("Angle, deg", "radius, m", "ends with"),
-                tuple(
-                    (fixed(angle, 0), fixed(radius, 1), what)
-                    for angle, radius, what in zip(
-                        held.angle_deg, held.held_radius_m, held.limit, strict=True
-                    )
-                ),
-            ),
-        ),
+    ways = ("ahead", "astern", "up", "down", "to starboard", "to port")
+    thrust = [f"{fixed(n, 0)} N {way}" for n, way in zip(held.largest_force_n, ways, strict=True)]
+    text = (
+        f"Largest thrust at rest without turning: {', '.join(thrust)}. Roll and pitch are left to "
+        "weight and buoyancy."
     )
+    table = Table.of(
+        "Radius that is held",
+        [
+            {"Angle, deg": fixed(angle, 0), "radius, m": fixed(radius, 1), "ends with": what}
+            for angle, radius, what in zip(
+                held.angle_deg, held.held_radius_m, held.limit, strict=True
+            )
+        ],
+    )
+    title = f"Footprint that {held.vehicle} can hold"
+    return Section("held", title, (Paragraph(text), _held_figure(held), table))
 
 
 def _pull_figure(found: TetherDesign) -> Figure:

@@ -27,9 +27,9 @@ def drive_section(results: VehicleResults) -> Section:
     """Show the surface over the bench's points, and its scatter by code."""
     fit, record = results.drive, results.load_test
     if fit is None:
-        missing = not_computed(ANCHOR, TITLE, missing_reasons(results)["drive"])
         points = [p for p in record.points if not p.marks] if record is not None else []
-        return replace(missing, blocks=(*missing.blocks, _raw(points))) if points else missing
+        shown = [_raw(points)] if points else []
+        return not_computed(ANCHOR, TITLE, missing_reasons(results)["drive"], *shown)
     blocks: list[Block] = [
         _family(fit, *fitted_points(record, fit)),
         Paragraph(quality_line("M(n, N)", fit.quality, "codes")),
@@ -85,23 +85,12 @@ def _family(
     top = max(fit.codes, key=lambda spread: spread.code)
     ends = drive_torque(fit, np.array(top.shaft_speed_rpm), top.code)[0]
     factor = drive_factor(fit)
-    colours = dict(
-        zip(
-            (spread.code for spread in fit.codes),
-            plotting.ordered_colours(len(fit.codes)),
-            strict=True,
-        )
-    )
+    shades = plotting.ordered_colours(len(fit.codes))
     above: list[Trace] = []
     below: list[Trace] = []
-    for spread in fit.codes:
-        colour = colours[spread.code]
+    for spread, colour in zip(fit.codes, shades, strict=True):
         for branch, name, mark in _BRANCHES:
-            own = [
-                p
-                for p in points
-                if p.branch == branch and p.code is not None and abs(p.code) == spread.code
-            ]
+            own = [p for p in points if p.branch == branch and abs(p.code or 0.0) == spread.code]
             if own:
                 shown = _points(name, own, colour, mark)
                 left = shown.values - drive_torque(fit, shown.x, spread.code)[0]
@@ -133,44 +122,40 @@ def _family(
 
 def _intervals(fit: DriveFit) -> Paragraph:
     """Say what the intervals count as independent."""
-    if fit.clustered and fit.clusters < SWEEPS_PER_TERM * len(fit.coefficients):
-        return Paragraph(
-            f"The covariance is clustered by sweep, but the {fit.clusters} sweeps are fewer than "
-            f"two for each of the {len(fit.coefficients)} terms of the surface: the 95 % intervals "
-            "that rest on it hold the truth less often than that. Measure more codes, both "
-            "branches, or a second drive.",
-            tone="warning",
+    terms = len(fit.coefficients)
+    if not fit.clustered:
+        text = (
+            f"The {fit.clusters} sweeps are too few for the {terms} terms of the "
+            "surface, so the covariance could not be clustered by sweep: it counts the points of a "
+            "sweep as independent, and all intervals that rest on it are too narrow."
         )
-    if fit.clustered:
+    elif fit.clusters < SWEEPS_PER_TERM * terms:
+        text = (
+            f"The covariance is clustered by sweep, but the {fit.clusters} sweeps are fewer than "
+            f"two for each of the {terms} terms of the surface: the 95 % intervals "
+            "that rest on it hold the truth less often than that. Measure more codes, both "
+            "branches, or a second drive."
+        )
+    else:
         return Paragraph(
             f"The covariance is clustered by sweep ({fit.clusters} sweeps): the errors of one "
-            "sweep go together, and counting its points as independent would make the intervals "
-            "too narrow."
+            "sweep go together."
         )
-    return Paragraph(
-        f"The {fit.clusters} sweeps are too few for the {len(fit.coefficients)} terms of the "
-        "surface, so the covariance could not be clustered by sweep: it counts the points of a "
-        "sweep as independent, and all intervals that rest on it are too narrow.",
-        tone="warning",
-    )
+    return Paragraph(text, tone="warning")
 
 
 def _scales(fit: DriveFit) -> list[Block]:
     if len(fit.torque_scale_by_file) < 2:
         return []
-    rows = tuple(
-        (file, fixed(scale, 4), f"{signed(100 * (scale - 1), 2)} %")
-        for file, scale in fit.torque_scale_by_file.items()
-    )
-    return [
-        Table(
-            "Torque of each file against the common surface",
-            ("File", "Scale", "Difference"),
-            rows,
-            note=f"Standard deviation {percent(fit.torque_scale_std)}: the spread from "
-            "drive to drive, which the intervals carry.",
-        )
+    rows = [
+        {"File": name, "Scale": fixed(own, 4), "Difference": f"{signed(100 * (own - 1), 2)} %"}
+        for name, own in fit.torque_scale_by_file.items()
     ]
+    note = (
+        f"Standard deviation {percent(fit.torque_scale_std)}: the spread from drive to drive, "
+        "which the intervals carry."
+    )
+    return [Table.of("Torque of each file against the common surface", rows, note=note)]
 
 
 def _spread_table(fit: DriveFit) -> Table:

@@ -5,8 +5,10 @@ from collections.abc import Iterable, Sequence
 
 from pipeline.records.base import Source
 from pipeline.records.measurements import (
+    LoadTestPoint,
     LoadTestRecord,
     MooringRecord,
+    OpenWaterPoint,
     OpenWaterRecord,
     SheetRead,
 )
@@ -14,7 +16,7 @@ from pipeline.report.blocks import Block, Details, Heading, Paragraph, Section, 
 from pipeline.report.numbers import code, fixed, general, plural, signed
 from pipeline.report.results import VehicleResults, mooring_points_of_tables
 
-#: With more sheets than this the table goes by file and the sheets are folded away.
+#: With more sheets than this the table is folded away.
 SHEETS_SHOWN = 8
 
 Marked = tuple[Source, tuple[str, ...]]
@@ -35,43 +37,48 @@ def inputs_section(results: VehicleResults) -> Section:
             reason = results.missing.get(stage) or f"There is no {kind} data."
             blocks.append(Paragraph(reason, tone="warning"))
             continue
+        used = sum(not point.marks for point in record.points)
+        text = (
+            f"{plural(len(record.points), 'point')} read, {used} used, "
+            f"{len(record.points) - used} left out."
+        )
         if isinstance(record, LoadTestRecord):
-            texts = [_load_test(record)]
+            text += _load_test([point for point in record.points if not point.marks])
         elif isinstance(record, MooringRecord):
-            texts = _mooring(results, record)
+            text += _mooring(results, record)
         else:
-            texts = [_open_water(record)]
+            text += _open_water([point for point in record.points if not point.marks])
         marked = [(point.source, point.marks) for point in record.points]
-        blocks += [*map(Paragraph, texts), *_tables(record.sheets, marked)]
+        blocks += [Paragraph(text), *_tables(record.sheets, marked)]
     return Section("inputs", "What came in", tuple(blocks))
 
 
-def _load_test(record: LoadTestRecord) -> str:
-    used = [point for point in record.points if not point.marks]
-    codes = sorted({point.code for point in used if point.code is not None})
+def _load_test(used: Sequence[LoadTestPoint]) -> str:
+    text = _codes(point.code for point in used)
+    if not used:
+        return text
     loading = sum(point.branch == "loading" for point in used)
-    text = f"{_usage(record.points, used)} {_codes(codes)}"
-    if used:
-        text += (
-            f" {plural(loading, 'point')} with rising load, {len(used) - loading} with falling "
-            f"load; shaft speed {fixed(min(abs(p.shaft_speed_rpm) for p in used), 0)} to "
-            f"{fixed(max(abs(p.shaft_speed_rpm) for p in used), 0)} rpm, torque "
-            f"{general(min(abs(p.torque_nm) for p in used))} to "
-            f"{general(max(abs(p.torque_nm) for p in used))} N m."
+    (slowest, fastest), (least, most) = (
+        (min(sizes), max(sizes))
+        for sizes in (
+            [abs(p.shaft_speed_rpm) for p in used],
+            [abs(p.torque_nm) for p in used],
         )
-    return text
+    )
+    return (
+        f"{text} {plural(loading, 'point')} with rising load, {len(used) - loading} with falling "
+        f"load; shaft speed {fixed(slowest, 0)} to {fixed(fastest, 0)} rpm, torque "
+        f"{general(least)} to {general(most)} N m."
+    )
 
 
-def _mooring(results: VehicleResults, record: MooringRecord) -> list[str]:
+def _mooring(results: VehicleResults, record: MooringRecord) -> str:
     used = [point for point in record.points if not point.marks]
-    codes = sorted({point.code for point in used})
-    text = f"{_usage(record.points, used)} {_codes(codes)}"
+    text = _codes(point.code for point in used)
     if used:
+        thrust = [p.thrust_n for p in used]
         voltages = sorted({round(p.voltage_v, 1) for p in used if p.voltage_v is not None})
-        text += (
-            f" Thrust {fixed(min(p.thrust_n for p in used), 1)} to "
-            f"{fixed(max(p.thrust_n for p in used), 1)} N."
-        )
+        text += f" Thrust {fixed(min(thrust), 1)} to {fixed(max(thrust), 1)} N."
         if voltages:
             upper = f" to {fixed(voltages[-1], 1)}" if len(voltages) > 1 else ""
             text += f" Supply {fixed(voltages[0], 1)}{upper} V."
@@ -91,114 +98,71 @@ def _mooring(results: VehicleResults, record: MooringRecord) -> list[str]:
         else f"Tare: the reading at code 0 moved by up to {fixed(record.tare_drift_n, 2)} N "
         "within a file; it was subtracted."
     )
-    return [text, f"{sweeps} {drift}"]
+    return f"{text} {sweeps} {drift}"
 
 
-def _open_water(record: OpenWaterRecord) -> str:
-    used = [point for point in record.points if not point.marks]
-    text = _usage(record.points, used)
-    if used:
-        text += (
-            f" J from {fixed(min(p.advance_ratio for p in used), 3)} to "
-            f"{fixed(max(p.advance_ratio for p in used), 3)}."
-        )
-    return text
+def _open_water(used: Sequence[OpenWaterPoint]) -> str:
+    ratios = [p.advance_ratio for p in used]
+    return f" J from {fixed(min(ratios), 3)} to {fixed(max(ratios), 3)}." if ratios else ""
 
 
-def _usage(points: Sequence[object], used: Sequence[object]) -> str:
-    left_out = len(points) - len(used)
-    return f"{plural(len(points), 'point')} read, {len(used)} used, {left_out} left out."
-
-
-def _codes(codes: Sequence[float]) -> str:
+def _codes(every: Iterable[float | None]) -> str:
+    codes = sorted({one for one in every if one is not None})
     if not codes:
-        return "No usable code."
+        return " No usable code."
     listed = (
-        ", ".join(code(value) for value in codes)
+        ", ".join(map(code, codes))
         if len(codes) <= 30
         else f"{code(codes[0])} to {code(codes[-1])}"
     )
-    return f"{plural(len(codes), 'code')}: {listed}."
+    return f" {plural(len(codes), 'code')}: {listed}."
 
 
 def _tables(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> list[Block]:
-    table = _sheet_table(sheets, points)
-    blocks: list[Block] = (
-        [table]
-        if len(sheets) <= SHEETS_SHOWN
-        else [
-            _file_table(sheets, points),
-            Details(f"The same by sheet ({plural(len(sheets), 'sheet')})", (table,)),
+    blocks: list[Block] = [_sheet_table(sheets, points)]
+    rows: defaultdict[tuple[str, str | None, str], list[int]] = defaultdict(list)
+    for source, marks in points:
+        if marks:
+            rows[source.file, source.sheet, ", ".join(marks)].append(source.row)
+    if rows:
+        left_out = [
+            {"File": file, "Worksheet": sheet or "–", "Rows": row_ranges(own), "Why": mark}
+            for (file, sheet, mark), own in rows.items()
         ]
-    )
-    left_out = [(source, marks) for source, marks in points if marks]
-    if left_out:
-        blocks.append(
-            Details(
-                f"{plural(len(left_out), 'point')} left out, by row", (_left_out_table(left_out),)
-            )
-        )
+        many = plural(sum(map(len, rows.values())), "point")
+        table = Table.of("Points left out, by row", left_out)
+        blocks.append(Details(f"{many} left out, by row", (table,)))
     if any(sheet.columns for sheet in sheets):
         blocks.append(Details("Columns and units as understood", (_column_table(sheets),)))
     return blocks
 
 
-def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Table:
-    used: Counter[tuple[str, str | None]] = Counter()
+def _sheet_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Block:
+    """Say what became of the points of each sheet; of many sheets together by file, folded."""
     reasons: defaultdict[tuple[str, str | None], Counter[str]] = defaultdict(Counter)
+    used: Counter[tuple[str, str | None]] = Counter()
     for source, marks in points:
         key = (source.file, source.sheet)
-        if marks:
-            reasons[key].update(marks)
-        else:
-            used[key] += 1
-    return Table(
+        reasons[key].update(marks)
+        used[key] += not marks
+    table = Table.of(
         "Sheets and what became of their points",
-        ("File", "Worksheet", "Understood as", "Used", "Left out, by reason"),
-        tuple(
-            (
-                sheet.file,
-                sheet.sheet if sheet.sheet is not None else "–",
-                sheet.summary,
-                str(used[sheet.file, sheet.sheet]),
-                _counted(reasons[sheet.file, sheet.sheet]),
-            )
-            for sheet in sheets
-        ),
+        [
+            {
+                "File": one.file,
+                "Worksheet": one.sheet or "–",
+                "Understood as": one.summary,
+                "Used": str(used[one.file, one.sheet]),
+                "Left out, by reason": ", ".join(
+                    f"{n} {mark}" for mark, n in sorted(reasons[one.file, one.sheet].items())
+                )
+                or "–",
+            }
+            for one in sheets
+        ],
     )
-
-
-def _file_table(sheets: Sequence[SheetRead], points: Sequence[Marked]) -> Table:
-    rows = []
-    for file in dict.fromkeys(sheet.file for sheet in sheets):
-        own = [marks for source, marks in points if source.file == file]
-        reasons = Counter(mark for marks in own for mark in marks)
-        used = sum(not marks for marks in own)
-        count = sum(sheet.file == file for sheet in sheets)
-        rows.append((file, str(count), str(len(own)), str(used), _counted(reasons)))
-    return Table(
-        "Files and what became of their points",
-        ("File", "Sheets", "Points", "Used", "Left out, by reason"),
-        tuple(rows),
-    )
-
-
-def _counted(reasons: Counter[str]) -> str:
-    return ", ".join(f"{count} {mark}" for mark, count in sorted(reasons.items())) or "–"
-
-
-def _left_out_table(left_out: Sequence[Marked]) -> Table:
-    rows: defaultdict[tuple[str, str | None, str], list[int]] = defaultdict(list)
-    for source, marks in left_out:
-        rows[source.file, source.sheet, ", ".join(marks)].append(source.row)
-    return Table(
-        "Points left out, by row",
-        ("File", "Worksheet", "Rows", "Why"),
-        tuple(
-            (file, sheet if sheet is not None else "–", row_ranges(numbers), mark)
-            for (file, sheet, mark), numbers in rows.items()
-        ),
-    )
+    many = f"{plural(len(sheets), 'sheet')} and what became of their points"
+    return table if len(sheets) <= SHEETS_SHOWN else Details(many, (table,))
 
 
 def row_ranges(rows: Iterable[int]) -> str:
@@ -230,10 +194,13 @@ def _column_table(sheets: Sequence[SheetRead]) -> Table:
                 column.unit_from,
             )
             where[key].append(sheet.sheet if sheet.sheet is not None else "–")
-    return Table(
+    named = ("Quantity", "Column header", "Column", "Unit", "Unit taken from")
+    return Table.of(
         "Columns and units as understood",
-        ("File", "Sheets", "Quantity", "Column header", "Column", "Unit", "Unit taken from"),
-        tuple((key[0], _shortened(names), *key[1:]) for key, names in where.items()),
+        [
+            {"File": file, "Sheets": _shortened(names)} | dict(zip(named, rest, strict=True))
+            for (file, *rest), names in where.items()
+        ],
     )
 
 

@@ -1,6 +1,6 @@
 """The allocator flown in simulation: does the vehicle keep course, depth and speed."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
@@ -43,31 +43,25 @@ def validation_section(results: VehicleResults) -> Section:
         return not_computed(ANCHOR, TITLE, reason)
     blocks: list[Block] = [
         Paragraph(
-            "The vehicle of the model section, simulated with whole codes, lag and limits, flown "
-            "by the bundled autopilot. Everything here holds for that model: it shows what the "
-            "tables do, not how well the model is."
+            "Simulated with whole codes, lag and limits, flown by the bundled autopilot. It shows "
+            "what the tables do, not how well the vehicle file's model is."
         ),
         Gallery((_errors_figure(validation), _traces_figure(validation))),
         _keeping_table(validation),
         _cost_table(validation),
     ]
-    if validation.fixed_point is not None:
-        fixed_point = validation.fixed_point
-        blocks.append(
-            Paragraph(
-                f"Fixed point against floating point over {fixed_point.commands} commands of "
-                f"these flights: {percent(fixed_point.differing_share)} of the codes differ, by "
-                f"at most {fixed_point.largest_difference}."
-            )
+    own = validation.fixed_point
+    if own is not None:
+        text = (
+            f"Fixed point against floating point over {own.commands} commands of these flights: "
+            f"{percent(own.differing_share)} of the codes differ, by at most "
+            f"{own.largest_difference}."
         )
+        blocks.append(Paragraph(text))
     blocks += [
         Paragraph(validation.power_text),
         *explained(validation.explanations),
         Details("What was flown", (_flown(validation),)),
-        Paragraph(
-            "Steps of course and depth, portions varied and other settings: rig2sea validate "
-            "prints them, validation.json has them."
-        ),
     ]
     return Section(ANCHOR, TITLE, tuple(blocks))
 
@@ -88,10 +82,6 @@ def _flown(validation: AllocatorValidation) -> Paragraph:
         f"Without compensation: {validation.mooring_inverse}; with it: "
         f"{validation.compensated_inverse}."
     )
-
-
-def _three_panels(rows: Iterable[tuple[str, Sequence[Trace]]], *, from_zero: bool) -> list[Panel]:
-    return [Panel(label, tuple(traces), from_zero=from_zero) for label, traces in rows]
 
 
 def _errors_figure(validation: AllocatorValidation) -> Figure:
@@ -132,7 +122,7 @@ def _errors_figure(validation: AllocatorValidation) -> Figure:
         f"Root mean square over {validation.flight_s:g} s. The disturbance is the same at every "
         "speed and for everyone; ideal thrusters exert exactly the wrench that the autopilot "
         "wants, so their line is what the autopilot itself leaves.",
-        _three_panels(rows, from_zero=True),
+        [Panel(label, tuple(own), from_zero=True) for label, own in rows],
         x_label="speed to be kept V  [m/s]",
     )
 
@@ -155,7 +145,7 @@ def _traces_figure(validation: AllocatorValidation) -> Figure:
         f"At {speed(at)} m/s the mooring inverse lets the speed fall to {fixed(lowest, 2)} m/s "
         "before the integral of the autopilot makes up for it.",
         f"The flights at {speed(at)} m/s. Depth downwards from the one to be kept.",
-        _three_panels(zip(_LABELS, rows, strict=True), from_zero=False),
+        [Panel(label, tuple(own)) for label, own in zip(_LABELS, rows, strict=True)],
         x_label="time  [s]",
     )
 

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from pipeline.errors import Problem
+from pipeline.records.fits import Check
 from pipeline.report.blocks import Block, Bullets, Details, Paragraph, Section, Table
 from pipeline.report.numbers import plural
 from pipeline.report.results import (
@@ -25,44 +26,33 @@ def warnings_section(results: VehicleResults) -> Section:
     checks = all_checks(results)
     failed = [(stage, check) for stage, check in checks if not check.passed]
     missing = missing_reasons(results)
-    blocks: list[Block] = []
-    blocks += (
+    blocks: list[Block] = (
         problem_blocks("Problems in the raw files", serious)
         if serious
         else [Paragraph("No errors or warnings in the raw files.")]
     )
     if failed:
-        blocks.append(
-            Table(
-                "Checks that failed",
-                ("Result", "Check", "What was found"),
-                tuple((stage, check.name, check.text) for stage, check in failed),
-                row_classes=("warning",) * len(failed),
-            )
-        )
+        blocks.append(_checks("Checks that failed", failed, "warning"))
     elif checks:
         blocks.append(Paragraph(f"All {len(checks)} physical and numerical checks passed."))
     if missing:
-        blocks.append(
-            Table(
-                "Results that could not be computed",
-                ("Result", "Why"),
-                tuple((STAGE_TITLES[stage], reason) for stage, reason in missing.items()),
-                row_classes=("warning",) * len(missing),
-            )
-        )
+        rows = [{"Result": STAGE_TITLES[stage], "Why": why} for stage, why in missing.items()]
+        marked = ("warning",) * len(rows)
+        table = Table.of("Results that could not be computed", rows, row_classes=marked)
+        blocks.append(table)
     if results.notes:
         blocks.append(Bullets(results.notes))
     blocks += note_blocks(notes)
     passed = [(stage, check) for stage, check in checks if check.passed]
     if passed:
-        table = Table(
-            "Checks that passed",
-            ("Result", "Check", "What was found"),
-            tuple((stage, check.name, check.text) for stage, check in passed),
-        )
+        table = _checks("Checks that passed", passed)
         blocks.append(Details(f"{plural(len(passed), 'check')} passed", (table,)))
     return Section("warnings", "Warnings", tuple(blocks))
+
+
+def _checks(caption: str, checks: Sequence[tuple[str, Check]], mark: str = "") -> Table:
+    rows = [{"Result": of, "Check": one.name, "What was found": one.text} for of, one in checks]
+    return Table.of(caption, rows, row_classes=(mark,) * len(rows))
 
 
 def problem_blocks(caption: str, problems: Sequence[Problem]) -> list[Block]:
@@ -81,21 +71,17 @@ def note_blocks(notes: Sequence[Problem]) -> list[Block]:
 def problem_table(caption: str, problems: Iterable[Problem], *, every_place: bool = False) -> Table:
     """Group problems with the same message; places beyond a few are counted."""
     groups = _grouped(problems)
-    return Table(
-        caption,
-        ("Severity", "Where", "What", "Expected", "What to do"),
-        tuple(
-            (
-                severity,
-                _places(places, len(places) if every_place else PLACES_SHOWN),
-                what,
-                expected or "–",
-                remedy or "–",
-            )
-            for (severity, what, expected, remedy), places in groups.items()
-        ),
-        row_classes=tuple(severity for severity, *_ in groups),
-    )
+    rows = [
+        {
+            "Severity": severity,
+            "Where": _places(places, len(places) if every_place else PLACES_SHOWN),
+            "What": what,
+            "Expected": expected or "–",
+            "What to do": remedy or "–",
+        }
+        for (severity, what, expected, remedy), places in groups.items()
+    ]
+    return Table.of(caption, rows, row_classes=tuple(severity for severity, *_ in groups))
 
 
 def _grouped(problems: Iterable[Problem]) -> dict[tuple[str, str, str, str], list[str]]:
