@@ -166,7 +166,9 @@ def _counted(node: ast.Call) -> Iterator[Entry]:
 
 def _not_shown(tree: ast.Module) -> set[ast.AST]:
     """Collect what is no message: docstrings, parts of f-strings, texts for programmers."""
-    return {node for top in ast.walk(tree) for one in _silent_in(top) for node in one}
+    names = (one for one in tree.body if ast.unparse(one).startswith("__all__ "))
+    silent = {node for top in ast.walk(tree) for one in _silent_in(top) for node in one}
+    return silent.union(*map(ast.walk, names))
 
 
 def _silent_in(node: ast.AST) -> Iterator[Iterable[ast.AST]]:

@@ -12,8 +12,6 @@ from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 
 ANCHOR, TITLE = "allocation", "Allocator: what the vehicle gets of what it asks for"
 
-_PORTIONS = ("surge (Π_x)", "heading (Π_φ)", "pitch (Π_ψ)")
-
 
 def allocation_section(results: VehicleResults) -> Section:
     """Show one number for each speed and variant."""
@@ -24,9 +22,7 @@ def allocation_section(results: VehicleResults) -> Section:
         )
         return not_computed(ANCHOR, TITLE, reason)
     last_m, last_c = allocation.mooring[-1], allocation.compensated[-1]
-    portions = (
-        f"{name} {fixed(own, 2)}" for name, own in zip(_PORTIONS, allocation.portions, strict=False)
-    )
+    surge, heading, pitch = (fixed(own, 2) for own in (*allocation.portions, 0.0, 0.0, 0.0)[:3])
     inverses = (
         f" Inverse without compensation: {allocation.mooring_inverse}; "
         f"with it: {allocation.compensated_inverse}."
@@ -47,7 +43,10 @@ def allocation_section(results: VehicleResults) -> Section:
             "thrust against the motion."
         ),
         _error_table(allocation),
-        Paragraph(f"Form: {form}. Portions: {', '.join(portions)}.{inverses}"),
+        Paragraph(
+            f"Form: {form}. Portions: surge (Π_x) {surge}, heading (Π_φ) {heading}, pitch (Π_ψ) "
+            f"{pitch}.{inverses}"
+        ),
         *explained(allocation.explanations),
     ]
     return Section(ANCHOR, TITLE, tuple(blocks))

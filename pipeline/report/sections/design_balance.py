@@ -49,11 +49,12 @@ def _state(found: BalanceDesign) -> Section:
     power, rpm = found.preliminary_power_w, found.preliminary_shaft_speed_rpm
     if power is not None:
         turns = "" if rpm is None else f" at {fixed(rpm, 0)} rpm by eq. (11), an advance ratio of 1"
-        form = states[-1].method
-        drive = (
-            f"Drive of the most loaded thruster, {form}: {fixed(power, 0)} W by eq. (10){turns}."
+        form = "exact form" if found.small_angle is None else "small-angle form"
+        text = (
+            f"Drive of the most loaded thruster in the {form}: {fixed(power, 0)} W by eq. (10)"
+            f"{turns}."
         )
-        blocks.append(Paragraph(drive))
+        blocks.append(Paragraph(text))
     blocks.append(loads_figure(found))
     return Section("state", "Angle of attack and thruster loads", tuple(blocks))
 
@@ -70,11 +71,12 @@ def loads_figure(found: BalanceDesign) -> Figure:
         )
         for one in loads
     ]
-    limit = f"Limit: {found.limit_kind}." if found.limit_kind else "No limit is stated."
     return bars_figure(
         "loads",
         f"The {most.thruster} thruster carries most, {fixed(most.thrust_n, 1)} N.",
-        f"Exact form. {limit}",
+        f"Exact form. Limit: {found.limit_kind}."
+        if found.limit_kind
+        else "Exact form; no limit is stated.",
         bars,
         x_label="thrust  [N]",
         x_range=(

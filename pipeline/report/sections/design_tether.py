@@ -104,11 +104,11 @@ def _drive(found: TetherDesign) -> Section:
 
 
 def _held(held: HeldFootprint) -> Section:
-    ways = ("ahead", "astern", "up", "down", "to starboard", "to port")
-    thrust = [f"{fixed(n, 0)} N {way}" for n, way in zip(held.largest_force_n, ways, strict=True)]
+    ahead, astern, up, down, starboard, port = (fixed(n, 0) for n in held.largest_force_n)
     text = (
-        f"Largest thrust at rest without turning: {', '.join(thrust)}. Roll and pitch are left to "
-        "weight and buoyancy."
+        f"Largest thrust at rest without turning: {ahead} N ahead, {astern} N astern, {up} N up, "
+        f"{down} N down, {starboard} N to starboard and {port} N to port. Roll and pitch are left "
+        "to weight and buoyancy."
     )
     table = Table.of(
         "Radius that is held",

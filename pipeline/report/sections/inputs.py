@@ -65,11 +65,12 @@ def _load_test(used: Sequence[LoadTestPoint]) -> str:
             [abs(p.torque_nm) for p in used],
         )
     )
-    return (
-        f"{text} {plural(loading, 'point')} with rising load, {len(used) - loading} with falling "
+    counted = (
+        f"{plural(loading, 'point')} with rising load, {len(used) - loading} with falling "
         f"load; shaft speed {fixed(slowest, 0)} to {fixed(fastest, 0)} rpm, torque "
         f"{general(least)} to {general(most)} N m."
     )
+    return f"{text} {counted}"
 
 
 def _mooring(results: VehicleResults, record: MooringRecord) -> str:

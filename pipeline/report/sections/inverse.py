@@ -109,7 +109,7 @@ def _table3(
     )
     blocks: list[Block] = [_at_rest(sides), table]
     if published is not None:
-        blocks.append(Paragraph(f"{_table3_sentence(sides)} {share_inside(rows)}"))
+        blocks += map(Paragraph, (_table3_sentence(sides), share_inside(rows)))
     return [
         *blocks,
         *(

@@ -109,7 +109,7 @@ def test_a_run_without_gains_says_why() -> None:
     """The reason stands in the section, which is not linked as available."""
     section = run_gains_section(trial(None, "the vehicle has no model."))
     assert not section.available
-    assert section.blocks == (Paragraph("Not computed: the vehicle has no model."),)
+    assert section.reason == "the vehicle has no model."
     assert not run_gains_section(None).available
 
 

@@ -186,7 +186,7 @@ def test_problems_are_shown_by_severity_with_place_and_remedy(page: str) -> None
 def test_points_used_and_left_out_add_up(page: str) -> None:
     text = text_of(page)
     assert "672 points read, 648 used, 24 left out." in text
-    assert "24 warm-up" in table(page, "Files and what became of their points")
+    assert "2 warm-up" in table(page, "Sheets and what became of their points")
     assert "|5–6|" in table(page, "Points left out, by row")
     assert "Обороты, об/мин" in table(page, "Columns and units as understood")
     assert "the falling sweeps read +0.20 N" in text
