@@ -10,6 +10,7 @@ from pipeline.diagnose.regression.figures import BLOCK_S, gap_of, leftover_of, s
 from pipeline.diagnose.regression.grid import GridRun, at_sizes, on_grid
 from pipeline.diagnose.regression.known import Reference
 from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.weigh import (
     NONE,
     UNKNOWN,
@@ -17,7 +18,6 @@ from pipeline.diagnose.regression.weigh import (
     Gained,
     decide,
     effects_of,
-    sizes,
     weighed,
 )
 from pipeline.diagnose.tell.sentence import sentence

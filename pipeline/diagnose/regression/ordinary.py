@@ -1,8 +1,9 @@
 """What is ordinary: how much sound runs differ along each direction, and how far noise is trusted.
 
 Before any run is seen each direction differs by what the vehicle file states (`stated_widths`).
-Sound runs move that (empirical Bayes): directions of one parameter share a scale, around which each
-has its own, both drawn towards what was stated by as many runs as a few. No width grows beyond a
+Sound runs move that (empirical Bayes): directions of one parameter share a scale, lognormal around
+what was stated, around which each has its own, drawn towards it as by a few runs. That few runs
+tell a scale poorly is counted where runs are weighed. No width grows beyond a
 little more than was stated: what differs by more is noise, for which the information of all runs is
 tempered, channel by channel, until their scatter along independent directions is as large as it
 claims to be.
@@ -17,8 +18,9 @@ from pipeline.diagnose.linear.coordinates import Coordinate
 from pipeline.diagnose.regression.response import Told
 from pipeline.types import FloatArray
 
-#: Runs that what was stated is worth, for the scale of a parameter and for each direction in it.
-_SCALE_RUNS, _OWN_RUNS = 2.0, 4.0
+#: Standard deviation of ln of a parameter's scale of variances before any run was seen, and steps
+#: to the most probable one; runs that the scale is worth for each direction of the parameter.
+_SCALE_WIDTH, _NEWTON, _OWN_RUNS = 1.5, 20, 4.0
 #: No direction is wider than so many times what was stated.
 _WIDEST = 1.5
 _ROUNDS = 40
@@ -60,7 +62,8 @@ def ordinary_of(
     group = np.array(
         [place.setdefault((one.effect.id, one.parameter.name), len(place)) for one in directions]
     )
-    size, count = np.bincount(group), len(told)
+    count = len(told)
+    told_of = np.asarray(count * np.bincount(group), float)
     width = stated.copy()
     for _ in range(_ROUNDS):
         squares = np.zeros(stated.size)
@@ -68,10 +71,23 @@ def ordinary_of(
             mean, variance = posterior(one.tempered(share), width)
             squares += mean**2 + variance
         relative = squares / stated**2
-        scale = (_SCALE_RUNS + np.bincount(group, relative)) / (_SCALE_RUNS + count * size)
+        scale = _scale(np.asarray(np.bincount(group, relative), float), told_of)
         each = (_OWN_RUNS * scale[group] + relative) / (_OWN_RUNS + count)
         width = stated * np.sqrt(np.minimum(each, _WIDEST**2))
     return Ordinary(width, share)
+
+
+def _scale(squares: FloatArray, count: FloatArray) -> FloatArray:
+    """Most probable scale (g,) of variances, by squares and their count; lognormal around one.
+
+    Of ln s = t: -count / 2 t - squares / 2 e^-t - t^2 / 2 w^2 has one maximum.
+    """
+    log = np.zeros(squares.size)
+    for _ in range(_NEWTON):
+        pull = 0.5 * squares * np.exp(-log)
+        slope = -0.5 * count + pull - log / _SCALE_WIDTH**2
+        log += np.clip(slope / (pull + 1.0 / _SCALE_WIDTH**2), -1.0, 1.0)
+    return np.asarray(np.exp(log))
 
 
 def posterior(told: Told, width: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,12 +9,11 @@ once.
 """
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
-from scipy.optimize import brentq
 from scipy.special import log_ndtr, logsumexp
 
 from pipeline.diagnose.linear.coordinates import Coordinate
@@ -28,8 +27,10 @@ NONE, UNKNOWN = "none", "unknown"
 _NOTHING, _ONE, _TWO = 0.6, 0.3, 0.05
 #: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
 _WIDTHS = ((1.0, 0.95), (3.0, 0.05))
-#: Under `unknown` widths are so many times the ordinary.
-_STRANGE = 3.0
+#: What is asked may scatter more than the few sound runs show: times their widths, and the
+#: probability of each. Under `unknown` it is more.
+_SPREADS, _STRANGE = ((1.0, 0.8), (2.0, 0.2)), 6.0
+_NO_SIZE = np.zeros(0)
 #: How much thrust a run may have of what the sound ones had. [1]
 _SCALES = (0.3, 3.0)
 #: Prior probability that all runs carry a change.
@@ -77,13 +78,15 @@ class _Runs:
         self.count, self._directions, self._width = len(told), directions, ordinary.width
         self._of_all = np.array([one.effect.id in OF_ALL_THRUSTERS for one in directions])
         self._told = [one.tempered(ordinary.share) for one in told]
-        self.information, self.score, strange = [], [], 0.0
+        self.information, self.score = [], []
         for own in self._told:
             information, score = beyond_ordinary(own, ordinary.width)
             self.information.append(information)
             self.score.append(score)
-            strange += _evidence(own, _STRANGE * ordinary.width) - _evidence(own, ordinary.width)
-        self.strange = strange
+
+    def over(self, width: FloatArray) -> float:
+        """Log evidence of these widths over others, where nothing changed."""
+        return sum(_evidence(one, self._width) - _evidence(one, width) for one in self._told)
 
     def shared(
         self, which: Sequence[int], runs: Sequence[int]
@@ -179,11 +182,39 @@ def weighed(
     gained : sequence of Gained
         Thrusters whose gains show it; that evidence counts where it is the larger one.
     """
-    runs = _Runs(told, directions, ordinary)
-    nothing = np.zeros(0)
-    found = [Change(NONE, (), (), 0.0, float(np.log(_NOTHING)), nothing, nothing)]
+    every: list[Change] = []
+    for times, prior in _SPREADS:
+        width = times * ordinary.width
+        runs = _Runs(told, directions, replace(ordinary, width=width))
+        spread = runs.over(ordinary.width) + float(np.log(prior))
+        every += [
+            replace(one, probability=one.probability + spread)
+            for one in _hypotheses(runs, told, directions, gained)
+        ]
+    strange = _Runs(told, directions, replace(ordinary, width=_STRANGE * ordinary.width)).over(
+        ordinary.width
+    )
     rest = float(np.log(1.0 - _NOTHING - _ONE - _TWO))
-    found.append(Change(UNKNOWN, (), (), runs.strange, runs.strange + rest, nothing, nothing))
+    every.append(Change(UNKNOWN, (), (), strange, strange + rest, _NO_SIZE, _NO_SIZE))
+    logs = np.array([one.probability for one in every])
+    shares = np.exp(logs - logsumexp(logs))
+    shown: dict[str, Change] = {}
+    whole: dict[str, float] = {}
+    for one, share in sorted(zip(every, shares, strict=True), key=lambda row: -row[1]):
+        shown.setdefault(one.name, one)
+        whole[one.name] = whole.get(one.name, 0.0) + float(share)
+    merged = [replace(one, probability=whole[name]) for name, one in shown.items()]
+    return tuple(sorted(merged, key=_worth, reverse=True))
+
+
+def _hypotheses(
+    runs: "_Runs",
+    told: Sequence[Told],
+    directions: Sequence[Coordinate],
+    gained: Sequence[Gained],
+) -> list[Change]:
+    """Nothing, single changes and pairs; `probability` is the log of evidence times prior."""
+    found = [Change(NONE, (), (), 0.0, float(np.log(_NOTHING)), _NO_SIZE, _NO_SIZE)]
     singles, best = [], []
     for members, share in _groups(directions):
         seen = [k for k in members if any(one.information[k, k] > 0.0 for one in told)]
@@ -204,16 +235,7 @@ def weighed(
         best.append(max(own, key=_worth))
     best.sort(key=_worth, reverse=True)
     pairs = [_pair(runs, first, second) for first, second in combinations(best[:_FROM], 2)]
-    every = [*found, *singles, *pairs]
-    logs = np.array([one.probability for one in every])
-    shares = np.exp(logs - logsumexp(logs))
-    shown: dict[str, Change] = {}
-    whole: dict[str, float] = {}
-    for one, share in sorted(zip(every, shares, strict=True), key=lambda row: -row[1]):
-        shown.setdefault(one.name, one)
-        whole[one.name] = whole.get(one.name, 0.0) + float(share)
-    merged = [replace(one, probability=whole[name]) for name, one in shown.items()]
-    return tuple(sorted(merged, key=_worth, reverse=True))
+    return [*found, *singles, *pairs]
 
 
 def _value(one: Change) -> float:
@@ -312,41 +334,6 @@ def _log_mass(bounds: tuple[float, float], mean: float, std: float) -> float:
         a, b = -b, -a
     upper, lower = float(log_ndtr(b)), float(log_ndtr(a))
     return upper + float(np.log1p(-np.exp(min(lower - upper, -1e-12))))
-
-
-def sizes(
-    change: Change, directions: Sequence[Coordinate]
-) -> dict[int, tuple[float, float, float]]:
-    """Median and 95 % interval of each size, in the parameter's unit, where it may lie.
-
-    The interval is that of highest density: it reaches the end of what is possible where the most
-    probable size lies there.
-    """
-    # more than a second of imports, of which other diagnoses have no need
-    from scipy.stats import norm, truncnorm
-
-    found = {}
-    for k, mean, std in zip(change.which, change.mean, change.std, strict=True):
-        one = directions[k]
-        low, high = one.bounds
-        held = truncnorm((low - mean) / std, (high - mean) / std, mean, std)
-        if not np.isfinite(held.ppf(0.5)):
-            held = norm(np.clip(mean, low, high), std)
-        ends = [held.ppf(0.5), *_densest(held.cdf, float(np.clip(mean, low, high)), high - low)]
-        ends = np.clip(ends, low, high)
-        values = one.parameter.neutral + one.unit_size * ends
-        found[k] = (float(values[0]), float(values[1]), float(values[2]))
-    return found
-
-
-def _densest(cdf: Callable[[float], float], top: float, length: float) -> tuple[float, float]:
-    """Return the ends of what holds 95 % around the most probable size."""
-
-    def beyond(half: float) -> float:
-        return float(cdf(top + half) - cdf(top - half)) - 0.95
-
-    half = float(brentq(beyond, 0.0, 2.0 * length))
-    return top - half, top + half
 
 
 def effects_of(name: str) -> tuple[str, ...]:

@@ -7,14 +7,14 @@ import pytest
 from scipy.stats import norm
 
 from pipeline.diagnose.linear.coordinates import Coordinate
-from pipeline.diagnose.regression.ordinary import Ordinary, ordinary_of, posterior
+from pipeline.diagnose.regression.ordinary import Ordinary, _scale, ordinary_of, posterior
 from pipeline.diagnose.regression.response import Told
+from pipeline.diagnose.regression.sizes import sizes
 from pipeline.diagnose.regression.weigh import (
     NONE,
     UNKNOWN,
     Gained,
     decide,
-    sizes,
     weighed,
 )
 from pipeline.effects.library import effects
@@ -166,6 +166,27 @@ def test_widths_are_learned_and_noise_beyond_them_tempers() -> None:
     noisy = ordinary_of(Drawn(0.3, 9.0).runs(30), DIRECTIONS, stated)
     assert noisy.trusted < 0.2
     assert (noisy.width <= 1.5 * stated + 1e-12).all()
+
+
+def test_three_runs_that_hardly_differ_narrow_what_was_stated() -> None:
+    """Nine squares of a tenth: the most probable scale, not halfway to what was stated."""
+    squares, count = np.array([0.09, 9.0]), np.array([9.0, 9.0])
+    found = _scale(squares, count)
+    for one, own in zip(found, squares, strict=True):
+        tried = np.exp(np.linspace(-6.0, 2.0, 4001))
+        log = -4.5 * np.log(tried) - own / 2.0 / tried - 0.5 * (np.log(tried) / 1.5) ** 2
+        assert one == pytest.approx(tried[np.argmax(log)], rel=3e-3)
+    sound = ordinary_of([told((0.02, -0.02, 0.02))] * 3, DIRECTIONS, np.full(3, 0.3))
+    assert (sound.width < 0.15).all()
+
+
+def test_a_run_that_scatters_more_than_few_sound_ones_is_sound() -> None:
+    """Twice in all directions is no change and nothing strange; five times is."""
+    every = [
+        weighed([told(tuple(size * np.array([1.0, -1.0, 1.0])))], DIRECTIONS, ORDINARY)[0].name
+        for size in (0.1, 0.2, 0.5)
+    ]
+    assert every == [NONE, NONE, UNKNOWN]
 
 
 def test_the_joint_posterior_is_the_ridge() -> None:
