@@ -184,7 +184,7 @@ def _couplings(asked: GainSet) -> list[GainQuestion]:
 
 
 def _headings(asked: GainSet) -> list[GainQuestion]:
-    """Ask whether the heading turns against the commands."""
+    """Ask whether the heading turns against the gyroscope, or the commands."""
     return [
         GainQuestion(
             "heading_reversed",
@@ -192,6 +192,7 @@ def _headings(asked: GainSet) -> list[GainQuestion]:
             (run.name,),
             axis="yaw",
             value=run.heading.correlation,
+            against=run.heading.told_by,
         )
         for run in asked.runs
         if run.heading is not None

@@ -51,9 +51,9 @@ def sentence(one: GainQuestion, runs: Sequence[str]) -> str:
         "Check the sign and the axes of the sensor, then the directions of the thrusters.",
         "coupled": f"{names} moves {one.axis}, which by its place and direction it cannot: "
         f"{figure} of a typical thruster there, {where}.",
-        "heading_reversed": "the heading counts the other way: its rate goes against the yaw "
-        f"moment of the commands (correlation {value}), {where}. Check the sign of the heading; or "
-        "the thrusters that turn the vehicle are reversed, or exchanged.",
+        "heading_reversed": f"the heading counts the other way: its rate goes against {against} "
+        f"(correlation {value}), {where}. Check the sign of the heading, and of what it goes "
+        "against.",
         "common_scale": f"all thrusters give {figure} of what they gave in {against}, alike, "
         f"{where}: no single thruster's fault. Look at the supply, the pilot's gain, the mass.",
     }

@@ -1,10 +1,10 @@
-r"""Whether the heading counts the way the commands turn the vehicle.
+r"""Whether the heading counts the way the gyroscope, or else the commands, turn the vehicle.
 
-The yaw moment of the commands, through the model's inertia and damping in yaw, is what the rate of
-the heading should look like. Their correlation over a run needs no gain, no mass and no velocity to
-be of the right size. How many independent samples it is worth follows from the autocorrelations
-(Bartlett 1946): n / (1 + 2 sum (1 - k / n) a_k b_k) with a_k, b_k those at lag k; Fisher's z then
-gives the chance of a correlation as negative where there is none.
+Without a gyroscope the yaw moment of the commands, through the model's inertia and damping in yaw,
+is what the rate of the heading should look like. Their correlation over a run needs no gain, no
+mass and no velocity to be of the right size. How many independent samples it is worth follows from
+the autocorrelations (Bartlett 1946): n / (1 + 2 sum (1 - k / n) a_k b_k) with a_k, b_k those at
+lag k; Fisher's z then gives the chance of a correlation as negative where there is none.
 """
 
 from dataclasses import dataclass
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
+from pipeline.identify.channel_noise import was_measured
 from pipeline.identify.smoothing import leaky_sum
 from pipeline.identify.thruster_regression import SETTLING_S
 from pipeline.physics.parameters import read
@@ -19,23 +20,22 @@ from pipeline.records.run_components import angles
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import actuator_states, levers, thruster_wrench
 from pipeline.simulate.pack import PackedVehicle
-from pipeline.types import FloatArray, IntArray
+from pipeline.types import FloatArray
 
 YAW = 5
 _STEP_S = 0.2
 _FEWEST = 8.0
 #: Beyond this pitch a heading turns without a yaw rate. [rad]
 _STEEPEST = 1.0
-#: A gyroscope agrees with the heading from this correlation on.
-_AGREES = 0.5
 
 
 @dataclass(frozen=True)
 class HeadingCheck:
-    """Correlation of the commands' yaw with the rate of the heading, and the chance of less."""
+    """Correlation of the rate of the heading with what it should be, and the chance of less."""
 
     correlation: float
     p_negative: float
+    told_by: str
 
 
 def heading_check(
@@ -43,7 +43,7 @@ def heading_check(
     run: RunTable,
     delay_s: float,
 ) -> HeadingCheck | None:
-    """Compare the yaw moment of the commands with the rate of the heading.
+    """Compare the rate of the heading with that of the gyroscope, or with the commands' yaw.
 
     Parameters
     ----------
@@ -57,20 +57,27 @@ def heading_check(
     Returns
     -------
     HeadingCheck or None
-        None without an attitude, or where the commands hardly ask for yaw.
+        None without an attitude, or where the vehicle hardly turns.
     """
     if "attitude" not in run.values or "command" not in run.values or run.time_s.size < 50:
         return None
     period = float(run.time_s[1] - run.time_s[0])
-    expected = _expected_rate(packed, run, delay_s, period)
     roll_pitch_yaw = angles(run.values["attitude"])
     known = run.valid["attitude"] & np.isfinite(roll_pitch_yaw).all(axis=1)
     known &= (np.abs(np.nan_to_num(roll_pitch_yaw[:, 1])) < _STEEPEST) & run.valid["command"]
     known &= run.time_s - run.time_s[0] >= SETTLING_S
+    gyroscope = was_measured(run, "angular_velocity")
+    if gyroscope:
+        known &= run.trusted("angular_velocity")
+        roll, pitch = roll_pitch_yaw[:, 0], np.clip(roll_pitch_yaw[:, 1], -_STEEPEST, _STEEPEST)
+        _, q, r = run.values["angular_velocity"].T
+        expected = (np.sin(roll) * q + np.cos(roll) * r) / np.cos(pitch)
+    else:
+        expected = _expected_rate(packed, run, delay_s, period)
     yaw = np.unwrap(np.nan_to_num(roll_pitch_yaw[:, 2]))
     width = max(round(_STEP_S / period), 1)
     start = np.arange(0, yaw.size - width, width)
-    start = start[known[start] & known[start + width]]
+    start = start[known[start] & known[start + width // 2] & known[start + width]]
     measured = (yaw[start + width] - yaw[start]) / (width * period)
     meant = expected[start + width // 2]
     if start.size < 4 * _FEWEST or not measured.std() or meant.std() < 1e-3:
@@ -80,17 +87,8 @@ def heading_check(
     if samples < _FEWEST:
         return None
     z = float(np.arctanh(np.clip(correlation, -0.999, 0.999))) * (samples - 3.0) ** 0.5
-    # where a gyroscope turns with the heading, it is not the heading that counts the other way
-    agrees = _with_gyroscope(run, start + width // 2, measured) > _AGREES
-    return HeadingCheck(correlation, 1.0 if agrees else float(ndtr(z)))
-
-
-def _with_gyroscope(run: RunTable, rows: IntArray, measured: FloatArray) -> float:
-    """Correlation of the rate of the heading with a measured yaw rate; 0 without one."""
-    if "angular_velocity" not in run.values:
-        return 0.0
-    rate = np.nan_to_num(run.values["angular_velocity"][rows, 2])
-    return float(np.corrcoef(rate, measured)[0, 1]) if rate.std() > 0.0 else 0.0
+    told_by = "the gyroscope" if gyroscope else "the yaw moment of the commands"
+    return HeadingCheck(correlation, float(ndtr(z)), told_by)
 
 
 def _expected_rate(
