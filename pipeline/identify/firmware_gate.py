@@ -5,6 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from pipeline.identify.mooring_inverse import mean_by_code
+from pipeline.identify.smoothing import white_noise_std
 from pipeline.records.fits import Check, PolynomialFit
 from pipeline.records.measurements import MooringPoint
 from pipeline.types import FloatArray
@@ -92,9 +93,8 @@ def _fold(thrust_n: FloatArray) -> int | None:
     if thrust_n.size < 4:
         return None
     at = int(np.argmax(thrust_n))
-    # third differences hold no slope and no bend, which a sound curve has
-    scatter = float(np.median(np.abs(np.diff(thrust_n, 3)))) / (0.6745 * 20**0.5)
     fall = float(thrust_n[at] - thrust_n[at:].min())
+    scatter = white_noise_std(thrust_n)
     return at if fall > max(_FALL_SHARE * thrust_n[at], _SCATTERS * scatter) else None
 
 

@@ -138,7 +138,7 @@ def chain_precision(time_s: FloatArray, wander_s: float) -> FloatArray:
 
 
 def bridge_weights(
-    time_s: FloatArray, duration_s: float, wander_s: float
+    time_s: FloatArray, duration_s: FloatArray | float, wander_s: float
 ) -> tuple[FloatArray, FloatArray]:
     """Weights (k,) of the values at 0 and at `duration_s` in the mean of the bridge between."""
     whole = duration_s / wander_s
@@ -164,12 +164,9 @@ def _columns(stack: WindowStack, scales: FloatArray, attitude: ChannelNoise | No
             if quantity == "attitude" and attitude is not None and column >= OFFSET_COUNT:
                 axis, end = divmod(column - OFFSET_COUNT, 2)
                 size = attitude.wander * stack.scale.get("attitude", 1.0)
-                for number in np.unique(rows.window):
-                    mine = rows.window == number
-                    whole_s = stack.windows[number].duration_s
-                    time_s = stack.into_s(rows)[mine]
-                    weights = bridge_weights(time_s, whole_s, attitude.wander_s)
-                    values[mine, axis] = size * weights[end]
+                whole_s = np.array([w.duration_s for w in stack.windows])[rows.window]
+                weights = bridge_weights(stack.into_s(rows), whole_s, attitude.wander_s)
+                values[:, axis] = size * weights[end]
             raw.append(values)
         found.append(whitened(stack, raw))
     return np.stack(found, axis=1)

@@ -5,9 +5,8 @@ import numpy as np
 from pipeline.identify.polynomial import as_intervals
 from pipeline.identify.propagation import ThrusterFits, thrust_jacobian
 from pipeline.physics.thruster_static import dead_zone_code
-from pipeline.physics.torque_balance import WorkingPoints
 from pipeline.records.fits import DriveFit, FitQuality, Matrix, PolynomialFit, StaticRow
-from pipeline.types import BoolArray, FloatArray
+from pipeline.types import FloatArray
 
 #: A row needs this many live codes.
 FEWEST_LIVE_CODES = 8
@@ -59,8 +58,9 @@ def table2_row(
     design = np.vander(used, width, increasing=True)
     solver = np.linalg.pinv(design)
     coefficients = solver @ thrust_n
-    jacobian = solver @ thrust_jacobian(model, points, tested)[live]
-    covariance = jacobian @ model.covariance() @ jacobian.T
+    jacobian = thrust_jacobian(model, points, tested)[live]
+    of_thrust = jacobian @ model.covariance() @ jacobian.T
+    covariance = solver @ of_thrust @ solver.T
     spread = factor * np.sqrt(np.diag(covariance))
     residual = thrust_n - design @ coefficients
     total = np.sum((thrust_n - thrust_n.mean()) ** 2)
@@ -89,15 +89,12 @@ def table2_row(
         thrust_max_n=thrust_max_n,
         thrust_max_ci95=(thrust_max_n - half, thrust_max_n + half),
         mode_code=tuple(used.tolist()),
-        thrust_modes_n=_covariance_modes(model, points, tested, live),
+        thrust_modes_n=_modes(of_thrust),
     )
 
 
-def _covariance_modes(
-    model: ThrusterFits, points: WorkingPoints, code: FloatArray, live: BoolArray
-) -> Matrix:
+def _modes(covariance: FloatArray) -> Matrix:
     """Eigenvectors of Cov(T) along the live codes, scaled; the negligible ones are left out."""
-    jacobian = thrust_jacobian(model, points, code)[live]
-    values, vectors = np.linalg.eigh(jacobian @ model.covariance() @ jacobian.T)
+    values, vectors = np.linalg.eigh(covariance)
     keep = values > SMALLEST_MODE * values.max()
     return tuple(tuple(mode) for mode in (vectors[:, keep] * np.sqrt(values[keep])).T.tolist())

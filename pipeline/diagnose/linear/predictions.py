@@ -167,7 +167,7 @@ def drives_at(bench: Bench, vector: FloatArray, samples: IntArray) -> FloatArray
         for oldest in list(bench.drive_states)[: 1 - _DRIVES_KEPT]:
             bench.drive_states.pop(oldest, None)
         bench.drive_states[drives] = states
-    begins = window_begins(bench)
+    begins = bench.stack.begins
     numbers = np.searchsorted(begins, samples, "right") - 1
     found = []
     for sample, number in zip(samples, numbers, strict=True):
@@ -176,11 +176,6 @@ def drives_at(bench: Bench, vector: FloatArray, samples: IntArray) -> FloatArray
         own = states[window.run]
         found.append(own[min(round(time_s / bench.period_s[window.run]), len(own) - 1)])
     return np.array(found)
-
-
-def window_begins(bench: Bench) -> IntArray:
-    """Stacked sample at which each window begins, and the end (windows + 1,)."""
-    return np.asarray(bench.whole.bounds + np.arange(bench.window_count + 1))
 
 
 def outside_forces(bench: Bench, forces: FloatArray, pull: float) -> FloatArray:
@@ -198,7 +193,7 @@ def simulate_windows(
     packed, count = bench.stack.packed, len(bench.stack.packed.thruster_names)
     begin = starts.copy()
     if other_drives(vector, packed.vector):
-        begin[:, BODY : BODY + count] = drives_at(bench, vector, window_begins(bench)[:-1])
+        begin[:, BODY : BODY + count] = drives_at(bench, vector, bench.stack.begins[:-1])
     return Motion(*_simulate(bench, bench.whole, bench.stack.alike, vector, begin, forces))
 
 
@@ -276,7 +271,7 @@ def _shown_at(bench: Bench, rows: Rows, late: float) -> tuple[FloatArray, IntArr
     """Sample, as a fraction, that a late reading shows, and the one before it in its window."""
     window = rows.window
     step = np.array([w.step_s for w in bench.stack.windows])[window]
-    begins = window_begins(bench)
+    begins = bench.stack.begins
     wanted = rows.sample + rows.late - late / step
     low = np.clip(np.floor(wanted).astype(int), begins[window], begins[window + 1] - 2)
     return wanted, low
