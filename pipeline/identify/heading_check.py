@@ -116,11 +116,9 @@ def _worth(first: FloatArray, second: FloatArray) -> float:
     """Count the independent samples that a correlation of two series is worth, at least 4."""
     count = first.size
     lags = np.arange(1, count // 4)
-    both = np.array([_at_lag(first, k) * _at_lag(second, k) for k in lags.tolist()])
-    return float(max(count / max(1.0 + 2.0 * float((1.0 - lags / count) @ both), 1.0), 4.0))
-
-
-def _at_lag(values: FloatArray, lag: int) -> float:
-    """Autocorrelation at a lag."""
-    rest = values - values.mean()
-    return float(rest[lag:] @ rest[:-lag] / max(float(rest @ rest), 1e-300))
+    both = 1.0 - lags / count
+    for values in (first, second):
+        rest = values - values.mean()
+        at_lags = np.correlate(rest, rest, "full")[count : count + lags.size]
+        both *= at_lags / max(float(rest @ rest), 1e-300)
+    return float(max(count / max(1.0 + 2.0 * float(both.sum()), 1.0), 4.0))

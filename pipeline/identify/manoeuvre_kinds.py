@@ -58,12 +58,15 @@ def groups_of(signals: Signals, part: Range) -> list[Group]:
         axis: _near_each_other(_swings(signals, axis, part, *limits[:2]))
         for axis, limits in _AXES.items()
     }
-    found = [_heading(signals, group) for group in by_axis["heading"]]
-    found += [
-        _steps(signals, axis, group)
-        for axis in ("pitch", "roll")
+    turns = [
+        (max(abs(one.change) for one in group) / _AXES[axis][1], axis, group)
+        for axis in ("heading", "pitch", "roll")
         for group in by_axis[axis]
-        if len(group) >= 2
+        if len(group) >= 2 or axis == "heading"
+    ]
+    found = [
+        _heading(signals, group) if axis == "heading" else _steps(signals, axis, group)
+        for _, axis, group in sorted(turns, key=lambda one: -one[0])
     ]
     found = _several_axes(found)
     found += [_steps(signals, "depth", group) for group in by_axis["depth"]]

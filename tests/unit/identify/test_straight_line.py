@@ -174,7 +174,7 @@ def test_deming_has_the_limits_of_one_noisy_variable(noise: tuple[float, float])
     assert deming_slope(x, y, *noise) == pytest.approx(expected, rel=1e-6)
 
 
-@pytest.mark.parametrize(("stretches", "length"), [(6, 700), (8, 40), (8, 12)])
+@pytest.mark.parametrize(("stretches", "length"), [(6, 700), (8, 12)])
 def test_intervals_honour_autocorrelation(stretches: int, length: int) -> None:
     """A mean over 20 samples of both sides: the scatter of slopes over seeds is what is claimed.
 
@@ -206,9 +206,9 @@ def test_intervals_honour_autocorrelation(stretches: int, length: int) -> None:
     assert np.mean(inside) > 0.85
 
 
-@pytest.mark.parametrize(("stretches", "length"), [(2, 100), (3, 60), (4, 100), (6, 210)])
+@pytest.mark.parametrize(("stretches", "length"), [(1, 600), (2, 100), (4, 100)])
 def test_intervals_of_few_short_stretches_hold_the_truth(stretches: int, length: int) -> None:
-    """A mean over 40 samples of both sides; the normal quantile held it 65 to 85 times of 100."""
+    """A mean over 40 samples of both sides; Newey and West hold it 65 to 85 times of 100."""
     kernel = np.ones(40) / 40
     stretch = np.repeat(np.arange(stretches), length)
     inside = []
