@@ -214,12 +214,19 @@ def vehicle_glance(results: VehicleResults) -> Glance:
     light: Light = "red" if errors else "amber" if failed and own is None else "green"
     if own is not None and LIGHTS.index(own.light) < LIGHTS.index(light):
         light = own.light
+    begun = any((results.load_test, results.mooring, results.open_water))
+    nothing = "no tables yet" if begun else "nothing was measured yet"
     if not parts:
-        parts.append("Nothing was measured yet.")
+        parts.append(
+            "What was measured gives no tables yet." if begun else "Nothing was measured yet."
+        )
         light = "amber"
+        # the reason of the whole ends with that of the tables
+        lacking = results.missing.get("inverse", "").rpartition("No firmware tables: ")[2]
+        doubts += [Advice(text=f"Measure what is lacking: {lacking}")] if begun and lacking else []
     first = own.do if own is not None and own.light != "green" else ()
     do = (*first, *doubts)[:_MOST]
-    short = own.short if own is not None else bench or "nothing was measured yet"
+    short = own.short if own is not None else bench or nothing
     return Glance(
         light=light,
         matter=" ".join(parts),

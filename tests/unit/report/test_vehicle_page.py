@@ -13,6 +13,7 @@ from pipeline.errors import InputError
 from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.fits import InverseCharacteristic
 from pipeline.report.blocks import Figure
+from pipeline.report.glance import vehicle_glance
 from pipeline.report.html import write_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.closing import firmware_section
@@ -374,6 +375,17 @@ def test_nothing_at_all_is_still_a_page(results: VehicleResults) -> None:
     assert "Not computed (" in page
     assert "Nothing was measured yet." in page
     assert "<figure" not in page
+
+
+def test_measurements_that_give_no_tables_say_what_is_lacking(results: VehicleResults) -> None:
+    why = "Table 3: no. No firmware tables: thrust was measured at 4 codes; 5 are the least."
+    glance = vehicle_glance(
+        VehicleResults(vehicle=results.vehicle, mooring=results.mooring, missing={"inverse": why})
+    )
+    assert glance.light == "amber"
+    assert glance.matter == "What was measured gives no tables yet."
+    (advice,) = glance.do
+    assert advice.text.endswith("lacking: thrust was measured at 4 codes; 5 are the least.")
 
 
 def test_an_unwritable_place_is_one_clear_message(tmp_path: Path) -> None:
