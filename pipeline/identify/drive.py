@@ -1,6 +1,6 @@
 """The drive's mechanical characteristic M(n, N): one smooth surface over speed and code."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -67,8 +67,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
         )
     judged = _judged_within_sheets(bench)
     frame = _frame(bench, float(vehicle.drive.code_max))
-    scores = _score_powers(bench, frame, judged)
-    chosen = next(powers for powers, score in scores.items() if score.chosen)
+    chosen, scores = _score_powers(bench, frame, judged)
     frame = replace(frame, exponents=_exponents(*chosen))
     basis = surface_basis(bench.shaft_speed_rps, bench.code, frame)
     fit = fit_linear(basis, bench.torque_nm, clusters=bench.sweep, judged=judged)
@@ -104,7 +103,7 @@ def fit_drive(load_test: LoadTestRecord, vehicle: Vehicle) -> DriveFit:
             residual_std=fit.residual_std,
             unit="N m",
             valid_range=(float(codes[0]), float(codes[-1])),
-            orders=tuple(scores.values()),
+            orders=scores,
             order_reason=(
                 f"Powers up to x^{chosen[0]} and N^{chosen[1]}: the smallest error at codes left "
                 "out one at a time, or within 5 % of it with fewer terms. The leave-one-out column "
@@ -182,10 +181,15 @@ def _judged_within_sheets(bench: DriveBench) -> Judgement:
 
 def _score_powers(
     bench: DriveBench, frame: TorqueSurface, judged: Judgement
-) -> dict[tuple[int, int], OrderScore]:
-    """Score every pair of powers; the error is that at codes left out one at a time."""
+) -> tuple[tuple[int, int], tuple[OrderScore, ...]]:
+    """Choose the powers: the simplest of those with about the least error at codes left out.
+
+    Surfaces whose torque rises with speed somewhere are no drives; they stand back where others do
+    not.
+    """
     codes = np.unique(bench.code)
-    tried: dict[tuple[int, int], _Candidate] = {}
+    tried: dict[tuple[int, int], OrderScore] = {}
+    rises = set()
     for powers in product(range(1, LARGEST_POWERS[0] + 1), range(1, LARGEST_POWERS[1] + 1)):
         if powers[1] > codes.size - 2:
             continue
@@ -197,46 +201,29 @@ def _score_powers(
             continue
         surface = replace(shape, coefficients=fit.coefficients)
         slope = drive_torque_slope(bench.shaft_speed_rps, bench.code, surface)
-        tried[powers] = _Candidate(
-            error_nm=_error_at_left_out_codes(bench, basis, fit),
+        name = f"x^{powers[0]} N^{powers[1]}"
+        if not np.all(slope < 0):
+            rises.add(powers)
+            name += " (rises with speed somewhere)"
+        tried[powers] = OrderScore(
+            order=name,
+            parameters=len(shape.exponents),
             aicc=fit.aicc,
-            terms=len(shape.exponents),
-            falls=bool(np.all(slope < 0)),
+            leave_one_out_rmse=_error_at_left_out_codes(bench, basis, fit),
+            chosen=False,
         )
     if not tried:
         raise CannotComputeError(
             f"{bench.code.size} points at {codes.size} codes do not determine even a plane M(n, N)"
         )
-    chosen = _choose(tried)
-    return {
-        powers: OrderScore(
-            order=f"x^{powers[0]} N^{powers[1]}"
-            + ("" if candidate.falls else " (rises with speed somewhere)"),
-            parameters=candidate.terms,
-            aicc=candidate.aicc,
-            leave_one_out_rmse=candidate.error_nm,
-            chosen=powers == chosen,
-        )
-        for powers, candidate in tried.items()
-    }
-
-
-@dataclass(frozen=True)
-class _Candidate:
-    """One pair of powers: its error at codes left out, and whether it is a drive at all."""
-
-    error_nm: float
-    aicc: float
-    terms: int
-    falls: bool
-
-
-def _choose(tried: dict[tuple[int, int], _Candidate]) -> tuple[int, int]:
-    """Take the simplest of the near-best, among those whose torque falls with speed if any do."""
-    drives = {p: c for p, c in tried.items() if c.falls} or tried
-    smallest = min(candidate.error_nm for candidate in drives.values())
-    within = [p for p, c in drives.items() if c.error_nm <= SIMPLER_IS_BETTER * smallest]
-    return min(within, key=lambda powers: (drives[powers].terms, drives[powers].error_nm))
+    drives = {p: one for p, one in tried.items() if p not in rises} or tried
+    most = SIMPLER_IS_BETTER * min(one.leave_one_out_rmse for one in drives.values())
+    chosen = min(
+        (p for p, one in drives.items() if one.leave_one_out_rmse <= most),
+        key=lambda p: (drives[p].parameters, drives[p].leave_one_out_rmse),
+    )
+    tried[chosen] = tried[chosen].model_copy(update={"chosen": True})
+    return chosen, tuple(tried.values())
 
 
 def _error_at_left_out_codes(bench: DriveBench, basis: FloatArray, fit: LinearFit) -> float:

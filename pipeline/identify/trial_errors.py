@@ -24,7 +24,16 @@ from pipeline.vehicle.sensor_schema import (
     Voltage,
 )
 
-_IMU = ("angular_velocity", "specific_force", "attitude")
+#: Sensor -> its class, and the quantities that it reads.
+_SENSORS: dict[str, tuple[type[Sensor], tuple[str, ...]]] = {
+    "imu": (Imu, ("angular_velocity", "specific_force", "attitude")),
+    "dvl": (Dvl, ("velocity",)),
+    "depth": (Depth, ("depth",)),
+    "position": (Position, ("position",)),
+    "shaft_speed": (ShaftSpeed, ("shaft_speed",)),
+    # its nominal voltage is known to the vehicle file alone
+    "voltage": (Voltage, ()),
+}
 
 
 def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
@@ -43,9 +52,6 @@ def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
         sensors' own. Always without noise: a prediction has none.
     """
 
-    def has(*quantities: str) -> bool:
-        return any(was_measured(table, quantity) for quantity in quantities)
-
     def rate(quantity: str) -> float:
         marks = table.reading.get(quantity)
         length = float(table.time_s[-1]) if table.time_s.size else 0.0
@@ -62,19 +68,12 @@ def sensors_for(sensors: Sensors, table: RunTable, *, ideal: bool) -> Sensors:
         return {**dict.fromkeys(noise, 0.0), **better}
 
     period = table.period_s
-    default: dict[str, tuple[bool, Sensor]] = {
-        "imu": (has(*_IMU), Imu(rate_hz=max(rate(name) for name in _IMU))),
-        "dvl": (has("velocity"), Dvl(rate_hz=rate("velocity"))),
-        "depth": (has("depth"), Depth(rate_hz=rate("depth"))),
-        "position": (has("position"), Position(rate_hz=rate("position"))),
-        "shaft_speed": (has("shaft_speed"), ShaftSpeed(rate_hz=rate("shaft_speed"))),
-        "voltage": (False, Voltage(rate_hz=rate("voltage"), nominal_v=1.0)),
-    }
     update: dict[str, object] = {}
-    for name, (wanted, sensor) in default.items():
-        own = getattr(sensors, name)
-        taken = own if own is not None else (sensor if wanted else None)
-        update[name] = None if taken is None else taken.model_copy(update=quiet(taken))
+    for name, (kind, quantities) in _SENSORS.items():
+        own: Sensor | None = getattr(sensors, name)
+        if own is None and any(was_measured(table, quantity) for quantity in quantities):
+            own = kind(rate_hz=max(rate(quantity) for quantity in quantities))
+        update[name] = None if own is None else own.model_copy(update=quiet(own))
     command = 1.0 / period if ideal else sensors.command_rate_hz
     return sensors.model_copy(update={**update, "command_rate_hz": command})
 
