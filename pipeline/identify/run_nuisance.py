@@ -16,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from pipeline.identify.channel_noise import ChannelNoise
 from pipeline.identify.window_outputs import OFFSET_COUNT, OFFSETS, WindowStack, whitened
@@ -83,14 +84,8 @@ def run_nuisance(stack: WindowStack, run_count: int, *, offsets: bool = True) ->
         knots, chains_of_knots = _knots(stack, run_count, attitude.wander_s)
         index = np.concatenate([index, fixed + knots], axis=1)
         chains += chains_of_knots
-    size = sum(len(chain) for chain in chains)
-    precision, begin = np.zeros((size, size)), 0
-    for chain in chains:
-        end = begin + len(chain)
-        precision[begin:end, begin:end] = chain
-        begin = end
     return RunNuisance(
-        precision,
+        np.asarray(block_diag(*chains)),
         index,
         _columns(stack, scales, attitude),
         np.repeat(np.arange(len(stack.windows)), np.diff(stack.bounds)),

@@ -55,12 +55,12 @@ def blocks_of(stretch: IntArray, length: int) -> IntArray:
     """
     _, sizes = np.unique(stretch, return_counts=True)
     least = _FEWEST_BLOCKS if sizes.size == 1 else 1
-    counts = [min(max(round(size / length), least), size) for size in sizes.tolist()]
-    parts = [
-        np.arange(size) * count // size for size, count in zip(sizes.tolist(), counts, strict=True)
-    ]
-    firsts = np.cumsum([0, *counts])
-    return np.concatenate([first + own for first, own in zip(firsts, parts, strict=False)])
+    parts, first = [], 0
+    for size in sizes.tolist():
+        count = min(max(round(size / length), least), size)
+        parts.append(first + np.arange(size) * count // size)
+        first += count
+    return np.concatenate(parts)
 
 
 def least_squares(
