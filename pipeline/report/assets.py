@@ -1,12 +1,11 @@
 """The scripts that pages with zoom share: one copy beside all of them."""
 
-import contextlib
-import os
 from importlib.resources import files
 from importlib.util import find_spec
 from pathlib import Path
 
-from pipeline.errors import InputError, Place, writing_remedy
+from pipeline.errors import InputError, Place
+from pipeline.report.html import put_in_place
 from pipeline.report.links import address_from
 
 LIBRARY, ZOOM, FILTER = "plotly.min.js", "zoom.js", "filter.js"
@@ -29,25 +28,10 @@ def write_assets(folder: Path) -> None:
     own = [(name, room.joinpath(name).read_bytes()) for name in (ZOOM, FILTER)]
     for name, content in ((LIBRARY, _library()), *own):
         target = folder / name
-        # stages that run side by side may all write it
-        beside = folder / f".{name}.{os.getpid()}.part"
-        try:
-            if target.is_file() and target.read_bytes() == content:
-                continue
-            folder.mkdir(parents=True, exist_ok=True)
-            beside.write_bytes(content)
-            os.replace(beside, target)  # noqa: PTH105 - atomic by contract
-        except OSError as error:
-            with contextlib.suppress(OSError):
-                beside.unlink()
-            raise InputError.at(
-                Place(str(target)),
-                f"the scripts of the pages cannot be written: {error.strerror}.",
-                expected="a folder with write permission and free space.",
-                remedy=writing_remedy(
-                    error, "Free the folder, or choose another one with --out or --to."
-                ),
-            ) from None
+        if not (target.is_file() and target.read_bytes() == content):
+            put_in_place(
+                content, target, lambda why: f"the scripts of the pages cannot be written: {why}."
+            )
 
 
 def placed(folder: Path | None, page: Path) -> str:

@@ -1,5 +1,7 @@
 """The page of a comparison: what differs first, curves over each other, then everything asked."""
 
+import numpy as np
+
 from pipeline.language import as_it_is
 from pipeline.records.comparison import Comparison, Curve, Difference, Side
 from pipeline.records.glance import Advice, Glance
@@ -36,31 +38,23 @@ def comparison_page(record: Comparison, assets: str = "") -> str:
 
 def comparison_glance(record: Comparison) -> tuple[Glance, str]:
     """Say first what differs, and what to do about it; and the word beside the light."""
-    vehicle = record.b.vehicle
-    if record.why_not:
-        told = Glance(
-            light="amber",
-            matter=record.verdict,
-            short="cannot be compared",
-            do=(Advice(text="Compare two that have this in common."),),
-        )
-        return told, "Not comparable"
-    if not (record.differences or record.codes):
+    if not record.why_not and not (record.differences or record.codes):
         return Glance(light="green", matter=record.verdict, short="nothing differs"), "The same"
-    do = []
-    if record.a.kind == "runs":
+    word, short = "Differs", "they differ"
+    do = None
+    if record.why_not:
+        word, short = "Not comparable", "cannot be compared"
+        do = Advice(text="Compare two that have this in common.")
+    elif record.a.kind == "runs":
         runs = sorted({run for one in record.differences for run in one.where})
-        cause = f"rig2sea diagnose {vehicle} {' '.join(runs or map(_name, record.b.holds))}"
-        do.append(Advice(text="Ask for the cause.", command=cause))
+        # a side says more of its runs than their names
+        names = runs or [held.partition(",")[0] for held in record.b.holds]
+        command = f"rig2sea diagnose {record.b.vehicle} {' '.join(names)}"
+        do = Advice(text="Ask for the cause.", command=command)
     elif record.codes:
-        do.append(Advice(text="Load the firmware tables anew: their codes changed."))
-    told = Glance(light="amber", matter=record.verdict, short="they differ", do=tuple(do))
-    return told, "Differs"
-
-
-def _name(held: str) -> str:
-    """Return the name of a run from what a side says of it."""
-    return held.partition(",")[0]
+        do = Advice(text="Load the firmware tables anew: their codes changed.")
+    told = () if do is None else (do,)
+    return Glance(light="amber", matter=record.verdict, short=short, do=told), word
 
 
 def _side(side: Side) -> str:
@@ -73,34 +67,23 @@ def _figures(record: Comparison) -> list[Figure]:
     widest = max((len(one.where) for one in record.asked), default=0)
     told = [*record.differences, *(one for one in record.asked if len(one.where) == widest)]
     bars = [
-        (_named(one), one.ratio, one.ci95)
+        (f"{_what(one)}, {_where(one)}", one.ratio, one.ci95)
         for one in dict.fromkeys(told)
         if one.kind == "thruster" and one.ratio is not None and one.ci95 is not None
     ]
     if bars:
         lead = "What each thruster gives, over what it gives in the other runs"
         found.append(gains_figure("fig-ratios", bars, lead, "as in the other runs"))
-    if record.curves:
-        found.append(_curves(record.curves))
-    return found
-
-
-def _named(one: Difference) -> str:
-    return f"{_what(one)}, {_where(one)}"
+    return [*found, _curves(record.curves)] if record.curves else found
 
 
 def _curves(curves: tuple[Curve, ...]) -> Figure:
-    import numpy as np
-
     panels = []
     for curve in curves:
         style: Style = "points" if curve.points else "line"
-        sides = ((curve.a_x, curve.a_y), (curve.b_x, curve.b_y))
-        traces = tuple(
-            Trace(name, np.array(x), np.array(y), colour, style)
-            for name, (x, y), colour in zip(
-                "AB", sides, (plotting.BLUE, plotting.ORANGE), strict=True
-            )
+        traces = (
+            Trace("A", np.array(curve.a_x), np.array(curve.a_y), plotting.BLUE, style),
+            Trace("B", np.array(curve.b_x), np.array(curve.b_y), plotting.ORANGE, style),
         )
         panels.append(Panel(curve.y_label, traces, height=2.4 if len(curves) == 1 else 1.0))
     return zoomable_figure(
@@ -122,9 +105,11 @@ def _codes(record: Comparison) -> tuple[Block, ...]:
         f"{len(record.codes)} of {record.codes_compared} thrusts at rest get another code, by "
         f"{abs(most.b - most.a)} at most ({most.a} and {most.b} at {most.thrust_n:.1f} N)."
     )
-    rows = tuple((f"{one.thrust_n:.2f}", str(one.a), str(one.b)) for one in record.codes)
-    table = Table("Codes of both", ("Thrust [N]", "A", "B"), rows)
-    return Paragraph(text), Details("Every one of them", (table,))
+    rows = [
+        {"Thrust [N]": f"{one.thrust_n:.2f}", "A": str(one.a), "B": str(one.b)}
+        for one in record.codes
+    ]
+    return Paragraph(text), Details("Every one of them", (Table.of("Codes of both", rows),))
 
 
 def _asked(record: Comparison) -> tuple[Block, ...]:

@@ -93,18 +93,17 @@ def day_glance(
         why = "" if told is None else told.why_not
         return _unjudged(vehicle, flown, why)
     faults = [one for one in told.findings if not one.is_sound]
-    runs = plural(len(told.findings[0].runs), "run")
+    light: Light = "red" if flown.unreadable else "green"
     if not faults:
-        matter = f"{runs[:1].upper()}{runs[1:]}. {finding_sentence(told.findings[0])}"
-        light: Light = "red" if flown.unreadable else "green"
+        runs = _capital(plural(len(told.findings[0].runs), "run"))
+        matter = f"{runs}. {finding_sentence(told.findings[0])}"
     else:
         first, *rest = faults
+        light = _light(first, flown)
         apart = len(told.findings) > 1
         matter = finding_sentence(first, flown.words(first.runs), only=apart)
         if rest:
-            others = "; ".join(_beside(one) for one in rest[:2])
-            matter = f"{matter} Besides: {others}."
-        light = _light(first, flown)
+            matter = f"{matter} Besides: {'; '.join(map(_beside, rest[:2]))}."
     return Glance(
         light=light,
         matter=matter,
@@ -190,48 +189,41 @@ def diagnosis_glance(record: DiagnosisRecord, finding: DayFinding) -> Glance:
 
 def vehicle_glance(results: VehicleResults) -> Glance:
     """Say first what is to be said of a vehicle: of its last trial day, and of its bench data."""
-    name, bench = (
-        results.vehicle.name,
-        bench_line(results.vehicle.title, results.inverse, results.mooring),
-    )
-    problems = all_problems(results)
-    errors = [one for one in problems if one.severity == "error"]
+    name = results.vehicle.name
+    bench = bench_line(results.vehicle.title, results.inverse, results.mooring)
+    errors = [one for one in all_problems(results) if one.severity == "error"]
     failed = [check for _, check in all_checks(results) if not check.passed]
     day = next((one for one in reversed(results.trials) if one.glance is not None), None)
     own = None if day is None else day.glance
     doubts: list[Advice] = []
+    parts: list[str] = []
+    if own is not None and day is not None:
+        parts.append(f"{day.name}: {own.matter}")
+    elif bench:
+        parts.append(f"{bench}.")
     if errors:
         said = plural(len(errors), "file part") if len(errors) > 1 else str(errors[0].place)
         doubts.append(Advice(text=f"Not read: {said}.", command=f"rig2sea check {name}"))
-    doubts += [Advice(text=f"See a check that failed: {check.name}.") for check in failed[:1]]
-    parts = []
-    if own is not None and day is not None:
-        parts.append(f"{day.name}: {own.matter}")
-    if bench and own is None:
-        parts.append(f"{bench}.")
-    if errors:
         parts.append(f"{plural(len(errors), 'error')} in the raw files.")
-    light: Light = "red" if errors else "amber" if failed and own is None else "green"
-    if own is not None and LIGHTS.index(own.light) < LIGHTS.index(light):
-        light = own.light
+    doubts += [Advice(text=f"See a check that failed: {check.name}.") for check in failed[:1]]
+    doubted = not parts or (failed and own is None)
+    lights: list[Light] = ["red" if errors else "amber" if doubted else "green"]
+    lights += [own.light] if own is not None else []
     begun = any((results.load_test, results.mooring, results.open_water))
     nothing = "no tables yet" if begun else "nothing was measured yet"
     if not parts:
-        parts.append(
-            "What was measured gives no tables yet." if begun else "Nothing was measured yet."
-        )
-        light = "amber"
+        told = "What was measured gives no tables yet." if begun else "Nothing was measured yet."
+        parts.append(told)
         # the reason of the whole ends with that of the tables
         lacking = results.missing.get("inverse", "").rpartition("No firmware tables: ")[2]
         doubts += [Advice(text=f"Measure what is lacking: {lacking}")] if begun and lacking else []
     first = own.do if own is not None and own.light != "green" else ()
-    do = (*first, *doubts)[:_MOST]
     short = own.short if own is not None else bench or nothing
     return Glance(
-        light=light,
+        light=min(lights, key=LIGHTS.index),
         matter=" ".join(parts),
         short=f"{day.name}: {short}" if day is not None else short,
-        do=do,
+        do=(*first, *doubts)[:_MOST],
         fly_next="" if own is None else own.fly_next,
         last_advice="" if own is None else own.last_advice,
     )
@@ -253,6 +245,10 @@ def last_advice(before: DayDiagnosis | None, told: DayDiagnosis, flown: Flown) -
     if set(wanted) & set(flown.names):
         return f"Of {before.day}: to fly {words}. Followed; {shown}."
     return f"Of {before.day}: to fly {words}. Not followed; {shown}."
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
 
 def _light(one: DayFinding, flown: Flown) -> Light:
@@ -285,24 +281,12 @@ def _to_do(vehicle: str, of: str, one: DayFinding, flown: Flown) -> tuple[Advice
     if look is None:
         return tuple(found)
     found.append(look)
-    if one.event is not None:
-        return tuple(found[:_MOST])
-    if one.effects == ("unknown",):
-        runs = " ".join(one.runs)
-        found.append(
-            Advice(
-                text="Take the whole runs, beside sound ones.",
-                command=f"rig2sea diagnose {vehicle} {runs}",
-            )
-        )
-        return tuple(found[:_MOST])
-    if of:
-        found.append(
-            Advice(
-                text="If it stays as it is, take it into the vehicle file.",
-                command=f"rig2sea apply {vehicle} {of}",
-            )
-        )
+    if one.event is None and one.effects == ("unknown",):
+        command = f"rig2sea diagnose {vehicle} {' '.join(one.runs)}"
+        found.append(Advice(text="Take the whole runs, beside sound ones.", command=command))
+    elif one.event is None and of:
+        text = "If it stays as it is, take it into the vehicle file."
+        found.append(Advice(text=text, command=f"rig2sea apply {vehicle} {of}"))
     return tuple(found[:_MOST])
 
 
@@ -319,9 +303,7 @@ def _fly_next(told: DayDiagnosis | None, flown: Flown) -> str:
         return _APART
     if told.next_run is not None:
         return _separating(told.next_run)
-    own = flown.words(told.findings[0].runs)
-    what = listed(own)
-    what = f"{what[:1].upper()}{what[1:]}"
+    what = _capital(listed(flown.words(told.findings[0].runs)))
     return f"{what} again once that is done: it shows whether the fault is gone."
 
 
@@ -334,8 +316,7 @@ def _sound_next(flown: Flown) -> str:
 
 def _separating(one: NextRun) -> str:
     first, second = (effect_words(name) for name in one.separates)
-    what = manoeuvre_words(one.manoeuvre)
-    what = f"{what[:1].upper()}{what[1:]}"
+    what = _capital(manoeuvre_words(one.manoeuvre))
     if "none" in one.separates:
         cause = first if one.separates[1] == "none" else second
         return f"{what}: it shows whether {cause}."
@@ -348,27 +329,21 @@ def _unjudged(vehicle: str, flown: Flown, why: str) -> Glance:
     else:
         matter = f"Not judged: {why}" if why else "Not judged yet: the diagnosis follows."
         short = "not judged"
-    do = [Advice(text="See what the logs hold.", command=f"rig2sea check {vehicle}")]
-    return Glance(
-        light="red" if flown.unreadable else "amber", matter=matter, short=short, do=tuple(do)
-    )
+    see = Advice(text="See what the logs hold.", command=f"rig2sea check {vehicle}")
+    light: Light = "red" if flown.unreadable else "amber"
+    return Glance(light=light, matter=matter, short=short, do=(see,))
 
 
 def _run_undiagnosed(
-    vehicle: str,
-    run: str,
-    day: DayDiagnosis | None,
-    gains: ThrusterGains | None,
+    vehicle: str, run: str, day: DayDiagnosis | None, gains: ThrusterGains | None
 ) -> Glance:
     """Say what the gains say, until the diagnosis is there or where there is none."""
     why = "" if day is None else day.without.get(run, day.why_not)
-    findings = gains.findings if gains is not None else ()
     after = f"No diagnosis: {why}" if why else FOLLOWS
-    if findings:
-        texts = " ".join(one.text for one in findings[:2])
-        return Glance(
-            light="red", matter=f"{texts} {after}", short=findings[0].text.rstrip("."), do=()
-        )
+    texts = [one.text for one in gains.findings] if gains is not None else []
+    if texts:
+        matter = f"{' '.join(texts[:2])} {after}"
+        return Glance(light="red", matter=matter, short=texts[0].rstrip("."), do=())
     matter = "Nothing stands out so far." if gains is not None else "Not judged."
     return Glance(
         light="amber",

@@ -3,6 +3,7 @@
 import contextlib
 import os
 import re
+from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -67,17 +68,38 @@ def write_page(text: str, path: Path) -> None:
     InputError
         If the folder cannot be written to.
     """
-    beside = path.with_name(f".{path.name}.part")
+    put_in_place(text.encode(), path, lambda why: f"the report cannot be written: {why}.")
+
+
+def put_in_place(content: bytes, path: Path, said: Callable[[str | None], str]) -> None:
+    """Write beside the target and rename.
+
+    Parameters
+    ----------
+    content : bytes
+        Of the file.
+    path : Path
+        Where it goes; its folder is made.
+    said : callable
+        Says that it cannot be written and why.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written to.
+    """
+    # stages that run side by side may all write it
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        beside.write_text(text, encoding="utf-8", newline="\n")
+        beside.write_bytes(content)
         os.replace(beside, path)  # noqa: PTH105 - atomic by contract
     except OSError as error:
         with contextlib.suppress(OSError):
             beside.unlink()
         raise InputError.at(
             Place(str(path)),
-            f"the report cannot be written: {error.strerror}.",
+            said(error.strerror),
             expected="a folder with write permission and free space.",
             remedy=writing_remedy(
                 error, "Free the folder, or choose another one with --out or --to."

@@ -3,6 +3,8 @@
 from collections import Counter
 from collections.abc import Sequence
 
+import numpy as np
+
 from pipeline.language import as_it_is, translate
 from pipeline.records.glance import Advice, Glance
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay
@@ -62,12 +64,10 @@ def plan_glance(record: PoolDay, flown: Sequence[FlownOfPlan]) -> Glance:
     """Say first what is to be flown, what it will tell, and what became of the last plan."""
     vehicle, first = record.vehicle, record.runs[0]
     whole = all(one.reached for one in record.promises)
+    put = f"Put what was recorded into raw/{as_it_is(vehicle)}/pool."
     do = [
         Advice(text="Play the logs in their order: the files are named below."),
-        Advice(
-            text=f"Put what was recorded into raw/{as_it_is(vehicle)}/pool.",
-            command=f"rig2sea run {vehicle}",
-        ),
+        Advice(text=put, command=f"rig2sea run {vehicle}"),
     ]
     if not whole:
         more = f"rig2sea plan {vehicle} --minutes {2 * record.minutes:g}"
@@ -140,19 +140,16 @@ def _promises(record: PoolDay) -> Table:
 
 def _tracks(record: PoolDay, tracks: Sequence[Trajectory]) -> Figure:
     colours = plotting.ordered_colours(len(tracks))
+    names = [f"{one.number}. {translate(manoeuvre_words(one.manoeuvre))}" for one in record.runs]
     panels = []
     for label, column in (("north  [m]", 0), ("east  [m]", 1), ("depth  [m]", 2)):
+        ways = [(one.time_s[::10], one.position_ned_m[::10, column]) for one in tracks]
         traces = tuple(
-            Trace(
-                f"{run.number}. {translate(manoeuvre_words(run.manoeuvre))}",
-                track.time_s[::10],
-                track.position_ned_m[::10, column],
-                colour,
-            )
-            for run, track, colour in zip(record.runs, tracks, colours, strict=True)
+            Trace(name, *way, colour)
+            for name, way, colour in zip(names, ways, colours, strict=True)
         )
-        down = [float(end) for one in traces for end in (one.values.max(), one.values.min())]
-        deep = (max(down) + 0.2, min(down) - 0.2) if column == 2 else None
+        down = np.concatenate([way for _, way in ways])
+        deep = (float(down.max()) + 0.2, float(down.min()) - 0.2) if column == 2 else None
         panels.append(Panel(label, traces, y_range=deep))
     return zoomable_figure(
         "fig-tracks",

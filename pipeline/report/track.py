@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipeline.language import translate
+from pipeline.records.run_table import RunTable
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import general
 from pipeline.report.plotting import BLUE, INK, WIDTH, axes_at, draw
 from pipeline.report.run_results import RunResults
-from pipeline.types import BoolArray, FloatArray
+from pipeline.types import FloatArray, IntArray
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -28,16 +29,14 @@ def track_figure(results: RunResults) -> Figure | None:
     table = results.measured
     if table is None:
         return None
-    position = _of(table.values, table.valid, "position", 3)
-    depth = _of(table.values, table.valid, "depth", 1)
-    down = depth[:, 0] if depth is not None else None if position is None else position[:, 2]
-    if down is None:
+    position, depth = _of(table, "position"), _of(table, "depth")
+    if position is None and depth is None:
         return None
-    gap = _gap(results)
     rows = np.unique(np.linspace(0, table.time_s.size - 1, _PIECES + 1).astype(int))
-    time_s, down = table.time_s[rows], down[rows]
-    colour = None if gap is None else np.array([_largest(gap[a:b]) for a, b in pairwise(rows)])
-    top = None if colour is None or not np.isfinite(colour).any() else float(np.nanmax(colour))
+    time_s = table.time_s[rows]
+    down = (depth[:, 0] if depth is not None else position[:, 2])[rows]  # type: ignore[index]
+    colour = _gap(results, rows)
+    top = None if colour is None else float(np.nanmax(colour))
     plane = None if position is None else position[rows, :2]
 
     def paint(figure: matplotlib.figure.Figure) -> None:
@@ -64,53 +63,34 @@ def track_figure(results: RunResults) -> Figure | None:
                 ha="center", va="center",
             )  # fmt: skip
 
-    lead = (
-        "Where the vehicle went."
-        if top is None
-        else f"Where the vehicle went; its speed is up to {general(top, 2)} m/s off the simulation."
-    )
-    return Figure(
-        "fig-track",
-        lead,
-        draw(
-            "fig-track",
-            "Track of the vehicle from above, and its depth against time; bright where the "
-            "simulation is off.",
-            152.0,
-            paint,
-        ),
-        "Left: from above, the dot is the start. Right: depth. Bright: measured and simulated "
-        "velocity differ."
-        if top is not None
-        else "Left: from above, the dot is the start. Right: depth.",
-    )
+    lead, bright = "Where the vehicle went.", ""
+    if top is not None:
+        lead = (
+            f"Where the vehicle went; its speed is up to {general(top, 2)} m/s off the simulation."
+        )
+        bright = " Bright: measured and simulated velocity differ."
+    caption = f"Left: from above, the dot is the start. Right: depth.{bright}"
+    return Figure("fig-track", lead, draw("fig-track", caption, 152.0, paint), caption)
 
 
-def _of(
-    values: dict[str, FloatArray], valid: dict[str, BoolArray], name: str, columns: int
-) -> FloatArray | None:
-    own = values.get(name)
-    if own is None:
+def _of(table: RunTable, name: str) -> FloatArray | None:
+    """Return valid readings of a quantity, (n, columns); None where there are none."""
+    if name not in table.values:
         return None
-    found = np.asarray(own, float).reshape(len(own), -1)[:, :columns]
-    found = np.where(np.asarray(valid[name], bool)[:, None], found, np.nan)
+    own = np.asarray(table.values[name], float).reshape(table.time_s.size, -1)
+    found = np.where(np.asarray(table.valid[name], bool)[:, None], own, np.nan)
     return found if np.isfinite(found).any() else None
 
 
-def _gap(results: RunResults) -> FloatArray | None:
-    """Length of the difference of the velocities, (m,). [m/s]."""
+def _gap(results: RunResults, rows: IntArray) -> FloatArray | None:
+    """Largest difference of the velocities between rows; None where it is not known. [m/s]."""
     measured, windows = results.measured, results.windows
-    if measured is None or windows is None or "velocity" not in windows.values:
+    own = None if measured is None else _of(measured, "velocity")
+    if own is None or windows is None or "velocity" not in windows.values:
         return None
-    if "velocity" not in measured.values:
-        return None
-    own = np.where(measured.valid["velocity"][:, None], measured.values["velocity"], np.nan)
-    return np.asarray(np.linalg.norm(own - windows.values["velocity"], axis=1))
-
-
-def _largest(values: FloatArray) -> float:
-    there = values[np.isfinite(values)]
-    return float(there.max()) if there.size else float("nan")
+    gap = np.linalg.norm(own - windows.values["velocity"], axis=1)
+    pieces = np.array([np.fmax.reduce(gap[a:b]) for a, b in pairwise(rows)])
+    return pieces if np.isfinite(pieces).any() else None
 
 
 def _line(
