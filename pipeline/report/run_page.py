@@ -13,11 +13,11 @@ from pipeline.report.results import VehicleResults
 from pipeline.report.run_results import RunResults
 from pipeline.report.sections.gains import run_gains_section
 from pipeline.report.sections.run_comparison import (
-    commands_figure,
     comparison_section,
     with_worst_apart,
 )
 from pipeline.report.sections.run_health import (
+    commands_figure,
     manoeuvres_section,
     run_facts_section,
     run_health_section,

@@ -12,14 +12,9 @@ from pipeline.records.diagnosis import DiagnosisRecord, FoundEvent, Series
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
 from pipeline.report.channels import channel_name, short_name, shown_unit
-from pipeline.report.diagnosis_words import (
-    identifiers,
-    of_bench,
-)
+from pipeline.report.diagnosis_words import identifiers, of_bench
 from pipeline.report.numbers import general
-from pipeline.report.sections.run_channels import (
-    FEW_READINGS,
-)
+from pipeline.report.sections.run_comparison import FEW_READINGS
 from pipeline.report.zoomable import Panel, Resolution, Style, Trace, zoomable_figure
 from pipeline.types import BoolArray, FloatArray
 

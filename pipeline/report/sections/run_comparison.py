@@ -1,12 +1,13 @@
 """A pool run's page: every channel measured against simulated."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipeline.records.run_components import COMPONENTS, components, difference
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import ChannelError
+from pipeline.report import plotting
 from pipeline.report.blocks import (
     Block,
     Bullets,
@@ -18,23 +19,47 @@ from pipeline.report.blocks import (
     Table,
     not_computed,
 )
-from pipeline.report.channels import channel_name, shown_unit
+from pipeline.report.channels import channel_name, short_name, shown_unit
 from pipeline.report.numbers import fixed, general, plural, signed
-from pipeline.report.panels import Resolution
 from pipeline.report.run_results import RunResults
-from pipeline.report.sections.run_channels import (
-    CURVES,
-    ChannelSeries,
-    channel_figure,
-    command_figure,
-    figure_name,
-)
+from pipeline.report.zoomable import Axis, Panel, Resolution, Style, Trace, zoomable_figure
 from pipeline.types import FloatArray
 
 #: Quantities that are drawn in the open; the others are folded away.
 FIRST = ("velocity", "angular_velocity", "attitude", "depth")
 #: An error of so many times the noise is coloured.
 FAR = 5.0
+
+
+#: Quantity -> what it is called.
+TITLES: dict[str, str] = {
+    "velocity": "Velocity over ground, body axes",
+    "angular_velocity": "Angular velocity, body axes",
+    "attitude": "Attitude",
+    "depth": "Depth",
+    "position": "Position",
+    "specific_force": "Specific force",
+    "shaft_speed": "Shaft speed",
+    "voltage": "Supply voltage",
+}
+#: Fewer readings than this are drawn as points.
+FEW_READINGS = 400
+#: Curves of one component: measured, free run, windows, error.
+CURVES = 4
+TIME_LABEL = "time since the start of the log  [s]"
+
+
+@dataclass(frozen=True)
+class _Series:
+    """One component to be drawn: readings, what was simulated at them, all (k,)."""
+
+    error: ChannelError
+    time_s: FloatArray
+    measured: FloatArray
+    windows: FloatArray
+    residual: FloatArray
+    free: tuple[FloatArray, FloatArray]
+    """Its own times, and the values of the free run."""
 
 
 def comparison_section(results: RunResults) -> Section:
@@ -51,7 +76,7 @@ def comparison_section(results: RunResults) -> Section:
         )
         more = [] if results.stored is None else [Paragraph(missing)]
         return not_computed(anchor, title, reason, *more)
-    figures = _figures(results)
+    figures = _figures(results, results.measured, results.windows)
     # one panel a channel: heights differ by a factor of five
     first, rest = (
         Gallery(tuple(one for name, one in figures if (name in FIRST) is wanted), level=False)
@@ -129,76 +154,107 @@ def _or_dash(value: float | None, factor: float) -> str:
     return "–" if value is None else general(factor * value, 3)
 
 
-def _detail(results: RunResults) -> Resolution:
+def resolution_of(results: RunResults) -> Resolution:
     """Share the page's points among all of its curves."""
     channels = len(results.trial.channels) if results.trial is not None else 0
     return Resolution.shared(CURVES * channels + len(results.vehicle.thrusters))
 
 
-def _figures(results: RunResults) -> list[tuple[str, Figure]]:
-    assert results.trial is not None  # noqa: S101 - the caller has seen to it
-    assert results.measured is not None  # noqa: S101
-    assert results.windows is not None  # noqa: S101
-    by_quantity: dict[str, list[ChannelError]] = {}
-    for one in results.trial.channels:
-        by_quantity.setdefault(one.quantity, []).append(one)
-    duration = float(results.measured.time_s[-1])
-    found = []
-    for quantity, errors in by_quantity.items():
-        series = tuple(_series(results, one) for one in errors)
-        figure = channel_figure(quantity, series, duration, _detail(results))
-        found.append((quantity, figure))
-    return found
+def _figures(
+    results: RunResults, measured: RunTable, windows: RunTable
+) -> list[tuple[str, Figure]]:
+    by_quantity: dict[str, list[_Series]] = {}
+    for one in results.trial.channels if results.trial is not None else ():
+        own = _series(one, measured, windows, results.free)
+        by_quantity.setdefault(one.quantity, []).append(own)
+    return [
+        (name, _figure(name, series, float(measured.time_s[-1]), resolution_of(results)))
+        for name, series in by_quantity.items()
+    ]
 
 
-def _series(results: RunResults, error: ChannelError) -> ChannelSeries:
-    measured, windows = results.measured, results.windows
-    assert measured is not None  # noqa: S101
-    assert windows is not None  # noqa: S101
-    names = [name for name, _ in COMPONENTS[error.quantity]] or list(measured.thrusters)
-    column = names.index(error.channel)
-
-    def values(table: RunTable) -> FloatArray:
-        found = components(table, error.quantity)
-        if error.quantity != "attitude":
-            return found[:, column]
-        # without the jumps at half a turn
-        angle = found[:, column].copy()
-        there = np.isfinite(angle)
-        angle[there] = np.unwrap(angle[there])
-        return angle
-
-    own, short = values(measured), values(windows)
-    residual = difference(error.quantity, own[:, None], short[:, None])[:, 0]
-    if error.quantity == "attitude":
-        short = own - residual
-    rows = measured.valid[error.quantity] & np.isfinite(own)
-    if error.quantity in measured.reading:
-        rows &= measured.reading[error.quantity]
-    free = np.full(own.shape, np.nan)
-    if results.free is not None and error.quantity in results.free.values:
-        free = values(results.free)
-        if error.quantity == "attitude":
-            both = rows & np.isfinite(free)
-            if both.any():
-                first = int(np.argmax(both))
-                free = free + 2 * np.pi * np.round((own[first] - free[first]) / (2 * np.pi))
-    return ChannelSeries(
-        error, measured.time_s[rows], own[rows], short[rows], residual[rows], measured.time_s, free
+def _figure(quantity: str, series: list[_Series], last_s: float, detail: Resolution) -> Figure:
+    """Draw a quantity: above measured, predicted over windows and flown freely; below the error."""
+    return zoomable_figure(
+        figure_name(quantity),
+        _lead(quantity, series),
+        f"{TITLES[quantity]}. Black (white on a dark page): readings. Blue: predicted from the "
+        "commands, time and again from a start that was estimated just before. Orange: one "
+        "free run from the start of the log, as far as the axis reaches. Lower panels: reading "
+        "less prediction; the grey band is twice the sensor's noise where the vehicle file states "
+        "it.",
+        [panel for one in series for panel in _panels(one)],
+        x_label=TIME_LABEL,
+        x_axis=Axis(ends=(0.0, last_s)),
+        resolution=detail,
     )
 
 
-def commands_figure(results: RunResults) -> Figure | None:
-    """Draw the commands, None where the log has none."""
-    table = results.measured
-    if table is None or "command" not in table.values or not table.valid["command"].any():
-        return None
-    thrusters = results.vehicle.thrusters
-    command = np.where(table.valid["command"][:, None], table.values["command"], np.nan)
-    names = table.thrusters or tuple(one.name for one in thrusters)
-    drives = {one.name: results.vehicle.drives[one.drive] for one in thrusters}
-    ends = {name: (float(one.code_min), float(one.code_max)) for name, one in drives.items()}
-    # without thrusters in the vehicle file the names are those of the log
-    limits = tuple(ends.get(name) for name in names)
-    manoeuvres = results.trial.manoeuvres if results.trial is not None else ()
-    return command_figure(names, limits, table.time_s, command, manoeuvres, detail=_detail(results))
+def figure_name(quantity: str) -> str:
+    """Return the anchor of a quantity's figure on the page of a run."""
+    return f"fig-{quantity.replace('_', '-')}"
+
+
+def _panels(one: _Series) -> tuple[Panel, Panel]:
+    unit, factor = shown_unit(one.error.unit)
+    style: Style = "points" if one.time_s.size < FEW_READINGS else "line"
+    both = factor * np.concatenate([one.measured, one.windows])
+    low, high = float(np.nanmin(both)), float(np.nanmax(both))
+    margin = 0.12 * (high - low) + 0.02 * max(abs(low), abs(high)) + 1e-9
+    noise = one.error.sensor_noise
+    upper = Panel(
+        f"{short_name(one.error.channel)}  [{unit}]",
+        (
+            Trace("measured", one.time_s, factor * one.measured, plotting.INK, style, 1.4),
+            Trace("free run", one.free[0], factor * one.free[1], plotting.ORANGE),
+            Trace("predicted", one.time_s, factor * one.windows, plotting.BLUE),
+        ),
+        height=1.2,
+        y_range=(low - margin, high + margin),
+    )
+    error = Trace("error", one.time_s, factor * one.residual, plotting.BLUE, style)
+    # without a stated noise there is a line at zero alone
+    band = 2 * factor * noise if noise is not None else 0.0
+    return upper, Panel(f"error\n[{unit}]", (error,), height=0.7, band=band)
+
+
+def _lead(quantity: str, series: list[_Series]) -> str:
+    """Say how well each component was predicted."""
+    parts = []
+    for one in series:
+        unit, factor = shown_unit(one.error.unit)
+        error = general(factor * one.error.rmse_windows, 2)
+        text = f"{channel_name(one.error.channel)} to {error} {unit}"
+        noise = one.error.sensor_noise
+        if noise:
+            text += f" ({general(one.error.rmse_windows / noise, 2)} times the noise)"
+        parts.append(text)
+    return f"{TITLES[quantity]}: simulated {', '.join(parts)} (rms)."
+
+
+def _series(
+    error: ChannelError, measured: RunTable, windows: RunTable, flown: RunTable | None
+) -> _Series:
+    quantity, turning = error.quantity, error.quantity == "attitude"
+    names = [name for name, _ in COMPONENTS[quantity]] or list(measured.thrusters)
+    column = names.index(error.channel)
+
+    def values(table: RunTable) -> FloatArray:
+        found = components(table, quantity)[:, column].copy()
+        there = np.isfinite(found)
+        if turning:  # without the jumps at half a turn
+            found[there] = np.unwrap(found[there])
+        return found
+
+    own, short = values(measured), values(windows)
+    residual = difference(quantity, own[:, None], short[:, None])[:, 0]
+    short = own - residual if turning else short
+    rows = measured.valid[quantity] & np.isfinite(own) & measured.reading.get(quantity, True)
+    free = np.full(own.shape, np.nan)
+    if flown is not None and quantity in flown.values:
+        free = values(flown)
+        both = np.flatnonzero(rows & np.isfinite(free))
+        if turning and both.size:
+            free += 2 * np.pi * np.round((own[both[0]] - free[both[0]]) / (2 * np.pi))
+    time_s, *shown = (one[rows] for one in (measured.time_s, own, short, residual))
+    return _Series(error, time_s, shown[0], shown[1], shown[2], (measured.time_s, free))

@@ -3,25 +3,36 @@
 from datetime import UTC, datetime
 from pathlib import PurePath
 
+import numpy as np
+
 from pipeline.language import as_it_is
+from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.pool_run import ChannelSummary
 from pipeline.records.run_arrays import MARKS
 from pipeline.records.run_notes import RunNotes
+from pipeline.report import plotting
 from pipeline.report.blocks import (
     Block,
     Bullets,
     Details,
+    Figure,
     Links,
     Paragraph,
     Section,
     Table,
     not_computed,
 )
-from pipeline.report.numbers import fixed, general, percent, plural
+from pipeline.report.numbers import code, fixed, general, percent, plural
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.run_results import RunResults
+from pipeline.report.sections.run_comparison import TIME_LABEL, resolution_of
 from pipeline.report.sections.warnings import note_blocks, problem_blocks
+from pipeline.report.zoomable import Axis, Panel, Resolution, Span, Trace, zoomable_figure
+from pipeline.types import FloatArray
 from pipeline.vehicle.run_notes import run_of
+
+#: A longer name does not stand beside a thruster's panel.
+LONGEST_LABEL = 12
 
 CLOCK_WORDS = {"header": "header stamp", "log": "log time", "field": "field of the message"}
 
@@ -173,3 +184,70 @@ def manoeuvres_section(results: RunResults) -> Section:
         shares = ", ".join(f"{name} {percent(share)}" for name, share in limits.items())
         blocks.append(Paragraph(f"Share of the time at the end of the range of codes: {shares}."))
     return Section("manoeuvres", "Commands and manoeuvres", tuple(blocks))
+
+
+def commands_figure(results: RunResults) -> Figure | None:
+    """Draw the commands, None where the log has none."""
+    table = results.measured
+    if table is None or "command" not in table.values or not table.valid["command"].any():
+        return None
+    thrusters = results.vehicle.thrusters
+    command = np.where(table.valid["command"][:, None], table.values["command"], np.nan)
+    names = table.thrusters or tuple(one.name for one in thrusters)
+    drives = {one.name: results.vehicle.drives[one.drive] for one in thrusters}
+    ends = {name: (float(one.code_min), float(one.code_max)) for name, one in drives.items()}
+    # without thrusters in the vehicle file the names are those of the log
+    limits = tuple(ends.get(name) for name in names)
+    manoeuvres = results.trial.manoeuvres if results.trial is not None else ()
+    return command_figure(
+        names, limits, table.time_s, command, manoeuvres, detail=resolution_of(results)
+    )
+
+
+def command_figure(
+    names: tuple[str, ...],
+    limits: tuple[tuple[float, float] | None, ...],
+    time_s: FloatArray,
+    command: FloatArray,
+    manoeuvres: tuple[ManoeuvreFound, ...],
+    *,
+    detail: Resolution,
+) -> Figure:
+    """Draw the commanded codes of all thrusters, the manoeuvres found behind them.
+
+    `limits` are the ends of each thruster's range, None where they are not known.
+    """
+    duration = float(time_s[-1]) if time_s.size else 1.0
+    spans = tuple(
+        Span(stretch.from_s, stretch.to_s, (plotting.BLUE, plotting.GREEN)[number % 2])
+        for number, stretch in enumerate(manoeuvres)
+    )
+    panels = tuple(
+        Panel(
+            name if len(name) <= LONGEST_LABEL else f"{name[: LONGEST_LABEL - 1]}…",
+            (Trace("commanded code", time_s, own, plotting.INK, "steps"),),
+            height=0.62,
+            y_range=None if ends is None else (1.08 * ends[0], 1.08 * ends[1]),
+            limits=ends or (),
+            spans=spans,
+        )
+        for name, ends, own in zip(names, limits, command.T, strict=True)
+    )
+    lead = "No commands."
+    if np.isfinite(command).any():
+        furthest = int(np.nanargmax(np.abs(command)))
+        busiest = names[furthest % command.shape[1]]
+        lead = (
+            f"Commanded codes over {general(duration, 3)} s; {busiest} went furthest, to "
+            f"{code(float(command.flat[furthest]))}."
+        )
+    return zoomable_figure(
+        "fig-commands",
+        lead,
+        "Commanded codes [–], one panel a thruster. Dotted: ends of the range, where the vehicle "
+        "file gives it. Shaded: the manoeuvres of the table.",
+        panels,
+        x_label=TIME_LABEL,
+        x_axis=Axis(ends=(0.0, duration)),
+        resolution=detail,
+    )

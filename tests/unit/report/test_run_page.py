@@ -13,7 +13,7 @@ from pipeline.records.trial import LARGEST_OVERLAY_BYTES
 from pipeline.report.panels import Resolution
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import run_page
-from pipeline.report.sections.run_channels import command_figure
+from pipeline.report.sections.run_health import command_figure
 from pipeline.stages.run_page import overlay_label
 
 CRUMBS = (("All vehicles", "../../index.html"),)
