@@ -1,5 +1,6 @@
 """What a vehicle's page is made of: the vehicle file and the record of every stage that ran."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from pipeline.errors import Problem
@@ -93,25 +94,20 @@ STAGE_TITLES = {
 def all_problems(results: VehicleResults) -> tuple[Problem, ...]:
     """Collect the problems of all raw files, errors first, then warnings, then notes."""
     records = (results.load_test, results.mooring, results.open_water)
-    problems = [problem for record in records if record is not None for problem in record.problems]
+    return by_severity([one for record in records if record for one in record.problems])
+
+
+def by_severity(problems: Sequence[Problem]) -> tuple[Problem, ...]:
+    """Sort problems: errors first, then warnings, then notes."""
     rank = {"error": 0, "warning": 1, "note": 2}
     return tuple(sorted(problems, key=lambda problem: rank[problem.severity]))
 
 
 def all_checks(results: VehicleResults) -> tuple[tuple[str, Check], ...]:
     """Collect the checks of all fits, each with the title of its stage."""
-    fits = {
-        "propeller": results.propeller,
-        "drive": results.drive,
-        "static": results.static,
-        "inverse": results.inverse,
-    }
-    return tuple(
-        (STAGE_TITLES[stage], check)
-        for stage, fit in fits.items()
-        if fit is not None
-        for check in fit.checks
-    )
+    stages = ("propeller", "drive", "static", "inverse")
+    fits = ((STAGE_TITLES[name], getattr(results, name)) for name in stages)
+    return tuple((title, check) for title, fit in fits if fit is not None for check in fit.checks)
 
 
 def mooring_points_of_tables(results: VehicleResults) -> tuple[MooringPoint, ...]:

@@ -6,7 +6,7 @@ from pipeline.language import as_it_is
 from pipeline.records.glance import Glance
 from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, fold
 from pipeline.report.day_results import DayResults
-from pipeline.report.numbers import fixed, plural
+from pipeline.report.numbers import fixed
 from pipeline.report.page import Page
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.report.results import VehicleResults
@@ -24,6 +24,7 @@ from pipeline.report.sections.run_health import (
     run_warnings_section,
 )
 from pipeline.report.sections.tables import provenance_table
+from pipeline.report.site import Status
 from pipeline.report.track import track_figure
 
 
@@ -75,9 +76,9 @@ def first_figure(section: Section) -> Figure | None:
 
 def data_section(results: RunResults | DayResults | VehicleResults) -> Section:
     """Say what a page was made from."""
-    if not results.provenance:
-        return Section("provenance", "Provenance", (Paragraph("No provenance was recorded."),))
-    return Section("provenance", "Provenance", (provenance_table(results.provenance),))
+    none = Paragraph("No provenance was recorded.")
+    shown = provenance_table(results.provenance) if results.provenance else none
+    return Section("provenance", "Provenance", (shown,))
 
 
 def status_text(errors: int, warnings: int) -> str:
@@ -86,9 +87,7 @@ def status_text(errors: int, warnings: int) -> str:
     >>> status_text(0, 2), status_text(0, 0)
     ('2 warnings', 'no warnings')
     """
-    parts = [plural(errors, "error")] if errors else []
-    parts += [plural(warnings, "warning")] if warnings else []
-    return ", ".join(parts) or "no warnings"
+    return Status(errors, warnings).text
 
 
 def run_line(results: RunResults) -> str:

@@ -6,6 +6,7 @@ from pipeline.errors import Problem
 from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import RunTrial, StoredRun
+from pipeline.report.results import by_severity
 from pipeline.vehicle.schema import Vehicle
 
 
@@ -39,9 +40,7 @@ class RunResults:
     @property
     def all_problems(self) -> tuple[Problem, ...]:
         """Problems of the log, errors first."""
-        own = (*self.problems, *(self.stored.problems if self.stored is not None else ()))
-        rank = {"error": 0, "warning": 1, "note": 2}
-        return tuple(sorted(own, key=lambda problem: rank[problem.severity]))
+        return by_severity((*self.problems, *(self.stored.problems if self.stored else ())))
 
     @property
     def errors(self) -> int:

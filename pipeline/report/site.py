@@ -26,8 +26,8 @@ class Status:
 
     errors: int
     warnings: int
-    failed_checks: int
-    not_computed: int
+    failed_checks: int = 0
+    not_computed: int = 0
 
     @property
     def text(self) -> str:

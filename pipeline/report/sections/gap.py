@@ -44,41 +44,24 @@ def gap_section(results: VehicleResults) -> Section:
     points = mooring_points_of_tables(results)
     gaps = code_gaps(points, static, results.drive)
     if not gaps:
-        return not_computed(
-            ANCHOR, TITLE, "no code of the mooring test has a calculated working point at rest."
-        )
+        reason = "no code of the mooring test has a calculated working point at rest."
+        return not_computed(ANCHOR, TITLE, reason)
     worst = max(gaps, key=lambda gap: abs(gap.gap_n))
     outside = sum(abs(gap.gap_n) > gap.half_width_n for gap in gaps)
-    return Section(
-        ANCHOR,
-        TITLE,
-        (
-            _figure(points, static, gaps, static_factor(static, results.drive)),
-            Paragraph(
-                f"The two routes to the thrust at rest differ by up to {_by_sign(gaps)}. "
-                f"At {outside} of {len(gaps)} codes the difference is larger than the 95 % "
-                "interval of calculation and mooring mean together: it is not scatter, but a true "
-                "difference between the mooring test and the route over load test and open-water "
-                "curves."
-                if outside
-                else f"The two routes agree at rest within {fixed(abs(worst.gap_n), 2)}"
-                " N, inside their 95 % intervals at every code.",
-                tone="warning" if outside else "plain",
-            ),
-            _table(gaps),
-        ),
+    largest = f"{fixed(abs(worst.gap_n), 2)} N at code {code(worst.code)}"
+    said = (
+        f"The two routes to the thrust at rest differ by up to {largest}. "
+        f"At {outside} of {len(gaps)} codes the difference is larger than the 95 % "
+        "interval of calculation and mooring mean together: it is not scatter, but a true "
+        "difference between the mooring test and the route over load test and open-water "
+        "curves."
+        if outside
+        else f"The two routes agree at rest within {fixed(abs(worst.gap_n), 2)}"
+        " N, inside their 95 % intervals at every code."
     )
-
-
-def _by_sign(gaps: Sequence[CodeGap]) -> str:
-    """Write the largest gap of each sign of the code."""
-    parts = []
-    for sign, name in ((1, "positive"), (-1, "negative")):
-        own = [gap for gap in gaps if sign * gap.code > 0]
-        if own:
-            worst = max(own, key=lambda gap: abs(gap.gap_n))
-            parts.append(f"{fixed(abs(worst.gap_n), 2)} N for {name} codes (at {code(worst.code)})")
-    return " and ".join(parts)
+    figure = _figure(points, static, gaps, static_factor(static, results.drive))
+    text = Paragraph(said, tone="warning" if outside else "plain")
+    return Section(ANCHOR, TITLE, (figure, text, _table(gaps)))
 
 
 def code_gaps(
@@ -151,14 +134,11 @@ def _figure(
     half = factor * static_std(static, row, grid)
     band = np.array([thrust - half, thrust + half])
     above = [Trace("calculated at rest", grid, thrust, plotting.BLUE, band=band)]
-    marks: tuple[tuple[str, str, str], ...] = (("up", "rising", "^"), ("down", "falling", "v"))
-    for sweep, way, mark in marks:
-        own = np.array([(p.code, p.thrust_n) for p in points if p.sweep == sweep])
+    for sweep, way, mark in (("up", "rising", "^"), ("down", "falling", "v")):
+        own = np.array([(p.code, p.thrust_n) for p in points if p.sweep == sweep]).T
         if own.size:
             name = f"mooring test, |N| {way}"
-            above.append(
-                Trace(name, own[:, 0], own[:, 1], plotting.VERMILLION, "points", mark=mark)
-            )
+            above.append(Trace(name, own[0], own[1], plotting.VERMILLION, "points", mark=mark))
     at, gap, width = np.array([(one.code, one.gap_n, one.half_width_n) for one in gaps]).T
     around = np.array([-width, width])
     below = (

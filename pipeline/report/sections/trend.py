@@ -27,7 +27,8 @@ def trend_blocks(days: Days, unsettled: Collection[str] = ()) -> tuple[Block, ..
     Parameters
     ----------
     days : mapping
-        As for `trend_figure`; days without a fit are passed over.
+        Day -> name of a parameter -> what was found, in order of time; days without a fit are
+        passed over.
     unsettled : collection of str
         Days whose fit did not settle: they are named and take no part.
     """
@@ -36,7 +37,7 @@ def trend_blocks(days: Days, unsettled: Collection[str] = ()) -> tuple[Block, ..
         return ()
     latest = list(next(reversed(fitted.values())))
     drawn = tuple(latest[:MOST_DRAWN])
-    blocks: list[Block] = [trend_figure(fitted, drawn)]
+    blocks: list[Block] = [_figure(fitted, drawn)]
     if len(latest) > len(drawn):
         blocks.append(Paragraph(f"Not drawn: {', '.join(latest[MOST_DRAWN:])}."))
     return (*blocks, *unsettled_days(unsettled))
@@ -51,16 +52,8 @@ def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
     return (Paragraph(text, tone="warning"),)
 
 
-def trend_figure(days: Days, names: tuple[str, ...]) -> Figure:
-    """Draw value and interval of each parameter for every day, the vehicle file's value behind.
-
-    Parameters
-    ----------
-    days : mapping
-        Day -> name of a parameter -> what was found, in order of time.
-    names : tuple of str
-        Parameters to draw.
-    """
+def _figure(days: Days, names: tuple[str, ...]) -> Figure:
+    """Draw value and interval of each parameter for every day, the vehicle file's value behind."""
     moved = [name for name in names if _moved(days, name)]
     lead = (
         f"Since the trial day before, {', '.join(moved)} moved out of the intervals."
@@ -87,27 +80,18 @@ def _thinned_names(names: tuple[str, ...], most: int = 12) -> tuple[str, ...]:
 
 
 def _panel(days: Days, name: str) -> Panel:
-    found = [(at, own[name]) for at, own in enumerate(days.values()) if name in own]
-    ends = np.array([one.ci95 for _, one in found]).T
-    latest = found[-1][1]
+    found = {float(at): own[name] for at, own in enumerate(days.values()) if name in own}
+    ends = np.array([one.ci95 for one in found.values()]).T
+    latest = list(found.values())[-1]
     # the axis is that of the values: the vehicle file's range may be far wider
     low = min(latest.prior_value, float(ends.min()))
     high = max(latest.prior_value, float(ends.max()))
     room = 0.12 * (high - low) or 1.0
-    unit = latest.unit.replace("^2", "²")
-    label = _in_lines(translate(name.replace("_", " ")))
+    values = np.array([one.value for one in found.values()])
+    days_at = np.array(list(found))
     return Panel(
-        f"{label}\n[{unit}]",
-        (
-            Trace(
-                "value of the day",
-                np.array([float(at) for at, _ in found]),
-                np.array([one.value for _, one in found]),
-                plotting.BLUE,
-                "points",
-                bars=ends,
-            ),
-        ),
+        f"{_in_lines(translate(name.replace('_', ' ')))}\n[{latest.unit.replace('^2', '²')}]",
+        (Trace("value of the day", days_at, values, plotting.BLUE, "points", bars=ends),),
         height=0.9,
         band=1.96 * latest.prior_std,
         middle=latest.prior_value,

@@ -16,9 +16,9 @@ from pipeline.records.identification import (
 from pipeline.records.trial import DayTables, PageReceipt, TrialDay
 from pipeline.report.blocks import Details, Figure, Paragraph
 from pipeline.report.day_results import DayResults, table_changes
-from pipeline.report.decimate import decimated
+from pipeline.report.decimate import thinned
 from pipeline.report.results import TrialDayLink, VehicleResults
-from pipeline.report.sections.trend import trend_figure
+from pipeline.report.sections.trend import Days, trend_blocks
 from pipeline.report.sections.trials import has_trend, trials_section
 from pipeline.report.trial_page import day_page, day_warnings
 
@@ -30,7 +30,7 @@ def test_decimation_keeps_every_peak(up: int, down: int, buckets: int) -> None:
     time_s = np.linspace(0.0, 399.98, 20_000)
     values = np.sin(time_s)
     values[up], values[down] = 7.0, -7.0
-    shown_s, shown = decimated(time_s, values, buckets)
+    shown_s, shown = thinned(time_s, values, buckets)
     assert shown.min() == -7.0
     assert up == down or shown.max() == 7.0
     assert np.all(np.diff(shown_s) > 0)
@@ -41,9 +41,9 @@ def test_decimation_leaves_gaps_open() -> None:
     time_s = np.linspace(0.0, 199.98, 10_000)
     values = np.ones(10_000)
     values[4_000:6_000] = np.nan
-    shown_s, shown = decimated(time_s, values, 100)
+    shown_s, shown = thinned(time_s, values, 100)
     assert np.isnan(shown[(shown_s > 81.0) & (shown_s < 119.0)]).all()
-    short_s, short = decimated(time_s[3_900:6_101:100], values[3_900:6_101:100], 100)
+    short_s, short = thinned(time_s[3_900:6_101:100], values[3_900:6_101:100], 100)
     assert np.isnan(short).sum() == 1
     assert short_s.size == 4
 
@@ -131,6 +131,13 @@ def test_day_page_shows_trend_tables_and_runs_escaped(results: VehicleResults) -
     assert "added mass &lt;i&gt;" in text
 
 
+def lead_of(days: Days) -> str:
+    figure = trend_blocks(days)[0]
+    assert isinstance(figure, Figure)
+    return figure.lead
+
+
+@pytest.mark.usefixtures("undrawn")
 def test_a_parameter_that_the_last_day_does_not_tell_has_not_moved_since_the_day_before() -> None:
     name = "added_mass_surge"
     days = {
@@ -138,9 +145,9 @@ def test_a_parameter_that_the_last_day_does_not_tell_has_not_moved_since_the_day
         "2026-05-02": {name: parameter(15.0)},
         "2026-05-03": {"mass": parameter(3.0)},
     }
-    assert "No parameter's interval" in trend_figure(days, (name,)).lead
+    assert "No parameter's interval" in lead_of(days)
     days["2026-05-03"][name] = parameter(10.0)
-    assert f"{name} moved out of the intervals" in trend_figure(days, (name,)).lead
+    assert f"{name} moved out of the intervals" in lead_of(days)
 
 
 def without_fit(name: str) -> TrialDay:
