@@ -79,7 +79,7 @@ class Table:
         numbers = (
             {*map(_NUMBER.fullmatch, set(own) - _NOTHING)} for own in zip(*self.rows, strict=True)
         )
-        return frozenset(place for place, own in enumerate(numbers) if None in own)
+        return frozenset(place for place, own in enumerate(numbers) if None in own or not own)
 
     @property
     def stacks(self) -> bool:
@@ -133,7 +133,7 @@ class Links:
 
 @dataclass(frozen=True)
 class Details:
-    """Blocks folded away behind a summary; they are printed in full."""
+    """Blocks folded away behind a summary."""
 
     summary: str
     blocks: tuple[Block, ...]

@@ -155,9 +155,10 @@ def _fit(results: DayResults) -> Section:
     used = _used(trial)
     if fit is None:
         return not_computed(anchor, title, trial.why_not or "no fit was made.", *used)
-    blocks: list[Block] = [] if fit.converged else [Paragraph(_UNSETTLED, tone="warning")]
+    if not fit.converged:
+        return Section(anchor, title, (Paragraph(_UNSETTLED, tone="warning"), *used))
     none = Paragraph("These runs determine none of the parameters.")
-    blocks.append(_parameters(results, *_latest(results)) if _identified(trial) else none)
+    blocks: list[Block] = [_parameters(results, *_latest(results)) if _identified(trial) else none]
     if fit.cannot_identify:
         silent = f"{plural(len(fit.cannot_identify), 'value')} of which these runs say nothing"
         blocks.append(Details(silent, (Bullets(fit.cannot_identify),)))
@@ -191,7 +192,6 @@ def _used(trial: TrialDay) -> list[Block]:
 
 
 def _parameters(results: DayResults, day: str, old: Mapping[str, IdentifiedParameter]) -> Table:
-    settled = results.trial.settled
     rows, classes = [], []
     for one in _identified(results.trial):
         value, interval = with_interval(one.value, one.ci95)
@@ -200,15 +200,14 @@ def _parameters(results: DayResults, day: str, old: Mapping[str, IdentifiedParam
         if day:
             row[day] = general(old[one.name].value, 3) if one.name in old else "–"
         rows.append(row)
-        classes.append("warning" if settled and (_moved(old, one) or _against_file(one)) else "")
-    note = (
-        "Marked: the interval does not hold the vehicle file's value, or has nothing in common "
-        "with that of the trial day before."
-        if settled
-        else ""
+        classes.append("warning" if _moved(old, one) or _against_file(one) else "")
+    return Table.of(
+        "What the day's runs say of the vehicle",
+        rows,
+        row_classes=tuple(classes),
+        note="Marked: the interval does not hold the vehicle file's value, or has nothing in "
+        "common with that of the trial day before.",
     )
-    caption = "What the day's runs say of the vehicle"
-    return Table.of(caption, rows, row_classes=tuple(classes), note=note)
 
 
 def _trend(results: DayResults) -> Section:
@@ -232,6 +231,8 @@ def _quality(results: DayResults) -> Section:
     fit = results.trial.identification
     if fit is None:
         return not_computed(anchor, title, "there is no fit to judge.")
+    if not fit.converged:
+        return not_computed(anchor, title, _UNSETTLED)
     if not fit.quality:
         return not_computed(anchor, title, "nothing was left to judge the fit by.")
 

@@ -164,7 +164,8 @@ def _keeping_table(validation: AllocatorValidation) -> Table:
                 "Pitch error, deg": fixed(one.pitch_error_deg, 2),
                 "Wrench error: surge, heave, pitch, yaw": ", ".join(
                     percent(share if share > 1e-5 else 0.0) for share in one.wrench_error
-                ),
+                )
+                or "–",
             }
             for one in validation.keeping
         ],
