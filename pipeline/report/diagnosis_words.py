@@ -8,9 +8,9 @@ import numpy as np
 from pipeline.effects.library import effects
 from pipeline.language import as_it_is, translate
 from pipeline.records.bench_diagnosis import BenchDiagnosisRecord
-from pipeline.records.diagnosis import DiagnosisRecord, Verdict
+from pipeline.records.diagnosis import DiagnosisRecord, ParameterEstimate, Verdict
 from pipeline.report.channels import shown_unit
-from pipeline.report.numbers import fixed, general, percent
+from pipeline.report.numbers import fixed, general, percent, with_interval
 
 REGRESSORS = {
     "speed_mps": "speed",
@@ -187,3 +187,17 @@ def unit_text(unit: str) -> str:
     ('kg m²', 'm³')
     """
     return unit.replace("^2", "²").replace("^3", "³")
+
+
+def parameter_words(name: str, one: ParameterEstimate) -> tuple[str, str]:
+    """Say a value with its name and unit, and its interval; of a pair names begin with the effect.
+
+    >>> one = ParameterEstimate(value=4.12, unit="N", ci95=(3.81, 4.43))
+    >>> parameter_words("residual_buoyancy.force_n", one)
+    ('force 4.12 N', '3.81 to 4.43')
+    """
+    value, ends = with_interval(one.value, one.ci95)
+    unit = "" if one.unit == "1" else f" {unit_text(one.unit)}"
+    key = name.rpartition(".")[2]
+    words = key.rsplit("_", 1)[0] if unit and "_" in key else key
+    return f"{said(words.replace('_', ' '))} {value}{unit}", ends

@@ -7,7 +7,7 @@ from pipeline.language import as_it_is
 from pipeline.records.day_diagnosis import DayFinding
 from pipeline.records.diagnosis import ParameterEstimate, RankedEffect
 from pipeline.records.glance import Advice
-from pipeline.report.diagnosis_words import in_words, listed, said
+from pipeline.report.diagnosis_words import in_words, listed, parameter_words, said
 from pipeline.report.numbers import fixed, general, percent, with_interval
 
 #: Effect -> what to look at on the vehicle.
@@ -178,7 +178,7 @@ def _said(name: str, one: DayFinding) -> str:
     title = effect.title[:1].upper() + effect.title[1:]
     if at:
         title = f"{title}: {at}"
-    sizes = [_size(key, value) for key, value in list(values.items())[:3]]
+    sizes = [", ".join(parameter_words(key, value)) for key, value in list(values.items())[:3]]
     return f"{title} ({'; '.join(sizes)})" if sizes else title
 
 
@@ -194,13 +194,6 @@ def _values(ranked: RankedEffect, name: str) -> dict[str, ParameterEstimate]:
         for key, value in ranked.parameters.items()
         if key.startswith(f"{name}.") or "." not in key
     }
-
-
-def _size(key: str, one: ParameterEstimate) -> str:
-    words = key.rsplit("_", 1)[0] if one.unit != "1" and "_" in key else key
-    value, ends = with_interval(one.value, one.ci95)
-    unit = "" if one.unit == "1" else f" {one.unit}"
-    return f"{words.replace('_', ' ')} {value}{unit}, {ends}"
 
 
 def _percent(one: ParameterEstimate) -> str:

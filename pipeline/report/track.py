@@ -63,13 +63,18 @@ def track_figure(results: RunResults) -> Figure | None:
                 ha="center", va="center",
             )  # fmt: skip
 
-    lead, bright = "Where the vehicle went.", ""
+    lead, caption = (
+        "Where the vehicle went.",
+        "Left: from above, the dot is the start. Right: depth.",
+    )
     if top is not None:
         lead = (
             f"Where the vehicle went; its speed is up to {general(top, 2)} m/s off the simulation."
         )
-        bright = " Bright: measured and simulated velocity differ."
-    caption = f"Left: from above, the dot is the start. Right: depth.{bright}"
+        caption = (
+            "Left: from above, the dot is the start. Right: depth. Bright: measured and simulated "
+            "velocity differ."
+        )
     return Figure("fig-track", lead, draw("fig-track", caption, 152.0, paint), caption)
 
 

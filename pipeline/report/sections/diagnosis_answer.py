@@ -20,12 +20,12 @@ from pipeline.report.diagnosis_words import (
     in_words,
     listed,
     of_bench,
+    parameter_words,
     probability_text,
     said,
-    unit_text,
     what_it_is,
 )
-from pipeline.report.numbers import general, plural, with_interval
+from pipeline.report.numbers import general, plural
 
 #: Answers shown in the open: so many, or as many as are this probable.
 SHOWN, PROBABLE = 4, 0.01
@@ -137,14 +137,8 @@ def _what(one: RankedEffect) -> str:
 
 
 def _parameters(one: RankedEffect) -> str:
-    parts = []
-    for name, parameter in one.parameters.items():
-        value, interval = with_interval(parameter.value, parameter.ci95)
-        unit = "" if parameter.unit == "1" else f" {unit_text(parameter.unit)}"
-        key = name.rpartition(".")[2]
-        words = key.rsplit("_", 1)[0] if unit and "_" in key else key
-        parts.append(f"{said(words.replace('_', ' '))} {value}{unit} ({interval})")
-    return "; ".join(parts) or "–"
+    both = (parameter_words(name, value) for name, value in one.parameters.items())
+    return "; ".join(f"{words} ({ends})" for words, ends in both) or "–"
 
 
 def next_section(record: DiagnosisRecord) -> Section:
