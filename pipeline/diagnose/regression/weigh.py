@@ -8,7 +8,6 @@ strongest effects. Under `unknown` a run differs by more than is ordinary in all
 once.
 """
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -274,7 +273,7 @@ def _log_bound(p_value: float) -> float:
 
 
 def _groups(directions: Sequence[Coordinate]) -> list[tuple[tuple[int, ...], float]]:
-    """Directions of each effect at each target, and its share: alike between effects, then targets.
+    """Directions of each effect at each target, and its share: one part is as likely as another.
 
     Of several parameters one alone has half of it, two the other half.
     """
@@ -282,11 +281,7 @@ def _groups(directions: Sequence[Coordinate]) -> list[tuple[tuple[int, ...], flo
     for k, one in enumerate(directions):
         if not one.effect.unstated:
             found.setdefault((one.effect.id, one.target), []).append(k)
-    targets = Counter(effect for effect, _ in found)
-    return [
-        (tuple(members), 1.0 / len(targets) / targets[effect])
-        for (effect, _), members in found.items()
-    ]
+    return [(tuple(members), 1.0 / len(found)) for members in found.values()]
 
 
 def _name(one: Coordinate) -> str:
