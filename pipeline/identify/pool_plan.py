@@ -117,14 +117,14 @@ def plan_pool_day(
             tell(f"flying {name}, size {amplitude:g}")
             try:
                 one = _flown(packed, sensors, name, amplitude, duration)
+                why = _too_large(one.room_m, room_m)
+                if why:
+                    left_out.append(f"{name} at size {amplitude:g} {why}")
+                    continue
+                more = information_of_run(packed, sensors, one.log, parameters, thrust=thrust)
             except CannotComputeError as error:
                 left_out.append(f"{name}: {error}")
                 break
-            why = _too_large(one.room_m, room_m)
-            if why:
-                left_out.append(f"{name} at size {amplitude:g} {why}")
-                continue
-            more = information_of_run(packed, sensors, one.log, parameters, thrust=thrust)
             found.append(replace(one, information=more))
     if not found:
         raise CannotComputeError(

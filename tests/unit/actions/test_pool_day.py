@@ -13,6 +13,7 @@ from pipeline.actions.pool_day import PoolDayFiles, plan_day
 from pipeline.cli import cli
 from pipeline.errors import CannotComputeError
 from pipeline.identify import pool_plan
+from pipeline.identify.identifiability import information_of_run
 from pipeline.identify.pool_plan import MARGIN, WANTED
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.simulate.manoeuvres import MANOEUVRES
@@ -86,3 +87,21 @@ def test_a_pool_too_small_and_a_wrong_size_are_said(folder: Path) -> None:
     wrong = CliRunner().invoke(cli, ["plan", "fish", "--pool", "10by5", "--raw", "raw"])
     assert wrong.exit_code == 2
     assert "25x10x3" in wrong.output
+
+
+def test_a_run_that_tells_nothing_is_left_out_and_no_other(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    known = information_of_run
+    asked: list[str] = []
+
+    def of_some(*args: object, **kwargs: object) -> object:
+        asked.append("")
+        if len(asked) == 1:
+            raise CannotComputeError("its windows cannot be simulated")
+        return known(*args, **kwargs)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(pool_plan, "information_of_run", of_some)
+    made = plan_day("fish", 0.2, None, tmp_path, folder / "raw", folder, quiet)
+    assert "straight: its windows cannot be simulated" in made.record.left_out
+    assert made.record.runs
