@@ -65,7 +65,7 @@ def diagnose(  # noqa: PLR0917 - click passes every option by its name
         return
     from pipeline.actions.diagnosis import DiagnosisRequest, diagnose_to_files
     from pipeline.actions.diagnosis_text import diagnosis_text
-    from pipeline.report.glance_text import glance_text
+    from pipeline.report.first_screen import glance_text
 
     request = DiagnosisRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)
     with telling() as tell:
@@ -101,7 +101,7 @@ def _diagnose_tables(
     from pipeline.actions.bench_diagnosis import TableRequest, diagnose_table_to_file
     from pipeline.actions.diagnosis_text import diagnosis_text
     from pipeline.report.diagnosis_page import bench_glance
-    from pipeline.report.glance_text import glance_text
+    from pipeline.report.first_screen import glance_text
 
     record, result, page = diagnose_table_to_file(
         TableRequest(vehicle, runs, holdout, healthy, to=to, raw=raw, out=out)

@@ -1,9 +1,10 @@
-"""The first screen of a page: a `Glance` as HTML, and in the place of an earlier one."""
+"""The first screen: a `Glance` as HTML, in the place of an earlier one, and as lines of text."""
 
 import re
 
 from markupsafe import Markup
 
+from pipeline.language import translate
 from pipeline.records.glance import Glance, Light
 from pipeline.report.blocks import Figure
 from pipeline.report.html import render
@@ -44,3 +45,38 @@ def with_glance(page: str, glance: Glance, picture: Figure | None = None) -> str
     told = _PICTURE.sub(lambda _: drawn, told, count=1)
     # what stood there goes where the page keeps a place for it
     return told.replace(_SPARE, former[0], 1)
+
+
+def glance_text(name: str, glance: Glance) -> str:
+    """Say first what is the matter, then what to do, what to fly and what became of the advice.
+
+    Parameters
+    ----------
+    name : str
+        What it is said of.
+    glance : Glance
+        The first screen of its page.
+
+    Returns
+    -------
+    str
+        In the language of this process.
+
+    Examples
+    --------
+    >>> print(glance_text("boat", Glance(light="green", matter="Sound.", short="sound")))
+    boat: ✔ No fault. Sound.
+      To do: nothing.
+    """
+    sign, word = SIGNS[glance.light]
+    lines = [f"{name}: {sign} {translate(word)}. {translate(glance.matter)}"]
+    for number, one in enumerate(glance.do, start=1):
+        command = f"  {one.command}" if one.command else ""
+        lines.append(f"  {number}. {translate(one.text)}{command}")
+    if not glance.do:
+        lines.append(f"  {translate('To do: nothing.')}")
+    if glance.fly_next:
+        lines.append(f"  {translate('To fly next')}: {translate(glance.fly_next)}")
+    if glance.last_advice:
+        lines.append(f"  {translate('The last advice')}: {translate(glance.last_advice)}")
+    return "\n".join(lines)

@@ -8,11 +8,7 @@ from pipeline.report.page import Page
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import data_section
 from pipeline.report.sections.allocation import allocation_section
-from pipeline.report.sections.changes import changes_section
-from pipeline.report.sections.closing import (
-    firmware_section,
-    outliers_section,
-)
+from pipeline.report.sections.closing import changes_section, firmware_section, outliers_section
 from pipeline.report.sections.drive import drive_section
 from pipeline.report.sections.gains import vehicle_gains_section
 from pipeline.report.sections.gap import gap_section

@@ -21,7 +21,6 @@ def allocation_section(results: VehicleResults) -> Section:
             "allocation", "vehicle.yaml describes no allocator."
         )
         return not_computed(ANCHOR, TITLE, reason)
-    last_m, last_c = allocation.mooring[-1], allocation.compensated[-1]
     surge, heading, pitch = (fixed(own, 2) for own in (*allocation.portions, 0.0, 0.0, 0.0)[:3])
     inverses = (
         f" Inverse without compensation: {allocation.mooring_inverse}; "
@@ -36,12 +35,6 @@ def allocation_section(results: VehicleResults) -> Section:
     )
     blocks: list[Block] = [
         _figure(allocation),
-        Paragraph(
-            f"At {speed(last_m.speed_mps)} m/s the worst wrench error is "
-            f"{percent(last_m.worst)} of the available range without compensation and "
-            f"{percent(last_c.worst)} with it, over the demands that are within reach and need no "
-            "thrust against the motion."
-        ),
         _error_table(allocation),
         Paragraph(
             f"Form: {form}. Portions: surge (Π_x) {surge}, heading (Π_φ) {heading}, pitch (Π_ψ) "

@@ -1,11 +1,15 @@
-"""Outliers by name, firmware files, and where everything came from."""
+"""Outliers by name, firmware files, and what `rig2sea apply` changed in the vehicle file."""
 
 from pipeline.control.inverse import firmware_grid
+from pipeline.language import as_it_is
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
 from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
 from pipeline.report.links import safe_link
 from pipeline.report.numbers import fixed, general, signed, speed
 from pipeline.report.results import VehicleResults
+
+#: Of a digest.
+_DIGITS = 12
 
 
 def outliers_section(results: VehicleResults) -> Section:
@@ -70,3 +74,29 @@ def firmware_section(results: VehicleResults) -> Section:
         )
         blocks.append(Paragraph(text))
     return Section("firmware", "Firmware files", tuple(blocks), available=bool(files))
+
+
+def changes_section(results: VehicleResults) -> Section:
+    """List the changes, the latest first; one that was taken back says so."""
+    rows = []
+    for entry in reversed(results.changes):
+        state = f"undone {entry.undone_utc} UTC" if entry.undone_utc else "holds"
+        digests = f"{entry.before_sha256[:_DIGITS]} → {entry.after_sha256[:_DIGITS]}"
+        for one in entry.changes:
+            interval = f" [{_value(one.ci95[0])}, {_value(one.ci95[1])}]" if one.ci95 else ""
+            rows.append(
+                {
+                    "Key": as_it_is(one.path),
+                    "Before": "–" if one.old is None else _value(one.old),
+                    "After": f"{_value(one.value)}{interval}",
+                    "From": as_it_is(entry.reason),
+                    "When": f"{entry.date_utc} UTC, {state}",
+                    "Vehicle file, SHA-256 before → after": digests,
+                }
+            )
+    title = "Changes of the vehicle file"
+    return Section("changes", title, (Table.of("Changes", rows),))
+
+
+def _value(value: float | bool | str) -> str:
+    return general(value, 4) if isinstance(value, float) else str(value)

@@ -251,8 +251,7 @@ def test_round_trip_is_given_for_all_three_forms(page: str) -> None:
 def test_allocator_has_one_number_for_each_speed(page: str) -> None:
     # worst = 0.004 + 0.2 V and 0.004 + 0.004 V
     text = text_of(page)
-    assert "At 2 m/s the worst wrench error is 40 % of the available range" in text
-    assert "1.2 % with it" in text
+    assert "to 40 % at 2 m/s; with it, it stays at or below 1.2 %." in text
 
 
 def test_outliers_are_named_with_their_row(page: str) -> None:
