@@ -51,8 +51,6 @@ class Heading:
 class Table:
     """A table; the first column heads its row, columns of words are set flush left.
 
-    Columns in `verbatim_columns` hold identifiers: no language changes them.
-
     `links` leads a cell (row, column) to an anchor of the page, e.g. to the points behind it;
     `cell_classes` shades one.
     """
@@ -60,7 +58,6 @@ class Table:
     caption: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    verbatim_columns: frozenset[int] = frozenset()
     row_classes: tuple[str, ...] = ()
     note: str = ""
     links: Mapping[tuple[int, int], str] = field(default_factory=dict)
