@@ -1,7 +1,7 @@
 """Held-out runs over time: measured, the model before and after, and what either leaves."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -60,10 +60,8 @@ def curves(record: DiagnosisRecord) -> tuple[HeldOut, ...]:
 
 def _of_table(one: CodeSeries, name: str) -> HeldOut:
     order = np.argsort(one.code)
-    x, measured, before, after = (
-        np.asarray(values, float)[order]
-        for values in (one.code, one.measured, one.before, one.after)
-    )
+    series = (one.code, one.measured, one.before, one.after)
+    x, measured, before, after = (np.asarray(values, float)[order] for values in series)
     apart = np.asarray(one.held_out, bool)[order]
     own = apart if apart.any() else None
     return HeldOut(name, one.channel, one.unit, x, measured, before, after, own)
@@ -97,15 +95,8 @@ def _joined(own: list[Series]) -> HeldOut:
             turned - np.angle(np.exp(1j * (measured - model))) for model in (before, after)
         )
         measured = turned
-    return HeldOut(
-        own[0].run,
-        own[0].channel,
-        unit,
-        time_s,
-        factor * measured,
-        factor * before,
-        factor * after,
-    )
+    measured, before, after = factor * measured, factor * before, factor * after
+    return HeldOut(own[0].run, own[0].channel, unit, time_s, measured, before, after)
 
 
 def curves_in_order(record: DiagnosisRecord) -> list[HeldOut]:
@@ -166,23 +157,17 @@ def _event_figure(event: FoundEvent) -> Figure:
     step = np.where(time_s >= event.at_s, event.step[1], event.step[0])
     what = f"{event.axis} {'force' if event.unit == 'N' else 'moment'}"
     lead = f"{_capital(what)} that the vehicle file lacks, in {as_it_is(event.run)}."
+    traces = (
+        Trace("measured", time_s, np.array(event.force), plotting.INK, "line", 1.4),
+        Trace("mean", time_s, step, plotting.BLUE),
+    )
     return zoomable_figure(
         "fig-shown",
         lead,
         f"{lead} Black (white on a dark page): by the measured motion. Blue: its mean before and "
         "after.",
-        (
-            Panel(
-                f"{event.axis}  [{event.unit}]",
-                (
-                    Trace("measured", time_s, np.array(event.force), plotting.INK, "line", 1.4),
-                    Trace("mean", time_s, step, plotting.BLUE),
-                ),
-                height=1.3,
-            ),
-        ),
+        (Panel(f"{event.axis}  [{event.unit}]", traces, height=1.3),),
         x_label="time in the run  [s]",
-        resolution=Resolution(),
     )
 
 
@@ -202,25 +187,13 @@ def _figure(
     models = [("vehicle file", one.before, plotting.VERMILLION)]
     if not same:
         models.append(("with the answer", one.after, plotting.BLUE))
+    drawn = [Trace("measured", one.time_s, one.measured, plotting.INK, style, 1.4)]
+    drawn += [Trace(model, one.time_s, own, colour) for model, own, colour in models]
+    errors = tuple(replace(own, values=one.measured - own.values) for own in drawn[1:])
+    ends = _error_range(one, band)
     panels = (
-        Panel(
-            f"{short_name(one.channel)}  [{one.unit}]",
-            (
-                Trace("measured", one.time_s, one.measured, plotting.INK, style, 1.4),
-                *(Trace(model, one.time_s, own, colour) for model, own, colour in models),
-            ),
-            height=1.3,
-        ),
-        Panel(
-            f"error  [{one.unit}]",
-            tuple(
-                Trace(model, one.time_s, one.measured - own, colour)
-                for model, own, colour in models
-            ),
-            height=0.8,
-            band=band,
-            y_range=_error_range(one, band),
-        ),
+        Panel(f"{short_name(one.channel)}  [{one.unit}]", tuple(drawn), height=1.3),
+        Panel(f"error  [{one.unit}]", errors, height=0.8, band=band, y_range=ends),
     )
     relative = one.channel in _ANGLES and not np.any(one.measured[np.isfinite(one.measured)])
     turned = " Shown is the rotation away from the measured attitude." if relative else ""

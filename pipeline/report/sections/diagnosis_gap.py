@@ -148,15 +148,14 @@ def shrink_section(record: DiagnosisRecord) -> Section:
     if not every:
         blocks.append(Paragraph("No curves were kept with this diagnosis.", tone="note"))
         return Section("shrink", title, tuple(blocks))
-    runs = every[:MOST_DRAWN]
-    detail = resolution(len(runs))
-    figures = [run_figure(record, one, number, detail) for number, one in enumerate(runs)]
+    detail = resolution(len(every[:MOST_DRAWN]))
+    figures = [run_figure(record, one, k, detail) for k, one in enumerate(every[:MOST_DRAWN])]
     # the first of pool runs stands at the top of the page
-    first = 1 if of_bench(record) else 0
-    blocks += figures[:first]
-    if figures[first:]:
-        more = f"Measured, before and after: {plural(len(figures) - first, 'figure')}"
-        blocks.append(Details(more, (Gallery(tuple(figures[first:]), level=False),)))
+    first, rest = (figures[:1], figures[1:]) if of_bench(record) else ([], figures)
+    blocks += first
+    if rest:
+        more = f"Measured, before and after: {plural(len(rest), 'figure')}"
+        blocks.append(Details(more, (Gallery(tuple(rest), level=False),)))
     if every[MOST_DRAWN:]:
         names = sorted({f"{one.channel} in {as_it_is(one.run)}" for one in every[MOST_DRAWN:]})
         blocks.append(Paragraph(f"Not drawn: {', '.join(names)}.", tone="note"))
@@ -217,34 +216,36 @@ def over_floor(shrink: ShrinkFigures) -> tuple[str, str]:
 
 
 def _shrink_table(record: DiagnosisRecord) -> Table:
-    def row(label: str, factor: float, one: ShrinkFigures) -> tuple[str, ...]:
+    def row(label: str, factor: float, one: ShrinkFigures) -> dict[str, str]:
         floor = general(factor * one.noise_floor, 3)
         if _more_sensitive(one):
             floor += f" ({general(factor * (one.noise_floor_after or 0.0), 3)} with the answer)"
-        closed = "–" if one.gap_closed is None else closed_text(one.gap_closed)
-        before, after = (general(factor * value, 3) for value in (one.before, one.after))
-        return label, before, after, floor, closed
+        return {
+            "Channel": label,
+            "Before, rms": general(factor * one.before, 3),
+            "After, rms": general(factor * one.after, 3),
+            "A sound vehicle leaves": floor,
+            "Gap closed": "–" if one.gap_closed is None else closed_text(one.gap_closed),
+        }
 
-    rows = []
+    shrink, channels = record.shrink, record.shrink.channels
+    whole = row("all channels, sound = 1", 1.0 / max(shrink.noise_floor, 1e-12), shrink)
     # of a mooring table the figures of the whole are those of its thrust
-    if not of_bench(record):
-        factor = 1.0 / max(record.shrink.noise_floor, 1e-12)
-        rows.append(row("all channels, sound = 1", factor, record.shrink))
-    for name in in_order(record.shrink.channels):
+    rows = [] if of_bench(record) else [whole]
+    for name in in_order(channels):
         gap = record.gap.channels.get(name)
         unit, factor = shown_unit(gap.unit) if gap is not None else ("–", 1.0)
-        rows.append(row(f"{channel_name(name)} [{unit}]", factor, record.shrink.channels[name]))
+        rows.append(row(f"{channel_name(name)} [{unit}]", factor, channels[name]))
     note = (
         f"Gap closed: (before {MINUS} after) / (before {MINUS} what a sound vehicle leaves), "
         "counted in the latter."
     )
-    if any(_more_sensitive(one) for one in record.shrink.channels.values()):
+    if any(map(_more_sensitive, channels.values())):
         note += (
             " Where a second number is given, sound vehicles with the answer leave so much, and "
             "what is left after counts over it."
         )
-    header = ("Channel", "Before, rms", "After, rms", "A sound vehicle leaves", "Gap closed")
-    return Table("Gap on readings that were kept aside", header, tuple(rows), note=note)
+    return Table.of("Gap on readings that were kept aside", rows, note=note)
 
 
 def _more_sensitive(one: ShrinkFigures) -> bool:
