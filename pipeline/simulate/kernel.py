@@ -227,9 +227,37 @@ def moved(start: Array, rate: Array, share: float, first: int, end: int, target:
 
 
 @inlined
+def lag_codes(p: Array, initial: Array, commands: Array, work: StepWork, late: Array) -> None:
+    """Fill late (m, 3, 12): effective codes at the start, the middle and the end of each step.
+
+    They follow from `initial` (STATE,) and the commands (m, 12) alone, however the vehicle moves.
+    Where a shaft turns they are what its drive is told.
+    """
+    codes, lags, start = work.codes, work.lags, work.start
+    copied(initial, start)
+    begin_lags(p, start[BODY:], lags)
+    for k in range(commands.shape[0]):
+        effective_codes(p, commands[k], codes)
+        aim_lags(p, codes, lags)
+        for row in range(3):
+            copied(codes, late[k, row])
+            lagged(p, start[BODY:], codes, row, lags, 0, late[k, row])
+        copied(late[k, 2], start[BODY:])
+        end_lags(p, lags)
+
+
+@inlined
+def set_codes(p: Array, late: Array, state: Array) -> None:
+    """Set the effective codes (12,) of a state; a shaft turns as it does."""
+    for i in range(int(p[THRUSTER_COUNT])):
+        if p[ROTOR_INERTIA + i] <= 0.0:
+            state[BODY + i] = late[i]
+
+
+@inlined
 def integrate(
     p: Array,
-    commands: Array,
+    late: Array,
     external: Array,
     dt: float,
     method: int,
@@ -239,17 +267,15 @@ def integrate(
     accelerations: Array,
     thrusts: Array,
 ) -> None:
-    """Do the work of `simulate` in arrays that it has made, from work.state and work.lags."""
-    count = commands.shape[0]
-    codes, thrust, lags = work.codes, work.thrust, work.lags
-    x, start, rate, total = work.state, work.start, work.rate, work.total
+    """Do the work of `simulate` in arrays that it has made, from work.state."""
+    count = late.shape[0]
+    x, start, rate, total, thrust = work.state, work.start, work.rate, work.total, work.thrust
     for k in range(count + 1):
         now = min(k, count - 1)
         row = min(now, external.shape[0] - 1)
-        effective_codes(p, commands[now], codes)
-        aim_lags(p, codes, lags)
         # a thruster without lag is at its code from the start of the step
-        lagged(p, x, codes, 0, lags, BODY, x)
+        codes = late[now, 0 if k < count else 2]
+        set_codes(p, codes, x)
         copied(x, start)
         copied(x, states[k])
         # the four slopes of Runge and Kutta, the first and that half a step on, or the first alone
@@ -266,7 +292,7 @@ def integrate(
                 moved(total, rate, 2.0 if stage < 3 else 1.0, 0, STATE, total)
             if stage < last:
                 moved(start, rate, dt if stage == 2 else 0.5 * dt, 0, STATE, x)
-                lagged(p, start, codes, 2 if stage == 2 else 1, lags, BODY, x)
+                set_codes(p, late[k, 2 if stage == 2 else 1], x)
         if k == count:
             break
         if method == SEMI_IMPLICIT:
@@ -277,8 +303,7 @@ def integrate(
             moved(start, rate, dt, 0, 7, x)
         else:
             moved(start, total, dt if method == MIDPOINT else dt / 6.0, 0, STATE, x)
-        lagged(p, start, codes, 2, lags, BODY, x)
-        end_lags(p, lags)
+        set_codes(p, late[k, 2], x)
         normalise_quaternion(x)
 
 
@@ -286,7 +311,7 @@ def integrate(
 def run_on(
     p: Array,
     initial: Array,
-    commands: Array,
+    late: Array,
     external: Array,
     dt: float,
     method: int,
@@ -296,10 +321,9 @@ def run_on(
     accelerations: Array,
     thrusts: Array,
 ) -> None:
-    """Do the work of `simulate` from `initial` (STATE,), in the work space of runs of this step."""
+    """Do the work of `simulate` from `initial` (STATE,), with the codes of `lag_codes`."""
     copied(initial, work.state)
-    begin_lags(p, initial[BODY:], work.lags)
-    integrate(p, commands, external, dt, method, fixed, work, states, accelerations, thrusts)
+    integrate(p, late, external, dt, method, fixed, work, states, accelerations, thrusts)
 
 
 @compiled
@@ -326,4 +350,6 @@ def simulate(
     """
     fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
     work = work_space(p, initial, dt)
-    run_on(p, initial, commands, external, dt, method, fixed, work, states, accelerations, thrusts)
+    late = np.empty((commands.shape[0], 3, MOST_THRUSTERS))
+    lag_codes(p, initial, commands, work, late)
+    run_on(p, initial, late, external, dt, method, fixed, work, states, accelerations, thrusts)

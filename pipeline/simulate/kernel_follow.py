@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from pipeline.simulate.compiled import compiled
-from pipeline.simulate.kernel import fixed_parts, run_on, work_space
+from pipeline.simulate.kernel import fixed_parts, lag_codes, run_on, work_space
 
 Array = Any
 
@@ -85,6 +85,8 @@ def follow_window(
     states[0] = begin
     fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
     work = work_space(p, begin, dt)
+    late = np.empty((count, 3, commands.shape[1]))
+    lag_codes(p, begin, commands, work, late)
     for k in range(0, count, held):
         end = min(k + held, count)
         state = states[k]
@@ -114,7 +116,7 @@ def follow_window(
         run_on(
             p,
             states[k],
-            commands[k:end],
+            late[k:end],
             pull[k:end],
             dt,
             method,

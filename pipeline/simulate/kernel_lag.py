@@ -47,7 +47,7 @@ class Lags(NamedTuple):
 def lags_at(p: Array, actuator: Array, dt: float) -> Lags:
     """Make the lags of a run of steps of dt that starts with `actuator` (12,)."""
     lags = Lags(
-        remaining=np.zeros((3, MOST_THRUSTERS)),
+        remaining=np.ones((3, MOST_THRUSTERS)),
         now=np.zeros(MOST_THRUSTERS),
         aims=np.zeros(MOST_THRUSTERS),
         aimed=np.zeros(MOST_THRUSTERS),
@@ -72,9 +72,8 @@ def set_remaining(p: Array, i: int, lags: Lags) -> None:
     """Work out what the lag of a thruster, as it is now, leaves of a difference."""
     tau = p[LAG + i]
     if tau > 0.0:
-        for row in range(3):
-            part = 0.5 * row * lags.step_s[0] * lags.faster[i]
-            lags.remaining[row, i] = np.exp(-part / tau)
+        half = np.exp(-0.5 * lags.step_s[0] * lags.faster[i] / tau)
+        lags.remaining[1, i], lags.remaining[2, i] = half, half * half
 
 
 @inlined
@@ -131,8 +130,9 @@ def faster(p: Array, now: float, aim: float) -> float:
     gap, half = abs(now - aim), abs(aim)
     if gap > 1e-6:
         half = 0.5 * abs(now * abs(now) - aim * abs(aim)) / gap
-    share = half if p[LAG_POWER] == 1.0 else half ** (1.0 / p[LAG_POWER])
-    return float((max(share, LEAST_SHARE) / STATED_AT) ** p[LAG_FALL])
+    # of powers of powers the logarithm is taken once
+    share = max(np.log(half) / p[LAG_POWER], np.log(LEAST_SHARE))
+    return float(np.exp(p[LAG_FALL] * (share - np.log(STATED_AT))))
 
 
 @inlined
@@ -157,7 +157,7 @@ def late_code(p: Array, i: int, row: int, lags: Lags) -> float:
     value = lags.aims[i] + (lags.now[i] - lags.aims[i]) * lags.remaining[row, i]
     if value == 0.0:
         return 0.0
-    share = abs(value) if power == 1.0 else abs(value) ** (1.0 / power)
+    share = abs(value) if power == 1.0 else np.exp(np.log(abs(value)) / power)
     size = dead + share * (largest - dead)
     return size if value > 0.0 else -size
 

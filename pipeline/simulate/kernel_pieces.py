@@ -3,7 +3,7 @@
 from typing import Any
 
 from pipeline.simulate.compiled import compiled
-from pipeline.simulate.kernel import fixed_parts, run_on, work_space
+from pipeline.simulate.kernel import fixed_parts, lag_codes, run_on, work_space
 from pipeline.simulate.kernel_lag import set_step
 
 Array = Any
@@ -13,7 +13,7 @@ Array = Any
 def simulate_pieces(
     p: Array,
     starts: Array,
-    commands: Array,
+    late: Array,
     external: Array,
     bounds: Array,
     steps_s: Array,
@@ -27,11 +27,11 @@ def simulate_pieces(
     accelerations: Array,
     thrusts: Array,
 ) -> None:
-    """Simulate stretch k over commands and external forces [bounds[k], bounds[k + 1]).
+    """Simulate stretch k over the codes and external forces [bounds[k], bounds[k + 1]).
 
-    `starts` (k, STATE), `commands` (m, 12), `external` (m, 6), `steps_s` (k,). Of `states`
-    (m + k, STATE) and the others a stretch fills one row more than it has steps, so its first row
-    is bounds[k] + k.
+    `starts` (k, STATE), `late` (m, 3, 12) of `lag_pieces`, `external` (m, 6), `steps_s` (k,). Of
+    `states` (m + k, STATE) and the others a stretch fills one row more than it has steps, so its
+    first row is bounds[k] + k.
     """
     count = starts.shape[0]
     if count == 0:
@@ -40,12 +40,10 @@ def simulate_pieces(
     work = work_space(p, starts[0], steps_s[0])
     for k in range(count):
         first, end = bounds[k], bounds[k + 1]
-        if k > 0 and steps_s[k] != steps_s[k - 1]:
-            set_step(p, steps_s[k], work.lags)
         run_on(
             p,
             starts[k],
-            commands[first:end],
+            late[first:end],
             external[first:end],
             steps_s[k],
             method,
@@ -55,3 +53,17 @@ def simulate_pieces(
             accelerations[first + k : end + k + 1],
             thrusts[first + k : end + k + 1],
         )
+
+
+@compiled
+def lag_pieces(
+    p: Array, starts: Array, commands: Array, bounds: Array, steps_s: Array, late: Array
+) -> None:
+    """Fill late (m, 3, 12), the codes of all stretches over the steps of commands (m, 12)."""
+    if starts.shape[0] == 0:
+        return
+    work = work_space(p, starts[0], steps_s[0])
+    for k in range(starts.shape[0]):
+        first, end = bounds[k], bounds[k + 1]
+        set_step(p, steps_s[k], work.lags)
+        lag_codes(p, starts[k], commands[first:end], work, late[first:end])

@@ -1,15 +1,27 @@
 """Stretches of runs laid one behind the other, to be simulated together."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipeline.physics.parameters import MOST_THRUSTERS
-from pipeline.simulate.kernel import MIDPOINT, RK4, STATE
-from pipeline.simulate.kernel_pieces import simulate_pieces
+from pipeline.physics.parameters import MOST_THRUSTERS, offset, slot
+from pipeline.simulate.kernel import BODY, MIDPOINT, RK4, STATE
+from pipeline.simulate.kernel_pieces import lag_pieces, simulate_pieces
 from pipeline.simulate.pack import PackedVehicle, shafts_turn
 from pipeline.types import FloatArray, IntArray
 
+#: Of the parameter vector what effective codes follow from, beside commands and starts.
+_OF_DRIVES = np.concatenate(
+    [
+        offset(name) + np.arange(slot(name).size)
+        for name in (
+            *("thruster_count", "code_max", "code_min", "dead_zone", "supply_drop", "load_drop"),
+            *("drive_dead", "lag_dead_share", "lag", "lag_power", "lag_fall", "rotor_inertia"),
+        )
+    ]
+)
+#: Sets of drives and starts of which the codes are kept.
+_KEPT = 4
 #: No state of a vehicle is as large, in whatever unit.
 _RUN_AWAY = 1e9
 
@@ -25,6 +37,8 @@ class Pieces:
     commands: FloatArray
     bounds: IntArray
     steps_s: FloatArray
+    late: dict[bytes, FloatArray] = field(default_factory=dict, compare=False)
+    """Codes after the lag, by what they follow from: the same for many simulations."""
 
     @property
     def first_row(self) -> IntArray:
@@ -65,19 +79,16 @@ def run_pieces(
     method : int, optional
         Of the kernel; the fastest that is good enough for short steps otherwise.
     """
-    count = len(packed.thruster_names)
     rows = len(pieces.commands) + len(starts)
     # without turning shafts a step of a few hundredths of a second is short: two slopes suffice
     if method is None:
         method = RK4 if shafts_turn(vector) else MIDPOINT
-    padded = np.zeros((len(pieces.commands), MOST_THRUSTERS))
-    padded[:, :count] = pieces.commands
     states, accelerations = np.empty((rows, STATE)), np.empty((rows, 6))
     thrusts = np.empty((rows, MOST_THRUSTERS))
     simulate_pieces(
         vector,
         np.ascontiguousarray(starts, float),
-        padded,
+        _late_codes(pieces, vector, starts),
         np.ascontiguousarray(external, float),
         pieces.bounds.astype(np.int64),
         np.ascontiguousarray(pieces.steps_s, float),
@@ -93,3 +104,27 @@ def run_pieces(
         lost |= ~(np.abs(accelerations) < _RUN_AWAY).all(axis=1)
         states[lost], accelerations[lost] = np.nan, np.nan
     return states, accelerations
+
+
+def _late_codes(pieces: Pieces, vector: FloatArray, starts: FloatArray) -> FloatArray:
+    """Effective codes (m, 3, 12) at the start, the middle and the end of each step."""
+    key = vector[_OF_DRIVES].tobytes() + starts[:, BODY:].tobytes()
+    late = pieces.late.get(key)
+    if late is None:
+        padded = np.zeros((len(pieces.commands), MOST_THRUSTERS))
+        padded[:, : pieces.commands.shape[1]] = pieces.commands
+        late = np.empty((len(padded), 3, MOST_THRUSTERS))
+        lag_pieces(
+            vector,
+            np.ascontiguousarray(starts, float),
+            padded,
+            pieces.bounds.astype(np.int64),
+            np.ascontiguousarray(pieces.steps_s, float),
+            late,
+        )
+    # the longest unused first
+    pieces.late.pop(key, None)
+    pieces.late[key] = late
+    for oldest in list(pieces.late)[:-_KEPT]:
+        pieces.late.pop(oldest, None)
+    return late
