@@ -1,7 +1,7 @@
 """What the whole-vehicle fit solves: residuals of all windows, and their derivatives."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -152,18 +152,22 @@ def moved_starts(starts: FloatArray, by: FloatArray) -> FloatArray:
 
 def residuals(problem: FitProblem, point: FitPoint) -> FloatArray:
     """Whitened residuals of all windows, one vector (rows,)."""
-    packed = problem.packed(point.steps)
+    return _unshared(problem, point) - problem.shared.whitened(point.shared)
+
+
+def _unshared(problem: FitProblem, point: FitPoint) -> FloatArray:
+    """Return the residuals with what the windows of a run share left at zero."""
     raw = innovations(
-        problem.stack if packed is problem.stack.packed else replace(problem.stack, packed=packed),
+        problem.stack.of(problem.packed(point.steps)),
         problem.vector(point.steps),
         problem.starts(point.starts),
     )
-    return whitened(problem.stack, raw) - problem.shared.whitened(point.shared)
+    return whitened(problem.stack, raw)
 
 
 def derivatives(problem: FitProblem, point: FitPoint) -> Derivatives:
     """Forward differences, one simulation of all windows a column, over threads."""
-    base = residuals(problem, point)
+    base = _unshared(problem, point)
     count = problem.size
     used = np.flatnonzero(problem.start_scales.any(axis=0))
 
@@ -171,11 +175,11 @@ def derivatives(problem: FitProblem, point: FitPoint) -> Derivatives:
         if index < count:
             steps = point.steps.copy()
             steps[index] += _PARAMETER_STEP
-            moved = residuals(problem, FitPoint(steps, point.shared, point.starts))
+            moved = _unshared(problem, FitPoint(steps, point.shared, point.starts))
             return np.asarray((base - moved) / _PARAMETER_STEP)
         starts = point.starts.copy()
         starts[:, used[index - count]] += _START_STEP
-        moved = residuals(problem, FitPoint(point.steps, point.shared, starts))
+        moved = _unshared(problem, FitPoint(point.steps, point.shared, starts))
         return np.asarray((base - moved) / _START_STEP)
 
     with ThreadPoolExecutor(problem.threads) as pool:
@@ -185,7 +189,7 @@ def derivatives(problem: FitProblem, point: FitPoint) -> Derivatives:
     by_start = np.zeros((base.size, 12))
     by_start[:, used] = np.stack(columns[count:], axis=1)
     return Derivatives(
-        base,
+        base - problem.shared.whitened(point.shared),
         np.stack(columns[:count], axis=1) if count else np.zeros((base.size, 0)),
         by_start,
     )

@@ -5,6 +5,7 @@ one array, so that every channel is computed once for all windows.
 """
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -90,6 +91,18 @@ class WindowStack:
         """Stack windows to be simulated, not compared with readings."""
         none = np.zeros(0, int)
         return cls(packed, tuple(windows), (), none, np.zeros(len(windows) + 1, int), none)
+
+    def of(self, packed: PackedVehicle) -> "WindowStack":
+        """Return the same windows of the vehicle with other thrust curves.
+
+        What has been worked out of them, which a new stack would work out again, goes along.
+        """
+        if packed is self.packed:
+            return self
+        _ = self.pieces, self.alike, self.lines, self.outside
+        other = copy(self)
+        other.__dict__["packed"] = packed
+        return other
 
     @cached_property
     def lines(self) -> tuple[Lines, ...]:
