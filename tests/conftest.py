@@ -58,8 +58,10 @@ def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool 
     return True if not is_quick(collection_path, REPOSITORY) else None
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that need no simulation and no diagnosis."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the tests that need no simulation and no diagnosis, where that is asked for."""
+    if "quick" not in config.option.markexpr:
+        return
     for item in items:
         slow = SLOW_FIXTURES.intersection(getattr(item, "fixturenames", ()))
         slow |= {mark.name for mark in item.iter_markers("slow")}

@@ -10,14 +10,19 @@ import shlex
 import sys
 
 from pipeline import reader_language
-from pipeline.workflow.engine_jobs import FOLDER
-from pipeline.workflow.plain_engine import jobs_here
+from pipeline.workflow.engine import FOLDER
 
 # The pages' language, for this process and for the jobs, wherever they are executed.
 reader_language.use(config.get("language") or reader_language.wanted(os.environ))
 os.environ[reader_language.VARIABLE] = reader_language.current()
 
-JOBS = config["jobs"] if "jobs" in config else jobs_here(workflow.is_main_process)
+if "jobs" in config:
+    JOBS = config["jobs"]
+else:
+    # what `rig2sea run` has done already, and half a second of imports
+    from pipeline.workflow.plain_engine import jobs_here
+
+    JOBS = jobs_here(workflow.is_main_process)
 PYTHON = shlex.quote(sys.executable)
 
 # One thread a process: the jobs share the cores, and sums do not depend on how many there are.

@@ -6,18 +6,37 @@ its stages are ended at once; the next run finds nothing at work.
 """
 
 import os
+import pkgutil
 import signal
 import sys
 import threading
+
+#: Folder of the jobs' work, marks and logs, from the output folder; of use within one execution.
+FOLDER = "processed/.rig2sea/jobs"
 
 
 def main() -> None:
     """Watch the parent and hand over to Snakemake."""
     alive = int(sys.argv[1])
     threading.Thread(target=_end_with_parent, args=(alive,), daemon=True).start()
+    if "--profile" not in sys.argv:
+        _without_clusters()
     from snakemake.cli import main as snakemake
 
     snakemake(sys.argv[2:])
+
+
+def _without_clusters() -> None:
+    """Hide the plugins for clusters: where all is done here, pandas is imported for nothing.
+
+    All packages are looked through once for plugins, not once for each kind of them.
+    """
+    every, cluster = pkgutil.iter_modules, "snakemake_executor_plugin_"
+    found = [one for one in every() if one.name.startswith("snakemake_")]
+    kept = [one for one in found if not one.name.startswith(cluster)]
+    pkgutil.iter_modules = lambda path=None, prefix="": (
+        iter(kept) if path is None else every(path, prefix)
+    )
 
 
 def _end_with_parent(alive: int) -> None:

@@ -18,11 +18,10 @@ from pathlib import Path
 from pipeline.plan import RAW_KINDS, VehicleFolder, processed_file, report_file
 from pipeline.provenance import code_digest, write_atomically
 from pipeline.stage_table import STAGES
+from pipeline.workflow.engine import FOLDER
 from pipeline.workflow.pool_batches import MOST_RUNS, PHASES
 from pipeline.workflow.pool_plan import PoolPlan
 
-#: Folder of the jobs' work, marks and logs, from the output folder; of use within one execution.
-FOLDER = "processed/.rig2sea/jobs"
 #: Stages that pool runs wait for; with all that they need they are a job of their own then.
 _BEFORE_RUNS = (*RAW_KINDS, "propeller", "drive", "static")
 #: Stages of a day: the long one by itself, then what waits for it.

@@ -4,7 +4,8 @@ import json
 from pathlib import Path
 
 from pipeline.provenance import write_atomically
-from pipeline.workflow.engine_jobs import FOLDER, engine_jobs, hand_over
+from pipeline.workflow.engine import FOLDER
+from pipeline.workflow.engine_jobs import engine_jobs, hand_over
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.run import RunRequest, due_of, vehicles_to_run, workers_of
 
