@@ -37,7 +37,7 @@ from pipeline.simulate.kernel_thrusters import (
     add_thrust,
     effective_codes,
     shaft_rate,
-    thruster_directions,
+    thruster_levers,
 )
 
 Array = Any
@@ -54,19 +54,20 @@ RK4, SEMI_IMPLICIT, MIDPOINT = 0, 1, 2
 class Fixed(NamedTuple):
     """What stays the same over a run, beside the parameter vector.
 
-    `directions` (12, 3); `matrix`, `inverse` (6, 6): the mass matrix and its inverse away from
-    walls; `strips` (k, 3); `thrust_tables` (types, 2, speeds, codes); `screws` (types, 9);
-    `torque_tables` (types, codes, shaft speeds); `steps` (types, 2).
+    `levers` (12, 6) of the thrusters; `matrix`, `inverse` (6, 6): the mass matrix and its inverse
+    away from walls; `strips` (k, 3); `thrust_tables` (types, 2, speeds, codes); `screws` (types,
+    9); `torque_tables` (types, codes, shaft speeds); `per_step` (types, 2): rows and columns of the
+    thrust tables a unit.
     """
 
-    directions: Array
+    levers: Array
     matrix: Array
     inverse: Array
     strips: Array
     thrust_tables: Array
     screws: Array
     torque_tables: Array
-    steps: Array
+    per_step: Array
 
 
 class StepWork(NamedTuple):
@@ -126,11 +127,12 @@ def fixed_parts(
     steps: Array,
 ) -> Fixed:
     """Work out what stays the same over a run."""
-    matrix, directions = np.empty((6, 6)), np.zeros((MOST_THRUSTERS, 3))
+    matrix, levers = np.empty((6, 6)), np.zeros((MOST_THRUSTERS, 6))
     mass_matrix(p, 1.0, matrix)
-    thruster_directions(p, directions)
+    thruster_levers(p, levers)
     inverse = np.linalg.inv(matrix)
-    return Fixed(directions, matrix, inverse, strips, thrust_tables, screws, torque_tables, steps)
+    per_step = 1.0 / steps
+    return Fixed(levers, matrix, inverse, strips, thrust_tables, screws, torque_tables, per_step)
 
 
 @inlined
@@ -164,12 +166,12 @@ def rates(
         force[k] = external[row, k]
     add_thrust(
         p,
-        fixed.directions,
+        fixed.levers,
         state[BODY:],
         nu_r,
         fixed.thrust_tables,
         fixed.screws,
-        fixed.steps,
+        fixed.per_step,
         thrust,
         work.inflow,
         force,

@@ -63,6 +63,17 @@ def thruster_directions(p: Array, directions: Array) -> None:
 
 
 @inlined
+def thruster_levers(p: Array, levers: Array) -> None:
+    """Fill levers (12, 6): force and moment about the body origin of one newton of each."""
+    thruster_directions(p, levers)
+    for i in range(int(p[THRUSTER_COUNT])):
+        r = THRUSTER_POSITION + 3 * i
+        x, y, z = p[r], p[r + 1], p[r + 2]
+        d0, d1, d2 = levers[i, 0], levers[i, 1], levers[i, 2]
+        levers[i, 3], levers[i, 4], levers[i, 5] = y * d2 - z * d1, z * d0 - x * d2, x * d1 - y * d0
+
+
+@inlined
 def effective_codes(p: Array, command: Array, codes: Array) -> None:
     """Fill codes (12,) with what reaches the drives: dead zone and supply voltage taken off.
 
@@ -96,19 +107,21 @@ def effective_codes(p: Array, command: Array, codes: Array) -> None:
 
 @inlined
 def tabulated(
-    table: Array, row_step: float, column_step: float, row: float, column: float
+    table: Array, rows_per: float, columns_per: float, row: float, column: float
 ) -> float:
-    """Bilinear value on a regular grid from (0, 0); beyond its end along the slope there.
+    """Bilinear value on a regular grid from (0, 0), of so many rows and columns a unit.
+
+    Beyond the end of the grid it goes on along the slope there.
 
     A supply voltage above that of the bench drives a thruster beyond its largest code.
     """
     rows, columns = table.shape
-    c = max(column / column_step, 0.0)
+    c = max(column * columns_per, 0.0)
     j = min(int(c), columns - 2)
     c -= j
     if rows == 1:
         return table[0, j] * (1.0 - c) + table[0, j + 1] * c
-    r = max(row / row_step, 0.0)
+    r = max(row * rows_per, 0.0)
     i = min(int(r), rows - 2)
     r -= i
     low = table[i, j] * (1.0 - c) + table[i, j + 1] * c
@@ -118,7 +131,7 @@ def tabulated(
 
 @inlined
 def static_thrust(
-    p: Array, i: int, code: float, speed: float, thrust_tables: Array, steps: Array
+    p: Array, i: int, code: float, speed: float, thrust_tables: Array, per_step: Array
 ) -> float:
     """Thrust of thruster i from its table T(|N|, V along the thrust), signed.
 
@@ -129,23 +142,20 @@ def static_thrust(
     motion is added. What a thruster lacks of its thrust it does not lack of its drag.
     """
     kind = int(p[THRUSTER_TYPE + i])
+    per = per_step[kind]
     side = 0 if code >= 0.0 else 1
     along = speed if code >= 0.0 else -speed
     share = p[OPPOSED_SHARE] if along < 0.0 else 0.0
-    value = tabulated(
-        thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], max(along, 0.0), abs(code)
-    )
+    value = tabulated(thrust_tables[kind, side], per[0], per[1], max(along, 0.0), abs(code))
     drag = 0.0
     if value < 0.0 or along < 0.0:
         table = thrust_tables[kind, side]
-        drag = -min(tabulated(table, steps[kind, 0], steps[kind, 1], abs(along), 0.0), 0.0)
+        drag = -min(tabulated(table, per[0], per[1], abs(along), 0.0), 0.0)
     if value < 0.0:
         value = max(value, -drag)
     else:
         if share != 0.0:
-            lost = tabulated(
-                thrust_tables[kind, side], steps[kind, 0], steps[kind, 1], -along, abs(code)
-            )
+            lost = tabulated(thrust_tables[kind, side], per[0], per[1], -along, abs(code))
             value += share * (value - max(lost, 0.0))
         value *= p[THRUST_GAIN + i]
         if code < 0.0:
@@ -193,7 +203,7 @@ def shaft_rate(
     sense = 1.0 if code > 0.0 or (code == 0.0 and speed >= 0.0) else -1.0
     n = sense * shaft
     along = max(sense * speed, 0.0) / diameter
-    drive = tabulated(torque_tables[kind], screw[8], screw[7], abs(code), max(n, 0.0))
+    drive = tabulated(torque_tables[kind], 1.0 / screw[8], 1.0 / screw[7], abs(code), max(n, 0.0))
     load = screw[4] * n * abs(n) + screw[5] * max(n, 0.0) * along
     if n >= 0.0:
         load += screw[6] * along * along
@@ -206,12 +216,12 @@ def shaft_rate(
 @inlined
 def add_thrust(
     p: Array,
-    directions: Array,
+    levers: Array,
     actuator: Array,
     v: Array,
     thrust_tables: Array,
     screws: Array,
-    steps: Array,
+    per_step: Array,
     thrust: Array,
     inflow: Array,
     force: Array,
@@ -222,29 +232,25 @@ def add_thrust(
     """
     f0, f1, f2, f3, f4, f5 = force[0], force[1], force[2], force[3], force[4], force[5]
     for i in range(int(p[THRUSTER_COUNT])):
-        r = THRUSTER_POSITION + 3 * i
-        x, y, z = p[r], p[r + 1], p[r + 2]
-        d0, d1, d2 = directions[i, 0], directions[i, 1], directions[i, 2]
-        along = (
-            d0 * (v[0] + v[4] * z - v[5] * y)
-            + d1 * (v[1] + v[5] * x - v[3] * z)
-            + d2 * (v[2] + v[3] * y - v[4] * x)
-        )
+        l0, l1, l2 = levers[i, 0], levers[i, 1], levers[i, 2]
+        l3, l4, l5 = levers[i, 3], levers[i, 4], levers[i, 5]
+        # the place moves along by d (v + w x r) = d v + (r x d) w
+        along = l0 * v[0] + l1 * v[1] + l2 * v[2] + l3 * v[3] + l4 * v[4] + l5 * v[5]
         inflow[i] = p[INFLOW_FRACTION + i] * along
         if p[ROTOR_INERTIA + i] > 0.0:
             t = screw_thrust(p, i, actuator[i], inflow[i], screws)
         else:
-            t = static_thrust(p, i, actuator[i], inflow[i], thrust_tables, steps)
+            t = static_thrust(p, i, actuator[i], inflow[i], thrust_tables, per_step)
             if p[INFLOW_FRACTION + i] < 0.0:
                 # no vehicle has this; a fit that crosses zero meets the mirror image of the other
                 # side there, where the thrust at rest against the motion would be a kink
-                mirrored = static_thrust(p, i, actuator[i], -inflow[i], thrust_tables, steps)
-                t = 2.0 * static_thrust(p, i, actuator[i], 0.0, thrust_tables, steps) - mirrored
+                mirrored = static_thrust(p, i, actuator[i], -inflow[i], thrust_tables, per_step)
+                t = 2.0 * static_thrust(p, i, actuator[i], 0.0, thrust_tables, per_step) - mirrored
         thrust[i] = t
-        f0 += t * d0
-        f1 += t * d1
-        f2 += t * d2
-        f3 += t * (y * d2 - z * d1)
-        f4 += t * (z * d0 - x * d2)
-        f5 += t * (x * d1 - y * d0)
+        f0 += t * l0
+        f1 += t * l1
+        f2 += t * l2
+        f3 += t * l3
+        f4 += t * l4
+        f5 += t * l5
     force[0], force[1], force[2], force[3], force[4], force[5] = f0, f1, f2, f3, f4, f5

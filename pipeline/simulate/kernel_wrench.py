@@ -6,7 +6,7 @@ import numpy as np
 
 from pipeline.physics.parameters import MOST_THRUSTERS
 from pipeline.simulate.compiled import compiled
-from pipeline.simulate.kernel_thrusters import add_thrust, thruster_directions
+from pipeline.simulate.kernel_thrusters import add_thrust, thruster_levers
 
 Array = Any
 
@@ -26,19 +26,19 @@ def wrench_along(
 
     Velocities are relative to the water.
     """
-    directions = np.zeros((MOST_THRUSTERS, 3))
-    thruster_directions(p, directions)
-    inflow = np.zeros(MOST_THRUSTERS)
+    levers = np.zeros((MOST_THRUSTERS, 6))
+    thruster_levers(p, levers)
+    inflow, per_step = np.zeros(MOST_THRUSTERS), 1.0 / steps
     for k in range(actuators.shape[0]):
         wrenches[k] = 0.0
         add_thrust(
             p,
-            directions,
+            levers,
             actuators[k],
             velocities[k],
             thrust_tables,
             screws,
-            steps,
+            per_step,
             thrusts[k],
             inflow,
             wrenches[k],
