@@ -93,12 +93,7 @@ class WindowStack:
         return cls(packed, tuple(windows), (), none, np.zeros(len(windows) + 1, int), none)
 
     def of(self, packed: PackedVehicle) -> "WindowStack":
-        """Return the same windows of the vehicle with other thrust curves.
-
-        What has been worked out of them, which a new stack would work out again, goes along.
-        """
-        if packed is self.packed:
-            return self
+        """Return the same windows, with what is worked out of them, for other thrust curves."""
         _ = self.pieces, self.alike, self.lines, self.outside
         other = copy(self)
         other.__dict__["packed"] = packed

@@ -11,7 +11,7 @@ from pipeline.simulate.pack import PackedVehicle, shafts_turn
 from pipeline.types import FloatArray, IntArray
 
 #: Of the parameter vector what effective codes follow from, beside commands and starts.
-_OF_DRIVES = np.concatenate(
+OF_DRIVES = np.concatenate(
     [
         offset(name) + np.arange(slot(name).size)
         for name in (
@@ -108,21 +108,15 @@ def run_pieces(
 
 def _late_codes(pieces: Pieces, vector: FloatArray, starts: FloatArray) -> FloatArray:
     """Effective codes (m, 3, 12) at the start, the middle and the end of each step."""
-    key = vector[_OF_DRIVES].tobytes() + starts[:, BODY:].tobytes()
+    key = vector[OF_DRIVES].tobytes() + starts[:, BODY:].tobytes()
     late = pieces.late.get(key)
     if late is None:
         padded = np.zeros((len(pieces.commands), MOST_THRUSTERS))
         padded[:, : pieces.commands.shape[1]] = pieces.commands
         late = np.empty((len(padded), 3, MOST_THRUSTERS))
-        lag_pieces(
-            vector,
-            np.ascontiguousarray(starts, float),
-            padded,
-            pieces.bounds.astype(np.int64),
-            np.ascontiguousarray(pieces.steps_s, float),
-            late,
-        )
-    # the longest unused first
+        begin, steps_s = np.ascontiguousarray(starts, float), np.asarray(pieces.steps_s, float)
+        lag_pieces(vector, begin, padded, pieces.bounds.astype(np.int64), steps_s, late)
+    # the longest unused is forgotten
     pieces.late.pop(key, None)
     pieces.late[key] = late
     for oldest in list(pieces.late)[:-_KEPT]:

@@ -27,16 +27,11 @@ def main() -> None:
 
 
 def _without_clusters() -> None:
-    """Hide the plugins for clusters: where all is done here, pandas is imported for nothing.
-
-    All packages are looked through once for plugins, not once for each kind of them.
-    """
-    every, cluster = pkgutil.iter_modules, "snakemake_executor_plugin_"
+    """Hide the plugins for clusters, one of which imports pandas; look for others once."""
+    every = pkgutil.iter_modules
     found = [one for one in every() if one.name.startswith("snakemake_")]
-    kept = [one for one in found if not one.name.startswith(cluster)]
-    pkgutil.iter_modules = lambda path=None, prefix="": (
-        iter(kept) if path is None else every(path, prefix)
-    )
+    kept = [one for one in found if not one.name.startswith("snakemake_executor_plugin_")]
+    pkgutil.iter_modules = lambda path=None, prefix="": every(path, prefix) if path else iter(kept)
 
 
 def _end_with_parent(alive: int) -> None:

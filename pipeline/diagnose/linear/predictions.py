@@ -24,21 +24,10 @@ from pipeline.physics.cross_matrix import cross_matrix
 from pipeline.physics.parameters import offset, read, slot
 from pipeline.simulate.applied_wrench import actuator_states
 from pipeline.simulate.kernel import BODY
-from pipeline.simulate.pieces import Pieces
+from pipeline.simulate.pieces import OF_DRIVES, Pieces
 from pipeline.simulate.pieces_under import Alike, alike_pieces, run_alike
 from pipeline.types import FloatArray, IntArray
 
-#: Slots that decide what the drives are at when a window starts.
-_DRIVE_SLOTS = (
-    "dead_zone",
-    "lag",
-    "lag_dead_share",
-    "lag_power",
-    "lag_fall",
-    "supply_drop",
-    "load_drop",
-    "rotor_inertia",
-)
 #: Slots that only the sensors read: the motion is as without them.
 _SENSOR_SLOTS = ("dvl_scale", "dvl_rotation", "dvl_delay", "dvl_lever_arm")
 #: Sets of drives whose states are kept: long runs of many thrusters fill the memory.
@@ -152,12 +141,12 @@ def same_motion(first: FloatArray, second: FloatArray) -> bool:
 
 def other_drives(first: FloatArray, second: FloatArray) -> bool:
     """Whether the drives of two vehicles are at other codes after the same commands."""
-    return any(not np.array_equal(read(first, n), read(second, n)) for n in _DRIVE_SLOTS)
+    return not np.array_equal(first[OF_DRIVES], second[OF_DRIVES])
 
 
 def drives_at(bench: Bench, vector: FloatArray, samples: IntArray) -> FloatArray:
     """State of the drives at stacked samples (k, n)."""
-    drives = b"".join(read(vector, name).tobytes() for name in _DRIVE_SLOTS)
+    drives = vector[OF_DRIVES].tobytes()
     states = bench.drive_states.get(drives)
     if states is None:
         states = [
