@@ -165,6 +165,8 @@ class Response:
         self.period_s = runs[0].period_s
         self._sets = [_Rows(run, mean) for run in runs]
         self._states = self._sets[0].features.shape[1] - 6 * FORCES
+        own = np.array([[a in _MOVED_BY[name] for name in self.channels] for a in range(6)])
+        self._own_axes = np.tile(own, (FORCES, 1))
         self._force = np.zeros((6 * FORCES, len(self.channels)))
         self._force[:6] = _by_force(mean, runs)
         self._scale_features()
@@ -306,8 +308,13 @@ class Response:
         return self.force_of(self._of_all.slope)
 
     def force_of(self, slope: FloatArray) -> FloatArray:
-        """Change of the next velocities (FORCES * 6, c) by a newton in each of the last periods."""
-        return self._force + slope[self._states :] * self._scale[self._states :, None]
+        """Change of the next velocities (FORCES * 6, c) by a newton in each of the last periods.
+
+        Along the axes that move them: what was learned along others is noise, and what a change
+        seems to do there would be taken for information.
+        """
+        learned = slope[self._states :] * self._scale[self._states :, None]
+        return self._force + np.where(self._own_axes, learned, 0.0)
 
     def after(
         self, run: GridRun, changed: FloatArray, *, left_out: int | None = None

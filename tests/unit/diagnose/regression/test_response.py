@@ -49,7 +49,9 @@ def test_the_answer_to_force_is_that_of_the_vehicle(learned: Response) -> None:
     force = learned.force.reshape(-1, 6, 2)
     assert force[0, 0, 0] == pytest.approx(PUSH * PERIOD_S, rel=0.02)
     assert force[0, 5, 1] == pytest.approx(PUSH * PERIOD_S, rel=0.02)
-    assert force[0, 5, 0] == pytest.approx(0.0, abs=0.02 * PUSH * PERIOD_S)
+    # no yaw moment moves a vehicle ahead: what little was learned of that is noise
+    assert (force[:, 5, 0] == 0.0).all()
+    assert (force[:, 0, 1] == 0.0).all()
 
 
 @pytest.mark.parametrize("gain", [1.0, 0.6, 0.0])
