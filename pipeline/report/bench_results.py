@@ -1,4 +1,4 @@
-"""What the bench gave of a thruster, in one line and one picture: thrust against code at rest."""
+"""What is told first of a vehicle, and what the bench gave of it in one line and one picture."""
 
 from __future__ import annotations
 
@@ -8,15 +8,64 @@ from pipeline.control.inverse import thrust_grid
 from pipeline.language import as_it_is
 from pipeline.physics.thrust_grid import thrust_from_code
 from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
+from pipeline.records.glance import LIGHTS, Advice, Glance, Light
 from pipeline.records.measurements import MooringRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Figure
-from pipeline.report.numbers import code, fixed
-from pipeline.report.results import VehicleResults, mooring_points_of_tables
+from pipeline.report.numbers import code, fixed, plural
+from pipeline.report.results import (
+    VehicleResults,
+    all_checks,
+    all_problems,
+    mooring_points_of_tables,
+)
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray
 
 _CODES = 401
+_ADVICE = 3
+
+
+def vehicle_glance(results: VehicleResults) -> Glance:
+    """Say first what is to be said of a vehicle: of its last trial day, and of its bench data."""
+    name = results.vehicle.name
+    bench = bench_line(results.vehicle.title, results.inverse, results.mooring)
+    errors = [one for one in all_problems(results) if one.severity == "error"]
+    failed = [check for _, check in all_checks(results) if not check.passed]
+    day = next((one for one in reversed(results.trials) if one.glance is not None), None)
+    own = None if day is None else day.glance
+    doubts: list[Advice] = []
+    parts: list[str] = []
+    if own is not None and day is not None:
+        parts.append(f"{day.name}: {own.matter}")
+    elif bench:
+        parts.append(f"{bench}.")
+    if errors:
+        said = plural(len(errors), "file part") if len(errors) > 1 else str(errors[0].place)
+        doubts.append(Advice(text=f"Not read: {said}.", command=f"rig2sea check {name}"))
+        parts.append(f"{plural(len(errors), 'error')} in the raw files.")
+    doubts += [Advice(text=f"See a check that failed: {check.name}.") for check in failed[:1]]
+    doubted = not parts or (failed and own is None)
+    lights: list[Light] = ["red" if errors else "amber" if doubted else "green"]
+    lights += [own.light] if own is not None else []
+    begun = any((results.load_test, results.mooring, results.open_water))
+    nothing = "no tables yet" if begun else "nothing was measured yet"
+    if not parts:
+        told = "What was measured gives no tables yet." if begun else "Nothing was measured yet."
+        parts.append(told)
+        # the reason of the whole ends with that of the tables
+        lacking = results.missing.get("inverse", "").rpartition("No firmware tables: ")[2]
+        doubts += [Advice(text=f"Measure what is lacking: {lacking}")] if begun and lacking else []
+    first = own.do if own is not None and own.light != "green" else ()
+    short = own.short if own is not None else bench or nothing
+    return Glance(
+        light=min(lights, key=LIGHTS.index),
+        matter=" ".join(parts),
+        short=f"{day.name}: {short}" if day is not None else short,
+        do=(*first, *doubts)[:_ADVICE],
+        fly_next="" if own is None else own.fly_next,
+        last_advice="" if own is None else own.last_advice,
+    )
 
 
 def bench_line(

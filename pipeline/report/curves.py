@@ -137,6 +137,21 @@ def static_std(static: StaticCharacteristic, speed_index: int, code: ArrayLike) 
     return np.asarray(np.interp(magnitude, static.code, static.thrust_std_n[speed_index]))
 
 
+def family_code(
+    static: StaticCharacteristic, speed_mps: float, thrust_n: FloatArray
+) -> FloatArray | None:
+    """Code of the family at a thrust, by inverting its own grid; None at a speed it has not."""
+    index = speed_index(static.speed_mps, speed_mps)
+    if index is None:
+        return None
+    thrust = np.asarray(static.thrust_n[index])
+    live = np.isin(np.asarray(static.status[index]), ["live", "extrapolated"])
+    if live.sum() < 2:
+        return None
+    codes = np.asarray(static.code)[live]
+    return np.asarray(np.interp(thrust_n, thrust[live], codes, left=np.nan, right=np.nan))
+
+
 def table2_thrust(coefficients: ArrayLike, code: ArrayLike) -> FloatArray:
     """Thrust by eq. (4) of Kostenko 2023, zero where the polynomial is not positive.
 

@@ -13,17 +13,16 @@ from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import DiagnosisRecord, NextRun
 from pipeline.records.gains import ThrusterGains
 from pipeline.records.glance import LIGHTS, Advice, Glance, Light
-from pipeline.report.bench_results import bench_line
 from pipeline.report.diagnosis_words import listed
 from pipeline.report.numbers import plural
 from pipeline.report.plain_words import (
+    HALF,
     effect_words,
     finding_sentence,
     manoeuvre_words,
     short_finding,
     what_to_look_at,
 )
-from pipeline.report.results import VehicleResults, all_checks, all_problems
 
 #: What a day needs at least, so that every thruster and axis has been asked.
 STANDARD = ("surge_steps", "heave_steps", "zig_zag", "pitch_steps")
@@ -32,8 +31,6 @@ _APART = "Nothing more is needed: apart from that the vehicle moves as it should
 #: Stands where a diagnosis is still to come.
 FOLLOWS = "The diagnosis of the day follows."
 _MOST = 3
-#: Below this the likeliest answer is not called sure.
-_HALF = 0.5
 #: A run that tells answers apart by fewer standard deviations is not worth advising.
 _CLEAR = 2.0
 
@@ -90,8 +87,7 @@ def day_glance(
         Of the trial day before, whose advice was to be followed.
     """
     if told is None or not told.findings:
-        why = "" if told is None else told.why_not
-        return _unjudged(vehicle, flown, why)
+        return _unjudged(vehicle, flown, "" if told is None else told.why_not)
     faults = [one for one in told.findings if not one.is_sound]
     light: Light = "red" if flown.unreadable else "green"
     if not faults:
@@ -163,69 +159,20 @@ def run_glance(
 
 
 def diagnosis_glance(record: DiagnosisRecord, finding: DayFinding) -> Glance:
-    """Say first what a diagnosis that was asked for found.
-
-    Parameters
-    ----------
-    record : DiagnosisRecord
-        The answer.
-    finding : DayFinding
-        The same as a finding.
-    """
+    """Say first what a diagnosis that was asked for found; `finding` is the same answer."""
+    fly_next = "Nothing more is needed."
+    if finding.event is not None:
+        fly_next = _APART
+    elif record.next_run is not None:
+        fly_next = _separating(record.next_run)
+    elif not finding.is_sound:
+        fly_next = "The same manoeuvre again once that is done: it shows whether the fault is gone."
     return Glance(
         light="green" if finding.is_sound else _light(finding, Flown({})),
         matter=finding_sentence(finding),
         short=short_finding(finding),
         do=_to_do(record.vehicle, "", finding, Flown({})),
-        fly_next=_APART
-        if finding.event is not None
-        else _separating(record.next_run)
-        if record.next_run is not None
-        else "The same manoeuvre again once that is done: it shows whether the fault is gone."
-        if not finding.is_sound
-        else "Nothing more is needed.",
-    )
-
-
-def vehicle_glance(results: VehicleResults) -> Glance:
-    """Say first what is to be said of a vehicle: of its last trial day, and of its bench data."""
-    name = results.vehicle.name
-    bench = bench_line(results.vehicle.title, results.inverse, results.mooring)
-    errors = [one for one in all_problems(results) if one.severity == "error"]
-    failed = [check for _, check in all_checks(results) if not check.passed]
-    day = next((one for one in reversed(results.trials) if one.glance is not None), None)
-    own = None if day is None else day.glance
-    doubts: list[Advice] = []
-    parts: list[str] = []
-    if own is not None and day is not None:
-        parts.append(f"{day.name}: {own.matter}")
-    elif bench:
-        parts.append(f"{bench}.")
-    if errors:
-        said = plural(len(errors), "file part") if len(errors) > 1 else str(errors[0].place)
-        doubts.append(Advice(text=f"Not read: {said}.", command=f"rig2sea check {name}"))
-        parts.append(f"{plural(len(errors), 'error')} in the raw files.")
-    doubts += [Advice(text=f"See a check that failed: {check.name}.") for check in failed[:1]]
-    doubted = not parts or (failed and own is None)
-    lights: list[Light] = ["red" if errors else "amber" if doubted else "green"]
-    lights += [own.light] if own is not None else []
-    begun = any((results.load_test, results.mooring, results.open_water))
-    nothing = "no tables yet" if begun else "nothing was measured yet"
-    if not parts:
-        told = "What was measured gives no tables yet." if begun else "Nothing was measured yet."
-        parts.append(told)
-        # the reason of the whole ends with that of the tables
-        lacking = results.missing.get("inverse", "").rpartition("No firmware tables: ")[2]
-        doubts += [Advice(text=f"Measure what is lacking: {lacking}")] if begun and lacking else []
-    first = own.do if own is not None and own.light != "green" else ()
-    short = own.short if own is not None else bench or nothing
-    return Glance(
-        light=min(lights, key=LIGHTS.index),
-        matter=" ".join(parts),
-        short=f"{day.name}: {short}" if day is not None else short,
-        do=(*first, *doubts)[:_MOST],
-        fly_next="" if own is None else own.fly_next,
-        last_advice="" if own is None else own.last_advice,
+        fly_next=fly_next,
     )
 
 
@@ -295,7 +242,7 @@ def _fly_next(told: DayDiagnosis | None, flown: Flown) -> str:
         return _sound_next(flown)
     if all(one.is_sound for one in told.findings):
         # a doubt that is left is worth a run that would end it
-        one, doubted = told.next_run, told.findings[0].probability < _HALF
+        one, doubted = told.next_run, told.findings[0].probability < HALF
         if doubted and one is not None and one.expected_separation_sigma >= _CLEAR:
             return _separating(one)
         return _sound_next(flown)

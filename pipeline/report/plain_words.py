@@ -32,7 +32,7 @@ _INSTRUMENTS = frozenset({"dvl_delay", "dvl_lever_arm", "dvl_misalignment", "dvl
 _MANOEUVRES = {"zig_zag": "zig-zag", "prbs": "pseudo-random steps"}
 _ALMOST_ONE = 0.99
 #: Probability below which an answer is not called sure.
-_HALF = 0.5
+HALF = 0.5
 
 
 def manoeuvre_words(name: str) -> str:
@@ -57,7 +57,7 @@ def finding_sentence(one: DayFinding, flown: Sequence[str] = (), only: bool = Fa
         Whether other runs of the day do not show it.
     """
     what = what_is_the_matter(one)
-    if one.is_sound and one.probability < _HALF:
+    if one.is_sound and one.probability < HALF:
         others = " or ".join(said(effect_words(name)) for name in one.ambiguous_with[:2])
         doubt = f"; these runs do not rule out that {others}" if others else ""
         return f"{what}{doubt} (sound at {fixed(one.probability, 2)}, the likeliest answer)."
@@ -78,7 +78,7 @@ def what_is_the_matter(one: DayFinding) -> str:
     >>> what_is_the_matter(sound)
     'Sound: the vehicle moves as its file says'
     """
-    if one.is_sound and one.probability < _HALF:
+    if one.is_sound and one.probability < HALF:
         return "No fault was found: the vehicle moves as its file says"
     if one.is_sound:
         return "Sound: the vehicle moves as its file says"
@@ -106,7 +106,7 @@ def short_finding(one: DayFinding) -> str:
     'sound'
     """
     if one.is_sound:
-        return "sound" if one.probability >= _HALF else "no fault found"
+        return "sound" if one.probability >= HALF else "no fault found"
     if one.effects == ("unknown",) and one.event is None:
         return "moves otherwise than its file says, cause unknown"
     text = what_is_the_matter(one)
@@ -146,7 +146,7 @@ def effect_words(name: str) -> str:
 def _sureness(one: DayFinding) -> str:
     if one.probability > _ALMOST_ONE:
         sure = f"sure to more than {_ALMOST_ONE:g}"
-    elif one.probability < _HALF:
+    elif one.probability < HALF:
         sure = f"the likeliest answer, at {fixed(one.probability, 2)}"
     else:
         sure = f"sure to {fixed(one.probability, 2)}"

@@ -6,8 +6,9 @@ from pathlib import Path
 
 from pipeline.records.glance import Glance
 from pipeline.report.assets import FILTER, placed
+from pipeline.report.bench_results import vehicle_glance
 from pipeline.report.first_screen import SIGNS
-from pipeline.report.glance import rank, vehicle_glance
+from pipeline.report.glance import rank
 from pipeline.report.html import render, write_page
 from pipeline.report.links import safe_link
 from pipeline.report.numbers import plural

@@ -34,17 +34,16 @@ _UNSETTLED = "The fit did not come to an end: do not use its values."
 
 def day_page(results: DayResults, crumbs: tuple[tuple[str, str], ...], assets: str = "") -> str:
     """Return the page as HTML text; `crumbs`, `assets` as of `Page`."""
-    faults = results.diagnosis.findings[:1] if results.diagnosis is not None else ()
-    picture = finding_figure(faults[0]) if faults else None
+    findings = results.diagnosis.findings if results.diagnosis is not None else ()
+    picture = finding_figure(findings[0]) if findings else None
     gains = day_gains_section(results)
     if picture is None:
         picture = first_figure(gains)
         gains = replace(gains, blocks=tuple(one for one in gains.blocks if one is not picture))
-    serious = bool(sum(day_counts(results)))
     warnings = _warnings(results)
     sections = (
         _runs(results),
-        warnings if serious else fold(warnings),
+        warnings if sum(day_counts(results)) else fold(warnings),
         _trend(results),
         fold(gains),
         fold(_fit(results)),
@@ -101,8 +100,8 @@ def _words(name: str) -> str:
 
 
 def _identified(trial: TrialDay) -> list[IdentifiedParameter]:
-    fit = trial.identification
-    return [] if fit is None else [one for one in fit.parameters if one.identified]
+    fitted = trial.identification.parameters if trial.identification is not None else ()
+    return [one for one in fitted if one.identified]
 
 
 def _against_file(one: IdentifiedParameter) -> bool:
@@ -136,16 +135,15 @@ def _warnings(results: DayResults) -> Section:
 
 
 def _runs(results: DayResults) -> Section:
-    links = results.links
     runs = sorted(results.runs, key=lambda one: rank(one.glance))
-    items = tuple((_run_label(run), links[run.name]) for run in runs if run.name in links)
-    return Section("runs", "Runs of the day", (Links(items),))
+    links = tuple((_run_label(one), to) for one in runs if (to := results.links.get(one.name)))
+    return Section("runs", "Runs of the day", (Links(links),))
 
 
 def _run_label(run: PageReceipt) -> str:
     if run.glance is None:
         return f"{as_it_is(run.name)}: {run.line}"
-    sign, _ = SIGNS[run.glance.light]
+    sign = SIGNS[run.glance.light][0]
     return f"{sign} {as_it_is(run.name)}: {run.glance.short}; {run.line}"
 
 

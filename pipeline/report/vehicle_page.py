@@ -1,9 +1,8 @@
 """The page of one vehicle: warnings first, then every step from the raw files to the firmware."""
 
 from pipeline.language import as_it_is
-from pipeline.report.bench_results import thrust_figure
+from pipeline.report.bench_results import thrust_figure, vehicle_glance
 from pipeline.report.blocks import fold
-from pipeline.report.glance import vehicle_glance
 from pipeline.report.page import Page
 from pipeline.report.results import VehicleResults
 from pipeline.report.run_page import data_section

@@ -33,7 +33,7 @@ from pipeline.report.comparison import (
     printed_row,
     table4_difference,
 )
-from pipeline.report.curves import fit_panels, speed_index, static_thrust, table4_code
+from pipeline.report.curves import family_code, fit_panels, speed_index, static_thrust, table4_code
 from pipeline.report.numbers import as_printed, code, fixed, plural, speed
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import (
@@ -46,7 +46,6 @@ from pipeline.report.sections.tables import (
     share_inside,
 )
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
-from pipeline.types import FloatArray
 from pipeline.vehicle.bench_schema import PublishedTable3, PublishedTable4
 
 ANCHOR, TITLE = "inverse", "Code from thrust, Tables 3 and 4"
@@ -228,7 +227,7 @@ def _under_way(
         own = np.linspace(min(THRUST_FROM_N, row.thrust_max_n), row.thrust_max_n, 150)
         cubic = table4_code(row.coefficients, own)
         above.append(Trace(f"{speed(row.speed_mps)} m/s", own, cubic, colour))
-        family = _family_code(static, row.speed_mps, own)
+        family = family_code(static, row.speed_mps, own)
         if family is not None:
             above.append(Trace("family", own[::10], family[::10], colour, "points", mark="o"))
             below.append(Trace("", own, cubic - family, colour))
@@ -248,21 +247,6 @@ def _under_way(
         ),
         x_label="thrust T  [N]",
     )
-
-
-def _family_code(
-    static: StaticCharacteristic, speed_mps: float, thrust_n: FloatArray
-) -> FloatArray | None:
-    """Code of the family at a thrust, by inverting its own grid."""
-    index = speed_index(static.speed_mps, speed_mps)
-    if index is None:
-        return None
-    thrust = np.asarray(static.thrust_n[index])
-    live = np.isin(np.asarray(static.status[index]), ["live", "extrapolated"])
-    if live.sum() < 2:
-        return None
-    codes = np.asarray(static.code)[live]
-    return np.asarray(np.interp(thrust_n, thrust[live], codes, left=np.nan, right=np.nan))
 
 
 def _table4_sentence(rows: Sequence[SpeedInverse], published: PublishedTable4) -> str:

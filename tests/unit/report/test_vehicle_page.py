@@ -12,8 +12,8 @@ import synthetic_records
 from pipeline.errors import InputError
 from pipeline.records.file_change import AppliedChange, FileChange
 from pipeline.records.fits import InverseCharacteristic
+from pipeline.report.bench_results import vehicle_glance
 from pipeline.report.blocks import Figure
-from pipeline.report.glance import vehicle_glance
 from pipeline.report.html import write_page
 from pipeline.report.results import VehicleResults
 from pipeline.report.sections.closing import firmware_section
