@@ -455,7 +455,7 @@ def test_published_coefficients_that_are_not_reached_are_explained(
                 else:
                     distance = float(row[-1].removeprefix("no, ").removesuffix(" half-widths away"))
                     assert distance == pytest.approx(away, rel=0.06)
-    assert "The intervals carry the bench's noise alone." in page.text
+    assert "their intervals carry the bench's noise alone" in page.text
     assert "The published Table 4 is not the inverse of the published Table 2" in page.text
 
 

@@ -64,10 +64,25 @@ def inverse_section(results: VehicleResults) -> Section:
     blocks += _table4(results, inverse, published.table4 if published else None)
     if inverse.round_trip:
         blocks += [Heading("Round trip", "round-trip"), _round_trip_table(results, inverse)]
+        blocks += _published_no_inverse(inverse)
     if inverse.firmware is not None:
         blocks += _firmware(inverse.firmware)
     blocks += explained(inverse.explanations)
     return Section(ANCHOR, TITLE, tuple(blocks))
+
+
+def _published_no_inverse(inverse: InverseCharacteristic) -> list[Block]:
+    """Say, with both numbers, where the published tables do not belong together."""
+    both = [r for r in inverse.round_trip if r.cubic_n is not None and r.published_n is not None]
+    ours = max((r.cubic_n or 0.0 for r in both), default=0.0)
+    printed = max((r.published_n or 0.0 for r in both), default=0.0)
+    if printed <= ours:
+        return []
+    text = (
+        f"The published Table 4 is not the inverse of the published Table 2: sent through both, a "
+        f"thrust comes back up to {fixed(printed, 2)} N off, through ours {fixed(ours, 2)} N."
+    )
+    return [Paragraph(text)]
 
 
 def _firmware(firmware: FirmwareCharacteristic) -> list[Block]:
