@@ -6,29 +6,35 @@ Everything heavy is imported inside the command that needs it, so that ``--help`
 import io
 import os
 import sys
-from collections.abc import Callable
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from pipeline import __version__, commands
-from pipeline.commands.common.end import end_with
 from pipeline.commands.common.language import (
     TranslatedGroup,
     in_our_words,
     language_option,
     translate,
 )
-from pipeline.commands.common.options import folder, keep_raw_apart
+from pipeline.commands.common.options import (
+    ALL_RAW,
+    AS_JSON,
+    CORES,
+    RESULTS,
+    VEHICLES,
+    folder,
+    keep_raw_apart,
+    to_folder,
+)
+from pipeline.commands.common.say import end_with, say
 
 if TYPE_CHECKING:
     from pipeline.check.findings import Findings
-
-_F = TypeVar("_F", bound=Callable[..., Any])
 
 
 class _Cli(TranslatedGroup):
@@ -56,20 +62,20 @@ class _Cli(TranslatedGroup):
         except UsageError as error:
             raise in_our_words(click.UsageError(str(error), ctx)) from None
         except Rig2SeaError as error:
-            click.echo(translate(f"error: {error}"), err=True)
+            say(f"error: {error}", err=True)
             raise click.exceptions.Exit(1) from None
         except KeyboardInterrupt:
             said = "Stopped."
             if ctx.invoked_subcommand == "run":
                 said = "Stopped. The next run goes on from here."
-            click.echo(translate(said), err=True)
+            say(said, err=True)
             raise click.exceptions.Exit(1) from None
         except BrokenPipeError:
             raise  # click knows what to do when the reader of a pipe has gone
         except Exception as error:  # noqa: BLE001 - whatever it is, the user gets one message
             from pipeline.commands.common.fault import why_it_ended
 
-            click.echo(translate(why_it_ended(error)), err=True)
+            say(why_it_ended(error), err=True)
             raise click.exceptions.Exit(1) from None
 
 
@@ -93,13 +99,6 @@ def _keep_raw_apart(command: click.Command) -> None:
     command.callback = guarded
 
 
-def _folders(command: _F) -> _F:
-    """Add --raw and --out."""
-    out = folder("--out", "", "Folder that gets processed/ and reports/.  [default: here]")
-    raw = folder("--raw", "raw", "Folder that holds a folder for each vehicle.  [default: raw]")
-    return raw(out(command))
-
-
 @click.group(
     cls=_Cli,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
@@ -118,23 +117,17 @@ def cli() -> None:
 
 
 @cli.command()
-@click.argument("vehicles", nargs=-1, metavar="[VEHICLE]...")
-@_folders
-@click.option("--cores", type=click.IntRange(1), metavar="N", help="Cores to use.  [default: all]")
+@VEHICLES
+@ALL_RAW
+@RESULTS
+@CORES
 @click.option("--force", is_flag=True, help="Redo everything, changed or not.")
 @click.option(
     "--profile",
     metavar="NAME",
     help='Where the jobs are executed: "slurm", or a folder of your own (docs/cluster.md).',
 )
-def run(  # noqa: PLR0917 - click passes every option by its name
-    vehicles: tuple[str, ...],
-    raw: Path,
-    out: Path,
-    cores: int | None,
-    force: bool,
-    profile: str | None,
-) -> None:
+def run(**request: Any) -> None:  # noqa: ANN401 - fields of the request
     r"""Bring tables, firmware and reports up to date; only what changed is redone.
 
     VEHICLE is a name under raw/ or a path to a folder that holds vehicle.yaml; without one, all
@@ -152,9 +145,8 @@ def run(  # noqa: PLR0917 - click passes every option by its name
     from pipeline.workflow.run import run as run_workflow
     from pipeline.workflow.summary import summary
 
-    request = RunRequest(vehicles, raw, out, cores, force, profile=profile)
-    result = run_workflow(request, Progress())
-    for paragraph in summary(result, out):
+    result = run_workflow(RunRequest(**request), Progress())
+    for paragraph in summary(result, request["out"]):
         click.echo(f"\n{translate(paragraph)}")
     raise click.exceptions.Exit(result.code)
 
@@ -167,14 +159,8 @@ def run(  # noqa: PLR0917 - click passes every option by its name
     metavar="FILE",
     help="The vehicle.yaml to use.  [default: the one in the file's vehicle folder]",
 )
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a PATH that is a vehicle's name is looked for.  [default: raw]",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@folder("--raw", "raw", "Where a PATH that is a vehicle's name is looked for.  [default: raw]")
+@AS_JSON
 @click.option(
     "--write",
     is_flag=True,
@@ -223,12 +209,12 @@ def _write_columns(findings: "Findings", vehicle: Path | None, *, yes: bool) -> 
 
     found = proposals(findings, vehicle)
     if not found:
-        click.echo(translate("vehicle.yaml states every column already, or none was understood."))
+        say("vehicle.yaml states every column already, or none was understood.")
     for one in found:
         click.echo(one.difference())
         if yes or click.confirm(translate(f"Write this into {one.file}?")):
             write_file(one)
-            click.echo(translate(f"written: {one.file}"))
+            say(f"written: {one.file}")
 
 
 def _tell_on_terminal(path: str | None) -> None:
@@ -239,14 +225,7 @@ def _tell_on_terminal(path: str | None) -> None:
 
 @cli.command()
 @click.argument("vehicle")
-@click.option(
-    "--to",
-    "to",
-    type=click.Path(path_type=Path, file_okay=False),
-    required=True,
-    metavar="DIR",
-    help="Folder for the files; created if it does not exist.",
-)
+@to_folder("Folder for the files; created if it does not exist.", required=True)
 @click.option(
     "--format",
     "form",
@@ -254,7 +233,8 @@ def _tell_on_terminal(path: str | None) -> None:
     default="firmware",
     help="What the files are for.  [default: firmware]",
 )
-@_folders
+@ALL_RAW
+@RESULTS
 def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
     r"""Write a vehicle's firmware, or its model for an autopilot or a simulator.
 
@@ -273,12 +253,9 @@ def export(vehicle: str, to: Path, form: str, raw: Path, out: Path) -> None:
 
         written = export_to_receiver(vehicle, form, to, raw, out)
         click.echo(written.path)
-        for text in written.says:
-            click.echo(translate(text))
-        for text in written.lost:
-            click.echo(translate(f"not in it: {text}"))
-        for cost in written.costs:
-            click.echo(translate(cost.line))
+        lost = (f"not in it: {text}" for text in written.lost)
+        for text in (*written.says, *lost, *(cost.line for cost in written.costs)):
+            say(text)
         return
     from pipeline.workflow.export import export_firmware
     from pipeline.workflow.run import RunRequest

@@ -1,17 +1,16 @@
 """A new mooring table, read and judged against the vehicle's thruster model: diagnosis.json."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from pipeline.actions.diagnosis_page import write_page
+from pipeline.actions.diagnosis_request import RESULT_FILE, DiagnosisFiles, DiagnosisRequest
 from pipeline.diagnose.bench.engine import diagnose_bench
 from pipeline.diagnose.bench.model import ThrusterAtRest, bench_model
 from pipeline.diagnose.bench.table import BenchTable, bench_table
 from pipeline.errors import CannotComputeError, InputError
 from pipeline.ingest.bench_file import source_name
 from pipeline.ingest.mooring import read_mooring_tables
-from pipeline.ingest.workbook import TEXT_SUFFIXES, WORKBOOK_SUFFIXES
 from pipeline.inputs.bench_results import result_of
 from pipeline.inputs.vehicle_place import find_vehicle
 from pipeline.plan import UsageError, seen_from
@@ -23,57 +22,15 @@ from pipeline.stages.diagnosis_links import Question
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
-TABLE_SUFFIXES = WORKBOOK_SUFFIXES | TEXT_SUFFIXES
-RESULT = "diagnosis.json"
 
-
-@dataclass(frozen=True)
-class TableRequest:
-    """What to diagnose; fields as those of a diagnosis of pool runs.
-
-    `without` leaves channels out ("shaft_speed", "current", "voltage").
-    """
-
-    vehicle: str
-    runs: tuple[str, ...]
-    holdout: tuple[str, ...] = ()
-    healthy: tuple[str, ...] = ()
-    to: Path | None = None
-    raw: Path = Path("raw")
-    out: Path = Path()
-    without: tuple[str, ...] = ()
-
-
-def are_tables(runs: Sequence[str]) -> bool:
-    """Tell whether the runs are mooring tables.
-
-    Raises
-    ------
-    UsageError
-        When some are and some are not.
-
-    Examples
-    --------
-    >>> are_tables(["new.xlsx"]), are_tables(["new.tsv"]), are_tables(["surge-steps"])
-    (True, True, False)
-    """
-    tables = [run for run in runs if Path(run).suffix.lower() in TABLE_SUFFIXES]
-    if tables and len(tables) < len(runs):
-        other = next(run for run in runs if run not in tables)
-        raise UsageError(
-            f"{tables[0]} is a mooring table and {other} is not: give tables or pool runs."
-        )
-    return bool(tables)
-
-
-def diagnose_table_to_file(request: TableRequest) -> tuple[BenchDiagnosisRecord, Path, Path]:
-    """Diagnose mooring tables and write the answer; returns it, its file and its page.
+def diagnose_table_to_file(request: DiagnosisRequest) -> DiagnosisFiles:
+    """Diagnose mooring tables and write the answer.
 
     Without `to` the folder is ``processed/<vehicle>/bench_diagnosis``. Raises as `diagnose_table`.
     """
     record = diagnose_table(request)
     folder = request.to or request.out / "processed" / record.vehicle / "bench_diagnosis"
-    result = folder / RESULT
+    result = folder / RESULT_FILE
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
     _, file = find_vehicle(request.vehicle, request.raw, request.out)
     runs, holdout = (
@@ -81,10 +38,11 @@ def diagnose_table_to_file(request: TableRequest) -> tuple[BenchDiagnosisRecord,
         for texts in (request.runs, request.holdout)
     )
     question = Question(runs, holdout)
-    return record, result, write_page(record, question, request.out, request.to, (result,))
+    page = write_page(record, question, request.out, request.to, (result,))
+    return DiagnosisFiles(record, result, None, page)
 
 
-def diagnose_table(request: TableRequest) -> BenchDiagnosisRecord:
+def diagnose_table(request: DiagnosisRequest) -> BenchDiagnosisRecord:
     """Diagnose mooring tables; several are taken together as one test of one thruster.
 
     Raises
@@ -108,10 +66,10 @@ def diagnose_table(request: TableRequest) -> BenchDiagnosisRecord:
     if twice:
         raise UsageError(f"{min(twice)} is both diagnosed and held out.")
     model, notes = _model(vehicle, name, file, request.out)
-    table, said = _read(paths, vehicle, model, request.without)
+    table, said = _read(paths, vehicle, model)
     holdout = None
     if held:
-        holdout, more = _read(held, vehicle, model, request.without)
+        holdout, more = _read(held, vehicle, model)
         said += more
         shared = [one for one in table.channels if one in holdout.channels]
         lacking = tuple(one for one in model.channels if one not in shared)
@@ -152,7 +110,7 @@ def _model(
 
 
 def _read(
-    paths: Sequence[Path], vehicle: Vehicle, model: ThrusterAtRest, without: tuple[str, ...]
+    paths: Sequence[Path], vehicle: Vehicle, model: ThrusterAtRest, without: tuple[str, ...] = ()
 ) -> tuple[BenchTable, list[str]]:
     record = read_mooring_tables(paths, vehicle, paths[0].parent)
     # What all tables together show does not count: at whatever supply they are is what the

@@ -1,11 +1,16 @@
 """Runs of a vehicle -> ``diagnosis.json``, its page, the corrected vehicle file, overlay logs."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from pipeline import __version__
 from pipeline.actions.diagnosis_page import OVERLAY_END, write_page
+from pipeline.actions.diagnosis_request import (
+    RESULT_FILE,
+    DiagnosisFiles,
+    DiagnosisRequest,
+)
 from pipeline.actions.found_changes import diagnosed_changes, source_of, write_corrected
 from pipeline.actions.simulation import simulate_to_file
 from pipeline.actions.simulation_request import SimulationRequest
@@ -18,7 +23,6 @@ from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.inputs.sound_runs import sound_runs
 from pipeline.plan import seen_from
 from pipeline.provenance import canonical_json, write_atomically
-from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.run_table import RunTable
 from pipeline.report.diagnosis_page import glance_of
 from pipeline.stages.diagnosis_links import Question
@@ -26,37 +30,9 @@ from pipeline.vehicle.change_list import text_with
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.run_notes import run_of
 
-RESULT_FILE, CORRECTED_FILE = "diagnosis.json", "vehicle_corrected.yaml"
+CORRECTED_FILE = "vehicle_corrected.yaml"
 #: One sound run does not show how much runs differ.
 _LEAST_SOUND = 2
-
-
-@dataclass(frozen=True)
-class DiagnosisRequest:
-    """What the user asked for; `to` None: ``processed/<vehicle>/diagnosis``."""
-
-    vehicle: str
-    runs: tuple[str, ...]
-    holdout: tuple[str, ...] = ()
-    healthy: tuple[str, ...] = ()
-    to: Path | None = None
-    raw: Path = Path("raw")
-    out: Path = Path()
-    threads: int = 2
-
-
-@dataclass(frozen=True)
-class DiagnosisFiles:
-    """The result and where it lies; `corrected` is None where nothing of the file changes."""
-
-    record: DiagnosisRecord
-    result: Path
-    corrected: Path | None
-    page: Path
-    overlays: tuple[Path, ...] = ()
-    """One log a run: everything that was recorded, and the simulation with the effect beside it."""
-    without_overlay: tuple[str, ...] = ()
-    """Logs of which none could be made, each with the reason."""
 
 
 def diagnose_to_files(
@@ -87,9 +63,7 @@ def diagnose_to_files(
     found = _with_notes(found, (*runs, *holdout, *healthy), noted)
     first = {"glance": glance_of(found.record)}
     found = replace(found, record=found.record.model_copy(update=first))
-    folder = request.to
-    if folder is None:
-        folder = request.out / "processed" / one.name / "diagnosis"
+    folder = request.to or request.out / "processed" / one.name / "diagnosis"
     top = next(iter(found.record.ranking), None)
     changes = diagnosed_changes(one, top, found.specs) if found.specs else ()
     update = {"vehicle_file_sha256": one.file_digest, "changes": changes}

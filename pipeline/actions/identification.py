@@ -114,9 +114,7 @@ def identify_runs(
         raise CannotComputeError("nothing was identified.\n" + "\n".join(reasons))
     notes = list(one.notes)
     notes += [_NO_SENSORS] if one.vehicle.sensors is None else []
-    folder = request.to
-    if folder is None:
-        folder = request.out / "processed" / one.name / "identification"
+    folder = request.to or request.out / "processed" / one.name / "identification"
     text, changes, more = _corrected(one, whole, [table.name for table in tables], folder)
     record = Identification(
         vehicle=one.name,

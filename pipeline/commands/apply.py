@@ -1,11 +1,11 @@
 """``rig2sea apply``."""
 
-import json
 from pathlib import Path
 
 import click
 
 from pipeline.commands.common.options import AS_JSON, OUT, RAW
+from pipeline.commands.common.say import print_json, say
 from pipeline.language import translate
 
 
@@ -17,14 +17,8 @@ from pipeline.language import translate
 @AS_JSON
 @RAW
 @OUT
-def apply(  # noqa: PLR0917 - click passes every option by its name
-    vehicle: str,
-    source: str | None,
-    yes: bool,
-    undo: bool,
-    as_json: bool,
-    raw: Path,
-    out: Path,
+def apply(
+    *, vehicle: str, source: str | None, yes: bool, undo: bool, as_json: bool, raw: Path, out: Path
 ) -> None:
     r"""Write what was found into vehicle.yaml, after showing what changes.
 
@@ -52,22 +46,20 @@ def apply(  # noqa: PLR0917 - click passes every option by its name
     if undo:
         file, entry = work.undo(vehicle, raw, out)
         if as_json:
-            click.echo(json.dumps({"undone": entry.model_dump(mode="json")}, indent=1))
+            print_json({"undone": entry.model_dump(mode="json")})
             return
-        said = f"{file} is as it was before {entry.date_utc} UTC ({entry.reason})."
-        click.echo(translate(said))
+        say(f"{file} is as it was before {entry.date_utc} UTC ({entry.reason}).")
         return
     assert source is not None  # noqa: S101 - refused above
     proposal = work.propose(vehicle, source, raw, out)
     if as_json:
         written = work.apply(proposal, out) if yes else None
-        click.echo(json.dumps(text.as_json(proposal, written), indent=1))
+        print_json(text.as_json(proposal, written))
         return
-    click.echo(translate(text.as_text(proposal)))
+    say(text.as_text(proposal))
     if not yes and not click.confirm(translate(f"Write this into {proposal.file}?")):
-        click.echo(translate("Nothing was written."))
+        say("Nothing was written.")
         return
     entry = work.apply(proposal, out)
-    click.echo(translate(f"written: {proposal.file}; the former one: {entry.former}"))
-    after = f"To bring tables, allocator and firmware up to date: rig2sea run {vehicle}"
-    click.echo(translate(after))
+    say(f"written: {proposal.file}; the former one: {entry.former}")
+    say(f"To bring tables, allocator and firmware up to date: rig2sea run {vehicle}")

@@ -1,13 +1,13 @@
 """``rig2sea blind``."""
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline.commands.common.options import AS_JSON, OUT, RAW, NumberRange
+from pipeline.commands.common.options import AS_JSON, OUT, RAW, NumberRange, to_file, to_folder
+from pipeline.commands.common.say import print_json, say
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -26,12 +26,7 @@ if TYPE_CHECKING:
     help="This case alone, whatever --cases says.  May be given several times.",
 )
 @click.option("--seed", type=click.IntRange(0, 10_000), default=0, show_default=True)
-@click.option(
-    "--to",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="Folder of the campaign: labels, verdicts, scores.  [default: processed/blind]",
-)
+@to_folder("Folder of the campaign: labels, verdicts, scores.  [default: processed/blind]")
 @click.option(
     "--measured",
     "data",
@@ -69,31 +64,23 @@ if TYPE_CHECKING:
     help="Length of each of a case's six runs.",
 )
 @click.option("--keep-logs", is_flag=True, help="Write the logs of every case as well.")
-@click.option(
-    "--page",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE.md",
-    help="Write the result as a page with pictures, too.",
-)
+@to_file("Write the result as a page with pictures, too.", "--page", shown="FILE.md")
 @AS_JSON
 @RAW
 @OUT
-def blind(  # noqa: PLR0917 - click passes every option by its name
-    cases: int,
-    only: tuple[int, ...],
-    seed: int,
+def blind(
+    *,
     to: Path | None,
     data: Path | None,
-    vehicles: tuple[str, ...],
-    resume: bool,
-    processes: int,
-    baselines: bool,
-    run_s: float,
-    keep_logs: bool,
     page: Path | None,
     as_json: bool,
     raw: Path,
     out: Path,
+    vehicles: tuple[str, ...],
+    baselines: bool,
+    run_s: float,
+    keep_logs: bool,
+    **what: Any,  # noqa: ANN401 - fields of the request
 ) -> None:
     r"""Check the diagnosis blindly: make cases, diagnose them, open the labels, score.
 
@@ -112,8 +99,6 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
     """
     from pipeline.campaign import blind_case, blind_page, measured_campaign, measured_page
 
-    what: dict[str, Any] = {"cases": cases, "seed": seed, "resume": resume, "only": only}
-    what["processes"] = processes
     result: CampaignResult[Any]
     if data is not None:
         if vehicles or keep_logs:
@@ -140,9 +125,9 @@ def blind(  # noqa: PLR0917 - click passes every option by its name
         if page is not None:
             blind_page.write_page(result, request, page)
     if as_json:
-        click.echo(json.dumps(result.to_json(), indent=1))
+        print_json(result.to_json())
     else:
-        click.echo(translate(_text(result)))
+        say(_text(result))
         if page is not None:
             click.echo(str(page))
     if result.done < result.wanted:  # stopped: a script must not take it for a whole campaign

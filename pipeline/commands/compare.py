@@ -1,13 +1,12 @@
 """``rig2sea compare``."""
 
-import json
 from pathlib import Path
 
 import click
 
-from pipeline.commands.common.options import AS_JSON, OUT, RAW
+from pipeline.commands.common.options import AS_JSON, OUT, RAW, to_folder
 from pipeline.commands.common.progress import telling
-from pipeline.language import translate
+from pipeline.commands.common.say import print_json, say
 
 
 @click.command()
@@ -16,17 +15,12 @@ from pipeline.language import translate
 @click.option(
     "--vehicle", metavar="VEHICLE", help="The vehicle that they belong to, if it is not clear."
 )
-@click.option(
-    "--to",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="Folder of the page and comparison.json.  [default: reports/comparisons/A-B]",
-)
+@to_folder("Folder of the page and comparison.json.  [default: reports/comparisons/A-B]")
 @AS_JSON
 @RAW
 @OUT
-def compare(  # noqa: PLR0917 - click passes every option by its name
-    a: str, b: str, vehicle: str | None, to: Path | None, as_json: bool, raw: Path, out: Path
+def compare(
+    *, a: str, b: str, vehicle: str | None, to: Path | None, as_json: bool, raw: Path, out: Path
 ) -> None:
     r"""Say whether two things can be compared, and what differs: B against A.
 
@@ -51,11 +45,11 @@ def compare(  # noqa: PLR0917 - click passes every option by its name
         folder = out / "reports" / "comparisons" / plain.strip("-.")[-120:]
     result, page = write_comparison(record, folder, out / "reports" / "assets")
     if as_json:
-        click.echo(json.dumps(record.model_dump(mode="json"), indent=1))
+        print_json(record)
     else:
-        click.echo(translate(record.verdict))
+        say(record.verdict)
         for caution in record.cautions:
-            click.echo(translate(f"note: {caution}"))
+            say(f"note: {caution}")
         click.echo(str(result))
-        click.echo(translate(f"report: {page}"))
+        say(f"report: {page}")
     raise click.exceptions.Exit(0 if record.comparable else 1)

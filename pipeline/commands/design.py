@@ -1,13 +1,14 @@
 """``rig2sea design``."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Literal
 
 import click
 
-from pipeline.language import as_it_is, translate
+from pipeline.commands.common.options import folder, json_option, to_folder
+from pipeline.commands.common.say import print_json, say, warn
+from pipeline.language import as_it_is
 
 _CALCULATORS = ("balance", "propeller", "tether", "added-mass", "slope")
 
@@ -23,31 +24,12 @@ _CALCULATORS = ("balance", "propeller", "tether", "added-mass", "slope")
     metavar="[NAME]",
     help="Print an example file and end; `list` prints the names.",
 )
-@click.option(
-    "--to",
-    "to",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="Folder for page and JSON.  [default: reports/design under --out]",
-)
-@click.option(
-    "--json", "as_json", is_flag=True, help="Print one JSON object; files only with --to."
-)
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Where a vehicle that FILE names is looked for.  [default: raw]",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that holds processed/ and reports/.  [default: here]",
-)
-def design(  # noqa: PLR0917 - click passes every option by its name
+@to_folder("Folder for page and JSON.  [default: reports/design under --out]")
+@json_option("Print one JSON object; files only with --to.")
+@folder("--raw", "raw", "Where a vehicle that FILE names is looked for.  [default: raw]")
+@folder("--out", "", "Folder that holds processed/ and reports/.  [default: here]")
+def design(
+    *,
     calculator: Literal["balance", "propeller", "tether", "added-mass", "slope"],
     file: Path | None,
     example: str | None,
@@ -99,15 +81,14 @@ def design(  # noqa: PLR0917 - click passes every option by its name
     request = DesignRequest(calculator, file, raw, out)
     found = compute_design(request)
     if as_json:
-        click.echo(json.dumps(design_json(request, found), indent=1))
+        print_json(design_json(request, found))
         if to is None:
             return
         write_design(request, found, to)
         return
     page, data = write_design(request, found, out / "reports/design" if to is None else to)
-    for warning in found.warnings:
-        click.echo(translate(f"warning: {warning}"), err=True)
-    click.echo(translate("\n".join(result_lines(found))))
+    warn(found.warnings)
+    say("\n".join(result_lines(found)))
     click.echo(page)
     click.echo(data)
 
@@ -117,9 +98,9 @@ def _added_mass(file: Path, to: Path | None, *, as_json: bool) -> None:
 
     found = design_added_mass(file)
     if as_json:
-        click.echo(json.dumps(found.body(), indent=1))
+        print_json(found.body())
     else:
-        click.echo(translate(found.text))
+        say(found.text)
         click.echo(found.section, nl=False)
     for path in write_added_mass(found, to) if to is not None else ():
         click.echo(path, err=as_json)
@@ -130,21 +111,14 @@ def _slope(*, as_json: bool) -> None:
 
     shifts = omission_shifts()
     if as_json:
-        body = {
-            "schema": "rig2sea/design-slope/1",
-            "truth_kg": TRUTH_KG,
-            "published_kg": PUBLISHED_KG,
-            "terms": [asdict(one) for one in shifts],
-        }
-        click.echo(json.dumps(body, indent=1))
+        mass = {"truth_kg": TRUTH_KG, "published_kg": PUBLISHED_KG}
+        terms = [asdict(one) for one in shifts]
+        print_json({"schema": "rig2sea/design-slope/1", **mass, "terms": terms})
         return
-    click.echo(translate("Added mass from the slope with one term switched on at a time, kg:"))
+    say("Added mass from the slope with one term switched on at a time, kg:")
     for one in shifts:
-        text = f"  {one.term:10} {one.size:42} {one.added_mass_kg:7.2f} ({one.shift_kg:+.2f})"
-        click.echo(translate(text))
-    click.echo(
-        translate(f"True in these runs: {TRUTH_KG:.2f}; measured in the paper: {PUBLISHED_KG:.2f}.")
-    )
+        say(f"  {one.term:10} {one.size:42} {one.added_mass_kg:7.2f} ({one.shift_kg:+.2f})")
+    say(f"True in these runs: {TRUTH_KG:.2f}; measured in the paper: {PUBLISHED_KG:.2f}.")
 
 
 def _example(calculator: str, name: str) -> str:

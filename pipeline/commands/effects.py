@@ -1,6 +1,5 @@
 """``rig2sea effects``."""
 
-import json
 import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from pipeline.commands.common.options import AS_JSON, RAW
+from pipeline.commands.common.say import print_json, say
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -41,15 +41,13 @@ def effects(vehicle: str | None, as_json: bool, raw: Path) -> None:
                 one["candidate"] = one["id"] not in reasons
                 one["why_not"] = reasons.get(one["id"])
         body = {"schema": "rig2sea/effects/1", "effects": listed, "verdicts": dict(VERDICTS)}
-        click.echo(json.dumps(body | {"vehicle": vehicle}, indent=1))
+        print_json(body | {"vehicle": vehicle})
         return
     click.echo("\n\n".join(_lines(one, (reasons or {}).get(one["id"])) for one in listed))
-    click.echo(
-        translate("\nWrite ID:key=value[,key=value][@thruster]; docs/effects.md has the physics.")
-    )
+    say("\nWrite ID:key=value[,key=value][@thruster]; docs/effects.md has the physics.")
     if reasons is not None:
         possible = [one["id"] for one in listed if one["id"] not in reasons]
-        click.echo(translate(f"{vehicle} can have {len(possible)} of {len(listed)}."))
+        say(f"{vehicle} can have {len(possible)} of {len(listed)}.")
 
 
 def _context(vehicle: str, raw: Path) -> "EffectContext":

@@ -1,24 +1,29 @@
 """``rig2sea identify``."""
 
-import json
-from pathlib import Path
-from typing import Literal
+from typing import Any
 
 import click
 
-from pipeline.commands.common.options import OUT, RAW, NumberRange, ValuesCommand
+from pipeline.commands.common.options import (
+    OUT,
+    RAW,
+    NumberRange,
+    ValuesCommand,
+    json_option,
+    several,
+    to_folder,
+)
 from pipeline.commands.common.progress import telling
-from pipeline.language import translate
+from pipeline.commands.common.say import print_json, say, warn
 
 
 @click.command(cls=ValuesCommand)
 @click.argument("vehicle")
 @click.argument("runs", nargs=-1, required=True, metavar="RUN...")
-@click.option(
+@several(
     "--holdout",
-    multiple=True,
-    metavar="RUN...",
-    help="Runs that are kept out of the fit and judge it: all names up to the next option.",
+    "RUN...",
+    "Runs that are kept out of the fit and judge it: all names up to the next option.",
 )
 @click.option(
     "--method",
@@ -27,18 +32,16 @@ from pipeline.language import translate
     show_default=True,
     help="The fit of the whole vehicle, the slope of acceleration against thrust, or both.",
 )
-@click.option(
+@several(
     "--without",
-    multiple=True,
-    metavar="CHANNEL...",
-    help="Leave a channel out of the fit: velocity, angular_velocity, specific_force, attitude, "
+    "CHANNEL...",
+    "Leave a channel out of the fit: velocity, angular_velocity, specific_force, attitude, "
     "depth or position; for one that is an estimate, or not to be trusted.",
 )
-@click.option(
+@several(
     "--only",
-    multiple=True,
-    metavar="PARAMETER...",
-    help="Free these parameters alone: names of the result, or an axis (yaw: all of yaw).",
+    "PARAMETER...",
+    "Free these parameters alone: names of the result, or an axis (yaw: all of yaw).",
 )
 @click.option(
     "--smoother",
@@ -59,30 +62,11 @@ from pipeline.language import translate
     is_flag=True,
     help="Do not compute which manoeuvre would help most; saves half a minute.",
 )
-@click.option(
-    "--to",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="Folder of the results.  [default: processed/VEHICLE/identification]",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print identification.json.")
+@to_folder("Folder of the results.  [default: processed/VEHICLE/identification]")
+@json_option("Print identification.json.")
 @RAW
 @OUT
-def identify(  # noqa: PLR0917 - click passes every option by its name
-    vehicle: str,
-    runs: tuple[str, ...],
-    holdout: tuple[str, ...],
-    method: Literal["both", "whole-vehicle", "straight-line"],
-    without: tuple[str, ...],
-    only: tuple[str, ...],
-    smoother: str,
-    window_s: float | None,
-    no_advice: bool,
-    to: Path | None,
-    as_json: bool,
-    raw: Path,
-    out: Path,
-) -> None:
+def identify(*, as_json: bool, smoother: str, no_advice: bool, **request: Any) -> None:  # noqa: ANN401 - fields of the request
     r"""Identify added masses, damping, buoyancy and righting moment from pool runs.
 
     VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle
@@ -99,35 +83,27 @@ def identify(  # noqa: PLR0917 - click passes every option by its name
     from pipeline.actions.identification import IdentificationRequest, identify_runs
     from pipeline.actions.identification_text import identification_text
 
-    request = IdentificationRequest(
-        vehicle,
-        runs,
-        holdout,
-        method=method,
-        smoother="moving_average" if smoother == "moving-average" else "local_polynomial",
-        without=without,
-        only=only,
-        window_s=window_s,
-        to=to,
-        raw=raw,
-        out=out,
-        suggest=not no_advice,
-    )
     with telling() as tell:
-        files = identify_runs(request, tell)
+        files = identify_runs(
+            IdentificationRequest(
+                smoother="moving_average" if smoother == "moving-average" else "local_polynomial",
+                suggest=not no_advice,
+                **request,
+            ),
+            tell,
+        )
     record = files.record
     if as_json:
-        click.echo(json.dumps(record.model_dump(mode="json"), indent=1))
+        print_json(record)
         return
-    for warning in record.warnings:
-        click.echo(translate(f"warning: {warning}"), err=True)
+    warn(record.warnings)
     for run in (*record.runs, *record.holdout):
         for warning in run.warnings:
-            click.echo(translate(f"{run.name}: {warning}"), err=True)
-    click.echo(translate(identification_text(record)))
+            say(f"{run.name}: {warning}", err=True)
+    say(identification_text(record))
     click.echo()
     for picture in files.pictures:
         click.echo(picture)
     if files.corrected is not None:
-        click.echo(translate(f"vehicle file with these values: {files.corrected}"))
+        say(f"vehicle file with these values: {files.corrected}")
     click.echo(str(files.result))

@@ -1,13 +1,12 @@
 """``rig2sea new``."""
 
-import json
 import shlex
 from pathlib import Path
 
 import click
 
-from pipeline.commands.common.options import AS_JSON
-from pipeline.language import translate
+from pipeline.commands.common.options import AS_JSON, folder
+from pipeline.commands.common.say import print_json, say
 
 
 @click.command()
@@ -18,18 +17,13 @@ from pipeline.language import translate
     help="Begin with model, sensors and channels of a bundled vehicle; --list names them.",
 )
 @click.option("--list", "show_list", is_flag=True, help="List the bundled vehicles and end.")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Folder that gets the vehicle's folder.  [default: raw]",
-)
+@folder("--raw", "raw", "Folder that gets the vehicle's folder.  [default: raw]")
 @click.option(
     "--example", is_flag=True, help="Write the example vehicle of that name, with its raw files."
 )
 @AS_JSON
-def new(  # noqa: PLR0917 - click passes every option by its name
+def new(
+    *,
     vehicle: str | None,
     like: str | None,
     show_list: bool,
@@ -54,8 +48,10 @@ def new(  # noqa: PLR0917 - click passes every option by its name
 
     if show_list:
         names = vehicles_to_begin_with()
-        known = {"schema": "rig2sea/new/1", "vehicles": names}
-        click.echo(json.dumps(known, indent=1) if as_json else "\n".join(names))
+        if as_json:
+            print_json({"schema": "rig2sea/new/1", "vehicles": names})
+        else:
+            click.echo("\n".join(names))
         return
     if vehicle is None:
         raise click.UsageError("Missing argument 'VEHICLE'.")
@@ -64,14 +60,13 @@ def new(  # noqa: PLR0917 - click passes every option by its name
     written = write_new_vehicle(vehicle, raw, example=example, like=like)
     if as_json:
         found = {"schema": "rig2sea/new/1", "vehicle": vehicle, "files": [str(p) for p in written]}
-        click.echo(json.dumps(found, indent=1))
+        print_json(found)
         return
     for path in written:
         click.echo(path)
     if example:
         elsewhere = [] if raw == Path("raw") else ["--raw", str(raw)]
         command = shlex.join(["rig2sea", "run", vehicle, *elsewhere])
-        text = f"{raw / vehicle / 'README.md'} says what they are. Next: {command}"
-        click.echo(translate(text))
+        say(f"{raw / vehicle / 'README.md'} says what they are. Next: {command}")
     else:
-        click.echo(translate(f"Now fill them in; {raw / vehicle / 'README.md'} says how."))
+        say(f"Now fill them in; {raw / vehicle / 'README.md'} says how.")

@@ -1,14 +1,13 @@
 """``rig2sea plan``."""
 
-import json
 import re
 from pathlib import Path
 
 import click
 
-from pipeline.commands.common.options import AS_JSON, OUT, RAW
+from pipeline.commands.common.options import AS_JSON, OUT, RAW, to_folder
 from pipeline.commands.common.progress import telling
-from pipeline.language import translate
+from pipeline.commands.common.say import print_json, say
 
 _POOL = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)")
 
@@ -24,16 +23,12 @@ _POOL = re.compile(r"(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)x(\d+(?:\.\d+)?)")
     help="Largest number of minutes of flying.",
 )
 @click.option("--pool", metavar="LxWxD", help="Length, width and depth of the pool in metres.")
-@click.option(
-    "--to",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="Folder of the page, logs and codes.  [default: reports/VEHICLE/plan]",
-)
+@to_folder("Folder of the page, logs and codes.  [default: reports/VEHICLE/plan]")
 @AS_JSON
 @RAW
 @OUT
-def plan(  # noqa: PLR0917 - click passes every option by its name
+def plan(
+    *,
     vehicle: str,
     minutes: float,
     pool: str | None,
@@ -65,18 +60,15 @@ def plan(  # noqa: PLR0917 - click passes every option by its name
     with telling() as tell:
         made = plan_day(vehicle, minutes, room, to, raw, out, tell)
     if as_json:
-        body = {
-            **made.record.model_dump(mode="json"),
-            "last": [one.model_dump() for one in made.flown],
-        }
-        click.echo(json.dumps(body, indent=1))
+        last = [one.model_dump() for one in made.flown]
+        print_json({**made.record.model_dump(mode="json"), "last": last})
         return
     for one in made.flown:
-        click.echo(translate(f"last plan: {one.text}"))
-    click.echo(translate(plan_sentence(made.record)))
+        say(f"last plan: {one.text}")
+    say(plan_sentence(made.record))
     for run in made.record.runs:
         what = ", ".join(name.replace("_", " ") for name in run.what_for) or "all together"
         name = manoeuvre_words(run.manoeuvre)
-        click.echo(translate(f"  {run.number}. {name}, {run.duration_s:.0f} s: {what}"))
+        say(f"  {run.number}. {name}, {run.duration_s:.0f} s: {what}")
     click.echo(str(made.result))
-    click.echo(translate(f"report: {made.page}"))
+    say(f"report: {made.page}")

@@ -1,30 +1,22 @@
 """``rig2sea reference``."""
 
-import json
-from pathlib import Path
+from typing import Any
 
 import click
 
-from pipeline.commands.common.options import OUT, RAW
+from pipeline.commands.common.options import OUT, RAW, json_option, to_folder
 from pipeline.commands.common.progress import telling
-from pipeline.language import translate
+from pipeline.commands.common.say import print_json, say
 
 
 @click.command()
 @click.argument("vehicle")
 @click.argument("runs", nargs=-1, metavar="[RUN]...")
-@click.option(
-    "--to",
-    type=click.Path(path_type=Path, file_okay=False),
-    metavar="DIR",
-    help="Folder of reference.json.  [default: processed/VEHICLE]",
-)
-@click.option("--json", "as_json", is_flag=True, help="Print the reference as JSON.")
+@to_folder("Folder of reference.json.  [default: processed/VEHICLE]")
+@json_option("Print the reference as JSON.")
 @RAW
 @OUT
-def reference(  # noqa: PLR0917 - click passes every option by its name
-    vehicle: str, runs: tuple[str, ...], to: Path | None, as_json: bool, raw: Path, out: Path
-) -> None:
+def reference(*, as_json: bool, **request: Any) -> None:  # noqa: ANN401 - fields of the request
     r"""Learn from sound runs what the vehicle file lacks, and test it on runs left out.
 
     VEHICLE is a name under raw/, a path to a folder that holds vehicle.yaml, or a bundled vehicle
@@ -41,9 +33,9 @@ def reference(  # noqa: PLR0917 - click passes every option by its name
     from pipeline.actions.reference_text import reference_text
 
     with telling() as tell:
-        record, path = make_reference(ReferenceRequest(vehicle, runs, to, raw, out), tell)
+        record, path = make_reference(ReferenceRequest(**request), tell)
     if as_json:
-        click.echo(json.dumps(record.model_dump(mode="json"), indent=1))
+        print_json(record)
         return
-    click.echo(translate(reference_text(record)))
+    say(reference_text(record))
     click.echo(str(path))

@@ -1,24 +1,17 @@
 """``rig2sea share``."""
 
-import json
 from pathlib import Path
 
 import click
 
-from pipeline.commands.common.options import AS_JSON, OUT
+from pipeline.commands.common.options import AS_JSON, OUT, to_file
 from pipeline.commands.common.progress import telling
-from pipeline.language import translate
+from pipeline.commands.common.say import print_json, say
 
 
 @click.command()
 @click.argument("page")
-@click.option(
-    "--to",
-    type=click.Path(path_type=Path, dir_okay=False),
-    required=True,
-    metavar="FILE",
-    help="The file to write, *.html or *.pdf.",
-)
+@to_file("The file to write, *.html or *.pdf.", required=True)
 @AS_JSON
 @OUT
 def share(page: str, to: Path, as_json: bool, out: Path) -> None:
@@ -42,6 +35,6 @@ def share(page: str, to: Path, as_json: bool, out: Path) -> None:
         size = share_page(found, to)
     if as_json:
         record = {"schema": "rig2sea/share/1", "page": str(found), "file": str(to), "bytes": size}
-        click.echo(json.dumps(record, indent=1))
+        print_json(record)
         return
-    click.echo(translate(f"{to}: {found}, {size / 1e6:.2f} MB"))
+    say(f"{to}: {found}, {size / 1e6:.2f} MB")

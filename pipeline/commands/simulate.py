@@ -2,11 +2,12 @@
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from pipeline.commands.common.options import AS_JSON, OUT, RAW, ValuesCommand
+from pipeline.commands.common.options import AS_JSON, OUT, RAW, ValuesCommand, several, to_file
+from pipeline.commands.common.say import print_json, say, warn
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -30,31 +31,27 @@ if TYPE_CHECKING:
     metavar="ID:KEY=VALUE...",
     help="Switch an effect on, ID:key=value[,key=value][@thruster]; may be given several times.",
 )
-@click.option(
+@several(
     "--release",
-    multiple=True,
-    metavar="MODULE@S...",
-    help="Release a payload module of the vehicle file after so many seconds.",
+    "MODULE@S...",
+    "Release a payload module of the vehicle file after so many seconds.",
 )
-@click.option("--attach", multiple=True, metavar="MODULE@S...", help="Attach one that lies still.")
-@click.option(
+@several("--attach", "MODULE@S...", "Attach one that lies still.")
+@several(
     "--winch",
-    multiple=True,
-    metavar="SPEED@S...",
-    help="Drive the tether's winch from S seconds on, m/s, positive pays out, 0 brakes.",
+    "SPEED@S...",
+    "Drive the tether's winch from S seconds on, m/s, positive pays out, 0 brakes.",
 )
-@click.option(
-    "--to",
-    "to",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="The log to write, *.mcap.",
-)
+@to_file("The log to write, *.mcap.")
 @click.option(
     "--amplitude", type=float, default=1.0, show_default=True, help="Size of the manoeuvre."
 )
 @click.option(
-    "--duration", type=float, metavar="S", help="Length in seconds.  [default: the manoeuvre's]"
+    "--duration",
+    "duration_s",
+    type=float,
+    metavar="S",
+    help="Length in seconds.  [default: the manoeuvre's]",
 )
 @click.option("--seed", type=int, default=0, show_default=True, help="Seed of the sensor noise.")
 @click.option(
@@ -67,6 +64,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--step",
+    "step_s",
     type=float,
     metavar="S",
     help="Integration step in seconds.  [default: 0.02, less where a shaft needs it]",
@@ -80,25 +78,15 @@ if TYPE_CHECKING:
 @AS_JSON
 @RAW
 @OUT
-def simulate(  # noqa: PLR0917 - click passes every option by its name
+def simulate(
+    *,
     vehicle: str | None,
     manoeuvre: str | None,
     log: Path | None,
-    effects: tuple[str, ...],
-    release: tuple[str, ...],
-    attach: tuple[str, ...],
-    winch: tuple[str, ...],
     to: Path | None,
-    amplitude: float,
-    duration: float | None,
-    seed: int,
-    allocator: Literal["general", "paper", "paper-mooring"],
-    step: float | None,
-    start: str | None,
     show_list: bool,
     as_json: bool,
-    raw: Path,
-    out: Path,
+    **request: Any,  # noqa: ANN401 - fields of the request
 ) -> None:
     r"""Simulate a manoeuvre, or the commands of a log, and write what would have been logged.
 
@@ -130,32 +118,13 @@ def simulate(  # noqa: PLR0917 - click passes every option by its name
         raise click.UsageError(f"--run: there is no file {log}.")
     from pipeline.actions.simulation import SimulationRequest, simulate_to_file
 
-    result = simulate_to_file(
-        SimulationRequest(
-            vehicle,
-            to,
-            manoeuvre=manoeuvre,
-            log=log,
-            effects=effects,
-            attach=attach,
-            release=release,
-            winch=winch,
-            amplitude=amplitude,
-            duration_s=duration,
-            seed=seed,
-            allocator=allocator,
-            step_s=step,
-            start=start,
-            raw=raw,
-            out=out,
-        )
-    )
+    request |= {"manoeuvre": manoeuvre, "log": log}
+    result = simulate_to_file(SimulationRequest(vehicle, to, **request))
     if as_json:
-        click.echo(json.dumps(result.to_json(), indent=1))
+        print_json(result.to_json())
         return
-    for warning in result.warnings:
-        click.echo(translate(f"warning: {warning}"), err=True)
-    click.echo(translate(_text(result)))
+    warn(result.warnings)
+    say(_text(result))
 
 
 def _text(result: "SimulationResult") -> str:

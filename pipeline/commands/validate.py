@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from pipeline.commands.common.end import end_with
-from pipeline.commands.common.options import AS_JSON, RAW
+from pipeline.commands.common.options import AS_JSON, RAW, RESULTS, to_file
+from pipeline.commands.common.say import end_with, print_json, say
 from pipeline.language import translate
 
 if TYPE_CHECKING:
@@ -16,22 +16,10 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("vehicle")
-@click.option(
-    "--to",
-    "to",
-    type=click.Path(path_type=Path, dir_okay=False),
-    metavar="FILE",
-    help="Also write the result there, as --json prints it.",
-)
+@to_file("Also write the result there, as --json prints it.")
 @AS_JSON
 @RAW
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that gets processed/ and reports/.  [default: here]",
-)
+@RESULTS
 def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path) -> None:
     r"""Fly a vehicle in simulation with its own tables, with and without speed compensation.
 
@@ -60,9 +48,9 @@ def validate(vehicle: str, to: Path | None, as_json: bool, raw: Path, out: Path)
 
         write_atomically(to, json.dumps(body, indent=1) + "\n")
     if as_json:
-        click.echo(json.dumps(body, indent=1))
+        print_json(body)
     else:
-        click.echo(translate(_text(result.vehicle, result.record)))
+        say(_text(result.vehicle, result.record))
         pictures = result.page or f"Pictures: rig2sea run {result.vehicle}, then its report."
         click.echo(f"\n{result.file}\n{translate(str(pictures))}")
     end_with(result.refused)

@@ -1,31 +1,19 @@
 """``rig2sea watch``."""
 
 import time
-from pathlib import Path
+from typing import Any
 
 import click
 
-from pipeline.commands.common.options import NumberRange
-from pipeline.language import translate
+from pipeline.commands.common.options import ALL_RAW, CORES, RESULTS, VEHICLES, NumberRange
+from pipeline.commands.common.say import say
 
 
 @click.command()
-@click.argument("vehicles", nargs=-1, metavar="[VEHICLE]...")
-@click.option(
-    "--raw",
-    type=click.Path(path_type=Path),
-    default=Path("raw"),
-    metavar="DIR",
-    help="Folder that holds a folder for each vehicle.  [default: raw]",
-)
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path),
-    default=Path(),
-    metavar="DIR",
-    help="Folder that gets processed/ and reports/.  [default: here]",
-)
-@click.option("--cores", type=click.IntRange(1), metavar="N", help="Cores to use.  [default: all]")
+@VEHICLES
+@ALL_RAW
+@RESULTS
+@CORES
 @click.option(
     "--every",
     "every_s",
@@ -45,15 +33,7 @@ from pipeline.language import translate
     help="Seconds that a file must stay as it is; ten times that for a log that was not closed.",
 )
 @click.option("--once", is_flag=True, help="Run what is whole, then end.")
-def watch(  # noqa: PLR0917 - click passes every option by its name
-    vehicles: tuple[str, ...],
-    raw: Path,
-    out: Path,
-    cores: int | None,
-    every_s: float,
-    settle_s: float,
-    once: bool,
-) -> None:
+def watch(*, every_s: float, settle_s: float, once: bool, **request: Any) -> None:  # noqa: ANN401 - fields of the request
     r"""Run the workflow whenever a file lands in raw/, and say where the new report is.
 
     A file counts when it is whole: unchanged for a while, and a log closed by its recorder. One
@@ -70,7 +50,7 @@ def watch(  # noqa: PLR0917 - click passes every option by its name
     from pipeline.workflow.start import StoppedError
     from pipeline.workflow.watch import Habits, Watcher
 
-    watcher = Watcher(RunRequest(vehicles, raw, out, cores), Habits(every_s, settle_s))
+    watcher = Watcher(RunRequest(**request), Habits(every_s, settle_s))
     try:
         if once:
             vehicles_to_run(watcher.request)
@@ -79,16 +59,16 @@ def watch(  # noqa: PLR0917 - click passes every option by its name
             _say(watcher.look())
             _say([f"left for later, not whole yet: {path}" for path in watcher.still_coming])
             raise click.exceptions.Exit(1 if watcher.failed else 0)
-        click.echo(translate(f"Watching {raw}; Ctrl-C ends it."))
+        say(f"Watching {watcher.request.raw}; Ctrl-C ends it.")
         while True:
             _say(watcher.look())
             time.sleep(every_s)
     except (KeyboardInterrupt, StoppedError):
-        click.echo(translate("Stopped watching. The next start goes on from here."), err=True)
+        say("Stopped watching. The next start goes on from here.", err=True)
         if once:  # who asked for one look was not given it; a watch has no other end
             raise click.exceptions.Exit(1) from None
 
 
 def _say(lines: list[str]) -> None:
     for line in lines:
-        click.echo(translate(line), err=line.startswith("error: "))
+        say(line, err=line.startswith("error: "))

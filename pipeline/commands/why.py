@@ -1,12 +1,12 @@
 """``rig2sea why``."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 
 import click
 
 from pipeline.commands.common.options import AS_JSON, OUT, RAW
+from pipeline.commands.common.say import print_json, say
 from pipeline.language import translate
 
 
@@ -40,7 +40,10 @@ def why(vehicle: str, cell: tuple[str, ...], as_json: bool, raw: Path, out: Path
         shown = {**asdict(stated), "schema": "rig2sea/why/1", "file": str(stated.file)}
         if stated.change is not None:
             shown["change"] = stated.change.model_dump(mode="json")
-        click.echo(json.dumps(shown, indent=1) if as_json else translate(stated_text(stated)))
+        if as_json:
+            print_json(shown)
+        else:
+            say(stated_text(stated))
         return
     answer = find(vehicle, cell, raw, out)
     click.echo(to_json(answer) if as_json else translate(as_text(answer)))

@@ -6,7 +6,7 @@ from pipeline.records.day_diagnosis import DayDiagnosis, RunDiagnosis
 from pipeline.records.day_findings import agree, day_findings
 from pipeline.records.diagnosis import DiagnosisRecord
 from pipeline.records.trial import StoredRun
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.run_diagnosis import diagnosed, measured, reference_for, to_diagnose
 
 #: Seconds of each run that the diagnosis of all together takes.
@@ -14,41 +14,34 @@ TOGETHER_S = 40.0
 _APART = "the runs do not agree, so no answer holds for all of them."
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> DayDiagnosis:
     """Combine the answers of the runs; diagnose them together where they agree."""
-
-    def compute() -> DayDiagnosis:
-        own = [
-            (name, envelope.record, envelope.why_not or "")
-            for name, envelope in job.all_in("run_diagnoses", "run_diagnosis", RunDiagnosis)
-        ]
-        alone = {
-            name: one.record for name, one, _ in own if one is not None and one.record is not None
-        }
-        without = {
-            name: one.why_not if one is not None else why
-            for name, one, why in own
-            if name not in alone
-        }
-        together, why_not, against = _together(job, alone)
-        told = [one.against for _, one, _ in own if one is not None and one.record is not None]
-        next_run = together.next_run if together is not None else None
-        findings = day_findings(alone, together)
-        if next_run is None and findings:
-            next_run = alone[findings[0].runs[0]].next_run
-        return DayDiagnosis(
-            vehicle=job.vehicle_name,
-            day=job.output.stem,
-            against=against or next(iter(dict.fromkeys(told)), ""),
-            findings=findings,
-            together=together,
-            why_not_together=why_not,
-            without=without,
-            next_run=next_run,
-            why_not="" if alone else next(iter(without.values()), "the day has no runs."),
-        )
-
-    return write_record(job, compute)
+    own = [
+        (name, envelope.record, envelope.why_not or "")
+        for name, envelope in job.all_in("run_diagnoses", "run_diagnosis", RunDiagnosis)
+    ]
+    alone = {name: one.record for name, one, _ in own if one is not None and one.record is not None}
+    without = {
+        name: one.why_not if one is not None else why for name, one, why in own if name not in alone
+    }
+    together, why_not, against = _together(job, alone)
+    told = [one.against for _, one, _ in own if one is not None and one.record is not None]
+    next_run = together.next_run if together is not None else None
+    findings = day_findings(alone, together)
+    if next_run is None and findings:
+        next_run = alone[findings[0].runs[0]].next_run
+    return DayDiagnosis(
+        vehicle=job.vehicle_name,
+        day=job.output.stem,
+        against=against or next(iter(dict.fromkeys(told)), ""),
+        findings=findings,
+        together=together,
+        why_not_together=why_not,
+        without=without,
+        next_run=next_run,
+        why_not="" if alone else next(iter(without.values()), "the day has no runs."),
+    )
 
 
 def _together(

@@ -3,13 +3,10 @@
 from pipeline.identify.drive import fit_drive
 from pipeline.records.fits import DriveFit
 from pipeline.records.measurements import LoadTestRecord
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> DriveFit:
     """Fit M(n, N)."""
-
-    def compute() -> DriveFit:
-        return fit_drive(job.needed("load_test", LoadTestRecord), job.vehicle())
-
-    return write_record(job, compute)
+    return fit_drive(job.needed("load_test", LoadTestRecord), job.vehicle())

@@ -12,35 +12,32 @@ from pipeline.export.c_source import VoltageTables, voltage_tables
 from pipeline.export.firmware import write_firmware
 from pipeline.provenance import file_digest, unwritable
 from pipeline.records.fits import FirmwareCharacteristic, InverseCharacteristic
-from pipeline.stages.job import Job, NotMeasuredError, write_record
+from pipeline.stages.job import Job, NotMeasuredError, leaves_record
 from pipeline.stages.receipt import FirmwareFiles
 from pipeline.vehicle.schema import Gate
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> FirmwareFiles:
     """Write the sources into ``firmware/``: all of them, or none."""
-
-    def compute() -> FirmwareFiles:
-        folder = job.output.parent / "firmware"
-        try:
-            shutil.rmtree(folder, ignore_errors=True)
-            vehicle = job.vehicle()
-            made, voltages = {}, {}
-            for name in vehicle.used_types:
-                inverse = job.of_type(name).needed("inverse", InverseCharacteristic)
-                if inverse.firmware is None:
-                    raise NotMeasuredError(
-                        "The inverse characteristic has no firmware form. "
-                        + " ".join(inverse.explanations)
-                    )
-                _refuse_failed(inverse, vehicle.accept)
-                made[name] = inverse.firmware
-                voltages[name] = voltage_tables(inverse)
-            return _write_whole(job, made, voltages, folder)
-        except OSError as error:
-            raise unwritable(folder, error) from error
-
-    return write_record(job, compute)
+    folder = job.output.parent / "firmware"
+    try:
+        shutil.rmtree(folder, ignore_errors=True)
+        vehicle = job.vehicle()
+        made, voltages = {}, {}
+        for name in vehicle.used_types:
+            inverse = job.of_type(name).needed("inverse", InverseCharacteristic)
+            if inverse.firmware is None:
+                raise NotMeasuredError(
+                    "The inverse characteristic has no firmware form. "
+                    + " ".join(inverse.explanations)
+                )
+            _refuse_failed(inverse, vehicle.accept)
+            made[name] = inverse.firmware
+            voltages[name] = voltage_tables(inverse)
+        return _write_whole(job, made, voltages, folder)
+    except OSError as error:
+        raise unwritable(folder, error) from error
 
 
 def _refuse_failed(inverse: InverseCharacteristic, accepted: Mapping[Gate, str]) -> None:

@@ -1,8 +1,9 @@
 """What a stage is given, how it reads the results before it, and how it leaves its own."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import wraps
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -23,10 +24,12 @@ from pipeline.provenance import (
     write_envelope,
 )
 from pipeline.records.base import Record
+from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.vehicle.load import load_vehicle
 from pipeline.vehicle.schema import Vehicle
 
 R = TypeVar("R", bound=Record)
+M = TypeVar("M", LoadTestRecord, MooringRecord, OpenWaterRecord)
 
 
 class NotMeasuredError(CannotComputeError):
@@ -67,26 +70,23 @@ class Job:
         """The folder that the vehicle's folder lies in."""
         return self.vehicle_file.parent.parent
 
-    def raw_files(self, called: str) -> tuple[Path, ...]:
-        """Return the raw files of this stage's kind.
+    def measured(self, read: Callable[[Sequence[Path], Vehicle, Path], M]) -> M:
+        """Read the raw files of this stage's kind; the record names those that were refused.
 
         Raises
         ------
         NotMeasuredError
-            When there are none, not even one that is misnamed.
+            When there are none, not even one that was not read for its name.
         """
         room = self.vehicle_file.parent / self.stage / self.folder.thruster_type
         files = tuple(path for path in self.inputs if path.parent == room)
-        if not files and not self.misnamed_files():
-            where = room.as_posix()
-            raise NotMeasuredError(f"There are no {called} files in {where}.")
-        return files
-
-    def misnamed_files(self) -> tuple[Problem, ...]:
-        """Return a problem for every raw file of this kind that was not read for its name."""
-        room = self.vehicle_file.parent / self.stage / self.folder.thruster_type
         shown = room.relative_to(self.raw_root).as_posix()
-        return self.folder.misnamed_problems(self.stage, shown)
+        misnamed: tuple[Problem, ...] = self.folder.misnamed_problems(self.stage, shown)
+        if not files and not misnamed:
+            called = self.stage.replace("_", "-")
+            raise NotMeasuredError(f"There are no {called} files in {room.as_posix()}.")
+        record: M = read(files, self.vehicle(), self.raw_root)
+        return record.model_copy(update={"problems": (*misnamed, *record.problems)})
 
     def vehicle(self) -> Vehicle:
         """Read the vehicle file; for a further type of thruster what its bench needs of it."""
@@ -226,6 +226,36 @@ def write_record(job: Job, compute: Callable[[], Record], *, failure_is_error: b
     )
     write_envelope(job.output, envelope)
     return "" if why_not is None else f"left out. {why_not}"
+
+
+def leaves_record(compute: Callable[[Job], Record | tuple[Record, str]]) -> Callable[[Job], str]:
+    """Make a stage of what computes its record; a text beside the record is told of it.
+
+    Parameters
+    ----------
+    compute : callable
+        Reads the inputs and returns the record, or record and text; see `write_record`.
+
+    Returns
+    -------
+    callable
+        Writes the envelope; returns the text, or the reason why there is no record.
+    """
+
+    @wraps(compute)
+    def run(job: Job) -> str:
+        told = ""
+
+        def record() -> Record:
+            nonlocal told
+            found = compute(job)
+            if isinstance(found, tuple):
+                found, told = found
+            return found
+
+        return write_record(job, record) or told
+
+    return run
 
 
 def _lower(text: str) -> str:

@@ -5,7 +5,7 @@ from pipeline.ingest.mcap_start import day_of
 from pipeline.ingest.pool_run import read_pool_run, resample, summarize
 from pipeline.provenance import file_digest
 from pipeline.records.trial import StoredRun
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.run_table_file import write_tables
 
 #: Finer than the motion of any vehicle here; a sensor that is faster has its noise folded back.
@@ -15,28 +15,25 @@ MOST_ROWS = 720_000
 SLOWEST_RATE_HZ = 1.0
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> StoredRun:
     """Read the log; one that cannot be read leaves its message and no table."""
     log = next(path for path in job.inputs if is_log_name(path.name))
     arrays = job.output.with_name(f"{job.output.stem}.npz")
-
-    def compute() -> StoredRun:
-        found = read_pool_run(log, job.vehicle(), job.raw_root)
-        rate = min(TABLE_RATE_HZ, max(MOST_ROWS / max(found.duration_s, 1.0), SLOWEST_RATE_HZ))
-        table = resample(found, rate, by_step=True)
-        write_tables(arrays, {"measured": table})
-        summary = summarize(found)
-        return StoredRun.model_validate(
-            {
-                **{name: getattr(summary, name) for name in type(summary).model_fields},
-                "run": job.output.stem,
-                "day": day_of(log),
-                "table_rate_hz": rate,
-                "quantities": tuple(sorted(table.values)),
-                "notes_of_table": table.notes,
-                "files": {arrays.as_posix(): file_digest(arrays)},
-            }
-        )
-
     arrays.unlink(missing_ok=True)
-    return write_record(job, compute)
+    found = read_pool_run(log, job.vehicle(), job.raw_root)
+    rate = min(TABLE_RATE_HZ, max(MOST_ROWS / max(found.duration_s, 1.0), SLOWEST_RATE_HZ))
+    table = resample(found, rate, by_step=True)
+    write_tables(arrays, {"measured": table})
+    summary = summarize(found)
+    return StoredRun.model_validate(
+        {
+            **{name: getattr(summary, name) for name in type(summary).model_fields},
+            "run": job.output.stem,
+            "day": day_of(log),
+            "table_rate_hz": rate,
+            "quantities": tuple(sorted(table.values)),
+            "notes_of_table": table.notes,
+            "files": {arrays.as_posix(): file_digest(arrays)},
+        }
+    )

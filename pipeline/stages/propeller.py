@@ -3,13 +3,10 @@
 from pipeline.identify.propeller import fit_propeller
 from pipeline.records.fits import PropellerFit
 from pipeline.records.measurements import OpenWaterRecord
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> PropellerFit:
     """Fit K_T(J) and K_M(J)."""
-
-    def compute() -> PropellerFit:
-        return fit_propeller(job.needed("open_water", OpenWaterRecord), job.vehicle())
-
-    return write_record(job, compute)
+    return fit_propeller(job.needed("open_water", OpenWaterRecord), job.vehicle())

@@ -17,7 +17,7 @@ from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun
 from pipeline.report.plain_words import short_finding
 from pipeline.simulate.context import model_of
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.run_table_file import read_tables
 from pipeline.types import FloatArray
 
@@ -34,33 +34,22 @@ _MOVES = 0.02
 _FILE = "the vehicle file"
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> RunDiagnosis | tuple[RunDiagnosis, str]:
     """Diagnose the run; where that cannot be, leave why."""
-    said: list[str] = []
-
-    def compute() -> RunDiagnosis:
-        stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
-        found = RunDiagnosis(
-            vehicle=job.vehicle_name, run=stored.run, day=stored.day, against=_FILE
-        )
-        try:
-            one = to_diagnose(job)
-            healthy, against = reference_for(job, one, (stored.run,))
-            record, used = diagnosed(one, [measured(stored, one)], healthy)
-        except CannotComputeError as error:
-            if is_of_the_machine(error):
-                raise
-            return found.model_copy(update={"why_not": str(error)})
-        said.append(short_finding(day_findings({stored.run: record})[0]))
-        return found.model_copy(
-            update={
-                "against": against,
-                "stretches": used,
-                "record": record,
-            }
-        )
-
-    return write_record(job, compute) or (said[0] if said else "")
+    stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
+    found = RunDiagnosis(vehicle=job.vehicle_name, run=stored.run, day=stored.day, against=_FILE)
+    try:
+        one = to_diagnose(job)
+        healthy, against = reference_for(job, one, (stored.run,))
+        record, used = diagnosed(one, [measured(stored, one)], healthy)
+    except CannotComputeError as error:
+        if is_of_the_machine(error):
+            raise
+        return found.model_copy(update={"why_not": str(error)})
+    told = short_finding(day_findings({stored.run: record})[0])
+    whole = {"against": against, "stretches": used, "record": record}
+    return found.model_copy(update=whole), told
 
 
 def to_diagnose(job: Job) -> "SimulatedVehicle":

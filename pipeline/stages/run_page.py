@@ -5,7 +5,6 @@ from pathlib import Path
 from pipeline.ingest.log_names import is_log_name
 from pipeline.plan import report_file
 from pipeline.provenance import Envelope, file_digest
-from pipeline.records.glance import Glance
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, PageReceipt, RunTrial, StoredRun
 from pipeline.report.assets import placed
@@ -14,50 +13,46 @@ from pipeline.report.html import write_page
 from pipeline.report.links import address_from
 from pipeline.report.run_page import run_line, run_page
 from pipeline.report.run_results import RunResults
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.run_table_file import read_tables
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> tuple[PageReceipt, str]:
     """Write the page; of a log that cannot be read it says why."""
     page = job.more_outputs[0]
     kept = job.output.with_suffix(".html")
     kept.unlink(missing_ok=True)
-    said: list[Glance] = []
-
-    def compute() -> PageReceipt:
-        ((name, stored),) = job.all_in("pool", "pool_run", StoredRun)
-        ((_, trial),) = job.all_in("run_trials", "run_trial", RunTrial)
-        results = _results(job, page, name, stored, trial)
-        day = stored.record.day if stored.record is not None else ""
-        flown = tuple(dict.fromkeys(one.name for one in results.manoeuvres))
-        glance = run_glance(
-            job.vehicle_name,
-            name,
-            None,
-            Flown({name: flown}),
-            None if results.trial is None else results.trial.gains,
-            unreadable=results.why_not_read,
-        )
-        said.append(glance)
-        assets = placed(page.parents[2] / "assets", page)
-        write_page(run_page(results, _crumbs(job, page, day), assets, glance), page)
-        write_page(page.read_text(encoding="utf-8"), kept)
-        return PageReceipt(
-            kind="run",
-            name=name,
-            files={kept.as_posix(): file_digest(kept)},
-            page=page.as_posix(),
-            glance=glance,
-            manoeuvres=flown,
-            title=name,
-            errors=results.errors,
-            warnings=results.warnings,
-            line=run_line(results),
-        )
-
-    return write_record(job, compute) or (said[0].short if said else "")
+    ((name, stored),) = job.all_in("pool", "pool_run", StoredRun)
+    ((_, trial),) = job.all_in("run_trials", "run_trial", RunTrial)
+    results = _results(job, page, name, stored, trial)
+    day = stored.record.day if stored.record is not None else ""
+    flown = tuple(dict.fromkeys(one.name for one in results.manoeuvres))
+    glance = run_glance(
+        job.vehicle_name,
+        name,
+        None,
+        Flown({name: flown}),
+        None if results.trial is None else results.trial.gains,
+        unreadable=results.why_not_read,
+    )
+    assets = placed(page.parents[2] / "assets", page)
+    write_page(run_page(results, _crumbs(job, page, day), assets, glance), page)
+    write_page(page.read_text(encoding="utf-8"), kept)
+    receipt = PageReceipt(
+        kind="run",
+        name=name,
+        files={kept.as_posix(): file_digest(kept)},
+        page=page.as_posix(),
+        glance=glance,
+        manoeuvres=flown,
+        title=name,
+        errors=results.errors,
+        warnings=results.warnings,
+        line=run_line(results),
+    )
+    return receipt, glance.short
 
 
 def _results(

@@ -21,7 +21,7 @@ from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, RunTrial, StoredRun
 from pipeline.simulate.context import model_of
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.run_table_file import read_tables, write_tables
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.sensor_schema import Sensors
@@ -34,35 +34,32 @@ if TYPE_CHECKING:
 FREE_PREFIX = "/sim/free_run"
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> RunTrial:
     """Simulate the run; a vehicle without a model leaves why not, and the manoeuvres."""
-
-    def compute() -> RunTrial:
-        stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
-        table = read_tables(Path(next(iter(stored.files))))["measured"]
-        vehicle = job.vehicle()
-        found = RunTrial(
-            vehicle=job.vehicle_name,
-            run=stored.run,
-            day=stored.day,
-            start_time_ns=stored.start_time_ns,
-            duration_s=stored.duration_s,
-            manoeuvres=_manoeuvres(table, vehicle),
-            commands_at_limit=_at_limit(table, vehicle),
-            without_commands_s=_without_commands(table),
-        )
-        try:
-            with with_reason("the comparison with the model"):
-                found = _simulated(job, stored, table, found)
-        except CannotComputeError as error:
-            if is_of_the_machine(error):
-                raise
-            found = found.model_copy(update={"why_not": str(error), "why_no_gains": str(error)})
-        return found.model_copy(update={"warnings": trial_warnings(found)})
-
     for left in (_arrays(job), _overlay(job)):
         left.unlink(missing_ok=True)
-    return write_record(job, compute)
+    stored = job.needed_at(f"pool/{job.output.name}", "pool_run", StoredRun)
+    table = read_tables(Path(next(iter(stored.files))))["measured"]
+    vehicle = job.vehicle()
+    found = RunTrial(
+        vehicle=job.vehicle_name,
+        run=stored.run,
+        day=stored.day,
+        start_time_ns=stored.start_time_ns,
+        duration_s=stored.duration_s,
+        manoeuvres=_manoeuvres(table, vehicle),
+        commands_at_limit=_at_limit(table, vehicle),
+        without_commands_s=_without_commands(table),
+    )
+    try:
+        with with_reason("the comparison with the model"):
+            found = _simulated(job, stored, table, found)
+    except CannotComputeError as error:
+        if is_of_the_machine(error):
+            raise
+        found = found.model_copy(update={"why_not": str(error), "why_no_gains": str(error)})
+    return found.model_copy(update={"warnings": trial_warnings(found)})
 
 
 def _arrays(job: Job) -> Path:

@@ -11,7 +11,7 @@ from pipeline.inputs.no_solution import with_reason
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import StoredRun, TrialDay
 from pipeline.simulate.context import model_of
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.run_table_file import read_tables
 from pipeline.vehicle.model_schema import Uncertainty
 from pipeline.vehicle.sensor_schema import Sensors
@@ -24,24 +24,21 @@ BUDGET_S = 120.0
 MOST_STEPS = 20
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> TrialDay:
     """Identify from the day's most exciting runs; a fit that fails leaves why."""
-
-    def compute() -> TrialDay:
-        envelopes = job.all_in("pool", "pool_run", StoredRun)
-        stored = [one.record for _, one in envelopes if one.record is not None]
-        day = TrialDay(
-            vehicle=job.vehicle_name,
-            day=job.output.stem,
-            runs=tuple(name for name, _ in envelopes),
-            broken=tuple(name for name, one in envelopes if one.record is None),
-        )
-        try:
-            return _identified(job, stored, day)
-        except CannotComputeError as error:
-            return day.model_copy(update={"why_not": str(error), "why_no_gains": str(error)})
-
-    return write_record(job, compute)
+    envelopes = job.all_in("pool", "pool_run", StoredRun)
+    stored = [one.record for _, one in envelopes if one.record is not None]
+    day = TrialDay(
+        vehicle=job.vehicle_name,
+        day=job.output.stem,
+        runs=tuple(name for name, _ in envelopes),
+        broken=tuple(name for name, one in envelopes if one.record is None),
+    )
+    try:
+        return _identified(job, stored, day)
+    except CannotComputeError as error:
+        return day.model_copy(update={"why_not": str(error), "why_no_gains": str(error)})
 
 
 def _identified(job: Job, stored: list[StoredRun], day: TrialDay) -> TrialDay:

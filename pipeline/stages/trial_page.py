@@ -19,84 +19,77 @@ from pipeline.report.numbers import plural
 from pipeline.report.run_page import status_text
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.trial_page import day_counts, day_page
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> tuple[PageReceipt, str]:
     """Write the page."""
     page, day = job.more_outputs[0], job.output.stem
-    said: list[Glance] = []
-
-    def compute() -> PageReceipt:
-        days = job.all_in("trial_days", "trial_day", TrialDay)
-        trials = {name: one.record for name, one in days if one.record is not None}
-        tables = dict(job.all_in("day_tables", "day_tables", DayTables))
-        now = tables.pop(day, None)
-        before = next(iter(tables.values()), None)
-        pages = job.all_in("run_pages", "run_page", PageReceipt)
-        runs = tuple(one.record for _, one in pages if one.record is not None)
-        told = {
-            name: one.record
-            for name, one in job.all_in("day_diagnoses", "day_diagnosis", DayDiagnosis)
-        }
-        flown = Flown(
-            {one.name: one.manoeuvres for one in runs},
-            tuple(one.name for one in runs if one.errors),
-        )
-        last = next((told[name] for name in sorted(told, reverse=True) if name < day), None)
-        glance = day_glance(job.vehicle_name, day, told.get(day), flown, last)
-        runs = tuple(_completed(job, one, told.get(day), glance) for one in runs)
-        results = DayResults(
-            vehicle=job.vehicle(),
-            day=day,
-            trial=trials.get(day) or TrialDay(vehicle=job.vehicle_name, day=day, runs=()),
-            earlier={name: one for name, one in trials.items() if name < day},
-            runs=runs,
-            links={one.name: address_from(page, one.address) for one in runs},
-            glance=glance,
-            diagnosis=told.get(day),
-            compared=_compared(trials, day),
-            tables=None if now is None else now.record,
-            tables_before=None if before is None else before.record,
-            provenance={
-                **page_provenance((one for name, one in days if name == day), results=True),
-                "code of trial_page": job.code,
-            },
-        )
-        crumbs = (
-            ("All vehicles", address_from(page, "reports/index.html")),
-            (job.vehicle_name, address_from(page, report_file(job.vehicle_name))),
-        )
-        write_page(day_page(results, crumbs, placed(page.parents[2] / "assets", page)), page)
-        said.append(glance)
-        errors, warnings = day_counts(results)
-        fit = results.trial.identification
-        return PageReceipt(
-            kind="day",
-            name=day,
-            files={
-                path.as_posix(): file_digest(path)
-                for path in (page, *(Path(one.address) for one in runs))
-            },
-            page=page.as_posix(),
-            glance=glance,
-            title=f"Trial day {day}",
-            errors=errors,
-            warnings=warnings,
-            line=_line(results, errors, warnings),
-            runs=tuple(
-                RunLine(name=one.name, line=one.line, page=one.address, glance=one.glance)
-                for one in sorted(runs, key=lambda one: rank(one.glance))
-            ),
-            parameters=()
-            if fit is None
-            else tuple(one for one in fit.parameters if one.identified),
-            gains=() if results.trial.gains is None else results.trial.gains.pooled,
-            settled=results.trial.settled,
-        )
-
-    return write_record(job, compute) or (said[0].short if said else "")
+    days = job.all_in("trial_days", "trial_day", TrialDay)
+    trials = {name: one.record for name, one in days if one.record is not None}
+    tables = dict(job.all_in("day_tables", "day_tables", DayTables))
+    now = tables.pop(day, None)
+    before = next(iter(tables.values()), None)
+    pages = job.all_in("run_pages", "run_page", PageReceipt)
+    runs = tuple(one.record for _, one in pages if one.record is not None)
+    told = {
+        name: one.record for name, one in job.all_in("day_diagnoses", "day_diagnosis", DayDiagnosis)
+    }
+    flown = Flown(
+        {one.name: one.manoeuvres for one in runs},
+        tuple(one.name for one in runs if one.errors),
+    )
+    last = next((told[name] for name in sorted(told, reverse=True) if name < day), None)
+    glance = day_glance(job.vehicle_name, day, told.get(day), flown, last)
+    runs = tuple(_completed(job, one, told.get(day), glance) for one in runs)
+    results = DayResults(
+        vehicle=job.vehicle(),
+        day=day,
+        trial=trials.get(day) or TrialDay(vehicle=job.vehicle_name, day=day, runs=()),
+        earlier={name: one for name, one in trials.items() if name < day},
+        runs=runs,
+        links={one.name: address_from(page, one.address) for one in runs},
+        glance=glance,
+        diagnosis=told.get(day),
+        compared=_compared(trials, day),
+        tables=None if now is None else now.record,
+        tables_before=None if before is None else before.record,
+        provenance={
+            **page_provenance((one for name, one in days if name == day), results=True),
+            "code of trial_page": job.code,
+        },
+    )
+    crumbs = (
+        ("All vehicles", address_from(page, "reports/index.html")),
+        (job.vehicle_name, address_from(page, report_file(job.vehicle_name))),
+    )
+    write_page(day_page(results, crumbs, placed(page.parents[2] / "assets", page)), page)
+    errors, warnings = day_counts(results)
+    fit = results.trial.identification
+    receipt = PageReceipt(
+        kind="day",
+        name=day,
+        files={
+            path.as_posix(): file_digest(path)
+            for path in (page, *(Path(one.address) for one in runs))
+        },
+        page=page.as_posix(),
+        glance=glance,
+        title=f"Trial day {day}",
+        errors=errors,
+        warnings=warnings,
+        line=_line(results, errors, warnings),
+        runs=tuple(
+            RunLine(name=one.name, line=one.line, page=one.address, glance=one.glance)
+            for one in sorted(runs, key=lambda one: rank(one.glance))
+        ),
+        parameters=() if fit is None else tuple(one for one in fit.parameters if one.identified),
+        gains=() if results.trial.gains is None else results.trial.gains.pooled,
+        settled=results.trial.settled,
+    )
+    return receipt, glance.short
 
 
 def _completed(job: Job, run: PageReceipt, told: DayDiagnosis | None, day: Glance) -> PageReceipt:

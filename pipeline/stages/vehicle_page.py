@@ -27,7 +27,7 @@ from pipeline.report.results import TrialDayLink
 from pipeline.report.sections.trials import has_trend
 from pipeline.report.site import index_entry
 from pipeline.report.vehicle_page import VehicleResults, vehicle_page
-from pipeline.stages.job import Job, write_record
+from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.receipt import DayLine, FirmwareFiles, PageFile
 from pipeline.vehicle.load import vehicle_notes
@@ -46,32 +46,29 @@ MODELS: dict[str, type[Record]] = {
 }
 
 
-def run(job: Job) -> str:
+@leaves_record
+def run(job: Job) -> PageFile:
     """Write the page."""
     page = job.more_outputs[0]
-
-    def compute() -> PageFile:
-        envelopes = {stage: job.envelope(stage, MODELS[stage]) for stage in RECORD_STAGES}
-        results = _results(job, page, envelopes)
-        write_page(vehicle_page(results, assets=placed(page.parents[1] / "assets", page)), page)
-        entry = index_entry(results, page.relative_to("reports").as_posix())
-        return PageFile(
-            files={page.as_posix(): file_digest(page)},
-            title=entry.title,
-            name=job.vehicle_name,
-            href=entry.href,
-            data_note=entry.data_note,
-            errors=entry.status.errors,
-            warnings=entry.status.warnings,
-            failed_checks=entry.status.failed_checks,
-            not_computed=entry.status.not_computed,
-            glance=entry.glance,
-            bench=bench_line(job.vehicle_name, results.inverse, results.mooring),
-            days=_for_index(results, page),
-            trend_href=f"{entry.href}#trend" if has_trend(results) else "",
-        )
-
-    return write_record(job, compute)
+    envelopes = {stage: job.envelope(stage, MODELS[stage]) for stage in RECORD_STAGES}
+    results = _results(job, page, envelopes)
+    write_page(vehicle_page(results, assets=placed(page.parents[1] / "assets", page)), page)
+    entry = index_entry(results, page.relative_to("reports").as_posix())
+    return PageFile(
+        files={page.as_posix(): file_digest(page)},
+        title=entry.title,
+        name=job.vehicle_name,
+        href=entry.href,
+        data_note=entry.data_note,
+        errors=entry.status.errors,
+        warnings=entry.status.warnings,
+        failed_checks=entry.status.failed_checks,
+        not_computed=entry.status.not_computed,
+        glance=entry.glance,
+        bench=bench_line(job.vehicle_name, results.inverse, results.mooring),
+        days=_for_index(results, page),
+        trend_href=f"{entry.href}#trend" if has_trend(results) else "",
+    )
 
 
 def _results(job: Job, page: Path, envelopes: dict[str, Envelope[Any]]) -> VehicleResults:

@@ -23,7 +23,40 @@ def folder(option: str, default: str, meaning: str) -> Callable[[_F], _F]:
 
 RAW = folder("--raw", "raw", "Where a VEHICLE that is a name is looked for.  [default: raw]")
 OUT = folder("--out", "", "Folder that holds processed/.  [default: here]")
-AS_JSON = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+#: Of commands that work on all vehicles, and write results of any kind.
+ALL_RAW = folder("--raw", "raw", "Folder that holds a folder for each vehicle.  [default: raw]")
+RESULTS = folder("--out", "", "Folder that gets processed/ and reports/.  [default: here]")
+VEHICLES = click.argument("vehicles", nargs=-1, metavar="[VEHICLE]...")
+CORES = click.option(
+    "--cores", type=click.IntRange(1), metavar="N", help="Cores to use.  [default: all]"
+)
+
+
+def json_option(meaning: str = "Print one JSON object.") -> Callable[[_F], _F]:
+    """Make the option that prints for a machine."""
+    return click.option("--json", "as_json", is_flag=True, help=meaning)
+
+
+AS_JSON = json_option()
+
+
+def to_folder(meaning: str, *, required: bool = False) -> Callable[[_F], _F]:
+    """Make the option that takes the folder of what is written."""
+    kind = click.Path(path_type=Path, file_okay=False)
+    return click.option("--to", type=kind, required=required, metavar="DIR", help=meaning)
+
+
+def to_file(
+    meaning: str, option: str = "--to", *, shown: str = "FILE", required: bool = False
+) -> Callable[[_F], _F]:
+    """Make an option that takes a file to write."""
+    kind = click.Path(path_type=Path, dir_okay=False)
+    return click.option(option, type=kind, required=required, metavar=shown, help=meaning)
+
+
+def several(option: str, metavar: str, meaning: str) -> Callable[[_F], _F]:
+    """Make an option that may be given several times."""
+    return click.option(option, multiple=True, metavar=metavar, help=meaning)
 
 
 #: Parameters of commands that name what is written, by the user's will.

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 from pipeline.actions import bench_diagnosis
-from pipeline.actions.bench_diagnosis import TableRequest, diagnose_table
+from pipeline.actions.bench_diagnosis import diagnose_table
+from pipeline.actions.diagnosis_request import DiagnosisRequest
 from pipeline.errors import CannotComputeError, InputError
 
 VEHICLE = """\
@@ -27,7 +28,7 @@ def table(folder: Path, text: str) -> Path:
 
 def diagnosed(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bench_diagnosis, "_model", lambda *_: (None, ()))
-    diagnose_table(TableRequest(str(file.parent), (str(file),)))
+    diagnose_table(DiagnosisRequest(str(file.parent), (str(file),)))
 
 
 def test_a_fault_is_told_whatever_words_its_column_has(
