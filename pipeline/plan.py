@@ -6,7 +6,7 @@ Light on purpose: the Snakefile and the command line both start with it.
 import difflib
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -85,8 +85,20 @@ class VehicleFolder:
 
     def digest_names(self, kind: str, base: Path | None = None) -> set[str]:
         """Return the raw files of one kind as results name them."""
-        files = self.raw_files(kind, base)
-        return {self.digest_prefix + file.removeprefix(f"{self.folder}/") for file in files}
+        return self.names_in_results(self.raw_files(kind, base))
+
+    def names_in_results(self, files: Iterable[str]) -> set[str]:
+        """Return what results call files, of which some lie in the vehicle's folder."""
+        own = f"{self.folder}/"
+        return {
+            f"{self.digest_prefix}{one.removeprefix(own)}" if one.startswith(own) else one
+            for one in files
+        }
+
+    def place_of(self, out: Path, name: str) -> Path:
+        """Return where the file lies that results call by a name."""
+        inside = name.removeprefix(self.digest_prefix)
+        return out / name if inside == name else out / self.folder / inside
 
     def _room(self, kind: str) -> str:
         """Return the folder of a kind of test, within the vehicle's."""

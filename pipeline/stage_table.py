@@ -16,14 +16,19 @@ class Stage:
     run, each day, or all vehicles together. `needs` are the stages of the vehicle whose results it
     reads; what a stage of a run or a day reads beside these is in `workflow.pool_plan`. `of_types`
     are those of further types of thruster that it reads, too. `room` is the folder of its results,
-    of stages that have one a run or a day. `leaves` is what its result holds: a record, a receipt
-    for other files, or, of ``tables.json``, a form of its own.
+    of stages that have one a run or a day; `page` that of its pages among the reports, and `beside`
+    are the endings of what lies with its results. One that is `history` stays as it was once its
+    day is past. `leaves` is what its result holds: a record, a receipt for other files, or, of
+    ``tables.json``, a form of its own.
     """
 
     title: str
     of: Literal["vehicle", "run", "day", "all"]
     needs: tuple[str, ...] = ()
     room: str = ""
+    page: str = ""
+    beside: tuple[str, ...] = ()
+    history: bool = False
     of_types: tuple[str, ...] = ()
     leaves: Literal["record", "receipt", "tables"] = "record"
 
@@ -57,14 +62,16 @@ STAGES: dict[str, Stage] = {
         of_types=("inverse", "tables"),
         leaves="receipt",
     ),
-    "pool_run": Stage("pool run", "run", room="pool"),
-    "run_trial": Stage("pool run against simulation", "run", BENCH, "run_trials"),
-    "run_page": Stage("page of the run", "run", room="run_pages"),
+    "pool_run": Stage("pool run", "run", room="pool", beside=(".npz",)),
+    "run_trial": Stage(
+        "pool run against simulation", "run", BENCH, "run_trials", beside=(".npz", ".mcap")
+    ),
+    "run_page": Stage("page of the run", "run", room="run_pages", page="runs", beside=(".html",)),
     "run_diagnosis": Stage("diagnosis of the run", "run", BENCH, "run_diagnoses"),
     "trial_day": Stage("identification of the day", "day", BENCH, "trial_days"),
     "day_diagnosis": Stage("diagnosis of the day", "day", BENCH, "day_diagnoses"),
-    "day_tables": Stage("tables of the day", "day", ("inverse",), "day_tables"),
-    "trial_page": Stage("page of the trial day", "day", room="trial_pages"),
+    "day_tables": Stage("tables of the day", "day", ("inverse",), "day_tables", history=True),
+    "trial_page": Stage("page of the trial day", "day", room="trial_pages", page="trials"),
     "vehicle_page": Stage(
         "report",
         "vehicle",

@@ -8,13 +8,12 @@ import errno
 import os
 import shutil
 from collections.abc import Callable, Sequence
-from functools import partial
 from pathlib import Path
 
 from pipeline.plan import MISNAMED, RAW_KINDS, VEHICLE_FILE, VehicleFolder, processed_file
 from pipeline.provenance import code_digest, unwritable
 from pipeline.stage_table import STAGES, stages_of
-from pipeline.workflow.known_files import KnownFiles, misfits
+from pipeline.workflow.known_files import KnownFiles
 
 
 def due_stages(
@@ -80,21 +79,12 @@ def _is_fresh(  # noqa: PLR0917 - one caller
     path: Path, stage: str, code: str, vehicle: VehicleFolder, out: Path, known: KnownFiles
 ) -> bool:
     head = known.head(path, stage)
-    if head is None:
-        return False
     expected = None
-    if stage in RAW_KINDS:
+    if stage in RAW_KINDS and head is not None:
         expected = {f"{vehicle.digest_prefix}{VEHICLE_FILE}", *vehicle.digest_names(stage, out)}
         shown = vehicle.digest_prefix.removeprefix("raw/")
         room = f"{shown}{stage}/{vehicle.thruster_type}/".replace("//", "/")
         badly = {room + name for name in vehicle.misnamed_files(stage, out)}
         if badly != {one["place"]["file"] for one in head.problems if one["what"] == MISNAMED}:
             return False
-    place = partial(place_of, vehicle, out)
-    return next(misfits(head, code, place, known.digest, expected), None) is None
-
-
-def place_of(vehicle: VehicleFolder, out: Path, name: str) -> Path:
-    """Return where the file lies that results of a vehicle call by a name."""
-    inside = name.removeprefix(vehicle.digest_prefix)
-    return out / name if inside == name else out / vehicle.folder / inside
+    return known.fits(head, code, vehicle, out, expected)

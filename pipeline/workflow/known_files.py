@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from pipeline.errors import InputError
+from pipeline.plan import VehicleFolder
 from pipeline.provenance import (
     UNREADABLE,
     file_digest,
@@ -65,10 +66,11 @@ def read_head(path: Path, kind: str) -> Head:
     )
 
 
-def misfits(
+def misfits(  # noqa: PLR0917 - what a result is compared with
     head: Head,
     code: str,
-    place: Callable[[str], Path],
+    vehicle: VehicleFolder,
+    out: Path,
     digest: Callable[[Path], str],
     expected: Collection[str] | None = None,
 ) -> Iterator[str]:
@@ -80,8 +82,10 @@ def misfits(
         What the result says of itself.
     code : str
         Digest of the code that would make it now.
-    place : callable
-        Where the file lies that a result calls by a name.
+    vehicle : VehicleFolder
+        The vehicle that it is of.
+    out : Path
+        The folder of ``processed/``.
     digest : callable
         Digest of a file as it is now.
     expected : collection of str, optional
@@ -90,7 +94,7 @@ def misfits(
     if head.code != code:
         yield "the program has changed since"
     for name, known in sorted((head.inputs | head.files).items()):
-        now = digest(place(name))
+        now = digest(vehicle.place_of(out, name))
         if now != known or (
             expected is not None and name not in expected and name not in head.files
         ):
@@ -140,6 +144,19 @@ class KnownFiles:
         if found != UNREADABLE and _is_settled(mark):
             self.digests[key] = [mark, found]
         return found
+
+    def fits(
+        self,
+        head: Head | None,
+        code: str,
+        vehicle: VehicleFolder,
+        out: Path,
+        expected: Collection[str] | None = None,
+    ) -> bool:
+        """Whether there is a result, and `misfits` has nothing against it."""
+        if head is None:
+            return False
+        return next(misfits(head, code, vehicle, out, self.digest, expected), None) is None
 
     def head(self, path: Path, kind: str) -> Head | None:
         """Return what a processed file says, None when it is absent, broken or edited."""

@@ -8,13 +8,12 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from pipeline.plan import RECORD_STAGES, TITLES, VehicleFolder, processed_file
 from pipeline.provenance import code_digest, file_digest, read_raw_envelope, read_tables
-from pipeline.workflow.freshness import place_of
 from pipeline.workflow.known_files import Head, misfits
 
 
@@ -108,9 +107,9 @@ def _link(
     inputs: Mapping[str, str] = body["inputs"]
     code_now, path = code_digest(f"pipeline.stages.{stage}"), out / relative
     there = vehicle.digest_names(stage, out)
-    digest, place = cache(file_digest), partial(place_of, vehicle, out)
+    digest = cache(file_digest)
     head = Head(body["code"], dict(inputs), {}, None, ())
-    stale = misfits(head, code_now, place, digest, there | inputs.keys())
+    stale = misfits(head, code_now, vehicle, out, digest, there | inputs.keys())
     links: list[Link] = []
     raw: list[Raw] = []
     read = _points(body.get("record"))
@@ -119,7 +118,7 @@ def _link(
         is_result = name == processed_file(vehicle.name, before) and before in RECORD_STAGES
         if not is_result:
             points = read.get(name.removeprefix("raw/"), ())
-            raw.append(Raw(name, known, digest(place(name)), points))
+            raw.append(Raw(name, known, digest(vehicle.place_of(out, name)), points))
         elif before not in spare and (only is None or before in only) and _is_before(before, stage):
             links.append(
                 _link(vehicle, out, before, read_raw_envelope(out / name, before), spare=spare)

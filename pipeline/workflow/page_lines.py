@@ -6,8 +6,7 @@ from pathlib import Path
 from pipeline.errors import InputError
 from pipeline.provenance import read_envelope
 from pipeline.records.trial import PageReceipt
-from pipeline.workflow.pool_plan import ROOMS
-from pipeline.workflow.pool_runs import run_file
+from pipeline.workflow.pool_runs import result_file
 from pipeline.workflow.run import Result
 
 
@@ -33,7 +32,7 @@ def _receipt(page: str, out: Path) -> PageReceipt | None:
     _, vehicle, kind, file = page.split("/", 3)
     stage = "run_page" if kind == "runs" else "trial_page"
     try:
-        path = out / run_file(vehicle, ROOMS[stage], file.removesuffix(".html"))
+        path = out / result_file(vehicle, stage, file.removesuffix(".html"))
         return read_envelope(path, stage, PageReceipt).record
     except InputError:
         return None

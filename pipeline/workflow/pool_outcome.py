@@ -6,13 +6,11 @@ from pathlib import Path
 from pipeline.plan import VehicleFolder
 from pipeline.workflow.known_files import KnownFiles
 from pipeline.workflow.outcome import Outcome, by_severity, problems_of, with_path
-from pipeline.workflow.pool_plan import ROOMS, PoolPlan
+from pipeline.workflow.pool_plan import PoolPlan
 from pipeline.workflow.pool_runs import (
-    day_page_file,
     day_problems,
     pool_problems,
-    run_file,
-    run_page_file,
+    result_file,
 )
 
 
@@ -28,7 +26,7 @@ def with_pool(
     found += day_problems(vehicle.name, plan.logs.values(), days)
     for run in plan.logs:
         for stage in ("pool_run", "run_trial"):
-            head = known.head(out / run_file(vehicle.name, ROOMS[stage], run), stage)
+            head = known.head(out / result_file(vehicle.name, stage, run), stage)
             if head is not None:
                 found += [one for one in problems_of(head.problems) if one.severity == "error"]
     shown = tuple(with_path(problem, vehicle, out) for problem in found)
@@ -37,7 +35,9 @@ def with_pool(
 
 def new_pages(plan: PoolPlan, out: Path) -> tuple[str, ...]:
     """Return the pages of runs and days that this run has made, days last."""
-    one = plan.vehicle
-    pages = [run_page_file(one, run) for run in plan.pending.get("run_page", ())]
-    pages += [day_page_file(one, day) for day in plan.pending.get("trial_page", ())]
-    return tuple(page for page in pages if (out / page).is_file())
+    made = [
+        plan.outputs(stage, item)[1]
+        for stage in ("run_page", "trial_page")
+        for item in plan.pending.get(stage, ())
+    ]
+    return tuple(page for page in made if (out / page).is_file())

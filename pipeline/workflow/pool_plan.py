@@ -5,9 +5,9 @@ are finished files to it, so a run costs what is new and not what there is.
 """
 
 from bisect import bisect_left
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -16,22 +16,17 @@ from pipeline.ingest.mcap_start import day_of
 from pipeline.plan import VehicleFolder, processed_file
 from pipeline.provenance import code_digest, read_raw_envelope
 from pipeline.stage_table import STAGES, stages_of
-from pipeline.workflow.freshness import place_of
-from pipeline.workflow.known_files import Head, KnownFiles, misfits
+from pipeline.workflow.known_files import Head, KnownFiles
 from pipeline.workflow.pool_batches import Batch, batches
 from pipeline.workflow.pool_runs import (
     UNDATED,
     PoolLog,
     by_day,
-    day_page_file,
     log_size,
     pool_logs,
-    run_file,
-    run_page_file,
+    result_file,
 )
 
-#: Stage -> folder of its results under ``processed/<vehicle>/``.
-ROOMS = {name: stage.room for name, stage in STAGES.items() if stage.room}
 RUN_STAGES, DAY_STAGES = stages_of("run"), stages_of("day")
 #: The trend of a day's page goes back over this many trial days.
 TREND_DAYS = 30
@@ -99,7 +94,7 @@ class PoolPlan:
         return read if stage == "trial_day" else []
 
     def _of_runs(self, stage: str, runs: Sequence[str]) -> list[str]:
-        return [run_file(self.vehicle, ROOMS[stage], run) for run in runs]
+        return [result_file(self.vehicle, stage, run) for run in runs]
 
     def _page_inputs(self, day: str) -> list[str]:
         """Return what the page of a day reads: of that day, and of those before it."""
@@ -109,24 +104,22 @@ class PoolPlan:
             "day_tables": (*earlier[-1:], day),
             "day_diagnosis": (*earlier[-1:], day),
         }
-        read = [
-            run_file(self.vehicle, ROOMS[stage], one) for stage, own in days.items() for one in own
-        ]
+        read = [result_file(self.vehicle, stage, one) for stage, own in days.items() for one in own]
         runs = self.days[day]
         return [*read, *self._of_runs("run_page", runs), *self._of_runs("run_diagnosis", runs)]
 
     def outputs(self, stage: str, item: str) -> list[str]:
         """Return the files that a stage declares for a run or a day."""
-        first = run_file(self.vehicle, ROOMS[stage], item)
-        if stage == "run_page":
-            return [first, run_page_file(self.vehicle, item)]
-        if stage == "trial_page":
-            return [first, day_page_file(self.vehicle, item)]
-        return [first]
+        first, page = result_file(self.vehicle, stage, item), STAGES[stage].page
+        return [first, f"reports/{self.vehicle}/{page}/{item}.html"] if page else [first]
+
+    def is_history(self, stage: str, item: str) -> bool:
+        """Whether a result is of a past day, and is to stay as it was then."""
+        return STAGES[stage].history and item != self.latest
 
     def page_receipts(self) -> list[str]:
         """Return the receipts of the days' pages, in order of time."""
-        return [run_file(self.vehicle, ROOMS["trial_page"], day) for day in self.days]
+        return [result_file(self.vehicle, "trial_page", day) for day in self.days]
 
 
 def plan_pool(
@@ -174,14 +167,17 @@ def plan_pool(
             code = code_digest(f"pipeline.stages.{stage}") if items else ""
             due = []
             for item in items:
-                path = out / plan.outputs(stage, item)[0]
-                head = known.head(path, stage)
-                anew = force and not (stage == "day_tables" and item != plan.latest)
-                if (
-                    anew
-                    or head is None
-                    or not _fits(head, code, vehicle, out, plan, stage, item, known, gone)
-                ):
+                head = known.head(out / plan.outputs(stage, item)[0], stage)
+                if plan.is_history(stage, item):
+                    stays = head is not None and all(
+                        known.digest(out / name) == own for name, own in head.files.items()
+                    )
+                else:
+                    files = plan.inputs(stage, item, vehicle.vehicle_file)
+                    names = vehicle.names_in_results(files)
+                    stays = not force and gone.isdisjoint(files)
+                    stays = stays and known.fits(head, code, vehicle, out, names)
+                if not stays:
                     due.append(item)
                     gone.update(_left_by(plan, stage, item, head))
             if due:
@@ -207,35 +203,6 @@ def sound_of_reference(path: Path, logs: Mapping[str, PoolLog]) -> tuple[str, ..
     return tuple(name for name in names if name in logs)
 
 
-def _fits(  # noqa: PLR0917 - one caller
-    head: Head,
-    code: str,
-    vehicle: VehicleFolder,
-    out: Path,
-    plan: PoolPlan,
-    stage: str,
-    item: str,
-    known: KnownFiles,
-    gone: set[str],
-) -> bool:
-    """Whether a result was made by this code from these files as they are now, none of them gone.
-
-    Tables of a past day are history: they need but be whole.
-    """
-    if stage == "day_tables" and item != plan.latest:
-        return all(known.digest(out / name) == own for name, own in head.files.items())
-    files = plan.inputs(stage, item, vehicle.vehicle_file)
-    if not gone.isdisjoint(files):
-        return False
-    own = f"{vehicle.folder}/"
-    names = {
-        f"{vehicle.digest_prefix}{one.removeprefix(own)}" if one.startswith(own) else one
-        for one in files
-    }
-    place = partial(place_of, vehicle, out)
-    return next(misfits(head, code, place, known.digest, names), None) is None
-
-
 def _left_by(plan: PoolPlan, stage: str, item: str, head: Head | None) -> list[str]:
     """Return all files of a result that go with it; pages of runs stay until they are replaced."""
     if stage == "trial_page":
@@ -246,7 +213,7 @@ def _left_by(plan: PoolPlan, stage: str, item: str, head: Head | None) -> list[s
 def _page_misses(vehicle: VehicleFolder, out: Path, plan: PoolPlan, known: KnownFiles) -> bool:
     """Whether the vehicle's page was made with other trial days than there are."""
     head = known.head(out / processed_file(vehicle.name, "vehicle_page"), "vehicle_page")
-    room = f"processed/{vehicle.name}/{ROOMS['trial_page']}/"
+    room = result_file(vehicle.name, "trial_page", "").removesuffix(".json")
     return head is not None and {name for name in head.inputs if name.startswith(room)} != set(
         plan.page_receipts()
     )
@@ -255,30 +222,23 @@ def _page_misses(vehicle: VehicleFolder, out: Path, plan: PoolPlan, known: Known
 def _orphans(vehicle: str, out: Path, plan: PoolPlan) -> list[str]:
     """Return results of runs and days that are no longer there."""
     found = []
-    rooms: list[tuple[str, str, Callable[[str], bool]]] = [
-        (f"processed/{vehicle}/{ROOMS[stage]}", ".json", plan.logs.__contains__)
-        for stage in RUN_STAGES
-    ]
-    rooms += [
-        (f"processed/{vehicle}/pool", ".npz", plan.logs.__contains__),
-        (f"processed/{vehicle}/run_trials", ".npz", plan.logs.__contains__),
-        (f"processed/{vehicle}/run_trials", ".mcap", plan.logs.__contains__),
-        (f"reports/{vehicle}/runs", ".html", plan.logs.__contains__),
-        (f"processed/{vehicle}/run_pages", ".html", plan.logs.__contains__),
-        *(
-            (f"processed/{vehicle}/{ROOMS[stage]}", ".json", plan.days.__contains__)
-            for stage in ("trial_day", "day_diagnosis", "trial_page")
-        ),
-        (f"reports/{vehicle}/trials", ".html", plan.days.__contains__),
-    ]
-    for room, ending, is_known in rooms:
+    rooms: list[tuple[str, str, Collection[str]]] = []
+    for stage in (*RUN_STAGES, *DAY_STAGES):
+        own = STAGES[stage]
+        there = plan.logs if own.of == "run" else plan.days
+        if not own.history:
+            processed = f"processed/{vehicle}/{own.room}"
+            rooms += [(processed, ending, there) for ending in (".json", *own.beside)]
+        if own.page:
+            rooms.append((f"reports/{vehicle}/{own.page}", ".html", there))
+    for room, ending, kept in rooms:
         folder = out / room
         if folder.is_dir():
             found += [
                 f"{room}/{path.name}"
                 for path in folder.iterdir()
                 if _is_left(path.name)
-                or (path.name.endswith(ending) and not is_known(path.name[: -len(ending)]))
+                or (path.name.endswith(ending) and path.name[: -len(ending)] not in kept)
             ]
     return found
 

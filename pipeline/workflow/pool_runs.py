@@ -19,6 +19,7 @@ from pipeline.ingest.log_names import (
 )
 from pipeline.ingest.mcap_start import dates_in
 from pipeline.plan import POOL, VehicleFolder, is_raw, printable
+from pipeline.stage_table import STAGES
 
 UNDATED = "undated"
 _PLAIN = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,99}")
@@ -182,16 +183,6 @@ def by_day(days: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
     return {day: tuple(found[day]) for day in sorted(found, key=lambda day: (day == UNDATED, day))}
 
 
-def run_file(vehicle: str, room: str, run: str, ending: str = ".json") -> str:
-    """Path of a file of one run or one day, from the output folder."""
-    return f"processed/{vehicle}/{room}/{run}{ending}"
-
-
-def run_page_file(vehicle: str, run: str) -> str:
-    """Path of a run's page, from the output folder."""
-    return f"reports/{vehicle}/runs/{run}.html"
-
-
-def day_page_file(vehicle: str, day: str) -> str:
-    """Path of a trial day's page, from the output folder."""
-    return f"reports/{vehicle}/trials/{day}.html"
+def result_file(vehicle: str, stage: str, item: str) -> str:
+    """Path of a stage's result of one run or one day, from the output folder."""
+    return f"processed/{vehicle}/{STAGES[stage].room}/{item}.json"

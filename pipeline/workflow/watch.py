@@ -16,8 +16,7 @@ from pipeline.ingest.mcap_start import is_closed
 from pipeline.plan import POOL, RAW_KINDS, VEHICLE_FILE, UsageError, VehicleFolder, choose
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.page_lines import page_lines
-from pipeline.workflow.pool_plan import ROOMS
-from pipeline.workflow.pool_runs import file_names, run_file, run_name
+from pipeline.workflow.pool_runs import file_names, result_file, run_name
 from pipeline.workflow.progress import Progress
 from pipeline.workflow.run import Result, RunRequest, run
 from pipeline.workflow.summary import failure_line
@@ -154,7 +153,7 @@ class Watcher:
                 return True
             if is_log_name(path.name):
                 name = path.name if path.parent == pool else f"{path.parent.name}/{BAG_FILE}"
-                result = run_file(vehicle.name, ROOMS["pool_run"], run_name(name))
+                result = result_file(vehicle.name, "pool_run", run_name(name))
                 if (self.request.out / result).is_file():
                     return True
         return False
