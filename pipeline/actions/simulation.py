@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -264,33 +265,19 @@ def _metadata(case: _Case, flight: _Flight) -> dict[str, str]:
 def _write(case: _Case, flight: _Flight, log: Log, loads: Sequence[LatchLoad]) -> None:
     """Write the log; of a replay everything under /sim, beside what was measured."""
     request, one = case.request, case.one
-    density, gravity = one.vehicle.water.density_kgpm3, one.vehicle.water.gravity_mps2
-    more = _attached_topics(case.tethered, loads)
-    metadata = _metadata(case, flight)
-    if request.log is None:
-        write_run_log(
-            request.to,
-            log,
-            vehicle_name=one.name,
-            density_kgpm3=density,
-            gravity_mps2=gravity,
-            truth=flight.trajectory,
-            more=more,
-            metadata=metadata,
-            start_time_ns=flight.start_ns,
-        )
-        return
-    write_overlay(
-        request.to,
-        RecordedFile(request.log, str(request.log)),
-        log,
+    write = (
+        partial(write_run_log, request.to, log)
+        if request.log is None
+        else partial(write_overlay, request.to, RecordedFile(request.log, str(request.log)), log)
+    )
+    write(
         vehicle_name=one.name,
-        density_kgpm3=density,
-        gravity_mps2=gravity,
+        density_kgpm3=one.vehicle.water.density_kgpm3,
+        gravity_mps2=one.vehicle.water.gravity_mps2,
         start_time_ns=flight.start_ns,
         truth=flight.trajectory,
-        more=more,
-        metadata=metadata,
+        more=_attached_topics(case.tethered, loads),
+        metadata=_metadata(case, flight),
     )
 
 

@@ -1,6 +1,5 @@
 """``rig2sea simulate``."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,7 +7,6 @@ import click
 
 from pipeline.commands.common.options import AS_JSON, OUT, RAW, ValuesCommand, several, to_file
 from pipeline.commands.common.say import print_json, say, warn
-from pipeline.language import translate
 
 if TYPE_CHECKING:
     from pipeline.actions.simulation import SimulationResult
@@ -106,7 +104,7 @@ def simulate(
       rig2sea simulate --list
     """
     if show_list:
-        click.echo(_manoeuvres(as_json) if as_json else translate(_manoeuvres(as_json)))
+        _list_manoeuvres(as_json=as_json)
         return
     if vehicle is None:
         raise click.UsageError("Missing argument 'VEHICLE'.")
@@ -166,16 +164,14 @@ def _latches(result: "SimulationResult") -> list[str]:
     return lines
 
 
-def _manoeuvres(as_json: bool) -> str:
+def _list_manoeuvres(*, as_json: bool) -> None:
     from pipeline.simulate.manoeuvres import MANOEUVRES
 
+    every = MANOEUVRES.values()
     if as_json:
-        rows = [
-            {"name": one.name, "purpose": one.purpose, "duration_s": one.duration_s}
-            for one in MANOEUVRES.values()
-        ]
-        return json.dumps({"schema": "rig2sea/manoeuvres/1", "manoeuvres": rows}, indent=1)
+        keys = ("name", "purpose", "duration_s")
+        rows = [{key: getattr(one, key) for key in keys} for one in every]
+        print_json({"schema": "rig2sea/manoeuvres/1", "manoeuvres": rows})
+        return
     width = max(len(name) for name in MANOEUVRES)
-    return "\n".join(
-        f"{one.name:{width}}  {one.duration_s:4g} s  {one.purpose}" for one in MANOEUVRES.values()
-    )
+    say("\n".join(f"{one.name:{width}}  {one.duration_s:4g} s  {one.purpose}" for one in every))

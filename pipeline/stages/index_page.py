@@ -40,18 +40,7 @@ def write_whole_index(receipts: Iterable[Path], index: Path) -> None:
             ),
             data_note=record.data_note,
             glance=record.glance,
-            days=tuple(
-                TrialDayLink(
-                    day.name,
-                    day.title,
-                    day.line,
-                    day.href,
-                    day.runs,
-                    glance=day.glance,
-                    lights=day.lights,
-                )
-                for day in record.days
-            ),
+            days=tuple(TrialDayLink(**dict(day)) for day in record.days),
             trend_href=record.trend_href,
             diagnoses=diagnoses.pop(record.name, ()),
         )

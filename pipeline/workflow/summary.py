@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pipeline.errors import InputError
 from pipeline.journal import Event
-from pipeline.plan import MISSING, TITLES, processed_file
+from pipeline.plan import MISSING, TITLES, processed_file, stage_log
 from pipeline.provenance import read_envelope
 from pipeline.report.first_screen import glance_text
 from pipeline.stages.receipt import PageFile
@@ -36,10 +36,7 @@ def summary(result: Result, out: Path) -> Iterator[str]:
     for outcome in result.outcomes:
         yield from (f"error: {p}" for p in outcome.problems if p.severity == "error")
     for event in result.failed:
-        logs = out / "processed" / event.vehicle / "logs"
-        log = (
-            logs / event.stage / f"{event.item}.log" if event.item else logs / f"{event.stage}.log"
-        )
+        log = out / stage_log(event.vehicle, event.stage, event.item)
         yield f"error: {failure_line(event)}\nIts log: {log}"
     if result.done:
         yield from _results(result, out)
