@@ -101,9 +101,16 @@ def _continue(values: FloatArray, tested: BoolArray, code: FloatArray) -> FloatA
 
     `values` has shape (speeds, tested codes, ...), the result (speeds, codes, ...).
     """
-    from scipy.interpolate import make_interp_spline
-
-    return np.asarray(make_interp_spline(code[tested], values, k=1, axis=1)(code))
+    full = np.zeros((values.shape[0], code.size, *values.shape[2:]))
+    full[:, tested] = values  # to the last digit: what is dead is 0
+    known = code[tested]
+    for outside, end, inner in ((code < known[0], 0, 1), (code > known[-1], -1, -2)):
+        if not outside.any():
+            continue
+        slope = (values[:, end] - values[:, inner]) / (known[end] - known[inner])
+        reach = (code[outside] - known[end]).reshape(-1, *[1] * (values.ndim - 2))
+        full[:, outside] = values[:, [end]] + slope[:, None] * reach
+    return full
 
 
 def _above_zero(values: FloatArray, tested: BoolArray) -> FloatArray:
