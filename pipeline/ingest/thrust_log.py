@@ -74,8 +74,8 @@ def read_thrust_log(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet,
             there &= known
         for quantity, header in (("shaft_speed", "shaft_speed_rpm"), ("voltage", "voltage_v")):
             if quantity in table.values:
-                at = table.thrusters.index(name) if quantity == "shaft_speed" else 0
-                columns.append(table.values[quantity][:, at])
+                own_column = table.thrusters.index(name) if quantity == "shaft_speed" else 0
+                columns.append(table.values[quantity][:, own_column])
                 head.append(header)
         sheets.append(_sheet(shown_as, name, tuple(head), np.stack(columns, axis=1)[there]))
     if not sheets:
@@ -109,8 +109,9 @@ def _table(run: PoolRun, place: Place) -> RunTable:
 def _speeds(run: PoolRun, table: RunTable, place: Place) -> tuple[FloatArray, BoolArray] | None:
     """Return nu (m, 6) where it is known, None of a vehicle that is moored."""
     if "velocity" not in table.values:
-        position = table.values.get("position")
-        moved = 0.0 if position is None else float(np.nanmax(np.nanstd(position, axis=0)))
+        moved = 0.0
+        if "position" in table.values and table.valid["position"].any():
+            moved = float(table.values["position"][table.valid["position"]].std(axis=0).max())
         if "velocity_earth" in {one.quantity for one in run.channels.values()} or (
             moved > _MOORED_WITHIN_M
         ):
