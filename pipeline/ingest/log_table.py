@@ -25,6 +25,15 @@ _TIME = re.compile(
 )
 #: Numbers without a unit that are times since 1970 are at least this many of it.
 _SINCE_1970 = (("ns", 1e17), ("us", 1e14), ("ms", 1e11))
+_SPELLINGS = {
+    "µs": "us",
+    "m/s^2": "m/s2",
+    "m/s²": "m/s2",
+    "°": "deg",
+    "°/s": "deg/s",
+    "dps": "deg/s",
+}
+_NO_UNIT = ("", "-", "nan", "<NA>", "None", "quat")
 _BYTES_OF_HEAD = 65_536
 #: Quantities of thrusters -> what stands before the name of one, and after it.
 _OF_THRUSTERS: Mapping[str, tuple[str, ...]] = {
@@ -46,6 +55,10 @@ def read_table(path: Path, shown_as: str) -> TableLog:
     place = Place(shown_as)
     frame = _frame(path, place)
     heads = [_split(str(name)) for name in frame.columns]
+    under = _units_under(frame)
+    if under:
+        frame = frame.iloc[1:]
+        heads = [(name, unit or own) for (name, unit), own in zip(heads, under, strict=True)]
     index = next((i for i, (name, _) in enumerate(heads) if _TIME.fullmatch(name)), None)
     if index is None:
         named = ", ".join(name for name, _ in heads[:12])
@@ -66,7 +79,7 @@ def read_table(path: Path, shown_as: str) -> TableLog:
             units.setdefault(field, unit)
     size = path.stat().st_size
     facts = LogFacts(place, size, size, writer="a table", recorder="names of columns")
-    facts.usual = tuple(_usual(units))
+    facts.usual = tuple(_usual(units, facts))
     return TableLog({TOPIC: TopicTable(time_ns, columns)}, facts)
 
 
@@ -131,9 +144,15 @@ def _split(head: str) -> tuple[str, str]:
     """
     match = _HEAD.fullmatch(head)
     name, unit = (match["name"], match["unit"].strip()) if match else (head.strip(), "")
-    return name.strip().lower(), {"µs": "us", "m/s^2": "m/s2", "m/s²": "m/s2", "°": "deg"}.get(
-        unit, unit
-    )
+    return name.strip().lower(), _SPELLINGS.get(unit, unit)
+
+
+def _units_under(frame: Any) -> list[str]:  # noqa: ANN401  of pandas
+    """Return the units of a row of units under the names, nothing where the first row is none."""
+    cells = [] if frame.empty else [one.strip(" []()") for one in frame.iloc[0].astype(str)]
+    units = ["" if one in _NO_UNIT else _SPELLINGS.get(one, one) for one in cells]
+    known = {unit for every in UNITS.values() for unit in every} | set(CLOCK_UNITS_NS)
+    return units if {*units} - {""} and {*units} <= {"", *known} else []
 
 
 def _field(name: str) -> str:
@@ -178,8 +197,8 @@ def _times(
     return whole.astype(np.int64) * factor + rest, sound
 
 
-def _usual(units: Mapping[str, str]) -> list[PoolChannel]:
-    """Return the channels that the names of columns tell."""
+def _usual(units: Mapping[str, str], facts: LogFacts) -> list[PoolChannel]:
+    """Return the channels that the names of columns tell, and say whose unit is not known."""
     found = []
     for quantity, choices in data_of("topics")["columns"].items():
         for names in choices:
@@ -187,7 +206,7 @@ def _usual(units: Mapping[str, str]) -> list[PoolChannel]:
             if all(field is not None for field in fields):
                 known = [field for field in fields if field is not None]
                 order = {"order": "wxyz"} if quantity == "attitude_quaternion" else {}
-                found += _channel(quantity, known, units, **order)
+                found += _channel(quantity, known, units, facts, **order)
                 break
     for quantity, begins in _OF_THRUSTERS.items():
         columns = {
@@ -197,7 +216,7 @@ def _usual(units: Mapping[str, str]) -> list[PoolChannel]:
             if (match := re.fullmatch(rf"({begin})_(.+)", field)) is not None
         }
         for thruster, field in columns.items():
-            found += _channel(quantity, [field], units, thrusters=(thruster,))
+            found += _channel(quantity, [field], units, facts, thrusters=(thruster,))
     return found
 
 
@@ -214,6 +233,7 @@ def _channel(
     quantity: str,
     fields: Sequence[str],
     units: Mapping[str, str],
+    facts: LogFacts,
     **more: Any,  # noqa: ANN401
 ) -> list[PoolChannel]:
     """Return a channel; none where its unit is not one of the quantity."""
@@ -226,6 +246,9 @@ def _channel(
     stated: dict[str, Any] = {"quantity": quantity, "topic": TOPIC, "field": tuple(fields), **more}
     if unit:
         if unit not in UNITS[quantity]:
+            what = f'"{unit}" of column "{fields[0]}" is no unit of {quantity}; it was not read.'
+            known = f"one of {', '.join(UNITS[quantity])}."
+            facts.problems.append(facts.place.note(what, known, "Correct the head of the column."))
             return []
         stated["unit"] = unit
     return [PoolChannel.model_validate(stated)]

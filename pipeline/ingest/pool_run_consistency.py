@@ -7,6 +7,7 @@ import numpy as np
 from pipeline.errors import CannotComputeError, Place, Problem
 from pipeline.ingest.message_fields import LARGEST, impossible
 from pipeline.ingest.pool_run_down import (
+    depth_too_fast,
     doubtful_depths,
     gravity_against_attitude,
     gravity_against_level,
@@ -78,6 +79,7 @@ def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pro
     rows = _TABLE_HZ * run.duration_s
     if rows > _MOST_ROWS:
         raise CannotComputeError(f"a table of {rows:.0f} rows is too long")
+    yield from depth_too_fast(run, place)
     yield from gravity_against_attitude(run, place)
     yield from _attitude_against_rate(run, place)
     yield from velocity_against_motion(run, vehicle, place)

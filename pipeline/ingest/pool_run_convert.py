@@ -100,7 +100,10 @@ def convert(
     """
     if plan.quantity in PER_THRUSTER:
         return _by_thruster(plan, raw, vehicle, names, guessed)
+    notes: tuple[str, ...] = ()
     unit = plan.unit or next(iter(UNITS[plan.quantity]))
+    if plan.quantity == "attitude_euler" and plan.unit is None and _beyond_radians(raw):
+        unit, notes = "deg", ("angles are taken for deg: they go beyond what radians can be",)
     factor = UNITS[plan.quantity][unit]
     scale = factor * np.array(plan.sign, float)
     if (scale != 1.0).any():
@@ -110,7 +113,7 @@ def convert(
     if plan.quantity == "attitude_euler":
         x, y, z, w = _from_euler(raw).T
         turned = _attitude(plan, np.stack([x, y, z, w], axis=1), order="xyzw")
-        return Converted("attitude", COLUMNS["attitude"], turned, unit)
+        return Converted("attitude", COLUMNS["attitude"], turned, unit, notes)
     if plan.quantity == "pressure":
         return _depth(plan, raw, water, unit)
     if plan.quantity in ("angular_velocity", "specific_force", "velocity"):
@@ -118,6 +121,12 @@ def convert(
     elif plan.quantity in ("position", "velocity_earth"):
         _turn(raw, EARTH[plan.earth_axes])
     return Converted(plan.quantity, COLUMNS[plan.quantity], raw, unit)
+
+
+def _beyond_radians(angles: FloatArray) -> bool:
+    """Tell whether roll, pitch, yaw (k, 3) have angles that no radians have."""
+    largest = np.nanmax(np.abs(angles), axis=0, initial=0.0)
+    return bool((largest > np.array([np.pi, np.pi / 2.0, 2.0 * np.pi]) + 0.01).any())
 
 
 def _turn(vectors: FloatArray, axes: FloatArray) -> None:

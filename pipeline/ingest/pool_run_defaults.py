@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.data_files import data_of
+from pipeline.ingest.message_definitions import Path as FieldPath
 from pipeline.ingest.message_definitions import parse_path
 from pipeline.ingest.message_fields import is_earth
 from pipeline.ingest.pool_run_codec import numbers_below, value_at
@@ -28,7 +29,7 @@ from pipeline.vehicle.schema import Vehicle
 
 @dataclass(frozen=True)
 class Rule:
-    """A rule of ``topics.toml``: a field holds a quantity if the topic's name agrees.
+    """A rule of ``topics.toml``: a field, or several with commas between, holds a quantity.
 
     Its name must fit `topic` and not `but_not`, its type end in `message_type`.
     """
@@ -40,6 +41,19 @@ class Rule:
     topic: str = ""
     but_not: str = ""
     message_type: str = ""
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """The field, or the fields of its components."""
+        return tuple(self.field.split(", "))
+
+    def numbers(self, topic: TopicFound) -> list[FieldPath]:
+        """Return the numbers that a topic's first message has there."""
+        return [
+            number
+            for text in self.fields
+            for number in numbers_below(topic.probe, parse_path(text)[0])
+        ]
 
 
 def _pattern(text: str) -> str:
@@ -200,7 +214,7 @@ def _fits(rule: Rule, topic: TopicFound) -> bool:
         return False
     if rule.but_not and re.search(rule.but_not, topic.name, re.IGNORECASE):
         return False
-    numbers = numbers_below(topic.probe, parse_path(rule.field)[0])
+    numbers = rule.numbers(topic)
     count = COMPONENTS[rule.quantity]
     return bool(numbers) and (count is None or len(numbers) == count)
 
@@ -223,7 +237,7 @@ def _plans(
     for _, topic, rule in found:
         if topic.name in plans or len(plans) == _MOST_CANDIDATES:
             continue
-        channel = PoolChannel(quantity=rule.quantity, topic=topic.name, field=(rule.field,))
+        channel = PoolChannel(quantity=rule.quantity, topic=topic.name, field=rule.fields)
         try:
             plans[topic.name] = plan_channel(channel, topic, thrusters, f"default: {rule.says}")
         except NotThereError as error:
@@ -238,14 +252,14 @@ def _one_topic_each(
     """Take a topic for each thruster: named after it, or numbered in the order of the file."""
     singles: dict[str, tuple[TopicFound, Rule]] = {}
     for _, topic, rule in found:
-        if len(numbers_below(topic.probe, parse_path(rule.field)[0])) == 1:
+        if len(rule.numbers(topic)) == 1:
             singles.setdefault(topic.name, (topic, rule))
     by_thruster = _by_name(list(singles), thrusters) or _by_number(list(singles), thrusters)
     plans = []
     for thruster, name in by_thruster.items():
         topic, rule = singles[name]
         channel = PoolChannel(
-            quantity=rule.quantity, topic=name, field=(rule.field,), thrusters=(thruster,)
+            quantity=rule.quantity, topic=name, field=rule.fields, thrusters=(thruster,)
         )
         try:
             plans.append(

@@ -28,6 +28,8 @@ _STILL_PA = 100.0
 #: One atmosphere and some metres of water, read as pascals above the surface -> the unit it is.
 _ATMOSPHERES = ((800.0, 1500.0, "hPa (mbar)"), (80.0, 150.0, "kPa"))
 _ABOVE_WATER_M = -0.3
+#: Nothing dives or surfaces faster but what falls free. [m/s]
+_FASTEST_MPS = 4.0
 _FEW, _MOVING_M, _AGAINST = 50, 0.03, -0.8
 
 
@@ -191,6 +193,23 @@ def doubtful_depths(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Pr
             "above the water. Its sign, or the pressure at the surface, is another.",
             "depth positive downwards.",
             "State sign: -1, or surface_pressure_pa, under pool: channels in vehicle.yaml.",
+        )
+
+
+def depth_too_fast(run: PoolRun, place: Place) -> Iterator[Problem]:
+    """Say where a depth changes faster than any vehicle sinks or rises."""
+    channel = run.channels.get("depth")
+    if channel is None:
+        return
+    depth = resample(run, _TABLE_HZ, quantities=("depth",)).values["depth"][:, 0]
+    change = np.abs(depth[_SMOOTH:] - depth[:-_SMOOTH]) * _TABLE_HZ / _SMOOTH
+    change = change[np.isfinite(change)]
+    fast = float(np.quantile(change, 0.9)) if change.size > _SMOOTH else 0.0
+    if fast > _FASTEST_MPS:
+        yield place.warning(
+            f"the depth ({channel.topic}) changes by {fast:.3g} m a second for a good part of the "
+            "run, more than is possible: its unit is probably off by a factor such as 100.",
+            remedy="State the unit under pool: channels in vehicle.yaml.",
         )
 
 

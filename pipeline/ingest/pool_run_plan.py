@@ -339,6 +339,8 @@ def _usual_unit(quantity: str, topic: TopicFound) -> tuple[str | None, UnitFrom]
     if quantity == "shaft_speed":
         return ("rad/s", "message") if joints else ("rpm", "assumed")
     usual = next(iter(UNITS[quantity]))
+    if quantity == "attitude_euler":
+        return None, "values"
     standard = topic.message_type.split("/")[0] in ("sensor_msgs", "geometry_msgs", "nav_msgs")
     return usual, "message" if standard else "assumed"
 

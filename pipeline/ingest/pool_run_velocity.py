@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_resample import into_body, resample
+from pipeline.ingest.pool_run_resample import commanded_thrusters, into_body, resample
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -26,6 +26,8 @@ _LASTING = 0.5
 #: Of its size, the share of a velocity across the vehicle that no thruster makes.
 _MOST_ACROSS, _LITTLE_ACROSS = 0.5, 0.25
 _ACROSS_THRUST = 0.2
+#: Of the largest push; less way may be a drift; no vehicle brakes for most of its run. [-, m/s, -]
+_PUSHED, _UNDER_WAY_MPS, _MOSTLY_AGAINST = 0.3, 0.05, 0.8
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,9 @@ def velocity_against_motion(run: PoolRun, vehicle: Vehicle, place: Place) -> lis
         found += [f"the horizontal velocity ({topic}) {said}"] if said else []
     if "attitude" in beside and not found:
         said = _across(table, others, there, vehicle)
+        found += [f"the velocity ({topic}) {said}"] if said else []
+    if not found:
+        said = _against_thrust(run, table, there, vehicle)
         found += [f"the velocity ({topic}) {said}"] if said else []
     remedy = "Check its axes, sign and unit under pool: channels in vehicle.yaml."
     return [place.warning(what, remedy=remedy) for what in found]
@@ -192,6 +197,28 @@ def _across(table: RunTable, others: list[_Reading], rows: BoolArray, vehicle: V
         f"is sideways by {100 * share:.0f} % of its size, and no thruster pushes sideways: the "
         "sensor is mounted turned (sensors: dvl: rotation_deg), its axes are others, or a current "
         "drives the vehicle."
+    )
+
+
+def _against_thrust(run: PoolRun, table: RunTable, rows: BoolArray, vehicle: Vehicle) -> str:
+    """Say where a vehicle goes astern while its thrusters push ahead, or the other way."""
+    if not commanded_thrusters(run):
+        return ""
+    code = np.nan_to_num(resample(run, _TABLE_HZ, quantities=("command",)).values["command"])
+    ahead = {thruster.name: thruster.direction[0] for thruster in vehicle.thrusters}
+    along = np.array([ahead.get(name, 0.0) for name in table.thrusters])
+    push = (code * np.abs(code)) @ along
+    speed = table.values["velocity"][:, 0]
+    driven = rows & (np.abs(push) > _PUSHED * np.abs(push).max()) & (np.abs(speed) > _UNDER_WAY_MPS)
+    if driven.sum() < _LEAST_WINDOWS * _WINDOW:
+        return ""
+    against = float((np.sign(speed[driven]) != np.sign(push[driven])).mean())
+    if against < _MOSTLY_AGAINST:
+        return ""
+    return (
+        f"goes against what the thrusters push in {100 * against:.0f} % of the time: the sensor is "
+        "mounted turned (sensors: dvl: rotation_deg), its axes or the directions of the thrusters "
+        "are others, or a current drives the vehicle."
     )
 
 

@@ -1,0 +1,154 @@
+"""Logs whose units, axes or message types say nothing: the readings tell, or it is said."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pool_logs import (
+    NAMES,
+    SECOND_NS,
+    START_NS,
+    Topic,
+    imu_topic,
+    joints_topic,
+    json_topic,
+    ros_topic,
+    rov,
+    stamp,
+    ticks,
+    vector,
+    write_log,
+)
+
+from pipeline.export.ros2_messages import schema_text
+from pipeline.ingest.pool_run import read_pool_run
+from pipeline.records.run_arrays import PoolRun
+from pipeline.types import FloatArray
+
+TIMES = ticks(400, 20.0)
+T = (np.asarray(TIMES) - START_NS) / SECOND_NS
+EULER = np.stack([0.05 * np.sin(T), 0.04 * np.cos(T), 0.5 + 0.2 * np.sin(0.3 * T)], axis=1)
+DEPTH = 2.0 + 0.5 * np.sin(0.4 * T)
+SPEED = np.stack([0.3 + 0.1 * np.sin(0.5 * T), 0.05 * np.sin(T), 0.2 * np.cos(0.4 * T)], axis=1)
+
+
+def read(path: Path, topics: list[Topic]) -> PoolRun:
+    return read_pool_run(write_log(path / "run.mcap", topics), rov(), path)
+
+
+def said(run: PoolRun, severity: str = "warning") -> str:
+    return "\n".join(one.what for one in run.problems if one.severity == severity)
+
+
+def number(name: str, values: FloatArray) -> Topic:
+    contents = [{"data": float(one)} for one in values]
+    return ros_topic(name, "std_msgs/msg/Float64", TIMES, contents, "float64 data")
+
+
+def table(path: Path, text: str) -> PoolRun:
+    (path / "run.csv").write_text(text, encoding="utf-8")
+    return read_pool_run(path / "run.csv", rov(), path)
+
+
+def rows_of(*columns: FloatArray) -> str:
+    return "".join(",".join(f"{one:.6f}" for one in row) + "\n" for row in np.column_stack(columns))
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        "time,roll,pitch,yaw,depth\n",
+        "time,roll,pitch,yaw,depth\ns,deg,deg,deg,m\n",
+        "Time (s),Roll (°),Pitch (°),Yaw (°),Depth (m)\n",
+    ],
+)
+def test_degrees_by_their_size_or_by_a_row_of_units(heads: str, tmp_path: Path) -> None:
+    run = table(tmp_path, heads + rows_of(T, np.degrees(EULER), DEPTH))
+    yaw = 2.0 * np.arctan2(*run.channels["attitude"].values[:, [3, 0]].T)
+    np.testing.assert_allclose(yaw, EULER[:, 2], atol=3e-3)
+
+
+def test_radians_stay_radians(tmp_path: Path) -> None:
+    run = table(tmp_path, "time,roll,pitch,yaw,depth\n" + rows_of(T, EULER, DEPTH))
+    yaw = 2.0 * np.arctan2(*run.channels["attitude"].values[:, [3, 0]].T)
+    np.testing.assert_allclose(yaw, EULER[:, 2], atol=3e-3)
+
+
+def test_a_column_in_an_unknown_unit_is_named(tmp_path: Path) -> None:
+    run = table(tmp_path, "time [s],p [rev],q [rev],r [rev],depth [m]\n" + rows_of(T, EULER, DEPTH))
+    assert '"rev" of column "p" is no unit of angular_velocity' in said(run, "note")
+
+
+def test_a_depth_that_no_vehicle_dives(tmp_path: Path) -> None:
+    run = read(tmp_path, [imu_topic(TIMES, 0.1 * EULER), number("/depth", 100.0 * DEPTH)])
+    assert "more than is possible" in said(run)
+
+
+def test_a_pressure_stands_for_a_depth_in_another_unit(tmp_path: Path) -> None:
+    pressure = [
+        {"header": {"stamp": stamp(time), "frame_id": ""}, "fluid_pressure": 101325 + 9810 * one}
+        for time, one in zip(TIMES, DEPTH.tolist(), strict=True)
+    ]
+    contents = [{**one, "variance": 0.0} for one in pressure]
+    topic = ros_topic("/pressure", "sensor_msgs/msg/FluidPressure", TIMES, contents)
+    run = read(tmp_path, [number("/depth", 100.0 * DEPTH), topic])
+    assert run.channels["depth"].topic == "/pressure"
+
+
+@pytest.mark.parametrize(("sign", "told"), [(1.0, False), (-1.0, True)])
+def test_a_velocity_against_the_thrust(sign: float, told: bool, tmp_path: Path) -> None:
+    body = SPEED * [sign, sign, 1.0]
+    codes = np.tile([60.0, 60.0, 0.0, 0.0], (len(TIMES), 1))
+    topics = [
+        imu_topic(TIMES, 0.1 * EULER),
+        number("/depth", DEPTH),
+        joints_topic("/thrusters/command", TIMES, [NAMES] * len(TIMES), codes),
+        json_topic(
+            "/dvl",
+            TIMES,
+            [dict(zip(("vx", "vy", "vz"), one, strict=True)) for one in body.tolist()],
+        ),
+    ]
+    run = read(tmp_path, topics)
+    np.testing.assert_allclose(run.channels["velocity"].values, body, atol=1e-9)
+    assert ("against what the thrusters push" in said(run)) == told
+
+
+def test_what_a_dvl_of_waterlinked_calls_invalid(tmp_path: Path) -> None:
+    contents = [
+        {"vx": x, "vy": y, "vz": z, "velocity_valid": not 100 <= number < 120, "type": "velocity"}
+        for number, (x, y, z) in enumerate(SPEED.tolist())
+    ]
+    run = read(tmp_path, [number("/depth", DEPTH), json_topic("/dvl/raw", TIMES, contents)])
+    assert np.flatnonzero(~run.channels["velocity"].usable()).tolist() == list(range(100, 120))
+
+
+def test_messages_of_sbg(tmp_path: Path) -> None:
+    parts = ["std_msgs/Header", "geometry_msgs/Vector3"]
+    below = "".join(f"\n{'=' * 80}\nMSG: {one}\n{schema_text(one)}" for one in parts)
+    heads = [{"stamp": stamp(time), "frame_id": "imu_link_ned"} for time in TIMES]
+    force = [0.0, 0.0, -9.81] + 0.01 * EULER
+    imu = [
+        {"header": head, "accel": vector(felt), "gyro": vector(rate)}
+        for head, felt, rate in zip(heads, force.tolist(), (0.1 * EULER).tolist(), strict=True)
+    ]
+    euler = [
+        {"header": head, "angle": vector(angle)}
+        for head, angle in zip(heads, EULER.tolist(), strict=True)
+    ]
+    text = "std_msgs/Header header\ngeometry_msgs/Vector3 "
+    run = read(
+        tmp_path,
+        [
+            ros_topic(
+                "/sbg/imu_data", "sbg_driver/msg/SbgImuData", TIMES, imu,
+                f"{text}accel\ngeometry_msgs/Vector3 gyro{below}",
+            ),
+            ros_topic(
+                "/sbg/ekf_euler", "sbg_driver/msg/SbgEkfEuler", TIMES, euler, f"{text}angle{below}"
+            ),
+        ],
+    )  # fmt: skip
+    np.testing.assert_allclose(run.channels["angular_velocity"].values, 0.1 * EULER)
+    np.testing.assert_allclose(run.channels["specific_force"].values, force)
+    assert run.channels["attitude"].topic == "/sbg/ekf_euler"
