@@ -32,6 +32,8 @@ class BenchFile:
     problems: list[Problem] = field(default_factory=list)
     is_blank: bool = False
     """Whether it is a form that nobody has filled in yet."""
+    told_apart_by: frozenset[str] = frozenset()
+    """Words of a direction in its name where another file has the opposite one."""
 
 
 def source_name(path: Path, raw_root: Path) -> str:
@@ -89,9 +91,9 @@ def read_bench_file(
             words = words_of(block, file.vehicle)
             readings = readings_of(block, wanted, words.headings, problems)
             if readings:
-                file.tables.append(
-                    Table(block, wanted.kind, file.vehicle, readings, problems, words)
-                )
+                table = Table(block, wanted.kind, file.vehicle, readings, problems, words)
+                table.told_apart_by = file.told_apart_by
+                file.tables.append(table)
     if file.tables or any(problem.severity == "error" for problem in problems):
         for sheet, instead in missed:
             what = f"no {looked_for} here; the sheet was not read. It has {instead}."

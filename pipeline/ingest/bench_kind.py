@@ -12,8 +12,9 @@ from pipeline.ingest.blocks import Block, BlockColumn
 from pipeline.ingest.headers import Wanted
 from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.repeats import Repeats, without_copies
-from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts
+from pipeline.ingest.row_directions import block_rows, directions_of, reverse_texts, words_apart
 from pipeline.ingest.rows import with_cause
+from pipeline.ingest.tables_agree import Curves, disagreement
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import (
     LoadTestPoint,
@@ -48,6 +49,8 @@ class Kind(Generic[Point]):
     """What is said once of the points of a file."""
     over_all: Callable[[Sequence[Point], Place, Vehicle], Iterable[Problem]] = lambda *_: ()
     """What only all files together show, by the points to be fitted."""
+    compared: tuple[str, Callable[[Sequence[Point]], Curves]] = ("", lambda _: {})
+    """What tables of a folder must agree in, and that of a table by its points to be fitted."""
     row_words: Callable[[Block, Vehicle], RowWords] = lambda *_: RowWords()
     sheets: SheetReader = lambda path, shown_as, _: read_sheets(path, shown_as)
     shared: frozenset[str] = frozenset()
@@ -77,11 +80,13 @@ def read_files(
     points: list[Point] = []
     sheets: list[SheetRead] = []
     tables: list[Table] = []
+    by_table: list[Sequence[Point]] = []
     repeats = Repeats(by_row=kind.copies_by_row)
     kept, problems = without_copies(paths, [source_name(path, raw_root) for path in paths])
     for path in kept:
         own_vehicle = of_logs if is_log_anywhere(path.name) else vehicle
         file: BenchFile = BenchFile(path, Place(source_name(path, raw_root)), own_vehicle)
+        file.told_apart_by = words_apart(path.stem, [one.stem for one in kept])
         wanted = _wanted(kind, own_vehicle)
         read_bench_file(file, wanted, kind.looked_for, kind.row_words, kind.sheets)
         kind.steps(file)
@@ -93,6 +98,7 @@ def read_files(
         own: list[Point] = [point for measured in of_tables for point in measured]
         points += own
         tables += file.tables
+        by_table += [[one for one in own if not one.marks] for own in of_tables]
         told: list[Problem] = file.problems
         if not file.is_blank:
             told = with_cause(told, file.place, [point.marks for point in own], kind.name)
@@ -101,6 +107,8 @@ def read_files(
     if fitted:
         folder = Place(source_name(min(paths).parent, raw_root))
         problems += kind.over_all(fitted, folder, vehicle)
+    compared, curves = kind.compared
+    problems += disagreement(tables, [curves(one) for one in by_table], compared)
     return Measured(tuple(points), tuple(sheets), tuple(dict.fromkeys(problems)), tuple(tables))
 
 

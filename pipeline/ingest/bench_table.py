@@ -65,6 +65,8 @@ class Table:
     readings: list[Reading]
     problems: list[Problem]
     words: RowWords = field(default_factory=RowWords)
+    told_apart_by: frozenset[str] = frozenset()
+    """Words of a direction in the file's name where another file has the opposite one."""
     is_left_out: bool = False
     must_go: bool = False
     """It is left out as soon as the signs of its codes are known and told."""

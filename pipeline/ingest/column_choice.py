@@ -17,7 +17,7 @@ from pipeline.types import FloatArray
 #: One of these is set and the other follows from it: their columns are weighed together.
 _ROLES = {"code": "command", "pwm": "command"}
 #: Of these a table has one column; a second one must be explained by the first.
-_SINGLE = ("code", "pwm", "thrust", "torque", "shaft_speed")
+_SINGLE = ("code", "pwm", "thrust", "torque", "shaft_speed", "thrust_coefficient")
 #: Above this lead of its name a column needs no other reason.
 _LEAD = 15
 #: What a name loses that is one letter, or has no unit where one is due.
@@ -253,9 +253,11 @@ class ColumnChoice:
 
     def _clarity(self, match: Match) -> int:
         """Return how clearly a name and a unit say the quantity: a letter alone says little."""
+        return match.score - _UNCLEAR * (self._is_symbol(match) + self._lacks_unit(match))
+
+    def _lacks_unit(self, match: Match) -> bool:
         unit_due = self._wanted.vocabulary[match.quantity].unit_kind is not None
-        less = self._is_symbol(match) + (unit_due and self._unit(match) is None)
-        return match.score - _UNCLEAR * less
+        return unit_due and self._unit(match) is None
 
     def _lead(
         self, candidates: Sequence[Match], numbers: Sequence[FloatArray], first: int, at: int
@@ -334,7 +336,7 @@ class ColumnChoice:
         ]
         lines = "\n".join(
             f'      {quantity}: {{header: "{shorten(match.text)}"'
-            + (", unit: ..." if self._unit(match) is None else "")
+            + (", unit: ..." if self._lacks_unit(match) else "")
             + "}"
             for match in matches[:1]
         )

@@ -1,6 +1,6 @@
 """Load tests of a drive: speed and torque for each control code, from workbooks and text files."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
@@ -162,6 +162,15 @@ def _summary(table: Table, points: Sequence[LoadTestPoint]) -> str:
     )
 
 
+def _curves_of(points: Sequence[LoadTestPoint]) -> dict[Hashable, dict[float, float]]:
+    """Return the size of the shaft speed by code and size of the torque."""
+    curves: dict[Hashable, dict[float, float]] = {}
+    for one in points:
+        if one.code is not None:
+            curves.setdefault(one.code, {})[abs(one.torque_nm)] = abs(one.shaft_speed_rpm)
+    return curves
+
+
 _KIND = Kind(
     name="load_test",
     looked_for="table of torque against shaft speed",
@@ -171,6 +180,7 @@ _KIND = Kind(
     summary=_summary,
     remarks=_remarks,
     over_all=_one_code,
+    compared=("shaft speed", _curves_of),
     row_words=row_words,
     shared=frozenset({"code"}),
     split_words=BRANCH_WORDS,

@@ -18,7 +18,13 @@ from pipeline.ingest.mooring_points import hysteresis, points_of_file
 from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
-from pipeline.ingest.thrust_checks import compare_thrusters, shape_problem, thrust_problem
+from pipeline.ingest.thrust_checks import (
+    compare_thrusters,
+    curves_of,
+    saturated,
+    shape_problem,
+    thrust_problem,
+)
 from pipeline.ingest.vocabulary import factor_in_name, plain, words_of
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
@@ -31,6 +37,13 @@ _LEVER = re.compile(
     r"\b(?:lever\w*|moment arm|arm ratio|arms?\b(?=.*\d)|pivot\w*|rocker|bell[ -]?crank|beam ratio"
     r"|рычаг\w*|плеч[оеа]\w*|коромысл\w*|балансир\w*|качалк\w*)\b"
     r"|\b(?:multipl\w*|divid\w*|умнож\w*|раздел[иеё]\w*|дел[ие]\w*|множител\w*)\b.{0,30}?\d",
+    re.IGNORECASE,
+)
+#: A reading of several thrusters together.
+_TOGETHER = re.compile(
+    r"\b(?:\d+|two|three|four|six|eight|both|all)\s+(?:thrusters|motors|propellers|props|screws|units)\b"
+    r"|\b(?:\d+|двух|тр[её]х|четыр[её]х|шести|восьми|обоих|всех)\s+"
+    r"(?:движител|двигател|мотор|винт|вма)\w*",
     re.IGNORECASE,
 )
 #: Slower than this is rest. [m/s]
@@ -98,11 +111,14 @@ def _lever_unclear(table: Table) -> Iterator[Problem]:
         (text for text in (thrust.header, thrust.group, title) if _LEVER.search(text)),
         title if factor_in_name(title, "thrust") else None,
     )
+    own = f"{thrust.group} {thrust.header}".strip()
+    if lever is None and table.block.thruster is None and _TOGETHER.search(own):
+        lever = own
     if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
         yield table.leave_out(
             table.at(table.head, "thrust").error(
-                f'"{shorten(lever)}" speaks of a lever or a factor; whether the numbers hold it is '
-                "not known. So the table was left out.",
+                f'"{shorten(lever)}" speaks of a lever, a factor or several thrusters; whether '
+                "the numbers are the thrust of one is not known. So the table was left out.",
                 "the factor from the sensor's force to the thrust.",
                 "State it in vehicle.yaml (1 where the numbers hold it already):\n  columns:\n"
                 f'    mooring:\n      thrust: {{header: "{shorten(thrust.header)}", unit: '
@@ -155,6 +171,7 @@ def _points(file: BenchFile) -> list[tuple[MooringPoint, ...]]:
         if table.vehicle.name != "unknown":
             found.append(thrust_problem(table, of_tables[at]))
         said = [problem for problem in found if problem is not None]
+        said += saturated(table, of_tables[at])
         file.problems += said
         if any(problem.severity == "error" for problem in said):
             of_tables[at] = ()
@@ -249,6 +266,7 @@ _KIND = Kind(
     points=_points,
     summary=_summary,
     over_all=_over_all,
+    compared=("thrust", curves_of),
     shared=frozenset({"code", "pwm"}),
     split_words=tuple(
         word

@@ -3,7 +3,7 @@
 import contextlib
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +31,8 @@ from pipeline.vehicle.schema import Vehicle
 _TEN_TIMES = re.compile(r"^\s*10\s*[·*×x]?\s*[A-Za-zА-Яа-я]|[·*×x]\s*10\s*$")
 #: Outside of it an advance ratio is a mistake of units or of columns.
 _LARGEST_ADVANCE_RATIO = 3.0
+#: Share of the rows.
+_MOST_LARGE = 0.2
 _MOST_TEXTS = 200
 #: A coefficient that differs by more from its thrust is of another one.
 _MOST_APART = 0.1
@@ -165,6 +167,9 @@ def _several_texts(block: Block) -> tuple[str, int] | None:
 def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[tuple[str, ...]]:
     """Mark copies of rows and impossible advance ratios."""
     seen: dict[Coefficients, int] = {}
+    large = [reading.row for reading, found in rows if found.is_impossible]
+    # where many are, the column is another quantity, and what is small of it is no better
+    none_is_sound = len(large) > _MOST_LARGE * len(rows)
     copies: list[int] = []
     beyond: list[int] = []
     marks: list[tuple[str, ...]] = []
@@ -173,6 +178,8 @@ def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[t
         if abs(found.advance_ratio) > _LARGEST_ADVANCE_RATIO:
             own.append("advance ratio beyond any propeller")
             beyond.append(reading.row)
+        elif none_is_sound or found.is_impossible:
+            own.append("coefficient beyond any propeller")
         elif not own and found in seen and found.advance_ratio != 0.0:
             own.append(f"duplicate of row {seen[found]}")
             copies.append(reading.row)
@@ -181,6 +188,12 @@ def _marks(table: Table, rows: Sequence[tuple[Reading, Coefficients]]) -> list[t
     if copies:
         what = f"{listed(copies)} repeat earlier rows; left out."
         table.problems.append(table.at(copies[0]).warning(what, "", "Delete the copies."))
+    if large:
+        what = f"K_T or K_Q beyond any propeller in {listed(large)}; left out."
+        if none_is_sound:
+            what = f"K_T or K_Q beyond any propeller in {listed(large)}; the table was left out."
+        expected = "K_T = T / (rho n^2 D^4), K_Q = Q / (rho n^2 D^5); no thrust loading C_Th."
+        table.problems.append(table.at(large[0]).warning(what, expected, _CHECK_COLUMN))
     if beyond:
         what = f"advance ratio above {_LARGEST_ADVANCE_RATIO:g} in {listed(beyond)}; left out."
         remedy = "Check the units of speed and shaft speed, and the diameter in vehicle.yaml."
@@ -268,6 +281,12 @@ def _summary(_table: Table, points: Sequence[OpenWaterPoint]) -> str:
     return ", ".join(parts)
 
 
+def _curves_of(points: Sequence[OpenWaterPoint]) -> dict[Hashable, dict[float, float]]:
+    """Return K_T by the advance ratio."""
+    both = [(one.advance_ratio, one.thrust_coefficient) for one in points]
+    return {"": {ratio: k_t for ratio, k_t in both if k_t is not None}}
+
+
 _KIND = Kind(
     name="open_water",
     looked_for=(
@@ -282,4 +301,5 @@ _KIND = Kind(
     ),
     points=_points,
     summary=_summary,
+    compared=("K_T", _curves_of),
 )

@@ -15,6 +15,8 @@ TORQUE_FACTORS = {
     "torque_coefficient_x10": 0.1,
     "power_coefficient": 1.0 / (2.0 * math.pi),
 }
+#: Of 1 + J^2, to which the flow at a blade grows: no K_T or K_Q is larger.
+_LARGEST_COEFFICIENT = 1.5
 _EFFICIENCY_SHARE = 0.03
 #: Slower than this the shaft stands still: a sensor's noise, not a point of a curve.
 _STANDING_RPM = 1e-3
@@ -34,6 +36,12 @@ class Coefficients:
     advance_ratio: float
     thrust_coefficient: float | None
     torque_coefficient: float | None
+
+    @property
+    def is_impossible(self) -> bool:
+        """Whether no propeller has these coefficients."""
+        largest = max(abs(self.thrust_coefficient or 0.0), abs(self.torque_coefficient or 0.0))
+        return largest > _LARGEST_COEFFICIENT * (1.0 + self.advance_ratio**2)
 
 
 def coefficients(

@@ -228,7 +228,7 @@ def with_signed_codes(table: Table) -> Iterator[Problem]:
         if found.problem is not None:
             yield found.problem
         if unsigned and not unknown:
-            told = "" if signs else _told_reverse(block, table.kind)
+            told = "" if signs else _told_reverse(table)
             if told:
                 signs = dict.fromkeys(codes, -1)
                 yield table.place.note(
@@ -255,16 +255,33 @@ def with_signed_codes(table: Table) -> Iterator[Problem]:
         table.is_left_out, table.readings = True, []
 
 
-def _told_reverse(block: Block, kind: str) -> str:
+def words_apart(stem: str, others: Sequence[str]) -> frozenset[str]:
+    """Return the words of a direction by which a file's name differs from that of another.
+
+    >>> sorted(words_apart("run 2 rev", ["run 2 fwd"])), sorted(words_apart("rev 2", ["rev 3"]))
+    (['rev'], [])
+    """
+    own, found = plain(stem).split(), set()
+    for other in others:
+        pairs = zip(own, plain(other).split(), strict=False)
+        apart = [pair for pair in pairs if pair[0] != pair[1]]
+        if len(apart) == 1 and len(own) == len(plain(other).split()):
+            signs = [_WORDS.get(word, 0) for word in apart[0]]
+            found |= {apart[0][0]} if signs[0] * signs[1] < 0 else set()
+    return frozenset(found)
+
+
+def _told_reverse(table: Table) -> str:
     """Return what says that a whole table is of reverse; empty where nothing does."""
-    column = block.columns["torque" if kind == "load_test" else "thrust"]
-    no_words = _BRANCHES if kind == "load_test" else frozenset()
+    block, of_names = table.block, _IN_FILE_NAMES | table.told_apart_by
+    column = block.columns["torque" if table.kind == "load_test" else "thrust"]
+    no_words = _BRANCHES if table.kind == "load_test" else frozenset()
     stem = PurePath(block.sheet.file).stem
     for shown, text in (
         (f"{column.header} {column.group}",) * 2,
         (block.sheet.name or "",) * 2,
         (heading_text(block.above),) * 2,
-        (stem, " ".join(word for word in plain(stem).split() if word in _IN_FILE_NAMES)),
+        (stem, " ".join(word for word in plain(stem).split() if word in of_names)),
     ):
         sign = _section_sign(OF_THE_RIG.sub(" ", plain(text)), no_words)
         if sign:

@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Iterable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -199,6 +199,25 @@ def _two_values(table: Table, points: Sequence[MooringPoint], sign: float) -> Pr
     )
 
 
+def saturated(table: Table, points: Sequence[MooringPoint]) -> Iterator[Problem]:
+    """Say where several of the largest codes give exactly the same reading."""
+    for sign in (1.0, -1.0):
+        own = {
+            (abs(one.code), round(sign * (one.thrust_n + one.tare_n), 6)): one
+            for one in points
+            if not one.marks and sign * one.code > 0.0
+        }
+        most = max((force for _, force in own), default=0.0)
+        codes = sorted({code for code, force in own if force == most})
+        if most > 0.0 and len(codes) >= _LEAST_CODES and codes[-1] == max(code for code, _ in own):
+            yield table.at(own[codes[0], most].source.row, "thrust").warning(
+                f"the force is exactly {most:.4g} N at {len(codes)} codes from {sign * codes[0]:g} "
+                f"to {sign * codes[-1]:g}: the sensor or its amplifier is at the end of its range.",
+                "thrust that grows with the code.",
+                'Mark these rows with "#" in column A if it is so.',
+            )
+
+
 def compare_thrusters(
     tables: Sequence[Table], points: list[tuple[MooringPoint, ...]], problems: list[Problem]
 ) -> list[tuple[MooringPoint, ...]]:
@@ -209,7 +228,6 @@ def compare_thrusters(
     named = [at for at, one in enumerate(tables) if one.block.thruster is not None and points[at]]
     done = list(points)
     if len(named) < 2:
-        _compare_sheets(tables, points, problems)
         return done
     curves = [_by_code(points[at]) for at in named]
     codes = sorted(set.intersection(*(set(curve) for curve in curves)))
@@ -243,44 +261,12 @@ def compare_thrusters(
     return done
 
 
-def _compare_sheets(
-    tables: Sequence[Table], points: Sequence[tuple[MooringPoint, ...]], problems: list[Problem]
-) -> None:
-    """Warn of tables of one voltage that differ: they may be of several thrusters."""
-    if sum(map(bool, points)) < 2:
-        return
-    by_voltage: dict[float | None, list[int]] = defaultdict(list)
-    for at, own in enumerate(points):
-        volts = [point.voltage_v for point in own if point.voltage_v is not None]
-        if own:
-            by_voltage[round(float(np.median(volts))) if volts else None].append(at)
-    for group in by_voltage.values():
-        curves = {at: _by_code(points[at]) for at in group}
-        shares = {at: _share(curve, curves.values()) for at, curve in curves.items()}
-        odd = {at: share for at, share in shares.items() if abs(share - 1.0) > _ALIKE}
-        if len(group) > 1 and odd:
-            at = max(odd, key=lambda one: abs(odd[one] - 1.0))
-            problems.append(
-                tables[at].place.warning(
-                    f"this table gives {odd[at]:.2f} of the thrust that the tables of the file "
-                    "give in the middle; all of them are fitted together.",
-                    "tables of one thruster, at one voltage, in one water.",
-                    "Leave the others out by columns: {mooring: {sheets: [...]}} in vehicle.yaml.",
-                )
-            )
-
-
-def _share(curve: dict[float, float], others: Iterable[dict[float, float]]) -> float:
-    """Return the thrust of one table over the middle one of all, at the codes of both."""
-    every = list(others)
-    middle = {code: float(np.median([one[code] for one in every if code in one])) for code in curve}
-    largest = max((abs(value) for value in middle.values()), default=0.0)
-    ratios = [
-        thrust / middle[code]
-        for code, thrust in curve.items()
-        if abs(middle[code]) > _LARGER * largest
-    ]
-    return float(np.median(ratios)) if ratios else 1.0
+def curves_of(points: Sequence[MooringPoint]) -> dict[Hashable, dict[float, float]]:
+    """Return the thrust of a table by voltage and code; named thrusters are compared apart."""
+    volts = [one.voltage_v for one in points if one.voltage_v is not None]
+    if any(one.thruster is not None for one in points):
+        return {}
+    return {round(float(np.median(volts))) if volts else None: _by_code(points)}
 
 
 def _by_code(points: Sequence[MooringPoint]) -> dict[float, float]:

@@ -77,7 +77,7 @@ REFUSED = {
     "F1 (N)": table("Code;F1 (N);F2 (N);F3 (N)", CODE, *(0.33 * THRUST,) * 3),
     "rest is not at code 0": table("Throttle (%);Thrust (N)", 50 + 50 * SHARE, THRUST),
     "as a duty cycle does": table("Duty (%);Thrust (N)", 7.5 + 2 * SHARE[AHEAD], THRUST[AHEAD]),
-    "speaks of a lever or a factor": "Коромысло 1:2\n\n" + table("Код;Сила, Н", CODE, THRUST),
+    "speaks of a lever, a factor": "Коромысло 1:2\n\n" + table("Код;Сила, Н", CODE, THRUST),
     "Values x10": "Values x10\n\n" + table("Code;Thrust (N)", CODE, THRUST),
 }
 
@@ -140,7 +140,7 @@ def test_sheets_of_several_thrusters(tmp_path: Path) -> None:
     }
     path = write_workbook(tmp_path / "a.xlsx", sheets)
     record = read_mooring_tables([path], vehicle(), tmp_path)
-    assert "gives 0.71 of the thrust" in "\n".join(one.what for one in record.problems)
+    assert "gives 0.71 times the thrust" in "\n".join(one.what for one in record.problems)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,51 @@
+"""Whether the tables of a folder agree: another unit, voltage, water or machine shows there."""
+
+from collections.abc import Hashable, Iterator, Mapping, Sequence
+
+import numpy as np
+
+from pipeline.errors import Problem
+from pipeline.ingest.bench_table import Table
+
+#: What of a table is compared: of what must be equal, a reading by what it depends on.
+Curves = Mapping[Hashable, Mapping[float, float]]
+#: Specimens of one type differ by a few per cent; their larger readings tell it.
+_ALIKE, _LARGER = 0.1, 0.2
+
+
+def disagreement(tables: Sequence[Table], curves: Sequence[Curves], name: str) -> Iterator[Problem]:
+    """Warn of the table that differs most from the others; `name` is what is compared."""
+    shares: dict[int, float] = {}
+    for at, own in enumerate(curves):
+        for key, curve in own.items():
+            others = [one[key] for other, one in enumerate(curves) if other != at and key in one]
+            share = _share(curve, others)
+            if abs(np.log(share)) > abs(np.log(shares.get(at, 1.0))):
+                shares[at] = share
+    odd = max(shares, key=lambda at: abs(shares[at] - 1.0), default=None)
+    if odd is not None and abs(shares[odd] - 1.0) > _ALIKE:
+        yield tables[odd].place.warning(
+            f"this table gives {shares[odd]:.2f} times the {name} of the others, where all else is "
+            "equal; all of them are fitted together.",
+            "tests of one type of machine, in one unit, at one voltage, in one water.",
+            "Correct the unit, or take it out of the folder; sheets of a workbook are chosen by "
+            f"columns: {{{tables[odd].kind}: {{sheets: [...]}}}} in vehicle.yaml.",
+        )
+
+
+def _share(curve: Mapping[float, float], others: Sequence[Mapping[float, float]]) -> float:
+    """Return the reading of one table over the middle one of others, where they overlap."""
+    at = np.array(sorted(curve))
+    every = [
+        np.interp(at, sorted(one), [one[x] for x in sorted(one)], np.nan, np.nan)
+        for one in others
+        if one
+    ]
+    there = np.isfinite(every).any(axis=0) if every else np.zeros(at.size, np.bool_)
+    if not there.any():
+        return 1.0
+    own = np.array([curve[x] for x in at[there].tolist()])
+    middle = np.nanmedian(np.array(every)[:, there], axis=0)
+    large = np.abs(middle) > _LARGER * np.abs(middle).max()
+    share = float(np.median(own[large] / middle[large])) if large.any() else 1.0
+    return share if share > 0.0 else 1.0
