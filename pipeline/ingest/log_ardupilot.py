@@ -27,10 +27,7 @@ _MOTORS = {**{33 + k: 1 + k for k in range(8)}, **{82 + k: 9 + k for k in range(
 def read_bin(path: Path, shown_as: str) -> TableLog:
     """Read a data-flash log: offsets of the messages by pymavlink, their numbers gathered at once.
 
-    Raises
-    ------
-    InputError
-        If it is no such log, or holds no messages.
+    Raises `InputError` if it is no such log, or holds no messages.
     """
     place = Place(shown_as)
     size = _size(path, place)
@@ -169,10 +166,7 @@ def _side_by_side(
 def read_tlog(path: Path, shown_as: str) -> TableLog:
     """Read a telemetry log of MAVLink: the messages of the vehicle, not of the ground station.
 
-    Raises
-    ------
-    InputError
-        If it holds no messages of a vehicle.
+    Raises `InputError` if it holds no messages of a vehicle.
     """
     place = Place(shown_as)
     size = _size(path, place)

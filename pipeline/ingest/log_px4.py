@@ -20,10 +20,7 @@ _MOST_ELEMENTS = 64
 def read_ulg(path: Path, shown_as: str) -> TableLog:
     """Read a ULog file.
 
-    Raises
-    ------
-    InputError
-        If it is none, or cannot be read.
+    Raises `InputError` if it is none, or cannot be read.
     """
     place = Place(shown_as)
     try:

@@ -47,10 +47,7 @@ _OWN_UNITS = {"rpm": "rpm", "shaft_speed_rpm": "rpm", "thrust_n": "N", "pwm": "u
 def read_table(path: Path, shown_as: str) -> TableLog:
     """Read a table in time.
 
-    Raises
-    ------
-    InputError
-        If it cannot be read, or no column has the time.
+    Raises `InputError` if it cannot be read, or no column has the time.
     """
     place = Place(shown_as)
     frame = _frame(path, place)

@@ -12,26 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from pipeline.ingest.mcap_records import (
-    CHANNEL,
-    MAX_CHUNK_BYTES,
-    MESSAGE,
-    MESSAGE_HEAD,
-    RECORD_HEAD,
-    SCHEMA,
-    BrokenRecordError,
-    ChannelRecord,
-    ChunkHead,
-    SchemaRecord,
-    parse_channel,
-    parse_schema,
-)
+from pipeline.ingest import mcap_records as mcap
 from pipeline.types import IntArray
 
 Bytes = npt.NDArray[np.uint8]
 #: From the start of a message's record to its data.
-MESSAGE_START = RECORD_HEAD.size + MESSAGE_HEAD.size
-_TIME_AT = RECORD_HEAD.size + 6
+MESSAGE_START = mcap.RECORD_HEAD.size + mcap.MESSAGE_HEAD.size
+_TIME_AT = mcap.RECORD_HEAD.size + 6
 
 
 class BrokenChunkError(ValueError):
@@ -56,22 +43,23 @@ class ChunkBlock:
 
     data: Bytes
     messages: Mapping[int, Messages]
-    schemas: tuple[SchemaRecord, ...] = ()
-    channels: tuple[ChannelRecord, ...] = ()
+    schemas: tuple[mcap.SchemaRecord, ...] = ()
+    channels: tuple[mcap.ChannelRecord, ...] = ()
     fault: str = ""
     """What stopped the reading inside of the block, if anything did."""
 
 
-def unpack(head: ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
+def unpack(head: mcap.ChunkHead, packed: bytes, *, cut: bool = False) -> bytes:
     """Decompress the records of a chunk, or as many bytes of them as there are.
 
     Where the file is `cut` inside of it, it is unpacked as far as it goes, without the checksum.
     Raises `BrokenChunkError` where the content is larger than stated or allowed, cannot be
     decompressed, has another checksum than stated, or the compression is unknown.
     """
-    if head.uncompressed_size > MAX_CHUNK_BYTES:
+    if head.uncompressed_size > mcap.MAX_CHUNK_BYTES:
         raise BrokenChunkError(
-            f"it is said to hold {head.uncompressed_size} bytes; at most {MAX_CHUNK_BYTES} are read"
+            f"it is said to hold {head.uncompressed_size} bytes; "
+            f"at most {mcap.MAX_CHUNK_BYTES} are read"
         )
     if head.compression == "":
         data = packed
@@ -148,10 +136,10 @@ def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock |
         if begin[0] < 0 or begin[-1] > buffer.size - MESSAGE_START:
             return None
         length = _gather(buffer, "<u8", begin + 1)
-        size = length.astype(np.int64) - MESSAGE_HEAD.size
+        size = length.astype(np.int64) - mcap.MESSAGE_HEAD.size
         agrees = (
-            (buffer[begin] == MESSAGE)
-            & (_gather(buffer, "<u2", begin + RECORD_HEAD.size) == channel)
+            (buffer[begin] == mcap.MESSAGE)
+            & (_gather(buffer, "<u2", begin + mcap.RECORD_HEAD.size) == channel)
             & (size >= 0)
             & (begin + MESSAGE_START <= buffer.size - size)
         )
@@ -165,8 +153,8 @@ def block_by_index(data: bytes, offsets: Mapping[int, IntArray]) -> ChunkBlock |
     rest = _between(buffer.size, begins, ends)
     if rest is None:
         return None
-    schemas: list[SchemaRecord] = []
-    channels: list[ChannelRecord] = []
+    schemas: list[mcap.SchemaRecord] = []
+    channels: list[mcap.ChannelRecord] = []
     for begin_of_rest, end_of_rest in rest:
         part = walk(data[begin_of_rest:end_of_rest])
         if part.messages or part.fault:
@@ -210,36 +198,36 @@ def walk(data: bytes) -> ChunkBlock:
     What cannot be read ends the walk; `fault` then says what it was.
     """
     found: dict[int, list[tuple[int, int, int]]] = {}
-    schemas: list[SchemaRecord] = []
-    channels: list[ChannelRecord] = []
+    schemas: list[mcap.SchemaRecord] = []
+    channels: list[mcap.ChannelRecord] = []
     view = memoryview(data)
     at, end, fault = 0, len(data), ""
-    head, message_head = RECORD_HEAD.unpack_from, MESSAGE_HEAD.unpack_from
+    head, message_head = mcap.RECORD_HEAD.unpack_from, mcap.MESSAGE_HEAD.unpack_from
     while at < end:
-        if at + RECORD_HEAD.size > end:
+        if at + mcap.RECORD_HEAD.size > end:
             fault = "the records end in the middle of one"
             break
         opcode, length = head(data, at)
-        begin = at + RECORD_HEAD.size
+        begin = at + mcap.RECORD_HEAD.size
         at = begin + length
         if at > end:
             fault = "the records end in the middle of one"
             break
-        if opcode == MESSAGE:
-            if length < MESSAGE_HEAD.size:
+        if opcode == mcap.MESSAGE:
+            if length < mcap.MESSAGE_HEAD.size:
                 fault = f"a message has {length} bytes"
                 break
             channel, _, time_ns, _ = message_head(data, begin)
             found.setdefault(channel, []).append(
-                (time_ns, begin + MESSAGE_HEAD.size, length - MESSAGE_HEAD.size)
+                (time_ns, begin + mcap.MESSAGE_HEAD.size, length - mcap.MESSAGE_HEAD.size)
             )
             continue
         try:
-            if opcode == SCHEMA:
-                schemas.append(parse_schema(view[begin:at]))
-            elif opcode == CHANNEL:
-                channels.append(parse_channel(view[begin:at]))
-        except BrokenRecordError as error:
+            if opcode == mcap.SCHEMA:
+                schemas.append(mcap.parse_schema(view[begin:at]))
+            elif opcode == mcap.CHANNEL:
+                channels.append(mcap.parse_channel(view[begin:at]))
+        except mcap.BrokenRecordError as error:
             fault = str(error)
             break
     messages = {}

@@ -4,29 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from pipeline.errors import InputError, Place, Problem
+from pipeline.ingest import mcap_records as mcap
 from pipeline.ingest.mcap_chunk import ChunkBlock
-from pipeline.ingest.mcap_records import (
-    CHANNEL,
-    CHUNK_INDEX,
-    MAGIC,
-    RECORD_HEAD,
-    SCHEMA,
-    STATISTICS,
-    BrokenRecordError,
-    ChannelRecord,
-    SchemaRecord,
-    StatisticsRecord,
-    parse_channel,
-    parse_indexed_channels,
-    parse_schema,
-    parse_statistics,
-)
 
 #: A message takes more than this share of a byte, however well it is compressed.
 _MOST_MESSAGES_A_BYTE = 50
 _MOST_CHANNELS = 20_000
 #: A header and a footer at least.
-SMALLEST_FILE = 2 * len(MAGIC) + RECORD_HEAD.size + 8
+SMALLEST_FILE = 2 * len(mcap.MAGIC) + mcap.RECORD_HEAD.size + 8
 _KNOWN_STARTS = (
     (b"#ROSBAG V", "a ROS 1 bag", "Name it *.bag: then it is read as one."),
     (b"SQLite format 3", "a ROS 2 bag in SQLite", "Name it *.db3: then it is read as one."),
@@ -81,11 +66,11 @@ class Directory:
 
     profile: str = ""
     library: str = ""
-    schemas: dict[int, SchemaRecord] = field(default_factory=dict)
-    channels: dict[int, ChannelRecord] = field(default_factory=dict)
+    schemas: dict[int, mcap.SchemaRecord] = field(default_factory=dict)
+    channels: dict[int, mcap.ChannelRecord] = field(default_factory=dict)
     counts: dict[int, int] = field(default_factory=dict)
     metadata: dict[str, Mapping[str, str]] = field(default_factory=dict)
-    statistics: StatisticsRecord | None = None
+    statistics: mcap.StatisticsRecord | None = None
     in_chunks: set[int] = field(default_factory=set)
     """Channels of which the summary says that a chunk holds messages."""
     complete: bool = False
@@ -95,18 +80,18 @@ class Directory:
 
     def note(self, opcode: int, content: memoryview) -> None:
         """Take a schema, a channel or statistics in; raises `BrokenRecordError`."""
-        if opcode == SCHEMA:
-            schema = parse_schema(content)
+        if opcode == mcap.SCHEMA:
+            schema = mcap.parse_schema(content)
             self.schemas.setdefault(schema.id, schema)
-        elif opcode == CHANNEL:
-            channel = parse_channel(content)
+        elif opcode == mcap.CHANNEL:
+            channel = mcap.parse_channel(content)
             if len(self.channels) >= _MOST_CHANNELS:
-                raise BrokenRecordError(f"there are more than {_MOST_CHANNELS} channels")
+                raise mcap.BrokenRecordError(f"there are more than {_MOST_CHANNELS} channels")
             self.channels.setdefault(channel.id, channel)
-        elif opcode == STATISTICS:
-            self.statistics = parse_statistics(content)
-        elif opcode == CHUNK_INDEX:
-            self.in_chunks |= parse_indexed_channels(content)
+        elif opcode == mcap.STATISTICS:
+            self.statistics = mcap.parse_statistics(content)
+        elif opcode == mcap.CHUNK_INDEX:
+            self.in_chunks |= mcap.parse_indexed_channels(content)
 
     def take_in(self, block: ChunkBlock) -> ChunkBlock:
         """Add the schemas and channels of a block, and return the block."""
@@ -121,13 +106,13 @@ class Directory:
         """Take schemas, channels and counts from a summary; say whether it can be relied on."""
         at = 0
         try:
-            while at + RECORD_HEAD.size <= len(summary):
-                opcode, length = RECORD_HEAD.unpack_from(summary, at)
-                begin, at = at + RECORD_HEAD.size, at + RECORD_HEAD.size + length
+            while at + mcap.RECORD_HEAD.size <= len(summary):
+                opcode, length = mcap.RECORD_HEAD.unpack_from(summary, at)
+                begin, at = at + mcap.RECORD_HEAD.size, at + mcap.RECORD_HEAD.size + length
                 if at > len(summary):
                     return False
                 self.note(opcode, summary[begin:at])
-        except BrokenRecordError:
+        except mcap.BrokenRecordError:
             return False
         if self.statistics is None or not self.channels:
             return False
@@ -149,16 +134,14 @@ class Directory:
 def check_start(start: bytes, size: int, place: Place) -> None:
     """Check the first bytes of a file of `size` bytes.
 
-    Raises
-    ------
-    InputError
-        If it is empty, something else than MCAP, or ends before anything was written to it.
+    Raises `InputError` if it is empty, something else than MCAP, or ends before anything was
+    written to it.
     """
     remedy = "Copy the log from the vehicle again."
     expected = "an MCAP file, which begins with 89 4D 43 41 50 30 0D 0A."
     if size == 0:
         raise InputError.at(place, "the file is empty.", expected=expected, remedy=remedy)
-    if not start.startswith(MAGIC):
+    if not start.startswith(mcap.MAGIC):
         what = f"this is not MCAP: {size} bytes that begin with {start[:8].hex(' ')}."
         for known, name, what_to_do in _KNOWN_STARTS:
             if start.startswith(known):

@@ -14,35 +14,10 @@ from typing import BinaryIO
 import numpy as np
 
 from pipeline.errors import InputError
+from pipeline.ingest import mcap_records as mcap
 from pipeline.ingest.log_source import MessageLog
 from pipeline.ingest.mcap_chunk import BrokenChunkError, ChunkBlock, block_by_index, unpack, walk
 from pipeline.ingest.mcap_directory import check_start
-from pipeline.ingest.mcap_records import (
-    CHANNEL,
-    CHUNK,
-    DATA_END,
-    FOOTER,
-    FOOTER_BYTES,
-    HEADER,
-    MAGIC,
-    MAX_CHUNK_BYTES,
-    MAX_METADATA_BYTES,
-    MAX_RATIO,
-    MAX_SCHEMA_BYTES,
-    MAX_UNPACKED_BYTES,
-    MESSAGE,
-    MESSAGE_INDEX,
-    METADATA,
-    MOST_OF_CHUNK_HEAD,
-    RECORD_HEAD,
-    SCHEMA,
-    BrokenRecordError,
-    ChunkHead,
-    parse_chunk_head,
-    parse_header,
-    parse_metadata,
-    start_of_summary,
-)
 from pipeline.types import IntArray
 
 _MAX_SUMMARY_BYTES = 64 * 1024 * 1024
@@ -97,14 +72,14 @@ class McapFile(MessageLog):
     def _read_summary(self, stream: BinaryIO) -> None:
         """Take topics and counts from the summary; leave `indexed` False where that fails."""
         self._end = self.size
-        if self.size < FOOTER_BYTES:
+        if self.size < mcap.FOOTER_BYTES:
             return
-        stream.seek(-FOOTER_BYTES, io.SEEK_END)
-        start = start_of_summary(stream.read(FOOTER_BYTES))
+        stream.seek(-mcap.FOOTER_BYTES, io.SEEK_END)
+        start = mcap.start_of_summary(stream.read(mcap.FOOTER_BYTES))
         if start is None:
             return
         self.directory.complete = True
-        end = self.size - FOOTER_BYTES
+        end = self.size - mcap.FOOTER_BYTES
         self._end = end
         if start == 0 or start >= end or end - start > _MAX_SUMMARY_BYTES:
             return
@@ -132,20 +107,20 @@ class McapFile(MessageLog):
 
     def _blocks(self, stream: BinaryIO, wanted: frozenset[int] | None) -> Iterator[ChunkBlock]:
         """Walk the top level of the file; `wanted` None takes everything."""
-        self._at = len(MAGIC)
+        self._at = len(mcap.MAGIC)
         self._unpacked = 0
         loose = bytearray()
         for opcode, begin, length in self._records(stream):
-            if loose and (opcode != MESSAGE or len(loose) >= _LOOSE_BYTES):
+            if loose and (opcode != mcap.MESSAGE or len(loose) >= _LOOSE_BYTES):
                 yield self._loose(loose)
-            if opcode == CHUNK:
+            if opcode == mcap.CHUNK:
                 block = self._chunk(stream, begin, length, wanted)
                 if block is not None:
                     yield block
-            elif opcode != MESSAGE:
+            elif opcode != mcap.MESSAGE:
                 self._small(stream, opcode, begin, length)
-            elif length <= MAX_CHUNK_BYTES:
-                loose += RECORD_HEAD.pack(opcode, length) + stream.read(length)
+            elif length <= mcap.MAX_CHUNK_BYTES:
+                loose += mcap.RECORD_HEAD.pack(opcode, length) + stream.read(length)
             else:
                 self._faults.add(f"a message of {length} bytes at byte {begin} is passed over.")
         if loose:
@@ -162,14 +137,14 @@ class McapFile(MessageLog):
         """
         while self._at < self._end:
             stream.seek(self._at)
-            head = stream.read(RECORD_HEAD.size)
-            if len(head) < RECORD_HEAD.size:
+            head = stream.read(mcap.RECORD_HEAD.size)
+            if len(head) < mcap.RECORD_HEAD.size:
                 return
-            opcode, length = RECORD_HEAD.unpack(head)
-            begin = self._at + RECORD_HEAD.size
-            if opcode in (DATA_END, FOOTER):
+            opcode, length = mcap.RECORD_HEAD.unpack(head)
+            begin = self._at + mcap.RECORD_HEAD.size
+            if opcode in (mcap.DATA_END, mcap.FOOTER):
                 return
-            if begin + length > self._end and opcode != CHUNK:
+            if begin + length > self._end and opcode != mcap.CHUNK:
                 how = "" if opcode < 0x80 else f"(no record is {opcode:#x}) "
                 self._faults.cut(self._at, self.size, how)
                 return
@@ -178,22 +153,22 @@ class McapFile(MessageLog):
 
     def _small(self, stream: BinaryIO, opcode: int, begin: int, length: int) -> None:
         """Take a record in that is neither a chunk nor a message; large ones are passed over."""
-        most = max(MAX_SCHEMA_BYTES, MAX_METADATA_BYTES) + 100_000
-        if opcode not in (HEADER, SCHEMA, CHANNEL, METADATA):
+        most = max(mcap.MAX_SCHEMA_BYTES, mcap.MAX_METADATA_BYTES) + 100_000
+        if opcode not in (mcap.HEADER, mcap.SCHEMA, mcap.CHANNEL, mcap.METADATA):
             return
         if length > most:
             self._faults.add(f"a record of {length} bytes at byte {begin} is passed over.")
             return
         content = memoryview(stream.read(length))
         try:
-            if opcode == HEADER:
-                self.directory.profile, self.directory.library = parse_header(content)
-            elif opcode == METADATA:
-                name, entries = parse_metadata(content)
+            if opcode == mcap.HEADER:
+                self.directory.profile, self.directory.library = mcap.parse_header(content)
+            elif opcode == mcap.METADATA:
+                name, entries = mcap.parse_metadata(content)
                 self.directory.metadata[name] = entries
             else:
                 self.directory.note(opcode, content)
-        except BrokenRecordError as error:
+        except mcap.BrokenRecordError as error:
             self._faults.add(f"a record at byte {begin} is broken: {error}.")
 
     def _loose(self, loose: bytearray) -> ChunkBlock:
@@ -206,13 +181,15 @@ class McapFile(MessageLog):
         self, stream: BinaryIO, begin: int, length: int, wanted: frozenset[int] | None
     ) -> ChunkBlock | None:
         """Read a chunk and its message index; None if nothing in it is wanted or can be read."""
-        where = f"the chunk at byte {begin - RECORD_HEAD.size}"
+        where = f"the chunk at byte {begin - mcap.RECORD_HEAD.size}"
         is_cut = begin + length > self._end
         try:
-            head = parse_chunk_head(memoryview(stream.read(min(length, MOST_OF_CHUNK_HEAD))))
-        except BrokenRecordError as error:
+            head = mcap.parse_chunk_head(
+                memoryview(stream.read(min(length, mcap.MOST_OF_CHUNK_HEAD)))
+            )
+        except mcap.BrokenRecordError as error:
             if is_cut:
-                self._faults.cut(begin - RECORD_HEAD.size, self.size)
+                self._faults.cut(begin - mcap.RECORD_HEAD.size, self.size)
             else:
                 self._faults.add(f"{where} is broken ({error}); its messages were left out.")
             return None
@@ -242,17 +219,17 @@ class McapFile(MessageLog):
             return None
         return self.directory.take_in(self._found_in(data, index, where))
 
-    def _refusal(self, head: ChunkHead, length: int) -> str:
+    def _refusal(self, head: mcap.ChunkHead, length: int) -> str:
         """Say why a chunk is not even read, and count what a pass unpacks."""
-        if head.length + head.size > length or head.size > MAX_CHUNK_BYTES:
+        if head.length + head.size > length or head.size > mcap.MAX_CHUNK_BYTES:
             return f"holds {head.size} packed bytes in {length}"
         size = head.uncompressed_size
-        if not head.compression or size > MAX_CHUNK_BYTES:
+        if not head.compression or size > mcap.MAX_CHUNK_BYTES:
             return ""  # one that states too much is refused where it is unpacked
-        if self._unpacked + size > MAX_UNPACKED_BYTES + MAX_RATIO * self.size:
+        if self._unpacked + size > mcap.MAX_UNPACKED_BYTES + mcap.MAX_RATIO * self.size:
             return (
-                f"takes the log to more than {MAX_RATIO} times its size, unpacked: this looks like "
-                "a bomb"
+                f"takes the log to more than {mcap.MAX_RATIO} times its size, unpacked: this looks "
+                "like a bomb"
             )
         self._unpacked += size
         return ""
@@ -271,7 +248,7 @@ class McapFile(MessageLog):
             self._faults.add(f"in {where} {block.fault}; what follows in it was left out.")
         return block
 
-    def _cut_chunk(self, stream: BinaryIO, begin: int, head: ChunkHead) -> ChunkBlock | None:
+    def _cut_chunk(self, stream: BinaryIO, begin: int, head: mcap.ChunkHead) -> ChunkBlock | None:
         """Rescue what the file still holds of its last chunk."""
         stream.seek(begin + head.length)
         packed = stream.read(max(self._end - begin - head.length, 0))
@@ -281,7 +258,7 @@ class McapFile(MessageLog):
             block = None
         rescued = 0 if block is None else sum(part.size.size for part in block.messages.values())
         self._faults.cut(
-            begin - RECORD_HEAD.size,
+            begin - mcap.RECORD_HEAD.size,
             self.size,
             f"in the middle of a chunk, of which {rescued} messages were rescued, ",
         )
@@ -290,12 +267,15 @@ class McapFile(MessageLog):
     def _message_index(self, stream: BinaryIO) -> dict[int, IntArray]:
         """Read the message index that follows a chunk, and move behind it."""
         index: dict[int, IntArray] = {}
-        while self._at + RECORD_HEAD.size <= self._end:
+        while self._at + mcap.RECORD_HEAD.size <= self._end:
             stream.seek(self._at)
-            opcode, length = RECORD_HEAD.unpack(stream.read(RECORD_HEAD.size))
-            if opcode != MESSAGE_INDEX or self._at + RECORD_HEAD.size + length > self._end:
+            opcode, length = mcap.RECORD_HEAD.unpack(stream.read(mcap.RECORD_HEAD.size))
+            if (
+                opcode != mcap.MESSAGE_INDEX
+                or self._at + mcap.RECORD_HEAD.size + length > self._end
+            ):
                 break
-            self._at += RECORD_HEAD.size + length
+            self._at += mcap.RECORD_HEAD.size + length
             if length > _MAX_INDEX_BYTES or length < 6:
                 return {}
             content = stream.read(length)

@@ -102,8 +102,6 @@ def decode(definition: Definition, message: bytes | memoryview) -> dict[str, Any
 
     Raises `BrokenMessageError` if the bytes end too early or announce more than there is.
 
-    Examples
-    --------
     >>> from pipeline.ingest.message_definitions import parse_definition
     >>> definition = parse_definition("a/msg/B", "uint8 x\nint16 y", "ros2msg")
     >>> decode(definition, bytes([0, 1, 0, 0, 7, 0, 1, 1]))

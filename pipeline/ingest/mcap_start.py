@@ -10,21 +10,8 @@ from datetime import UTC, date, datetime, timedelta
 from pathlib import Path
 from urllib.parse import quote
 
+from pipeline.ingest import mcap_records as mcap
 from pipeline.ingest.log_names import BAG_FILE, run_of
-from pipeline.ingest.mcap_records import (
-    CHUNK,
-    FOOTER_BYTES,
-    LATEST_NS,
-    MAGIC,
-    MESSAGE,
-    RECORD_HEAD,
-    SET_NS,
-    STATISTICS,
-    BrokenRecordError,
-    StatisticsRecord,
-    parse_statistics,
-    start_of_summary,
-)
 
 #: Records that may stand before the first message: schemas, channels, metadata, attachments.
 _MOST_RECORDS = 100_000
@@ -55,7 +42,7 @@ def log_start_ns(path: Path) -> int | None:
     if ending in _FIRST_TIME:
         return _FIRST_TIME[ending](path)
     times = _first_times(path)
-    if not times or times[0] >= SET_NS:
+    if not times or times[0] >= mcap.SET_NS:
         return times[0] if times else None
     statistics = _statistics(path)
     if statistics is not None:
@@ -63,7 +50,7 @@ def log_start_ns(path: Path) -> int | None:
         span_s = (statistics.end_time_ns - statistics.start_time_ns) / 1e9
         if statistics.message_count > _MOST_HZ * span_s > 0.0:
             times += [times[0] * factor for factor in _FACTORS]
-    return next((time for time in times if SET_NS <= time < LATEST_NS), times[0])
+    return next((time for time in times if mcap.SET_NS <= time < mcap.LATEST_NS), times[0])
 
 
 def _of_tlog(path: Path) -> int:
@@ -114,17 +101,17 @@ def _first_times(path: Path) -> list[int]:
     """Return the log time of the first message, or those of the first chunk's ends."""
     try:
         with path.open("rb") as file:
-            if file.read(len(MAGIC)) != MAGIC:
+            if file.read(len(mcap.MAGIC)) != mcap.MAGIC:
                 return []
             for _ in range(_MOST_RECORDS):
-                head = file.read(RECORD_HEAD.size)
-                if len(head) < RECORD_HEAD.size:
+                head = file.read(mcap.RECORD_HEAD.size)
+                if len(head) < mcap.RECORD_HEAD.size:
                     return []
-                opcode, length = RECORD_HEAD.unpack(head)
-                if opcode in {CHUNK, MESSAGE}:
+                opcode, length = mcap.RECORD_HEAD.unpack(head)
+                if opcode in {mcap.CHUNK, mcap.MESSAGE}:
                     # a chunk begins with its first and last time, a message with channel (2),
                     # sequence (4) and log time
-                    skip, count = (6, 1) if opcode == MESSAGE else (0, 2)
+                    skip, count = (6, 1) if opcode == mcap.MESSAGE else (0, 2)
                     content = file.read(skip + 8 * count)[skip:]
                     whole = range(len(content) // 8)
                     return [int.from_bytes(content[8 * i : 8 * i + 8], "little") for i in whole]
@@ -136,22 +123,22 @@ def _first_times(path: Path) -> list[int]:
     return []
 
 
-def _statistics(path: Path) -> StatisticsRecord | None:
+def _statistics(path: Path) -> mcap.StatisticsRecord | None:
     """Return what the summary at the end counts."""
     try:
         with path.open("rb") as file:
             size = file.seek(0, 2)
-            file.seek(max(size - FOOTER_BYTES, 0))
-            start = start_of_summary(file.read())
+            file.seek(max(size - mcap.FOOTER_BYTES, 0))
+            start = mcap.start_of_summary(file.read())
             if not 0 < (start or 0) < size:
                 return None
             file.seek(start or 0)
             for _ in range(_MOST_RECORDS):
-                opcode, length = RECORD_HEAD.unpack(file.read(RECORD_HEAD.size))
-                if opcode == STATISTICS:
-                    return parse_statistics(memoryview(file.read(min(length, 1 << 24))))
+                opcode, length = mcap.RECORD_HEAD.unpack(file.read(mcap.RECORD_HEAD.size))
+                if opcode == mcap.STATISTICS:
+                    return mcap.parse_statistics(memoryview(file.read(min(length, 1 << 24))))
                 file.seek(length, 1)
-    except (OSError, BrokenRecordError, struct.error, OverflowError):
+    except (OSError, mcap.BrokenRecordError, struct.error, OverflowError):
         return None
     return None
 
@@ -162,10 +149,10 @@ def is_closed(path: Path) -> bool:
         return True
     try:
         with path.open("rb") as file:
-            if file.seek(0, 2) < 2 * len(MAGIC):
+            if file.seek(0, 2) < 2 * len(mcap.MAGIC):
                 return False
-            file.seek(-len(MAGIC), 2)
-            return file.read() == MAGIC
+            file.seek(-len(mcap.MAGIC), 2)
+            return file.read() == mcap.MAGIC
     except OSError:
         return False
 
@@ -191,7 +178,7 @@ def _day(start_ns: int | None, name: str) -> str:
     """
     if start_ns is None:
         return "undated"
-    is_set = SET_NS <= start_ns < LATEST_NS
+    is_set = mcap.SET_NS <= start_ns < mcap.LATEST_NS
     start = datetime.fromtimestamp(start_ns // _SECOND_NS if is_set else 0, UTC)
     local = {(start + offset).date() for offset in (_FARTHEST_WEST, timedelta(0), _FARTHEST_EAST)}
     for named in dates_in(name):

@@ -8,7 +8,6 @@ import pytest
 from pipeline.ingest import (
     cells,
     log_times,
-    mcap_chunk,
     mcap_directory,
     mcap_file,
     mcap_records,
@@ -36,7 +35,7 @@ STATED = {
     "keys and values": ("20 000", yaml_text.MAX_NODES),
     "levels of nesting": ("12", yaml_text.MAX_DEPTH),
     "elements that a `field` of `pool:` names": ("10 000", pool_schema._MOST_ELEMENTS),
-    "unpacked chunk": ("256 MB", mcap_chunk.MAX_CHUNK_BYTES / _MIB),
+    "unpacked chunk": ("256 MB", mcap_records.MAX_CHUNK_BYTES / _MIB),
     "all chunks unpacked": (
         "64 MB and 200 times the size of the log",
         mcap_records.MAX_UNPACKED_BYTES / _MIB,
