@@ -15,12 +15,8 @@ Path = tuple[Step, ...]
 
 #: Primitive -> NumPy kind and size in bytes. Characters and booleans are small numbers here.
 PRIMITIVES: Mapping[str, str] = {
-    "bool": "u1",
-    "byte": "u1",
-    "char": "u1",
-    "octet": "u1",
+    **dict.fromkeys(("bool", "byte", "char", "octet", "uint8"), "u1"),
     "int8": "i1",
-    "uint8": "u1",
     "int16": "i2",
     "uint16": "u2",
     "int32": "i4",
@@ -122,10 +118,7 @@ def parse_path(text: str) -> list[Path]:
     >>> parse_path("pose.position.x"), parse_path("data[1:3]")
     ([('pose', 'position', 'x')], [('data', 1), ('data', 2)])
 
-    Raises
-    ------
-    ValueError
-        For something else.
+    Raises `ValueError` for something else.
     """
     paths: list[Path] = [()]
     for part in text.split("."):
@@ -172,23 +165,11 @@ _ROS1_HEADER = (
 def parse_definition(name: str, text: str, language: str) -> Definition:
     r"""Parse the definition of a message with those of the messages in it.
 
-    Parameters
-    ----------
-    name : str
-        ``package/msg/Name`` (``package/Name`` in ROS 1, ``package::msg::Name`` of DDS).
-    text : str
-        The definition; of a standard message it may be empty, which is how some recorders leave
-        it: then that of ROS 2 Humble is taken.
-    language : {"ros2msg", "ros1msg", "ros2idl", "omgidl"}
-        What it is written in.
+    `name` is ``package/msg/Name`` (``package/Name`` in ROS 1, ``package::msg::Name`` of DDS),
+    `language` "ros2msg", "ros1msg", "ros2idl" or "omgidl". The definition of a standard message may
+    be empty, which is how some recorders leave it: then that of ROS 2 Humble is taken. Raises
+    `DefinitionError` with what cannot be understood.
 
-    Raises
-    ------
-    DefinitionError
-        With what cannot be understood.
-
-    Examples
-    --------
     >>> parse_definition("a/msg/B", "float64[3] x  # metres\nint8 LOW=1\n", "ros2msg").fields
     (Field(name='x', type='float64', length=3),)
     """

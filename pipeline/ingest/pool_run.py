@@ -13,7 +13,6 @@ from pipeline.ingest.log_times import LONGEST_RUN_NS, mend_log_times
 from pipeline.ingest.pool_run_channel import Found, channel_of, parts_of, timings_of, water_of
 from pipeline.ingest.pool_run_choice import ChannelSource, choose_sources, topics_read
 from pipeline.ingest.pool_run_clocks import Timing
-from pipeline.ingest.pool_run_consistency import consistency_problems
 from pipeline.ingest.pool_run_convert import Names, WaterOfRun, convert, guess_units
 from pipeline.ingest.pool_run_defaults import same_quantities
 from pipeline.ingest.pool_run_extract import TopicData
@@ -23,12 +22,7 @@ from pipeline.ingest.pool_run_messages import (
     each_once,
     miscounted,
     told_of,
-    told_of_commands,
-    told_of_coverage,
-    told_of_recorder,
-    told_of_thrust,
-    told_of_topics,
-    told_of_velocity,
+    told_of_run,
 )
 from pipeline.ingest.pool_run_plan import Plan, TopicFound
 from pipeline.ingest.pool_run_resample import resample
@@ -55,30 +49,20 @@ def read_pool_run(
 ) -> PoolRun:
     """Read the mapped channels of a log.
 
+    What is wrong with a channel is in `problems` and `marks`; the other channels are read. Raises
+    `InputError` if the file is no log, holds no messages, or none of its topics can be used.
+
     Parameters
     ----------
-    path : Path
-        The log: MCAP, a bag of ROS 1 or 2, a log of ArduPilot or PX4, a table in time.
-    vehicle : Vehicle
-        Its ``pool:`` section maps channels; standard messages have defaults.
-    raw_root : Path
-        For the names in messages.
+    path, vehicle, raw_root
+        The log; the vehicle, whose ``pool:`` section maps channels; the folder for names in
+        messages.
     prefix : str
         Read only topics that begin with it, as if they did not: ``/sim`` reads the simulated side
         of a log that has both.
     fast : bool
         Gather numbers of CDR messages at once. The slow way decodes each message and gives the
         same arrays; it is there to check the fast one.
-
-    Returns
-    -------
-    PoolRun
-        What is wrong with a channel is in `problems` and `marks`; the other channels are read.
-
-    Raises
-    ------
-    InputError
-        If the file is no log, holds no messages, or none of its topics can be used.
     """
     shown_as = source_name(path, raw_root)
     place = Place(shown_as)
@@ -130,11 +114,7 @@ def read_pool_run(
     problems += facts.problems
     run = _run(vehicle, facts, channels, topics_read(topics, channels, groups, vehicle), extent_ns)
     run = replace(run, notes=notes)
-    problems += told_of_topics(topics, run, place)
-    problems += told_of_commands(run, vehicle, place)
-    problems += consistency_problems(run, vehicle)
-    problems += [*told_of_recorder(run, place), *told_of_velocity(run, place)]
-    problems += [*told_of_coverage(run, place), *told_of_thrust(run, place)]
+    problems += told_of_run(run, topics, vehicle, place)
     return replace(run, problems=tuple(each_once(problems)))
 
 

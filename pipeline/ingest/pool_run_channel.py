@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.message_fields import Flag, impossible, is_body
+from pipeline.ingest.message_fields import impossible, is_body
 from pipeline.ingest.pool_run_clocks import Timing, choose_time, share_clocks
 from pipeline.ingest.pool_run_convert import Converted, WaterOfRun
 from pipeline.ingest.pool_run_extract import TopicData
@@ -58,17 +58,14 @@ def timings_of(
 
 
 _SENSOR_OF = {
-    "angular_velocity": "imu",
-    "specific_force": "imu",
-    "attitude_quaternion": "imu",
-    "attitude_euler": "imu",
+    **dict.fromkeys(
+        ("angular_velocity", "specific_force", "attitude_quaternion", "attitude_euler"), "imu"
+    ),
     "velocity": "dvl",
     "velocity_earth": "dvl",
     "depth": "depth",
     "pressure": "depth",
-    "position": "position",
-    "shaft_speed": "shaft_speed",
-    "voltage": "voltage",
+    **{one: one for one in ("position", "shaft_speed", "voltage")},
 }
 
 
@@ -163,7 +160,8 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
     for flag, invalid in zip(plan.flags, found.invalid, strict=True):
         _mark(marks, "not_a_number", invalid)
         if invalid.any() or flag.is_telling:
-            notes.append(_flagged(flag, int(invalid.sum())))
+            count = int(invalid.sum())
+            notes.append(f"readings that {flag.says} count, others as not a number: {count}")
     if plan.quantity == "velocity":
         notes += _out_of_the_mount(converted.values, found.topic, vehicle)
     told = plan.unit is not None
@@ -195,10 +193,6 @@ def channel_of(found: Found, vehicle: Vehicle) -> RunChannel:
         rhythm.period_s,
         rhythm.is_regular,
     )
-
-
-def _flagged(flag: Flag, count: int) -> str:
-    return f"readings that {flag.says} count, others as not a number: {count}"
 
 
 def _mark(marks: dict[str, BoolArray], name: str, rows: BoolArray) -> None:

@@ -68,21 +68,10 @@ def choose_time(
 ) -> Timing:
     """Choose the time of a topic's messages.
 
-    Parameters
-    ----------
-    log_time_ns : ndarray, shape (k,)
-        When each message was logged. [ns]
-    stamp_ns : ndarray, shape (k,), or None
-        Its stamp; `NO_STAMP` where it has none. [ns]
-    wanted : {"header", "log", "field"} or None
-        What the vehicle file says; None leaves the choice here.
-    expected_delay_s : float
-        Known age of a reading when it is logged: so much latency is no difference of clocks. [s]
-
-    Returns
-    -------
-    Timing
-        Falls back to the time of the log where the stamps cannot be used, and says why.
+    `log_time_ns` (k,) is when each message was logged, `stamp_ns` (k,) its stamp, `NO_STAMP` where
+    it has none. `wanted` is "header", "log", "field" as the vehicle file says, None leaves the
+    choice here. `expected_delay_s` is the known age of a reading when it is logged: so much latency
+    is no difference of clocks. Falls back to the time of the log where the stamps cannot be used.
     """
     if wanted == "log":
         return _logged(log_time_ns, "the vehicle file says so")

@@ -32,12 +32,9 @@ _ZSTD = b"\x28\xb5\x2f\xfd"
 _MAX_UNPACKED_BYTES = 4_000_000
 #: Names of components that say by themselves which is which.
 _COMPONENT_NAMES = (
-    ("x", "y", "z"),
-    ("x", "y", "z", "w"),
+    *map(tuple, ("xyz", "xyzw", "uvw", "pqr")),
     ("qx", "qy", "qz", "qw"),
     ("roll", "pitch", "yaw"),
-    ("u", "v", "w"),
-    ("p", "q", "r"),
 )
 
 
@@ -168,10 +165,8 @@ class Codec:
 def codec_of(channel: ChannelRecord, schema: SchemaRecord | None) -> Codec:
     """Choose the decoder of a channel.
 
-    Raises
-    ------
-    DefinitionError
-        Where its encoding is unknown or its definition missing or not understood.
+    Raises `DefinitionError` where its encoding is unknown or its definition missing or not
+    understood.
     """
     encoding = channel.message_encoding
     if encoding == "json":
@@ -210,10 +205,7 @@ def is_packed(data: bytes) -> bool:
 def unpacked(data: bytes) -> bytes:
     """Unpack one message.
 
-    Raises
-    ------
-    BrokenMessageError
-        If it cannot be unpacked, or to more than a message of readings has.
+    Raises `BrokenMessageError` if it cannot be unpacked, or to more than a message of readings has.
     """
     import zstandard
 
@@ -230,14 +222,9 @@ def unpacked(data: bytes) -> bytes:
 def decode_json(data: memoryview | bytes) -> Tree:
     """Decode a message.
 
-    Raises
-    ------
-    BrokenMessageError
-        If it is not a JSON object, or nested deeper than 50 levels. ``NaN`` and ``Infinity`` are
-        understood.
+    Raises `BrokenMessageError` if it is not a JSON object, or nested deeper than 50 levels. ``NaN``
+    and ``Infinity`` are understood.
 
-    Examples
-    --------
     >>> decode_json(b'{"depth": 1.5}')
     {'depth': 1.5}
     """

@@ -1,6 +1,6 @@
 """What channels say of each other and of the vehicle file: suspicions, told and nothing else."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from pipeline.ingest.pool_run_down import (
     gravity_against_rates,
     position_against_depth,
 )
-from pipeline.ingest.pool_run_resample import commanded_thrusters, measured_shafts, resample
+from pipeline.ingest.pool_run_resample import resample, thrusters_of
 from pipeline.ingest.pool_run_thrusters import thrusters_against_rates
 from pipeline.ingest.pool_run_velocity import velocity_against_motion
 from pipeline.records.run_arrays import PoolRun, RunChannel
@@ -71,10 +71,7 @@ def consistency_problems(run: PoolRun, vehicle: Vehicle) -> Iterator[Problem]:
 def contradictions(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Say where attitude, rates, specific force, velocity, depth and position contradict another.
 
-    Raises
-    ------
-    CannotComputeError
-        Where the times of the run make no table.
+    Raises `CannotComputeError` where the times of the run make no table.
     """
     rows = _TABLE_HZ * run.duration_s
     if rows > _MOST_ROWS:
@@ -223,8 +220,8 @@ def _voltage(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
 
 def _shaft_against_command(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a shaft turns against its command, or does what another's command says."""
-    shafts = measured_shafts(run)
-    names = [name for name in commanded_thrusters(run) if name in shafts]
+    shafts = thrusters_of(run, "shaft_speed")
+    names = [name for name in thrusters_of(run, "command") if name in shafts]
     if not names:
         return
     table = resample(run, _TABLE_HZ, quantities=("command", "shaft_speed"))
@@ -329,13 +326,3 @@ def _highest_slope(effort: FloatArray, size: FloatArray) -> float:
     if freedom <= 1.0:
         return np.inf
     return slope + 2.0 * float(np.sqrt(rest @ rest / (x @ x) / freedom))
-
-
-def worth_saying(counts: Mapping[str, int]) -> Sequence[str]:
-    """Return marks in the order in which they are told: the gravest first."""
-    order = (
-        *("broken", "not_a_number", "clock_jump", "reset", "out_of_order", "after_gap", "dropout"),
-        *("frozen", "outside_range", "saturated", "spike", "duplicate", "same_stamp", "late"),
-        "no_stamp",
-    )
-    return [name for name in order if counts.get(name)]

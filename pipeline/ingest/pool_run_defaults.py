@@ -22,6 +22,7 @@ from pipeline.ingest.pool_run_plan import (
     Plan,
     TopicFound,
     plan_channel,
+    thrusters_named,
 )
 from pipeline.records.pool_schema import COMPONENTS, PoolChannel, Quantity
 from pipeline.vehicle.schema import Vehicle
@@ -254,7 +255,8 @@ def _one_topic_each(
     for _, topic, rule in found:
         if len(rule.numbers(topic)) == 1:
             singles.setdefault(topic.name, (topic, rule))
-    by_thruster = _by_name(list(singles), thrusters) or _by_number(list(singles), thrusters)
+    by_name = {one: topic for topic, one in thrusters_named(list(singles), thrusters).items()}
+    by_thruster = by_name or _by_number(list(singles), thrusters)
     plans = []
     for thruster, name in by_thruster.items():
         topic, rule = singles[name]
@@ -277,16 +279,6 @@ def _one_topic_each(
         return [], [said]
     pairs = ", ".join(f"{plan.thrusters[0]} {plan.topic}" for plan in plans)
     return plans, [f"{plans[0].quantity} is taken from a topic for each thruster: {pairs}."]
-
-
-def _by_name(topics: Sequence[str], thrusters: Sequence[str]) -> dict[str, str]:
-    found: dict[str, str] = {}
-    for thruster in thrusters:
-        pattern = rf"(^|[^A-Za-z0-9]){re.escape(thruster)}([^A-Za-z0-9]|$)"
-        fitting = [name for name in topics if re.search(pattern, name)]
-        if len(fitting) == 1:
-            found[thruster] = fitting[0]
-    return found
 
 
 def _by_number(topics: Sequence[str], thrusters: Sequence[str]) -> dict[str, str]:

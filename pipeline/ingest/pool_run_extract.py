@@ -127,6 +127,11 @@ def _in_order(
 _MOST_EXPECTED = 5_000_000
 
 
+#: What was taken from messages, by name: time_ns (k,), values (k, m), broken (k,), and stamp_ns
+#: (k,) and names (k,) where they are wanted.
+_Columns = dict[str, np.ndarray[Any, Any]]
+
+
 class _Sink:
     """What was taken from a topic so far, in arrays that grow.
 
@@ -136,22 +141,20 @@ class _Sink:
 
     def __init__(self, request: Request, expected: int) -> None:
         self._request = request
-        self._all, self._used = self._rows(min(expected, _MOST_EXPECTED)), 0
+        self._all, self._used = self._made(min(expected, _MOST_EXPECTED)), 0
         self.names: list[tuple[str, ...]] = []
         self.why_broken = ""
 
-    def room(self, log_time_ns: IntArray) -> "_Rows":
+    def room(self, log_time_ns: IntArray) -> _Columns:
         """Make room for more messages and return it, to be filled."""
         begin, self._used = self._used, self._used + log_time_ns.size
-        if self._used > self._all.time_ns.size:
-            grown = self._rows(max(self._used, self._all.time_ns.size * 3 // 2))
-            for to, own in zip(
-                grown.columns(), self._all.part(slice(begin)).columns(), strict=True
-            ):
-                to[:begin] = own
+        if self._used > self._all["time_ns"].size:
+            grown = self._made(max(self._used, self._all["time_ns"].size * 3 // 2))
+            for name, column in grown.items():
+                column[:begin] = self._all[name][:begin]
             self._all = grown
-        part = self._all.part(slice(begin, self._used))
-        part.time_ns[:] = log_time_ns
+        part = {name: column[begin : self._used] for name, column in self._all.items()}
+        part["time_ns"][:] = log_time_ns
         return part
 
     def name_list(self, names: tuple[str, ...]) -> int:
@@ -162,58 +165,27 @@ class _Sink:
             self.names.append(names)
         return self.names.index(names)
 
+    def break_off(self, rows: _Columns, row: int, why: str) -> None:
+        """Mark a message that cannot be decoded."""
+        nothing = {"values": np.nan, "broken": True, "stamp_ns": NO_STAMP, "names": -1}
+        for name in rows.keys() & nothing.keys():
+            rows[name][row] = nothing[name]
+        self.why_broken = self.why_broken or why
+
     def finish(self) -> TopicData:
-        rows = self._all.part(slice(self._used))
-        return TopicData(
-            rows.time_ns,
-            rows.values,
-            rows.stamp_ns,
-            rows.broken,
-            self.names,
-            rows.names,
-            self.why_broken,
-        )
+        rows = {name: column[: self._used] for name, column in self._all.items()}
+        names, stamps = rows.get("names"), rows.get("stamp_ns")
+        own = (rows["time_ns"], rows["values"], stamps, rows["broken"])
+        return TopicData(*own, self.names, names, self.why_broken)
 
-    def _rows(self, count: int) -> "_Rows":
-        return _Rows(
-            np.empty(count, np.int64),
-            np.empty((count, len(self._request.numbers))),
-            np.zeros(count, np.bool_),
-            np.empty(count, np.int64) if self._request.stamp else None,
-            np.empty(count, np.int64) if self._request.names else None,
-        )
-
-
-@dataclass(frozen=True)
-class _Rows:
-    """What was taken from the messages of one block."""
-
-    time_ns: IntArray
-    values: FloatArray
-    broken: BoolArray
-    stamp_ns: IntArray | None
-    names: IntArray | None
-
-    def columns(self) -> list[np.ndarray[Any, Any]]:
-        every = (self.time_ns, self.values, self.broken, self.stamp_ns, self.names)
-        return [one for one in every if one is not None]
-
-    def part(self, rows: slice) -> "_Rows":
-        return _Rows(
-            self.time_ns[rows],
-            self.values[rows],
-            self.broken[rows],
-            None if self.stamp_ns is None else self.stamp_ns[rows],
-            None if self.names is None else self.names[rows],
-        )
-
-    def mark_broken(self, row: int) -> None:
-        self.values[row] = np.nan
-        self.broken[row] = True
-        if self.stamp_ns is not None:
-            self.stamp_ns[row] = NO_STAMP
-        if self.names is not None:
-            self.names[row] = -1
+    def _made(self, count: int) -> _Columns:
+        wanted = {"stamp_ns": self._request.stamp, "names": self._request.names}
+        return {
+            "time_ns": np.empty(count, np.int64),
+            "values": np.empty((count, len(self._request.numbers))),
+            "broken": np.zeros(count, np.bool_),
+            **{name: np.empty(count, np.int64) for name, one in wanted.items() if one},
+        }
 
 
 class _Reader:
@@ -237,32 +209,33 @@ class _Reader:
             start = messages.start[group]
             # of a block whose messages are all alike no index needs to be made
             where = slice(None) if group.size == messages.start.size else group
-            self._gather(buffer, start, layout, rows.values, where)
-            if rows.stamp_ns is not None:
-                rows.stamp_ns[where] = self._gather_stamp(buffer, start, layout)
-            if rows.names is not None:
-                rows.names[where] = self._gather_names(buffer, start, layout, sink)
+            for column, path in enumerate(self._request.numbers):
+                place = layout.place(path)
+                taken = np.nan if place is None else _take(buffer, start, place)
+                rows["values"][where, column] = taken
+            if "stamp_ns" in rows:
+                rows["stamp_ns"][where] = self._gather_stamp(buffer, start, layout)
+            if "names" in rows:
+                rows["names"][where] = self._gather_names(buffer, start, layout, sink)
         for row, why in sorted(faults.items()):
-            rows.mark_broken(row)
-            sink.why_broken = sink.why_broken or why
+            sink.break_off(rows, row, why)
 
-    def _read_each(self, buffer: Bytes, messages: Messages, rows: "_Rows", sink: _Sink) -> None:
+    def _read_each(self, buffer: Bytes, messages: Messages, rows: _Columns, sink: _Sink) -> None:
         for row, (begin, size) in enumerate(
             zip(messages.start.tolist(), messages.size.tolist(), strict=True)
         ):
             tree, why = self._decoded(buffer, begin, size)
             if tree is None:
-                rows.mark_broken(row)
-                sink.why_broken = sink.why_broken or why
+                sink.break_off(rows, row, why)
                 continue
             for column, path in enumerate(self._request.numbers):
-                rows.values[row, column] = _number(value_at(tree, path))
-            if rows.stamp_ns is not None and self._request.stamp is not None:
-                rows.stamp_ns[row] = stamp_of(tree, self._request.stamp)
-            if rows.names is not None and self._request.names is not None:
+                rows["values"][row, column] = _number(value_at(tree, path))
+            if self._request.stamp is not None:
+                rows["stamp_ns"][row] = stamp_of(tree, self._request.stamp)
+            if self._request.names is not None:
                 found = value_at(tree, self._request.names)
                 texts = found if isinstance(found, list) else []
-                rows.names[row] = sink.name_list(tuple(str(text) for text in texts))
+                rows["names"][row] = sink.name_list(tuple(str(text) for text in texts))
 
     def _decoded(self, buffer: Bytes, begin: int, size: int) -> tuple[Tree | None, str]:
         """Return a message, or None and why it cannot be decoded."""
@@ -272,18 +245,6 @@ class _Reader:
             return self._codec.decode(buffer[begin : begin + size].tobytes()), ""
         except BrokenMessageError as error:
             return None, str(error)
-
-    def _gather(
-        self,
-        buffer: Bytes,
-        start: IntArray,
-        layout: Layout,
-        values: FloatArray,
-        rows: slice | IntArray,
-    ) -> None:
-        for column, path in enumerate(self._request.numbers):
-            place = layout.place(path)
-            values[rows, column] = np.nan if place is None else _take(buffer, start, place)
 
     def _gather_stamp(self, buffer: Bytes, start: IntArray, layout: Layout) -> IntArray:
         stamp = self._request.stamp

@@ -71,19 +71,8 @@ def rhythm_of(time_ns: IntArray) -> Rhythm:
 def time_marks(time_ns: IntArray, values: FloatArray, rhythm: Rhythm) -> dict[str, BoolArray]:
     """Mark what is wrong with the order of times.
 
-    Parameters
-    ----------
-    time_ns : ndarray, shape (k,)
-        Chosen times in the order of the file. [ns]
-    values : ndarray, shape (k, m)
-        Readings, to tell a duplicate from two readings of one time.
-    rhythm : Rhythm
-        Of the channel.
-
-    Returns
-    -------
-    dict of ndarray, shape (k,)
-        "out_of_order", "duplicate", "same_stamp", "after_gap", where any reading has them.
+    Of chosen times (k,) in the order of the file [ns]; readings (k, m) tell a duplicate from two
+    readings of one time. Marks are "out_of_order", "duplicate", "same_stamp", "after_gap".
     """
     marks: dict[str, BoolArray] = {}
     if time_ns.size < 2:

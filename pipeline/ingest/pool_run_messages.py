@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_consistency import worth_saying
+from pipeline.ingest.pool_run_consistency import consistency_problems
 from pipeline.ingest.pool_run_extract import TopicData
 from pipeline.ingest.pool_run_plan import TopicFound
 from pipeline.records.run_arrays import MARKS, PoolRun, RunChannel
@@ -20,6 +20,11 @@ _OF_CLOCKS = (
     "Check clock and driver; state clock: log under pool: channels if its stamps are wrong."
 )
 _OF_SENSORS = "Check sensor, cable and driver; what is marked does not count."
+#: Marks in the order in which they are told; broken messages are told of by topic.
+_GRAVEST_FIRST = (
+    *("not_a_number", "clock_jump", "reset", "out_of_order", "after_gap", "dropout", "frozen"),
+    *("outside_range", "saturated", "spike", "duplicate", "same_stamp", "late", "no_stamp"),
+)
 #: Marks that are notes as long as few readings have them.
 _PLAIN_MARKS = ("saturated", "same_stamp", "late", "frozen")
 #: The times of a log are in order but for messages that waited together. [s]
@@ -57,7 +62,18 @@ def miscounted(
     )
 
 
-def told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> Iterator[Problem]:
+def told_of_run(
+    run: PoolRun, topics: Sequence[TopicFound], vehicle: Vehicle, place: Place
+) -> Iterator[Problem]:
+    """Say what is wrong with a run as a whole, and what its channels say of each other."""
+    yield from _told_of_topics(topics, run, place)
+    yield from _told_of_commands(run, vehicle, place)
+    yield from consistency_problems(run, vehicle)
+    for tell in (_told_of_recorder, _told_of_velocity, _told_of_coverage, _told_of_thrust):
+        yield from tell(run, place)
+
+
+def _told_of_topics(topics: Sequence[TopicFound], run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say which topics cannot be decoded although they may carry readings, and how others can."""
     lost = [
         f"{topic.name} ({topic.message_type or topic.encoding}): {topic.why_not}"
@@ -91,8 +107,8 @@ def told_of(
 ) -> Iterator[Problem]:
     """Say what is marked in a channel, the gravest first; marks of times once a topic."""
     counts = {mark: int(rows.sum()) for mark, rows in channel.marks.items()}
-    for mark in worth_saying(counts):
-        if mark == "broken" or (channel.topic, mark) in told:
+    for mark in _GRAVEST_FIRST:
+        if not counts.get(mark) or (channel.topic, mark) in told:
             continue
         if mark == "outside_range" and channel.quantity == "thruster_command":
             continue  # said of each thruster with its range
@@ -138,7 +154,7 @@ def _is_constant(values: FloatArray) -> bool:
     return bool(finite.size and finite.min() == finite.max())
 
 
-def told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
+def _told_of_commands(run: PoolRun, vehicle: Vehicle, place: Place) -> Iterator[Problem]:
     """Say where commands are missing, beyond the drives, or never given."""
     commands = [one for one in run.channels.values() if one.quantity == "thruster_command"]
     if not commands:
@@ -200,7 +216,7 @@ def _barely_any(commands: Sequence[RunChannel], place: Place) -> Iterator[Proble
         )
 
 
-def told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where the times of the log go back, and which readings they date far from the others."""
     topics = {channel.topic: channel.log_time_ns for channel in run.channels.values()}
     beyond = {
@@ -233,7 +249,7 @@ def told_of_recorder(run: PoolRun, place: Place) -> Iterator[Problem]:
         )
 
 
-def told_of_velocity(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_velocity(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a velocity over the earth cannot become one of the body."""
     over_earth = run.channels.get("velocity_earth")
     if over_earth is not None and not {"velocity", "attitude"} & set(run.channels):
@@ -246,7 +262,7 @@ def told_of_velocity(run: PoolRun, place: Place) -> Iterator[Problem]:
         )
 
 
-def told_of_thrust(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_thrust(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say what a measured thrust is of use for."""
     topics = {one.topic for one in run.channels.values() if one.quantity == "thrust"}
     if topics:
@@ -258,7 +274,7 @@ def told_of_thrust(run: PoolRun, place: Place) -> Iterator[Problem]:
         )
 
 
-def told_of_coverage(run: PoolRun, place: Place) -> Iterator[Problem]:
+def _told_of_coverage(run: PoolRun, place: Place) -> Iterator[Problem]:
     """Say where a channel covers less than the run."""
     for name, channel in run.channels.items():
         if not channel.time_ns.size or run.duration_s < 1.0:

@@ -150,6 +150,9 @@ def resample(
     off_row: dict[str, OffRow] = {}
     notes: list[str] = []
     wanted = _wanted(run, by_quantity, quantities)
+    # those of the log where the vehicle file states none
+    every = [name for one in _OF_THRUSTERS for name in thrusters_of(run, one)]
+    names = run.thrusters or tuple(dict.fromkeys(every))
     for quantity in wanted:
         if quantity == "velocity" and quantity not in by_quantity:
             parts = [_placed(by_quantity[name][0], begin_ns, time_s) for name in _TURNED]
@@ -160,7 +163,6 @@ def resample(
             continue
         channels = by_quantity[quantity]
         if quantity in _OF_THRUSTERS:
-            names = _thruster_names(run, by_quantity)
             step_s = _period(time_s) if by_step and quantity == "command" else 0.0
             placed, said = _of_thrusters(quantity, channels, names, begin_ns, time_s, step_s=step_s)
             notes += said
@@ -178,23 +180,14 @@ def resample(
         tuple(notes),
         reading,
         off_row,
-        _thruster_names(run, by_quantity),
+        names,
         begin_ns,
         _left_out(run, wanted),
     )
 
 
-def commanded_thrusters(run: PoolRun) -> tuple[str, ...]:
-    """Names of the thrusters that the run has commands for, in the order of the vehicle file."""
-    return _named(run, "command")
-
-
-def measured_shafts(run: PoolRun) -> tuple[str, ...]:
-    """Names of the thrusters that the run has shaft speeds of, in the order of the vehicle file."""
-    return _named(run, "shaft_speed")
-
-
-def _named(run: PoolRun, quantity: str) -> tuple[str, ...]:
+def thrusters_of(run: PoolRun, quantity: str) -> tuple[str, ...]:
+    """Names of the thrusters with a "command" or "shaft_speed", in the vehicle file's order."""
     found = {
         column.removeprefix(_OF_THRUSTERS[quantity]): None
         for channel in run.channels.values()
@@ -203,13 +196,6 @@ def _named(run: PoolRun, quantity: str) -> tuple[str, ...]:
     }
     stated = [name for name in run.thrusters if name in found]
     return (*stated, *(name for name in found if name not in stated))
-
-
-def _thruster_names(run: PoolRun, by_quantity: dict[str, list[RunChannel]]) -> tuple[str, ...]:
-    """All thrusters of the vehicle, or those of the log where the vehicle file states none."""
-    if run.thrusters or not set(_OF_THRUSTERS) & set(by_quantity):
-        return run.thrusters
-    return tuple(dict.fromkeys((*commanded_thrusters(run), *measured_shafts(run))))
 
 
 def _wanted(

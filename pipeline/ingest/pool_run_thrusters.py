@@ -8,7 +8,7 @@ import numpy as np
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.pool_run_down import down_in_body
-from pipeline.ingest.pool_run_resample import commanded_thrusters, resample
+from pipeline.ingest.pool_run_resample import resample, thrusters_of
 from pipeline.records.run_arrays import PoolRun
 from pipeline.types import BoolArray, FloatArray
 from pipeline.vehicle.schema import Vehicle
@@ -145,7 +145,7 @@ def _rearranged(
 
 
 def _moments_of(run: PoolRun) -> _Moments | None:
-    names = commanded_thrusters(run)
+    names = thrusters_of(run, "command")
     if not names or "angular_velocity" not in run.channels:
         return None
     known = ("attitude",) if "attitude" in run.channels else ()

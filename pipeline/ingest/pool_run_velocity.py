@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipeline.errors import Place, Problem
-from pipeline.ingest.pool_run_resample import commanded_thrusters, into_body, resample
+from pipeline.ingest.pool_run_resample import into_body, resample, thrusters_of
 from pipeline.records.run_arrays import PoolRun
 from pipeline.records.run_table import RunTable
 from pipeline.types import BoolArray, FloatArray
@@ -202,7 +202,7 @@ def _across(table: RunTable, others: list[_Reading], rows: BoolArray, vehicle: V
 
 def _against_thrust(run: PoolRun, table: RunTable, rows: BoolArray, vehicle: Vehicle) -> str:
     """Say where a vehicle goes astern while its thrusters push ahead, or the other way."""
-    if not commanded_thrusters(run):
+    if not thrusters_of(run, "command"):
         return ""
     code = np.nan_to_num(resample(run, _TABLE_HZ, quantities=("command",)).values["command"])
     ahead = {thruster.name: thruster.direction[0] for thruster in vehicle.thrusters}

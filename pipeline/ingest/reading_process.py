@@ -32,10 +32,7 @@ class _Notes:
 def opening(file: str) -> None:
     """Note that compiled code is about to open a file.
 
-    Raises
-    ------
-    InputError
-        If that ended the process before.
+    Raises `InputError` if that ended the process before.
     """
     if file in _Notes.deadly:
         raise InputError.at(

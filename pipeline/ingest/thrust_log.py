@@ -29,10 +29,8 @@ def read_thrust_log(path: Path, shown_as: str, vehicle: Vehicle) -> tuple[Sheet,
     The speed is that of the vehicle at the thruster, in still water. A log without a velocity was
     taken at a mooring, unless its position says that the vehicle went somewhere.
 
-    Raises
-    ------
-    InputError
-        When the log cannot be read, measures no thrust, or moved with nobody knows what speed.
+    Raises `InputError` when the log cannot be read, measures no thrust, or moved with nobody knows
+    what speed.
     """
     place = Place(shown_as)
     run = read_pool_run(path, vehicle, path.parent)
