@@ -120,27 +120,11 @@ def parse_number(cell: Cell, unit_text: str | None = None) -> float | None:
     """Read a number with decimal point or comma.
 
     A single comma is a decimal comma ("1,324" is 1.324); blanks may part thousands; a trailing
-    unit is accepted where it is the unit of the column.
+    unit is accepted where it is that of the column. None where there is no value: empty, "-".
 
-    Parameters
-    ----------
-    cell : str, float, bool or None
-        Cell of a sheet.
-    unit_text : str, optional
-        Unit text of the column.
+    Raises `NotANumberError` for text, an error value such as #DIV/0!, a truth value, infinity or a
+    number above `MOST`.
 
-    Returns
-    -------
-    float or None
-        None where there is no value: empty, "-", "NaN", "n/a".
-
-    Raises
-    ------
-    NotANumberError
-        Text, an error value such as #DIV/0!, a truth value, infinity or a number above `MOST`.
-
-    Examples
-    --------
     >>> parse_number("1 324,5"), parse_number("\u22120.378"), parse_number("5,2 кгс·см", "кгс см")
     (1324.5, -0.378, 5.2)
     >>> parse_number("1'324"), parse_number("- 0.5")

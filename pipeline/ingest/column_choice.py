@@ -1,6 +1,5 @@
 """Which of several columns holds a quantity: names, units and what the numbers say together."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -11,7 +10,14 @@ from pipeline.ingest.cells import Sheet, column_letter, shorten
 from pipeline.ingest.column_data import ColumnData, ratio_of, read_column, wholes_of
 from pipeline.ingest.header_rows import ELECTRICAL, Match, Wanted
 from pipeline.ingest.unit_text import UnitTextError, factor, quantities_of
-from pipeline.ingest.vocabulary import FIRST_RANK, is_other, plain, read_unit_cell, unit_fits
+from pipeline.ingest.vocabulary import (
+    FIRST_RANK,
+    is_other,
+    pattern_of,
+    plain,
+    read_unit_cell,
+    unit_fits,
+)
 from pipeline.types import FloatArray
 
 #: One of these is set and the other follows from it: their columns are weighed together.
@@ -28,14 +34,7 @@ _TOGETHER, _LEAST_COMMANDS = 0.98, 5
 _SAME = 0.03
 _PULSE_WIDTHS_US = (400.0, 3000.0)
 _UNITS_ROWS = 3
-_COUNTED = re.compile(r"[\s_]*(?:№|#|no\.?)?[\s_]*\d{1,2}(?=\s|$)", re.IGNORECASE)
-_SIDE = re.compile(
-    r"left|right|port|starboard|stbd|front|rear|fore|aft|top|bottom|upper|lower|inner|outer"
-    r"|лев\w*|прав\w*|верх\w*|нижн\w*|перед\w*|задн\w*|[a-dа-г]|[a-z]*\d{1,2}"
-)
-_THRUSTER = re.compile(
-    r"(?:t|thrust|thruster(?: thrust)?|упор|тяга|движитель|упор движителя|дрк)", re.IGNORECASE
-)
+_COUNTED, _SIDE, _THRUSTER = map(pattern_of, ("numbered", "side", "thruster"))
 _LEAST_THRUSTERS = 3
 #: Columns of one name from which a table is a grid, which has its own message.
 _GRID = 4

@@ -234,13 +234,8 @@ def ratio_of(first: FloatArray, second: FloatArray) -> Ratio | None:
 def wholes_of(columns: Sequence[FloatArray], tolerance: float = 0.02) -> list[tuple[int, str]]:
     """Find the columns that are the sum or the mean of all the others.
 
-    Returns
-    -------
-    list of tuple of (int, str)
-        Position, and "sum" or "mean", of each.
+    Returns position, and "sum" or "mean", of each.
 
-    Examples
-    --------
     >>> parts = np.array([1.0, 2, 3, 4]), np.array([1.5, 2.5, 2, 4])
     >>> wholes_of([*parts, parts[0] + parts[1]])
     [(2, 'sum')]

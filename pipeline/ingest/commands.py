@@ -9,7 +9,7 @@ from pipeline.ingest.blocks import heading_text
 from pipeline.ingest.cells import shorten
 from pipeline.ingest.rows import listed
 from pipeline.ingest.unit_text import is_percent
-from pipeline.ingest.vocabulary import plain
+from pipeline.ingest.vocabulary import plain, words_of
 from pipeline.vehicle.schema import Vehicle
 
 #: Of the range: pulses that go further were made for another one, and so, maybe, those that end
@@ -23,8 +23,7 @@ _SHORTEST_US, _LONGEST_US = 500.0, 2600.0
 #: Thrust at the neutral pulse, over the largest, above which it is not neutral.
 _NEUTRAL_SHARE = 0.1
 
-#: Names of a command that is always a share, whatever the controller counts in.
-_THROTTLE = ("throttle", "газ", "дроссель", "duty", "скважность")
+_THROTTLE = words_of("groups", "throttle")
 
 
 def command_in_codes(table: Table) -> Iterator[Problem]:

@@ -5,13 +5,14 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from pipeline.ingest.cells import Cell, Row, Sheet, is_number, is_text
+from pipeline.ingest.cells import Cell, Row, Sheet, column_letter, is_number, is_text
 from pipeline.ingest.unit_text import is_percent, normalise_unit
 from pipeline.ingest.vocabulary import (
     HeaderText,
     Vocabulary,
     is_other,
     name_score,
+    pattern_of,
     plain,
     read_unit_cell,
     split_header,
@@ -23,14 +24,6 @@ from pipeline.vehicle.bench_schema import Column
 
 #: The speed of a motor's field: the shaft's times the pole pairs. Never read as it stands.
 ELECTRICAL = "electrical_shaft_speed"
-_FIELD = r"\b(?:el|elec|electr\w*|field|stator|commutation|эл|электр\w*|пол[яе]|коммутац\w*)\b\.?"
-_TURNING = r"\b(?:speed|rpm|freq\w*|rotation\w*|revol\w*|rate|частот\w*|скорост\w*|оборот\w*|об)\b"
-#: "Electric motor speed" is that of the shaft: the word must stand right at the speed.
-_ELECTRICAL = re.compile(
-    rf"\be[\s_-]?rpm\b|{_FIELD}[\s_-]+(?:shaft[\s_-]+)?{_TURNING}"
-    rf"|{_TURNING}[\s,_(\[-]+{_FIELD}(?!\s*(?:motor|drive|двигат\w*|мотор\w*|привод\w*))",
-    re.IGNORECASE,
-)
 #: Other things that a bench records in the units of a thrust, a torque, a speed or a pulse.
 _OTHER_MEANINGS = words_of("groups", "other_meanings")
 #: What a column with a unit and an unknown name scores: less than any name.
@@ -38,16 +31,10 @@ _BY_UNIT = 8
 #: What a column scores that vehicle.yaml states.
 _STATED = 1000
 #: Units of more than one thing: an acceleration in g, a mass in kg.
-_MANY_MEANINGS = frozenset(
-    normalise_unit(unit)
-    for unit in (
-        *("g", "gr", "gram", "grams", "kg", "kilograms", "lb", "lbs", "pound", "pounds", "oz"),
-        *("ounce", "ounces", "г", "кг", "грамм", "фунт", "унция", "1/s", "1/с", "hz", "гц", "s"),
-        *("с", "ms", "мс", "sec", "сек"),
-    )
-)
+_MANY_MEANINGS = frozenset(map(normalise_unit, words_of("groups", "many_meanings")))
 _LONGEST_NAME = 4
 _LETTER = re.compile(r"[^\W\d_]")
+_BY_LETTER = re.compile(r"column ([A-Z]{1,3})", re.IGNORECASE)
 """Dates and clock times of a log have none; they need not be matched with names."""
 
 
@@ -186,7 +173,7 @@ def _stacked_matches(sheet: Sheet, wanted: Wanted, row: int, own: Sequence[Match
 def _match(wanted: Wanted, text: str, index: int) -> list[Match]:
     """Return the best quantity for a header text, or the one that vehicle.yaml states."""
     for quantity, column in wanted.mapping.items():
-        if is_mapped(column, text):
+        if is_mapped(column, text) or letter_of(column) == column_letter(index):
             if is_electrical(text) and column.pole_pairs is None:
                 continue
             header = next((h for h in split_header(text) if h.unit), split_header(text)[0])
@@ -260,10 +247,16 @@ def is_electrical(text: str) -> bool:
     >>> [is_electrical(one) for one in ("Speed (ERPM)", "RPM (el.)", "RPM", "Electric motor speed")]
     [True, True, False, False]
     """
-    return _ELECTRICAL.search(text) is not None
+    return pattern_of("electrical").search(text) is not None
 
 
 def is_mapped(column: Column, text: str) -> bool:
     """Tell whether a header is the one that vehicle.yaml states, with or without its unit."""
     wanted = plain(column.header)
     return plain(text) == wanted or any(plain(h.name) == wanted for h in split_header(text))
+
+
+def letter_of(column: Column) -> str | None:
+    """Return the letter where vehicle.yaml states a column by its letter ("column B")."""
+    found = _BY_LETTER.fullmatch(column.header.strip())
+    return found[1].upper() if found else None

@@ -10,11 +10,10 @@ from pipeline.ingest.blocks import Block, headings
 from pipeline.ingest.cells import Sheet, are_spoilt, column_letter, is_number, is_text, shorten
 from pipeline.ingest.column_choice import ColumnChoice, told_apart
 from pipeline.ingest.column_units import HeadRows, misfits, read_columns
-from pipeline.ingest.header_rows import Match, Wanted, header_rows
+from pipeline.ingest.header_rows import Match, Wanted, header_rows, letter_of
 from pipeline.ingest.stated_columns import (
     blocks_by_letter,
     choose_sheets,
-    letter_of,
     missing_columns,
     rows_wanted,
 )
@@ -282,8 +281,6 @@ def _end_of_data(sheet: Sheet, first: int, following: int, columns: Sequence[int
 def odd_letters(texts: Iterable[str]) -> str:
     """Say in one sentence what is odd about the letters of headings; empty where nothing is.
 
-    Examples
-    --------
     >>> odd_letters(["\u0441ode", "thrust (N)"])
     'In "\u0441ode" Cyrillic letters (\u0441) stand among Latin ones'
     >>> odd_letters(["код", "тяга, Н", "thrust (N)"])

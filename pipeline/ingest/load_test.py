@@ -28,23 +28,9 @@ from pipeline.vehicle.schema import Vehicle
 
 
 def read_load_tests(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> LoadTestRecord:
-    """Read all load-test files of a vehicle.
+    """Read all load-test files of a vehicle; sources are named relative to `raw_root`.
 
     A file or sheet that cannot be read becomes a problem of the record; the others are read.
-
-    Parameters
-    ----------
-    paths : sequence of Path
-        The files, xlsx or text.
-    vehicle : Vehicle
-        Mapping of columns, range of codes, propeller.
-    raw_root : Path
-        Folder of all vehicles' raw files; sources are named relative to it.
-
-    Returns
-    -------
-    LoadTestRecord
-        Points in rpm, N m, A, V, W with marks, what was read of each table, and all problems.
     """
     read = read_files(_KIND, sorted(paths), vehicle, raw_root)
     return LoadTestRecord(points=read.points, sheets=read.sheets, problems=read.problems)

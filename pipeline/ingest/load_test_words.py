@@ -1,11 +1,13 @@
 """What the columns, codes and branches of a load test are called."""
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.unit_text import fold_lookalikes
-from pipeline.ingest.vocabulary import plain, vocabulary_of, words_of
+from pipeline.ingest.vocabulary import pattern_of, plain, vocabulary_of, words_of
 
 Branch = Literal["loading", "unloading"]
 
@@ -13,29 +15,15 @@ Branch = Literal["loading", "unloading"]
 ANY_POWER = vocabulary_of("other")["any_power"]
 REQUIRED = (("shaft_speed",), ("torque",))
 BRANCH_WORDS = words_of("directions", "branches")
-_UNLOADING = re.compile(
-    r"\b(?:unload\w*|разгруж\w*|разгрузк\w*|сняти\w* нагрузки|обратн\w* ход|descending|load down)\b"
+_UNLOADING, _LOADING, _WARM_UP, _OTHER_CODE = map(
+    pattern_of, ("unloading", "loading", "warm_up", "other_code")
 )
-_LOADING = re.compile(r"\b(?:loading|load up|нагруж\w*|прям\w* ход|ascending)\b")
-#: These are a branch only where nothing else stands beside them ("Load test of drive 7" is none).
-_BRANCH_ALONE: dict[str, Branch] = {
-    "down": "unloading",
-    "falling": "unloading",
-    "up": "loading",
-    "rising": "loading",
-    "load": "loading",
-    "нагрузка": "loading",
-}
-_WARM_UP = re.compile(r"\b(?:warm\s?up|warming(?:\s?up)?|preheat\w*|прогрев\w*|разогрев\w*)\b")
+#: These are a branch only where nothing else stands beside them.
+_BRANCH_ALONE: Mapping[str, Branch] = data_of("bench_words")["alone"]["branches"]
 
 _NUMBER = r"(?P<number>\d{1,5}(?:[.,]\d+)?)(?![\d.,/\-…]*\d)\s*(?P<percent>%)?"
 _SIGN = r"(?P<sign>[+\-\u2212\u2013]|minus\s+|plus\s+|минус\s+|плюс\s+)?"
-_WORD = r"(?:control[\s_]*code|command|code|cmd|код(?:[\s_]+управления)?|управляющий[\s_]+код)"
-_OTHER_CODE = re.compile(
-    r"(?:error|serial|fault|part|order|ошибк\w*|издели\w*|заказ\w*)[\s_]*(?:code|код)"
-    r"|(?:code|код)[\s_]+(?:ошибк|издели|заказ|двигател|of\b)",
-    re.IGNORECASE,
-)
+_WORD = pattern_of("code_word").pattern
 _CODE_WORD = re.compile(
     rf"(?<![a-zа-я]){_WORD}(?:[\s_]*\(?\bN\b\)?)?"
     # "code-40" may have a dash where "code -40" and "code: -40" have a sign.
@@ -68,20 +56,8 @@ class CodeText:
 def code_in_text(text: str, *, alone: bool = False) -> CodeText | None:
     """Find a control code in a sheet's name, a file's name or a heading.
 
-    Parameters
-    ----------
-    text : str
-        E.g. ``Код 90``, ``N=+127``, ``code_040``, ``Control code: -90``.
-    alone : bool
-        A number alone is a code too (sheet names).
+    None where it holds none, or two different ones. A number `alone` is a code too (sheet names).
 
-    Returns
-    -------
-    CodeText or None
-        The code, None where the text holds none, or two different ones.
-
-    Examples
-    --------
     >>> [code_in_text(text).value for text in ("Код 90", "N=+127", "code_040", "Control code: -90")]
     [90.0, 127.0, 40.0, -90.0]
     >>> code_in_text("90"), code_in_text("-90", alone=True).value, code_in_text("error code 5")

@@ -15,7 +15,7 @@ from pipeline.ingest.cells import Sheet, shorten
 from pipeline.ingest.commands import codes_in_range, command_in_codes, pwm_note, pwm_problems
 from pipeline.ingest.log_names import is_log_anywhere
 from pipeline.ingest.mooring_points import hysteresis, points_of_file
-from pipeline.ingest.row_directions import OF_THE_RIG, with_signed_codes
+from pipeline.ingest.row_directions import with_signed_codes
 from pipeline.ingest.rows import counted, listed
 from pipeline.ingest.settled_steps import settle
 from pipeline.ingest.thrust_checks import (
@@ -25,27 +25,13 @@ from pipeline.ingest.thrust_checks import (
     shape_problem,
     thrust_problem,
 )
-from pipeline.ingest.vocabulary import factor_in_name, plain, words_of
+from pipeline.ingest.vocabulary import factor_in_name, pattern_of, plain, words_of
 from pipeline.ingest.workbook import read_sheets
 from pipeline.records.measurements import IN_A_FLOW, MooringPoint, MooringRecord
 from pipeline.vehicle.schema import Vehicle
 from pipeline.vehicle.supply_voltage import is_at_supply, voltage_groups
 
 _UP, _DOWN = words_of("directions", "up"), words_of("directions", "down")
-#: A lever between thruster and sensor, or a factor: whether the numbers hold it people must say.
-_LEVER = re.compile(
-    r"\b(?:lever\w*|moment arm|arm ratio|arms?\b(?=.*\d)|pivot\w*|rocker|bell[ -]?crank|beam ratio"
-    r"|рычаг\w*|плеч[оеа]\w*|коромысл\w*|балансир\w*|качалк\w*)\b"
-    r"|\b(?:multipl\w*|divid\w*|умнож\w*|раздел[иеё]\w*|дел[ие]\w*|множител\w*)\b.{0,30}?\d",
-    re.IGNORECASE,
-)
-#: A reading of several thrusters together.
-_TOGETHER = re.compile(
-    r"\b(?:\d+|two|three|four|six|eight|both|all)\s+(?:thrusters|motors|propellers|props|screws|units)\b"
-    r"|\b(?:\d+|двух|тр[её]х|четыр[её]х|шести|восьми|обоих|всех)\s+"
-    r"(?:движител|двигател|мотор|винт|вма)\w*",
-    re.IGNORECASE,
-)
 #: Slower than this is rest. [m/s]
 _AT_REST_MPS = 0.05
 #: A small "в" that stands by itself is a preposition ("опыт 3 в бассейне"), and so is a large one
@@ -57,27 +43,11 @@ _VOLTS = re.compile(
 
 
 def read_mooring_tables(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> MooringRecord:
-    """Read all mooring tables of a vehicle.
+    """Read all mooring tables of a vehicle; sources are named relative to `raw_root`.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Workbooks and text tables.
-    vehicle : Vehicle
-        Range of the codes, pulse widths, column mapping, supply voltage of the tables.
-    raw_root : Path
-        Sources are named relative to it.
-
-    Returns
-    -------
-    MooringRecord
-        Points of all files that could be read, in newtons, with every problem. A file that cannot
-        be read is a problem of severity "error", and the others are read.
-
-    Notes
-    -----
-    Order of rows is taken for order of measurement: it tells rising sweeps from falling ones and
-    carries the tare between its readings at code 0.
+    A file that cannot be read is a problem of severity "error", and the others are read. Order of
+    rows is taken for order of measurement: it tells rising sweeps from falling ones and carries the
+    tare between its readings at code 0.
     """
     read = read_files(_KIND, paths, vehicle, raw_root)
     # what each table reads at code 0
@@ -108,11 +78,11 @@ def _lever_unclear(table: Table) -> Iterator[Problem]:
     thrust, stated = table.block.columns["thrust"], table.vehicle.columns.mooring.thrust
     title = heading_text(table.block.above)
     lever = next(
-        (text for text in (thrust.header, thrust.group, title) if _LEVER.search(text)),
+        (text for text in (thrust.header, thrust.group, title) if pattern_of("lever").search(text)),
         title if factor_in_name(title, "thrust") else None,
     )
     own = f"{thrust.group} {thrust.header}".strip()
-    if lever is None and table.block.thruster is None and _TOGETHER.search(own):
+    if lever is None and table.block.thruster is None and pattern_of("together").search(own):
         lever = own
     if lever is not None and (stated is None or "scale" not in stated.model_fields_set):
         yield table.leave_out(
@@ -187,7 +157,7 @@ def _told(texts: Sequence[str], words: Sequence[str], opposite: Sequence[str]) -
     (False, True)
     """
     for text in texts:
-        found = set(OF_THE_RIG.sub(" ", plain(text)).split())
+        found = set(pattern_of("of_the_rig").sub(" ", plain(text)).split())
         here, there = found & {plain(w) for w in words}, found & {plain(w) for w in opposite}
         if here or there:
             return bool(here) and not there

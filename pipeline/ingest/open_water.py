@@ -39,23 +39,10 @@ _MOST_APART = 0.1
 
 
 def read_open_water(paths: Sequence[Path], vehicle: Vehicle, raw_root: Path) -> OpenWaterRecord:
-    """Read all open-water tests of a vehicle.
+    """Read all open-water tests of a vehicle; sources are named relative to `raw_root`.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Workbooks and text tables.
-    vehicle : Vehicle
-        Density of the water and diameter of the propeller, for raw thrust and torque; column
-        mapping and filters of rows.
-    raw_root : Path
-        Sources are named relative to it.
-
-    Returns
-    -------
-    OpenWaterRecord
-        Points of all files that could be read, with every problem. A file that cannot be read is
-        a problem of severity "error", and the others are read.
+    Density of the water and diameter of the propeller are those of the vehicle file. A file that
+    cannot be read is a problem of severity "error", and the others are read.
     """
     read = read_files(_KIND, paths, vehicle, raw_root)
     return OpenWaterRecord(points=read.points, sheets=read.sheets, problems=read.problems)

@@ -53,26 +53,9 @@ def coefficients(
     :math:`J = V/(nD)`, :math:`K_T = T/(\rho n^2 D^4)`, :math:`K_Q = Q/(\rho n^2 D^5)`,
     :math:`K_Q = C_P/2\pi`, :math:`K_T = C_T`.
 
-    Parameters
-    ----------
-    values : mapping of str to float
-        What the row holds: advance_ratio, thrust_coefficient, torque_coefficient,
-        torque_coefficient_x10, power_coefficient [-]; thrust [N], torque [N m],
-        shaft_speed [rpm], speed [m/s].
-    density_kgpm3 : float
-        Of the water of the test. [kg/m^3]
-    diameter_m : float
-        Of the propeller. [m]
-
-    Returns
-    -------
-    Coefficients
-        K_T or K_Q is None if the row has nothing that gives it.
-
-    Raises
-    ------
-    NoCoefficientError
-        If J is not known, or neither K_T nor K_Q.
+    `values` is what the row holds: these coefficients [-], thrust [N], torque [N m], shaft_speed
+    [rpm], speed [m/s]. K_T or K_Q is None if the row has nothing that gives it. Raises
+    `NoCoefficientError` if J is not known, or neither K_T nor K_Q.
 
     References
     ----------
@@ -137,18 +120,9 @@ class EfficiencyCheck:
 def check_efficiency(computed: Sequence[float], stated: Sequence[float]) -> EfficiencyCheck | None:
     """Compare the efficiency that follows from J, K_T and K_Q with the stated one.
 
-    Parameters
-    ----------
-    computed, stated : sequence of float
-        In the same order; rows where either is not finite or small are not compared. [-]
+    In the same order; rows where either is not finite or small are not compared. `suspicion` is
+    empty if the two agree within 3 %; None if no row can be compared.
 
-    Returns
-    -------
-    EfficiencyCheck or None
-        `suspicion` is empty if the two agree within 3 %; None if no row can be compared.
-
-    Examples
-    --------
     >>> check_efficiency([0.0542, 0.0607], [0.542, 0.607]).suspicion.split(":")[0]
     'the torque coefficient looks ten times too large'
     """
@@ -187,8 +161,6 @@ def _suspicion(ratio: float) -> str:
 def doubt(points: Sequence[Coefficients]) -> str:
     """Say what cannot be true of K_T and K_Q by themselves; empty if nothing is odd.
 
-    Examples
-    --------
     >>> doubt([Coefficients(0.0, 0.4, 0.5), Coefficients(0.5, 0.2, 0.35)]).split(":")[0]
     'K_Q is 125 % of K_T where the thrust is large, a screw has 8 to 30 %'
     """

@@ -1,6 +1,5 @@
 """Which rows were taken in reverse: a column or headings that say so, where codes have no sign."""
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import PurePath
@@ -9,28 +8,16 @@ from pipeline.errors import Problem
 from pipeline.ingest.bench_table import Table
 from pipeline.ingest.blocks import Block, heading_text
 from pipeline.ingest.cells import column_letter, is_number, is_text, parse_number, shorten
+from pipeline.ingest.data_files import data_of
 from pipeline.ingest.rows import listed
-from pipeline.ingest.vocabulary import plain, split_header, words_of
+from pipeline.ingest.vocabulary import pattern_of, plain, split_header, words_of
 from pipeline.vehicle.bench_schema import Direction
 
-#: One letter means something beside its opposite alone.
-_LETTERS = ({"f": 1, "r": -1}, {"f": 1, "b": -1}, {"в": 1, "н": -1}, {"п": 1, "з": -1})
-_TURNS = ({"r": 1, "l": -1}, {"п": 1, "л": -1})
-_SIGNS = {"+": 1, "-": -1, "\u2212": -1, "+1": 1, "-1": -1}
-#: Of a column that is called reverse: a cell says whether the row is.
-_TRUTHS = (
-    {"yes": -1, "no": 1},
-    {"true": -1, "false": 1},
-    {"on": -1, "off": 1},
-    {"1": -1, "0": 1},
-    {"да": -1, "нет": 1},
+_DIRECTIONS = data_of("bench_words")["directions"]
+_LETTERS, _TURNS, _SIGNS, _TRUTHS = (
+    _DIRECTIONS[name] for name in ("letters", "turns", "signs", "truths")
 )
 _MOST_TEXTS = 4
-#: What is done to a rig, and says nothing of the order of codes or of a direction.
-OF_THE_RIG = re.compile(
-    r"\b(set|warm\w*|power\w*|start\w*|back|close|mock|wake) up\b"
-    r"|\b(cool\w*|power\w*|shut|break|tear|strip|wind) down\b"
-)
 
 
 @dataclass(frozen=True)
@@ -283,7 +270,7 @@ def _told_reverse(table: Table) -> str:
         (heading_text(block.above),) * 2,
         (stem, " ".join(word for word in plain(stem).split() if word in of_names)),
     ):
-        sign = _section_sign(OF_THE_RIG.sub(" ", plain(text)), no_words)
+        sign = _section_sign(pattern_of("of_the_rig").sub(" ", plain(text)), no_words)
         if sign:
             return shown if sign < 0 else ""
     return ""

@@ -13,8 +13,6 @@ _COPIES = ("duplicate", "also on sheet")
 def counted(number: int, noun: str) -> str:
     """Write a number of things.
 
-    Examples
-    --------
     >>> counted(1, "point"), counted(0, "row"), counted(12, "code")
     ('1 point', '0 rows', '12 codes')
     """
@@ -24,8 +22,6 @@ def counted(number: int, noun: str) -> str:
 def listed(rows: Sequence[int], most: int = 8) -> str:
     """Write row numbers, runs joined, cut when there are many.
 
-    Examples
-    --------
     >>> listed([4]), listed([4, 5, 6, 9])
     ('row 4', 'rows 4-6, 9')
     >>> listed(range(1, 40, 2), most=3)

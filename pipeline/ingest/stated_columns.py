@@ -1,7 +1,6 @@
 """What vehicle.yaml states about the columns, rows and sheets of raw files."""
 
 import difflib
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
@@ -9,23 +8,12 @@ from pipeline.errors import Problem
 from pipeline.ingest.blocks import Block, BlockColumn, headings
 from pipeline.ingest.cells import Sheet, column_index, is_number, is_text, shorten
 from pipeline.ingest.column_units import unit_problem, why_unknown
-from pipeline.ingest.header_rows import Wanted, is_mapped
+from pipeline.ingest.header_rows import Wanted, is_mapped, letter_of
 from pipeline.ingest.unit_text import factor
 from pipeline.ingest.vocabulary import HeaderText, is_other, plain, words_of
 from pipeline.vehicle.bench_schema import Column
 
-#: Words of sheets that hold no readings.
-_CALCULATED = (
-    *words_of("groups", "calculated"),
-    *("fit", "fitted", "polynomial", "regression", "cfd", "simulation", "simulated", "полином*"),
-)
-_BY_LETTER = re.compile(r"column ([A-Z]{1,3})", re.IGNORECASE)
-
-
-def letter_of(column: Column) -> str | None:
-    """Return the letter where vehicle.yaml states a column by its letter ("column B")."""
-    found = _BY_LETTER.fullmatch(column.header.strip())
-    return found[1].upper() if found else None
+_CALCULATED = words_of("groups", "not_readings")
 
 
 def blocks_by_letter(

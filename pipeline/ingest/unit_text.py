@@ -153,25 +153,8 @@ def unit_worth(quantity: str, worth: float, tolerance: float = 0.02) -> str | No
 def factor(unit_text: str, quantity: str) -> float:
     """Return what one unit is in the unit of the records (rpm, N m, N, A, V, W, s, us, m/s, 1).
 
-    Parameters
-    ----------
-    unit_text : str
-        Unit as written in the file, with or without brackets.
-    quantity : str
-        One of shaft_speed, torque, force, current, voltage, power, time, pulse_width, speed, ratio.
+    Raises `UnitTextError` where the text is not a unit of that quantity.
 
-    Returns
-    -------
-    float
-        Multiply by it.
-
-    Raises
-    ------
-    UnitTextError
-        The text is not a unit of that quantity.
-
-    Examples
-    --------
     >>> round(factor("oz-in", "torque"), 8), round(factor("кгс·см", "torque"), 7)
     (0.00706155, 0.0980665)
     >>> factor("1/min", "shaft_speed"), factor("мА", "current")

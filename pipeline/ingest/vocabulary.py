@@ -88,6 +88,16 @@ def _expanded(words: Iterable[str]) -> Iterator[str]:
             yield word
 
 
+@functools.cache
+def pattern_of(name: str) -> re.Pattern[str]:
+    """Return a pattern of words.
+
+    >>> pattern_of("warm_up").search("Прогрев 2 мин") is None
+    False
+    """
+    return re.compile(data_of("bench_words")["patterns"][name], re.IGNORECASE)
+
+
 FIRST_RANK = words_of("groups", "first_rank")
 
 
@@ -273,8 +283,6 @@ def factor_in_name(header: str, quantity: str) -> str | None:
 
     Coefficients may have a 10 in front.
 
-    Examples
-    --------
     >>> [factor_in_name(name, "thrust") for name in ("Thrust x 10, N", "T·10^-1", "APC 10x10, N")]
     ['x 10', '·10^-1', None]
     >>> factor_in_name("10KT", "thrust_coefficient"), factor_in_name("10 s mean", "thrust")

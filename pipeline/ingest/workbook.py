@@ -41,24 +41,8 @@ def read_sheets(path: Path, shown_as: str, limits: Limits = _LIMITS) -> tuple[Sh
     Hidden sheets, rows and columns are read too. What the file is is told by its content, not by
     its name.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    shown_as : str
-        Its name in messages and sources.
-    limits : Limits
-        What it may cost.
-
-    Returns
-    -------
-    tuple of Sheet
-        In the order of the workbook.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read; one clear message.
+    `shown_as` is its name in messages and sources, `limits` what it may cost. Raises `InputError`
+    where it cannot be read.
     """
     place = Place(shown_as)
     if is_log_anywhere(path.name):

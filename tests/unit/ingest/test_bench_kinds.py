@@ -10,6 +10,7 @@ from pipeline.ingest.load_test import read_load_tests
 from pipeline.ingest.mooring import read_mooring_tables
 from pipeline.ingest.open_water import read_open_water
 from pipeline.records.measurements import LoadTestRecord, MooringRecord
+from pipeline.vehicle.schema import Vehicle
 
 SHARE = np.linspace(-1.0, 1.0, 21)
 CODE = 127.0 * SHARE
@@ -162,3 +163,12 @@ def test_coefficients(head: str, part: float, said: str, tmp_path: Path) -> None
     if not said:
         found = [one.thrust_coefficient for one in record.points]
         assert found == pytest.approx(k_t)
+
+
+def test_one_column_is_stated_by_its_letter(tmp_path: Path) -> None:
+    stated = vehicle().model_dump()
+    stated["columns"]["mooring"] = {"code": {"header": "column A"}}
+    (tmp_path / "a.csv").write_text(table("Speed cmd;Thrust (N)", CODE, THRUST) + "\n")
+    own = Vehicle.model_validate(stated)
+    record = read_mooring_tables([tmp_path / "a.csv"], own, tmp_path)
+    assert max(one.code for one in record.points) == 127.0
