@@ -12,8 +12,7 @@ import numpy as np
 
 from pipeline.effects.library import candidates
 from pipeline.physics.parameters import read
-from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Uncertainty
 
@@ -98,9 +97,7 @@ def values_from_steps(parameters: Sequence[FreeParameter], steps: FloatArray) ->
 
 
 def _inertias(packed: PackedVehicle) -> FloatArray:
-    matrix = np.empty((6, 6))
-    mass_matrix(packed.vector, 0.0, matrix)
-    return np.diag(matrix)
+    return np.diag(mass_of(packed.vector, 0.0))
 
 
 def _unit(axis: int, linear: str, angular: str) -> str:

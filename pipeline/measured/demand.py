@@ -9,7 +9,6 @@ from pipeline.physics.parameters import write
 from pipeline.records.run_conditions import Conditions
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.kernel_demand import demand_along
-from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray
@@ -19,13 +18,6 @@ def settled(vector: FloatArray) -> FloatArray:
     """Parameters of thrusters whose shafts have settled."""
     found = vector.copy()
     write(found, "rotor_inertia", 0.0)
-    return found
-
-
-def mass_of(vector: FloatArray) -> FloatArray:
-    """Mass matrix (6, 6) about the body origin, the water that moves with it included."""
-    found = np.zeros((6, 6))
-    mass_matrix(vector, 1.0, found)
     return found
 
 

@@ -24,13 +24,13 @@ from scipy.spatial.transform import Rotation
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.measured.demand import demanded, mass_of, settled
+from pipeline.measured.demand import demanded, settled
 from pipeline.measured.lagging import commands_for, lagged
 from pipeline.measured.motion import MeasuredMotion, measured_motion
 from pipeline.physics.parameters import read, write
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import thruster_wrench
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray
 from pipeline.vehicle.sensor_schema import Sensors
 

@@ -169,7 +169,15 @@ def compiled(function: Function) -> Function:
 
     Without fast-math a run is the same bit for bit on one machine, and a NaN stays a NaN.
     """
-    return _compile(function)
+    return _compile(function, no_cfunc_wrapper=True)
+
+
+def within(function: Function) -> Function:
+    """Compile a function that is called from compiled code alone; it may make arrays.
+
+    What Python would need to call it, and to take its tuples of arrays, took a third of compiling.
+    """
+    return _compile(function, no_cpython_wrapper=True, no_cfunc_wrapper=True)
 
 
 def inlined(function: Function) -> Function:
@@ -177,6 +185,9 @@ def inlined(function: Function) -> Function:
 
     As `compiled`; besides, the arrays' reference counts are left alone, which in a function of a
     few dozen multiplications take longer than the multiplications, and the function's body takes
-    the place of a call. Such a function works on arrays that its caller made.
+    the place of a call. Such a function works on arrays that its caller made. Like one of `within`
+    it cannot be called from Python (`kernel_alone`).
     """
-    return _compile(function, forceinline=True, _nrt=False)
+    return _compile(
+        function, forceinline=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
+    )

@@ -25,9 +25,8 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.gripper import HeldPayload, close_on, latch_reaction
 from pipeline.physics.parameters import read
 from pipeline.records.run_conditions import Conditions
-from pipeline.simulate.kernel_frames import rotation_matrix
-from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.kernel_alone import fill_rotation
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.pack_hull import write_body
 from pipeline.simulate.vector_under import vector_under
 from pipeline.types import FloatArray
@@ -151,8 +150,7 @@ class PayloadSchedule:
     ) -> FloatArray:
         held = held_payload(self._modules[event.module])
         rotation = np.empty((3, 3))
-        w, x, y, z = state[3:7]
-        rotation_matrix(w, x, y, z, rotation)
+        fill_rotation(state, rotation)
         water = np.concatenate([rotation.T @ read(before, "current"), np.zeros(3)])
         nu, after, impulse, load = state[7:13], state.copy(), np.zeros(6), np.zeros(6)
         if event.action == "release":
@@ -167,10 +165,8 @@ class PayloadSchedule:
             )
             self._attached.remove(event.module)
         else:
-            matrix = np.empty((6, 6))
-            mass_matrix(before, 1.0, matrix)
             module = np.concatenate([rotation.T @ event.velocity_ned_mps, np.zeros(3)])
-            common, impulse = close_on(matrix, held, nu - water, module - water)
+            common, impulse = close_on(mass_of(before), held, nu - water, module - water)
             after[7:13] = common + water
             self._attached.add(event.module)
         self.outcomes.append(

@@ -11,9 +11,8 @@ from pipeline.control.autopilot import Autopilot, Design, MeasuredState, Setpoin
 from pipeline.control.code_limits import beyond_dead_zone
 from pipeline.control.general_allocation import GeneralAllocator
 from pipeline.physics.parameters import read
-from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.mover import Mover
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import Method, Trajectory, initial_state, largest_step_s, run
 from pipeline.types import FloatArray
 
@@ -114,8 +113,7 @@ def general_allocator(packed: PackedVehicle) -> GeneralAllocator:
 def autopilot_for(packed: PackedVehicle) -> Autopilot:
     """Autopilot whose gains follow from the nominal vehicle's inertia and damping."""
     vector = packed.vector
-    matrix = np.empty((6, 6))
-    mass_matrix(vector, 1.0, matrix)
+    matrix = mass_of(vector)
     added = read(vector, "added_mass")
     share = float(read(vector, "coriolis_fraction"))
     # M = c u w and N = c u v of Munk and lift ahead; an angle of attack alpha is w / u, and turning

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pipeline.physics.parameters import MOST_THRUSTERS, offset
-from pipeline.simulate.compiled import compiled, inlined
+from pipeline.simulate.compiled import inlined, within
 from pipeline.simulate.kernel_frames import (
     normalise_quaternion,
     position_rate,
@@ -95,7 +95,7 @@ class StepWork(NamedTuple):
     lags: Lags
 
 
-@compiled
+@within
 def work_space(p: Array, initial: Array, dt: float) -> StepWork:
     """Make the work space of a run that starts from `initial` (STATE,)."""
     return StepWork(
@@ -117,7 +117,7 @@ def work_space(p: Array, initial: Array, dt: float) -> StepWork:
     )
 
 
-@compiled
+@within
 def fixed_parts(
     p: Array,
     strips: Array,
@@ -269,7 +269,7 @@ def integrate(
     accelerations: Array,
     thrusts: Array,
 ) -> None:
-    """Do the work of `simulate` in arrays that it has made, from work.state."""
+    """Integrate from work.state; the arrays are those of `run_on`."""
     count = late.shape[0]
     x, start, rate, total, thrust = work.state, work.start, work.rate, work.total, work.thrust
     for k in range(count + 1):
@@ -309,7 +309,7 @@ def integrate(
         normalise_quaternion(x)
 
 
-@compiled
+@within
 def run_on(
     p: Array,
     initial: Array,
@@ -323,35 +323,10 @@ def run_on(
     accelerations: Array,
     thrusts: Array,
 ) -> None:
-    """Do the work of `simulate` from `initial` (STATE,), with the codes of `lag_codes`."""
+    """Integrate from `initial` (STATE,) over the codes (m, 3, 12) of `lag_codes`, each for dt.
+
+    `external` is (m, 6) or (1, 6). Fills states (m + 1, STATE), accelerations nu' (m + 1, 6) and
+    thrusts (m + 1, 12); the last row of the last two repeats the last command.
+    """
     copied(initial, work.state)
     integrate(p, late, external, dt, method, fixed, work, states, accelerations, thrusts)
-
-
-@compiled
-def simulate(
-    p: Array,
-    initial: Array,
-    commands: Array,
-    external: Array,
-    dt: float,
-    method: int,
-    strips: Array,
-    thrust_tables: Array,
-    screws: Array,
-    torque_tables: Array,
-    steps: Array,
-    states: Array,
-    accelerations: Array,
-    thrusts: Array,
-) -> None:
-    """Integrate over commands (m, 12) held for dt each; external (m, 6) or (1, 6) likewise.
-
-    Fills states (m + 1, STATE), accelerations nu' (m + 1, 6) and thrusts (m + 1, 12); the last row
-    of the last two repeats the last command.
-    """
-    fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
-    work = work_space(p, initial, dt)
-    late = np.empty((commands.shape[0], 3, MOST_THRUSTERS))
-    lag_codes(p, initial, commands, work, late)
-    run_on(p, initial, late, external, dt, method, fixed, work, states, accelerations, thrusts)

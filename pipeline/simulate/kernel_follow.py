@@ -4,17 +4,16 @@ from typing import Any
 
 import numpy as np
 
-from pipeline.simulate.compiled import compiled
-from pipeline.simulate.kernel import fixed_parts, lag_codes, run_on, work_space
+from pipeline.simulate.compiled import compiled, inlined
+from pipeline.simulate.kernel import copied, fixed_parts, lag_codes, run_on, work_space
 
 Array = Any
 
 
-@compiled
-def turned_back(quaternion: Array, vector: Array) -> Array:
-    """Turn a vector (3,) from the world into the body, R(q)^T v."""
-    w, x, y, z = quaternion
-    out = np.empty(3)
+@inlined
+def turned_back(state: Array, vector: Array, out: Array) -> None:
+    """Turn a vector (3,) from the world into the body of a state, R(q)^T v, into out (3,)."""
+    w, x, y, z = state[3], state[4], state[5], state[6]
     # v + 2 u x (u x v - w v), the rotation by the conjugate
     a = y * vector[2] - z * vector[1] - w * vector[0]
     b = z * vector[0] - x * vector[2] - w * vector[1]
@@ -22,30 +21,27 @@ def turned_back(quaternion: Array, vector: Array) -> Array:
     out[0] = vector[0] + 2.0 * (y * c - z * b)
     out[1] = vector[1] + 2.0 * (z * a - x * c)
     out[2] = vector[2] + 2.0 * (x * b - y * a)
-    return out
 
 
-@compiled
-def turn_towards(quaternion: Array, wanted: Array) -> Array:
-    """Rotation vector (3,), in the body, from one attitude to another, both (w, x, y, z)."""
-    w0, x0, y0, z0 = quaternion
-    w1, x1, y1, z1 = wanted
+@inlined
+def turn_towards(state: Array, wanted: Array, out: Array) -> None:
+    """Fill out (3,) with the rotation vector, in the body, from a state's attitude to `wanted`."""
+    w0, x0, y0, z0 = state[3], state[4], state[5], state[6]
+    w1, x1, y1, z1 = wanted[0], wanted[1], wanted[2], wanted[3]
     w = w0 * w1 + x0 * x1 + y0 * y1 + z0 * z1
-    out = np.empty(3)
-    out[0] = w0 * x1 - x0 * w1 - y0 * z1 + z0 * y1
-    out[1] = w0 * y1 - y0 * w1 - z0 * x1 + x0 * z1
-    out[2] = w0 * z1 - z0 * w1 - x0 * y1 + y0 * x1
+    x = w0 * x1 - x0 * w1 - y0 * z1 + z0 * y1
+    y = w0 * y1 - y0 * w1 - z0 * x1 + x0 * z1
+    z = w0 * z1 - z0 * w1 - x0 * y1 + y0 * x1
     if w < 0.0:
-        w = -w
-        out = -out
-    size = np.sqrt(np.sum(out**2))
+        w, x, y, z = -w, -x, -y, -z
+    size = np.sqrt(x * x + y * y + z * z)
     # the angle over the sine of its half; 2 where both vanish
     factor = 2.0 * np.arctan2(size, w) / size if size > 1e-9 else 2.0
-    return out * factor
+    out[0], out[1], out[2] = x * factor, y * factor, z * factor
 
 
 @compiled
-def follow_window(
+def follow_window(  # noqa: PLR0912 - what was measured and what was not
     p: Array,
     begin: Array,
     commands: Array,
@@ -79,10 +75,11 @@ def follow_window(
     where the window ends. False where the motion leaves the finite numbers.
     """
     count = commands.shape[0]
-    turning, going, placing, most = gains
+    turning, going, placing, most = gains[0], gains[1], gains[2], gains[3]
     accelerations, thrusts = np.empty((held + 1, 6)), np.empty((held + 1, 12))
-    lag, wanted, off = np.zeros(3), np.zeros(6), np.zeros(3)
-    states[0] = begin
+    lag, wanted, off, about = np.zeros(3), np.zeros(6), np.zeros(3), np.zeros(3)
+    tilt, away = np.zeros(3), np.zeros(3)
+    copied(begin, states[0])
     fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
     work = work_space(p, begin, dt)
     late = np.empty((count, 3, commands.shape[1]))
@@ -90,16 +87,16 @@ def follow_window(
     for k in range(0, count, held):
         end = min(k + held, count)
         state = states[k]
-        wanted[:] = 0.0
-        omega = state[10:13]
-        if rate_known[k]:
-            wanted[3:] += 2.0 * turning * (rate[k] - omega)
+        for i in range(3):
+            wanted[i], wanted[3 + i], about[i] = 0.0, 0.0, state[10 + i]
+            if rate_known[k]:
+                wanted[3 + i] += 2.0 * turning * (rate[k, i] - about[i])
+                about[i] = rate[k, i]
         if attitude_known[k]:
-            tilt = turn_towards(state[3:7], attitude[k])
+            turn_towards(state, attitude[k], tilt)
             for i in range(3):
                 wanted[3 + i] += turning**2 * min(max(tilt[i], -most), most)
         if velocity_known[k]:
-            about = rate[k] if rate_known[k] else omega
             off[0] = velocity[k, 0] - about[1] * place[2] + about[2] * place[1] - state[7]
             off[1] = velocity[k, 1] - about[2] * place[0] + about[0] * place[2] - state[8]
             off[2] = velocity[k, 2] - about[0] * place[1] + about[1] * place[0] - state[9]
@@ -107,15 +104,20 @@ def follow_window(
                 lag[i] += off[i] * dt * (end - k)
                 wanted[i] += 2.0 * going * off[i] + going**2 * min(max(lag[i], -most), most)
         if placing > 0.0 and position_known[k]:
-            away = turned_back(state[3:7], position[k] - state[:3])
+            for i in range(3):
+                off[i] = position[k, i] - state[i]
+            turned_back(state, off, away)
             for i in range(3):
                 wanted[i] += min(max(placing * away[i], -most), most)
-        push = mass @ wanted
-        for j in range(k, end):
-            pull[j] += push
+        for i in range(6):
+            push = 0.0
+            for j in range(6):
+                push += mass[i, j] * wanted[j]
+            for j in range(k, end):
+                pull[j, i] += push
         run_on(
             p,
-            states[k],
+            state,
             late[k:end],
             pull[k:end],
             dt,
@@ -126,6 +128,9 @@ def follow_window(
             accelerations[: end - k + 1],
             thrusts[: end - k + 1],
         )
-        if not np.isfinite(states[end]).all():
+        size = 0.0
+        for i in range(states.shape[1]):
+            size += abs(states[end, i])
+        if not np.isfinite(size):
             return False
     return True

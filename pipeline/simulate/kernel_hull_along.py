@@ -29,7 +29,8 @@ def hull_along(
     for k in range(velocities.shape[0]):
         q = attitudes[k]
         rotation_matrix(q[0], q[1], q[2], q[3], rotation)
-        wrenches[k] = 0.0
+        for i in range(6):
+            wrenches[k, i] = 0.0
         add_restoring(p, rotation, wrenches[k])
         add_damping(p, velocities[k], 1.0, strips, wrenches[k])
         subtract_coriolis(p, matrix, velocities[k], wrenches[k])

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pipeline.physics.parameters import MOST_THRUSTERS, offset
-from pipeline.simulate.compiled import compiled, inlined
+from pipeline.simulate.compiled import inlined, within
 
 Array = Any
 
@@ -43,7 +43,7 @@ class Lags(NamedTuple):
     step_s: Array
 
 
-@compiled
+@within
 def lags_at(p: Array, actuator: Array, dt: float) -> Lags:
     """Make the lags of a run of steps of dt that starts with `actuator` (12,)."""
     lags = Lags(

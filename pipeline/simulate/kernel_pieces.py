@@ -29,22 +29,23 @@ def simulate_pieces(
 ) -> None:
     """Simulate stretch k over the codes and external forces [bounds[k], bounds[k + 1]).
 
-    `starts` (k, STATE), `late` (m, 3, 12) of `lag_pieces`, `external` (m, 6), `steps_s` (k,). Of
-    `states` (m + k, STATE) and the others a stretch fills one row more than it has steps, so its
-    first row is bounds[k] + k.
+    `starts` (k, STATE), `late` (m, 3, 12) of `lag_pieces`, `external` (m, 6) or (1, 6), `steps_s`
+    (k,). Of `states` (m + k, STATE) and the others a stretch fills one row more than it has steps,
+    so its first row is bounds[k] + k.
     """
     count = starts.shape[0]
     if count == 0:
         return
     fixed = fixed_parts(p, strips, thrust_tables, screws, torque_tables, steps)
     work = work_space(p, starts[0], steps_s[0])
+    alike = external.shape[0] == 1
     for k in range(count):
         first, end = bounds[k], bounds[k + 1]
         run_on(
             p,
             starts[k],
             late[first:end],
-            external[first:end],
+            external if alike else external[first:end],
             steps_s[k],
             method,
             fixed,

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pipeline.simulate.compiled import compiled, inlined
+from pipeline.simulate.compiled import inlined, within
 
 Array = Any
 
@@ -52,7 +52,7 @@ class Nodes(NamedTuple):
     accelerations: Array
 
 
-@compiled
+@within
 def work_on(place: Array, speed: Array, rest: Array) -> Nodes:
     """Arrays to advance a state, which is changed in place."""
     room = place.shape[0]

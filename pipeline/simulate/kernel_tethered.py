@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pipeline.physics.parameters import offset
-from pipeline.simulate.compiled import compiled, inlined
+from pipeline.simulate.compiled import compiled, inlined, within
 from pipeline.simulate.kernel import (
     BODY,
     STATE,
@@ -82,7 +82,7 @@ class Joint(NamedTuple):
     wrench: Array
 
 
-@compiled
+@within
 def joint_space() -> Joint:
     """Arrays of a joint."""
     return Joint(
@@ -341,7 +341,7 @@ def simulate_tethered(
 ) -> int:
     """Integrate vehicle, tether and winch over commands held for dt each.
 
-    Vehicle arrays as in `kernel.simulate`, tether arrays as in `kernel_tether.swing`; `wrenches`
+    Vehicle arrays as in `kernel.run_on`, tether arrays as in `kernel_tether.swing`; `wrenches`
     (m + 1, 6) is the tether's on the vehicle, body axes. `place`, `speed`, `rest` and `carried` are
     the tether's state, before and after.
     """

@@ -30,7 +30,8 @@ def wrench_along(
     thruster_levers(p, levers)
     inflow, per_step = np.zeros(MOST_THRUSTERS), 1.0 / steps
     for k in range(actuators.shape[0]):
-        wrenches[k] = 0.0
+        for i in range(6):
+            wrenches[k, i] = 0.0
         add_thrust(
             p,
             levers,

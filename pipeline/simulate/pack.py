@@ -10,6 +10,7 @@ from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import neutral_vector, read
 from pipeline.simulate.bench_model import BenchModel
 from pipeline.simulate.context import effect_context, model_of
+from pipeline.simulate.kernel_alone import fill_mass
 from pipeline.simulate.pack_hull import crossflow_strips, write_body, write_lift, write_surroundings
 from pipeline.simulate.pack_thrusters import (
     balance_tables,
@@ -20,6 +21,13 @@ from pipeline.simulate.pack_thrusters import (
 )
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
+
+
+def mass_of(vector: FloatArray, near_wall: float = 1.0) -> FloatArray:
+    """Mass matrix (6, 6) about the body origin, with `near_wall` times the added mass."""
+    matrix = np.empty((6, 6))
+    fill_mass(vector, near_wall, matrix)
+    return matrix
 
 
 @dataclass(frozen=True)

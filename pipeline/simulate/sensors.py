@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
 from pipeline.physics.parameters import MOST_THRUSTERS, read
-from pipeline.simulate.kernel_thrusters import thruster_directions
+from pipeline.simulate.kernel_alone import fill_directions
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.run import Trajectory
 from pipeline.types import FloatArray
@@ -256,7 +256,7 @@ def _shaft_speed(
     nu = motion.nu(time_s)
     water = motion.attitude(time_s).inv().apply(read(true, "current"))
     directions = np.zeros((MOST_THRUSTERS, 3))
-    thruster_directions(true, directions)
+    fill_directions(true, directions)
     rpm = np.zeros((time_s.size, count))
     for i in range(count):
         if in_time[i]:

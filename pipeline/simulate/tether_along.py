@@ -28,9 +28,8 @@ from scipy.spatial.transform import Rotation
 from pipeline.errors import CannotComputeError
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.fly import usual_step_s
-from pipeline.simulate.kernel_follow import turn_towards
-from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.kernel_alone import fill_turn
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import initial_state
 from pipeline.simulate.run_conditions import RunSetup
 from pipeline.simulate.tethered_mover import nominal_mover
@@ -142,7 +141,7 @@ class _Lead:
         if not self.velocity.known.any():
             self.velocity, self.dvl_m = self._going(), np.zeros(3)
         self.way = np.zeros(3)
-        self.mass = np.empty((6, 6))
+        self.tilt = np.empty(3)
 
     def _going(self) -> _Channel:
         """Velocity that the position shows, body axes, averaged over `_GOING_S`."""
@@ -185,8 +184,8 @@ class _Lead:
         if self.rate.known[row]:
             wanted[3:] += 2.0 * _TURN * (rate - state[10:13])
         if self.attitude.known[row]:
-            tilt = turn_towards(state[3:7], self.attitude.values[row])
-            wanted[3:] += _TURN**2 * np.clip(tilt, -_MOST_OFF, _MOST_OFF)
+            fill_turn(state, self.attitude.values[row], self.tilt)
+            wanted[3:] += _TURN**2 * np.clip(self.tilt, -_MOST_OFF, _MOST_OFF)
         if self.velocity.known[row]:
             off = self.velocity.values[row] - np.cross(rate, self.dvl_m) - state[7:10]
             self.way += _HELD_S * off
@@ -200,8 +199,7 @@ class _Lead:
             deep = state[2] + turn.apply(self.depth_m)[2]
             away[2] = _DEPTH * (float(self.depth.values[row, 0]) - deep)
         wanted[:3] += turn.apply(np.clip(away, -_MOST_OFF, _MOST_OFF), inverse=True)
-        mass_matrix(vector, 1.0, self.mass)
-        return np.asarray(self.mass @ wanted)
+        return np.asarray(mass_of(vector) @ wanted)
 
 
 def _turn_of(state: FloatArray) -> Rotation:

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from pipeline.physics.parameters import MOST_THRUSTERS, read
-from pipeline.simulate.kernel_thrusters import thruster_directions
+from pipeline.simulate.kernel_alone import fill_directions
 from pipeline.simulate.pack import PackedVehicle
 from pipeline.simulate.pack_hull import inertia_tensor, point_inertia
 from pipeline.types import FloatArray
@@ -205,7 +205,7 @@ def _thrusters(
     tilt = [read(vector, f"misalignment_{angle}")[:count] for angle in ("azimuth", "elevation")]
     if any(angle.any() for angle in tilt):
         directions = np.zeros((MOST_THRUSTERS, 3))
-        thruster_directions(vector, directions)
+        fill_directions(vector, directions)
         for k in np.flatnonzero(tilt[0].astype(bool) | tilt[1].astype(bool)).tolist():
             changes[f"thrusters.{k}.direction"] = tuple(directions[k].tolist())
     return changes

@@ -48,9 +48,11 @@ def _compile(function: Function, **settings: Any) -> Function:  # noqa: ANN401 (
 
 def compiled(function: Function) -> Function:
     """Compile a function: no fast-math, no GIL, kept on disk."""
-    return _compile(function)
+    return _compile(function, no_cfunc_wrapper=True)
 
 
 def inlined(function: Function) -> Function:
     """Compile a function that makes no arrays into its callers, without counting references."""
-    return _compile(function, forceinline=True, _nrt=False)
+    return _compile(
+        function, forceinline=True, _nrt=False, no_cpython_wrapper=True, no_cfunc_wrapper=True
+    )

@@ -27,8 +27,7 @@ from pipeline.physics.parameters import MOST_THRUSTERS, read
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.kernel import RK4, STATE
 from pipeline.simulate.kernel_follow import follow_window
-from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.vector_under import vector_under
 from pipeline.types import BoolArray, FloatArray, IntArray
 
@@ -109,11 +108,9 @@ def follow(  # noqa: PLR0917 - what is followed, then what follows
         Lead runs side by side; one after another otherwise.
     """
     at = packed.vector if vector is None else vector
-    matrix = np.empty((6, 6))
-    mass_matrix(at, 1.0, matrix)
     place = next((np.array(c.place_m) for c in channels if c.quantity == "velocity"), np.zeros(3))
     sure = sure_position(channels) is not None
-    leader = _Leader(packed, at, matrix, place + read(at, "dvl_lever_arm"), sure)
+    leader = _Leader(packed, at, mass_of(at), place + read(at, "dvl_lever_arm"), sure)
     begun = nearby or [np.zeros((len(window.command), 6)) for window in windows]
     pulls = list(begun)
     places: dict[int, list[int]] = {}

@@ -28,7 +28,7 @@ from pipeline.diagnose.linear.predictions import (
 from pipeline.identify.run_nuisance import RunNuisance
 from pipeline.identify.window_derivatives import FitProblem, moved_starts
 from pipeline.identify.window_outputs import whitened
-from pipeline.simulate.kernel_hull import mass_matrix
+from pipeline.simulate.pack import mass_of
 from pipeline.types import BoolArray, FloatArray
 
 #: How far beyond what an effect allows its mirror image is believed, in the same units.
@@ -127,13 +127,6 @@ def motion_at(setting: Setting, point: Point, vector: FloatArray | None = None) 
     starts = moved_starts(bench.stack.starts, point.starts * scales)
     at = vector_of(setting, point.departures) if vector is None else vector
     return simulate_windows(bench, at, starts, forces_at(setting, point))
-
-
-def mass_of(vector: FloatArray) -> FloatArray:
-    """Mass matrix (6, 6) of a parameter vector, added masses included."""
-    matrix = np.empty((6, 6))
-    mass_matrix(vector, 1.0, matrix)
-    return matrix
 
 
 def forces_at(setting: Setting, point: Point) -> FloatArray:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipeline.diagnose.linear.coordinates import may_bend
-from pipeline.diagnose.linear.linear_model import Point, Setting, mass_of, vector_of
+from pipeline.diagnose.linear.linear_model import Point, Setting, vector_of
 from pipeline.diagnose.linear.predictions import (
     Bench,
     Motion,
@@ -23,6 +23,7 @@ from pipeline.diagnose.linear.predictions import (
 from pipeline.identify.window_derivatives import moved_starts
 from pipeline.physics.parameters import read
 from pipeline.simulate.kernel import BODY
+from pipeline.simulate.pack import mass_of
 from pipeline.types import FloatArray
 
 #: Steps of the derivatives: position [m], attitude [rad], velocity [m/s], turning rate [rad/s].

@@ -8,9 +8,8 @@ from collections.abc import Callable
 import numpy as np
 
 from pipeline.diagnose.regression.grid import CHANNELS, GridRun
-from pipeline.measured.demand import mass_of
 from pipeline.simulate.kernel_demand import demand_along
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray, IntArray
 
 #: Next velocities (k, c) from those now and a period before, at rows of a run.

@@ -19,14 +19,14 @@ from pipeline.diagnose.regression.supply import supply_told
 from pipeline.effects.library import apply_effects
 from pipeline.effects.specification import EffectSpec
 from pipeline.errors import CannotComputeError
-from pipeline.measured.demand import demanded, known_wrench, mass_of, settled
+from pipeline.measured.demand import demanded, known_wrench, settled
 from pipeline.measured.inject import layout
 from pipeline.measured.lagging import lagged
 from pipeline.measured.motion import channel_of, measured_motion
 from pipeline.records.run_components import down_axis
 from pipeline.records.run_table import RunTable
 from pipeline.simulate.applied_wrench import thruster_wrench
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.types import FloatArray, IntArray
 from pipeline.vehicle.sensor_schema import Sensors
 

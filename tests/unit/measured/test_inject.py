@@ -9,11 +9,10 @@ from scipy.spatial.transform import Rotation
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.effects.library import apply_effects, parse_effect
 from pipeline.errors import CannotComputeError
-from pipeline.measured.demand import mass_of
 from pipeline.measured.inject import commanded_without_effect, injected
 from pipeline.measured.motion import MeasuredMotion
 from pipeline.records.run_table import RunTable
-from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of, pack_vehicle
 from pipeline.simulate.run import Trajectory, run
 from pipeline.types import FloatArray
 from pipeline.vehicle.load import load_vehicle

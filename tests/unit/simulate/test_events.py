@@ -13,9 +13,8 @@ from pipeline.simulate.events import (
     vector_with_modules,
 )
 from pipeline.simulate.fly import FlightPlan, fly, run_changing
-from pipeline.simulate.kernel_hull import mass_matrix
 from pipeline.simulate.manoeuvres import MANOEUVRES
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import initial_state
 from pipeline.types import FloatArray
 from pipeline.vehicle.model_schema import Model
@@ -35,12 +34,6 @@ def model(vehicles: dict[str, Vehicle]) -> Model:
     found = vehicles["cargo_carrier"].model
     assert found is not None
     return found
-
-
-def total_mass(vector: FloatArray) -> FloatArray:
-    matrix = np.empty((6, 6))
-    mass_matrix(vector, 1.0, matrix)
-    return matrix
 
 
 def idle(carrier: PackedVehicle, seconds: float) -> FloatArray:
@@ -67,9 +60,9 @@ def test_all_on_board_is_the_vehicle_of_the_file(carrier: PackedVehicle, model: 
 
 def test_packed_inertia_is_that_of_the_gripper(carrier: PackedVehicle, model: Model) -> None:
     """Two codes, one body: the mass matrix changes by what the gripper says a module has."""
-    without = total_mass(vector_with_modules(carrier, model, frozenset({"module_2"})))
+    without = mass_of(vector_with_modules(carrier, model, frozenset({"module_2"})))
     held = held_payload(model.payloads[0]).mass_matrix()
-    np.testing.assert_allclose(total_mass(carrier.vector) - without, held, atol=1e-9)
+    np.testing.assert_allclose(mass_of(carrier.vector) - without, held, atol=1e-9)
 
 
 def test_release_leaves_position_attitude_and_velocity(
@@ -89,8 +82,8 @@ def test_release_leaves_position_attitude_and_velocity(
 
 
 def test_momentum_of_both_stays_at_a_release(carrier: PackedVehicle, model: Model) -> None:
-    before = total_mass(carrier.vector)
-    after = total_mass(vector_with_modules(carrier, model, frozenset({"module_2"})))
+    before = mass_of(carrier.vector)
+    after = mass_of(vector_with_modules(carrier, model, frozenset({"module_2"})))
     module = held_payload(model.payloads[0]).mass_matrix()
     nu = np.array([0.4, 0.1, -0.1, 0.1, 0.05, -0.1])
     np.testing.assert_allclose(before @ nu, after @ nu + module @ nu, atol=1e-9)
@@ -115,9 +108,9 @@ def test_attachment_keeps_the_momentum_of_both(
     water = Rotation.from_euler("ZYX", (0.9, 0.2, 0.1)).inv().apply(current)
     relative = np.concatenate([water, np.zeros(3)])
     module = held_payload(model.payloads[0]).mass_matrix()
-    expected = total_mass(alone) @ (nu - relative) + module @ -relative
-    np.testing.assert_allclose(total_mass(joined) @ (state[7:13] - relative), expected, atol=1e-9)
-    impulse = total_mass(alone) @ (state[7:13] - nu)
+    expected = mass_of(alone) @ (nu - relative) + module @ -relative
+    np.testing.assert_allclose(mass_of(joined) @ (state[7:13] - relative), expected, atol=1e-9)
+    impulse = mass_of(alone) @ (state[7:13] - nu)
     np.testing.assert_allclose(schedule.outcomes[-1].impulse, impulse, atol=1e-9)
     # inelastic: some of the energy is gone
     assert np.abs(state[7:13]).sum() < np.abs(nu).sum()

@@ -8,9 +8,9 @@ from scipy.spatial.transform import Rotation
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.physics.parameters import MOST_THRUSTERS
 from pipeline.simulate.kernel import BODY, RK4, STATE
-from pipeline.simulate.kernel_follow import follow_window, turn_towards, turned_back
-from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pack import pack_vehicle
+from pipeline.simulate.kernel_alone import fill_turn
+from pipeline.simulate.kernel_follow import follow_window, turned_back
+from pipeline.simulate.pack import mass_of, pack_vehicle
 from pipeline.simulate.run import initial_state, run
 from pipeline.types import FloatArray
 from pipeline.vehicle.load import load_vehicle
@@ -25,18 +25,26 @@ def rotation(quaternion: FloatArray) -> Rotation:
     return Rotation.from_quat(quaternion[[1, 2, 3, 0]])
 
 
+def attitude(quaternion: FloatArray) -> FloatArray:
+    state = np.zeros(STATE)
+    state[3:7] = quaternion
+    return state
+
+
 def test_turns_are_those_of_a_rotation_library() -> None:
-    vectors = np.random.default_rng(3).standard_normal((40, 3))
+    vectors, out = np.random.default_rng(3).standard_normal((40, 3)), np.empty(3)
     for first, second, vector in zip(quaternions(40, 1), quaternions(40, 2), vectors, strict=True):
-        assert_allclose(turned_back(first, vector), rotation(first).inv().apply(vector), atol=1e-14)
-        expected = (rotation(first).inv() * rotation(second)).as_rotvec()
-        assert_allclose(turn_towards(first, second), expected, atol=1e-13)
+        turned_back.py_func(attitude(first), vector, out)
+        assert_allclose(out, rotation(first).inv().apply(vector), atol=1e-14)
+        fill_turn(attitude(first), second, out)
+        assert_allclose(out, (rotation(first).inv() * rotation(second)).as_rotvec(), atol=1e-13)
 
 
-def test_no_turn_is_zero_and_a_quaternion_and_its_negative_are_one_attitude() -> None:
-    one = quaternions(1, 4)[0]
-    assert_allclose(turn_towards(one, one), 0.0, atol=1e-15)
-    assert_allclose(turn_towards(one, -one), 0.0, atol=1e-15)
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_no_turn_is_zero_and_a_quaternion_and_its_negative_are_one_attitude(sign: float) -> None:
+    one, out = quaternions(1, 4)[0], np.empty(3)
+    fill_turn(attitude(one), sign * one, out)
+    assert_allclose(out, 0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("axis", range(6))
@@ -48,8 +56,7 @@ def test_pull_becomes_the_push_that_the_model_lacks(axis: int) -> None:
     commands = np.zeros((steps, len(packed.thruster_names)))
     seen = run(packed, commands, dt_s=step_s, external=push)
     known = np.ones(steps + 1, bool)
-    mass, pull = np.empty((6, 6)), np.zeros((steps, 6))
-    mass_matrix(packed.vector, 1.0, mass)
+    mass, pull = mass_of(packed.vector), np.zeros((steps, 6))
     states = np.empty((steps + 1, STATE))
     sound = follow_window(
         packed.vector,

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from pipeline.bundled.vehicles import bundled_vehicle
 from pipeline.physics.parameters import read, write
 from pipeline.simulate.applied_wrench import actuator_states, thruster_wrench
-from pipeline.simulate.kernel_hull import mass_matrix, subtract_coriolis
-from pipeline.simulate.pack import PackedVehicle, pack_vehicle
+from pipeline.simulate.kernel_hull import subtract_coriolis
+from pipeline.simulate.pack import PackedVehicle, mass_of, pack_vehicle
 from pipeline.simulate.run import Trajectory, initial_state, run
 from pipeline.vehicle.load import load_vehicle
 from tests.unit.simulate.conftest import full_symmetric
@@ -28,19 +28,13 @@ def idle(packed: PackedVehicle, seconds: float, dt: float, **options: object) ->
     return run(packed, commands, dt_s=dt, **options)  # type: ignore[arg-type]
 
 
-def total_mass(packed: PackedVehicle) -> np.ndarray:
-    matrix = np.empty((6, 6))
-    mass_matrix(packed.vector, 1.0, matrix)
-    return matrix
-
-
 def skew(a: np.ndarray) -> np.ndarray:
     return np.array([[0, -a[2], a[1]], [a[2], 0, -a[0]], [-a[1], a[0], 0]])
 
 
 def coriolis_force(packed: PackedVehicle, nu: np.ndarray) -> np.ndarray:
     force = np.zeros(6)
-    subtract_coriolis(packed.vector, total_mass(packed), nu, force)
+    subtract_coriolis.py_func(packed.vector, mass_of(packed.vector), nu, force)
     return -force
 
 
@@ -60,7 +54,7 @@ def test_coriolis_is_the_papers_transport_matrix(make_packed: Make, nu: np.ndarr
     packed = make_packed()
     v, w = nu[:3], nu[3:]
     transport = np.block([[skew(w), np.zeros((3, 3))], [skew(v), skew(w)]])
-    expected = transport @ total_mass(packed) @ nu
+    expected = transport @ mass_of(packed.vector) @ nu
     np.testing.assert_allclose(coriolis_force(packed, nu), expected, atol=1e-10)
 
 
@@ -85,12 +79,12 @@ def test_mass_matrix_by_hand(make_packed: Make) -> None:
     expected = np.block(
         [[m * np.eye(3), -m * skew(r)], [m * skew(r), read(packed.vector, "inertia")]]
     )
-    np.testing.assert_allclose(total_mass(packed), expected, atol=1e-12)
+    np.testing.assert_allclose(mass_of(packed.vector), expected, atol=1e-12)
 
 
 def energy(packed: PackedVehicle, trajectory: Trajectory) -> np.ndarray:
     """Kinetic energy with added mass, and potential of weight and buoyancy at their centres."""
-    matrix = total_mass(packed)
+    matrix = mass_of(packed.vector)
     kinetic = 0.5 * np.einsum("ki,ij,kj->k", trajectory.nu, matrix, trajectory.nu)
     turn = Rotation.from_quat(trajectory.quaternion[:, [1, 2, 3, 0]])
     weight, buoyancy = (float(read(packed.vector, n)) for n in ("weight", "buoyancy"))

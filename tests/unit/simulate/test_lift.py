@@ -24,7 +24,7 @@ def lift_force(velocity: list[float], **slopes: object) -> np.ndarray:
     vector, force = neutral_vector(), np.zeros(6)
     for name, slope in slopes.items():
         write(vector, name, np.asarray(slope, float))
-    add_damping(vector, np.array([*velocity, 0.0, 0.0, 0.0]), 1.0, NO_STRIPS, force)
+    add_damping.py_func(vector, np.array([*velocity, 0.0, 0.0, 0.0]), 1.0, NO_STRIPS, force)
     return force
 
 
@@ -65,8 +65,8 @@ def test_the_moment_that_the_effect_adds_turns_over_too(
     vector = apply_effects(packed.vector, [added], packed.context)
     for surge in (1.5, -1.5):
         velocity, force, plain = np.array([surge, 0.1, 0.2, 0, 0, 0]), np.zeros(6), np.zeros(6)
-        add_damping(vector, velocity, 1.0, NO_STRIPS, force)
-        add_damping(packed.vector, velocity, 1.0, NO_STRIPS, plain)
+        add_damping.py_func(vector, velocity, 1.0, NO_STRIPS, force)
+        add_damping.py_func(packed.vector, velocity, 1.0, NO_STRIPS, plain)
         more = force - plain
         np.testing.assert_allclose(more[4:], [40 * surge * 0.2, -25 * surge * 0.1], atol=1e-12)
         assert more[2] == pytest.approx(-30 * 1.5 * 0.2)

@@ -9,8 +9,7 @@ from scipy.spatial.transform import Rotation
 from pipeline.errors import CannotComputeError
 from pipeline.physics.parameters import read
 from pipeline.physics.winch import Winch
-from pipeline.simulate.kernel_hull import mass_matrix
-from pipeline.simulate.pack import PackedVehicle
+from pipeline.simulate.pack import PackedVehicle, mass_of
 from pipeline.simulate.run import initial_state, run
 from pipeline.simulate.tether import LumpedMassTether, TetherState
 from pipeline.simulate.tethered import fly_tethered
@@ -92,8 +91,7 @@ def whole_momentum(
     packed: PackedVehicle, state: np.ndarray, cable: LumpedMassTether, tether: TetherState
 ) -> np.ndarray:
     """Momentum of a dry vehicle and of the cable below the anchor, NED."""
-    matrix = np.empty((6, 6))
-    mass_matrix(packed.vector, 1.0, matrix)
+    matrix = mass_of(packed.vector)
     turn = Rotation.from_quat(state[[4, 5, 6, 3]])
     lump = np.zeros(len(tether.position_ned_m))
     lump[:-1] += tether.rest_length_m / 2
@@ -124,8 +122,7 @@ def test_momentum_changes_by_what_the_anchor_takes(make_packed: Make) -> None:
 
 
 def vehicle_energy(packed: PackedVehicle, state: np.ndarray) -> float:
-    matrix = np.empty((6, 6))
-    mass_matrix(packed.vector, 1.0, matrix)
+    matrix = mass_of(packed.vector)
     turn = Rotation.from_quat(state[[4, 5, 6, 3]])
     place = [
         state[2] + turn.apply(read(packed.vector, name))[2]

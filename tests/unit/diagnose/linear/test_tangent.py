@@ -17,7 +17,7 @@ from pipeline.diagnose.linear.linear_model import (
     vector_of,
 )
 from pipeline.diagnose.linear.tangent import linear_model
-from pipeline.simulate.kernel_hull import mass_matrix
+from pipeline.simulate.pack import mass_of
 from pipeline.types import FloatArray
 
 Model = tuple[LinearModel, FloatArray]
@@ -106,9 +106,7 @@ def test_by_added_mass_at_the_acceleration_that_the_pull_gives() -> None:
     index = next(k for k, one in enumerate(setting.coordinates) if one.parameter.name == "heave")
 
     def mass(departures: FloatArray) -> FloatArray:
-        matrix = np.empty((6, 6))
-        mass_matrix(vector_of(setting, departures), 1.0, matrix)
-        return matrix
+        return mass_of(vector_of(setting, departures))
 
     def seen(by: float) -> FloatArray:
         departures = linear.point.departures.copy()
