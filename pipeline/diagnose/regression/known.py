@@ -113,9 +113,11 @@ def learned(case: Case, files: Mapping[Method, FileModel]) -> Reference:
             + ". Name runs that measured the same velocities and rates."
         )
     stated = stated_widths(case.vehicle, directions)
-    found, means = [], (stays, file_step(case.packed))
+    file = file_step(case.packed)
+    found = []
     for runs in zip(*every, strict=True):
-        tried = [Response(runs, bent, mean) for bent, mean in product(BENT, means)]
+        ways = product(BENT, (stays, file))
+        tried = [Response(runs, bent, mean, file) for bent, mean in ways]
         response = min(tried, key=error_ahead)
         sound = response.told_of_sound()
         ordinary = ordinary_of(sound, directions, stated)

@@ -2,10 +2,11 @@
 
 Of each velocity that was measured the next value is regressed on the values now and before, their
 squares and products, the direction of gravity, and the wrench of the thrusters in each of the last
-periods (ridge). What remains is autocorrelated and grows with how hard a run is flown: it is
-filtered by an autoregression and weighed by its size in blocks. Each run is predicted from the
-others; its remainder, seen along the signature of each direction, tells how much healthy runs
-differ.
+periods (ridge). How far a force along its own axis moves it the vehicle file knows to a share,
+which counts where sound runs had little of that force. What remains is autocorrelated and grows
+with how hard a run is flown: it is filtered by an autoregression and weighed by its size in blocks.
+Each run is predicted from the others; its remainder, seen along the signature of each direction,
+tells how much healthy runs differ.
 """
 
 from collections.abc import Sequence
@@ -22,6 +23,9 @@ FORCES, FILTER = 5, 3
 #: Ridge of features of unit size, in readings at zero: of any, times so many for force along other
 #: axes, and of the velocity itself and the constant. Squares and products: one of these times it.
 _RIDGE, _OTHER_AXES, _FREE = 10.0, 100.0, 0.01
+#: Share by which the file is off in the gain of force along a velocity's own axis, and in how that
+#: is spread over the periods.
+_GAIN_OFF, _COURSE_OFF = 0.3, 0.5
 #: Blocks of noise, and readings that the mean noise of a run is worth in each.
 _BLOCK_S, _RUN_COUNTS = 4.0, 10.0
 #: Rounds of regression, filter and weights.
@@ -149,6 +153,8 @@ class Response:
         Times the ridge for squares and products; see `BENT`.
     mean : callable, optional
         The next velocities that the regression starts from; they stay as they are without it.
+    file : callable, optional
+        The next velocities by the vehicle file, from which the gain of force is expected.
 
     Attributes
     ----------
@@ -158,7 +164,9 @@ class Response:
         Of each run (k, c) what the others do not predict.
     """
 
-    def __init__(self, runs: Sequence[GridRun], bent: float, mean: Step = stays) -> None:
+    def __init__(
+        self, runs: Sequence[GridRun], bent: float, mean: Step = stays, file: Step | None = None
+    ) -> None:
         self.runs = tuple(runs)
         self._bent, self._mean = bent, mean
         self.channels = runs[0].channels
@@ -169,6 +177,7 @@ class Response:
         self._own_axes = np.tile(own, (FORCES, 1))
         self._force = np.zeros((6 * FORCES, len(self.channels)))
         self._force[:6] = _by_force(mean, runs)
+        self._expected = None if file is None else _by_force(file, runs)
         self._scale_features()
         scaled = [self._scaled(one) for one in self._sets]
         spread = np.concatenate([one.next - one.mean for one in self._sets]).var(axis=0)
@@ -200,6 +209,21 @@ class Response:
         found[[0, 1 + channel]] = _FREE
         return found
 
+    def _before(self, channel: int) -> tuple[FloatArray, FloatArray]:
+        """Slopes (f,) and their precision (f, f) before any run was seen."""
+        slope, precision = np.zeros(self._scale.size), np.diag(self._ridge(channel))
+        axis = CHANNELS.index(self.channels[channel])
+        gain = 0.0 if self._expected is None else float(self._expected[axis, channel])
+        own = self._states + axis + 6 * np.arange(FORCES)
+        scale = self._scale[own]
+        if gain == 0.0 or not scale.all():
+            return slope, precision
+        even = np.full((FORCES, FORCES), 1.0 / FORCES)
+        off = _GAIN_OFF**2 / FORCES * even + _COURSE_OFF**2 * (np.eye(FORCES) - even)
+        precision[np.ix_(own, own)] = scale[:, None] * np.linalg.inv(gain**2 * off) * scale
+        slope[own[0]] = (gain - self._force[axis, channel]) / scale[0]
+        return slope, precision
+
     def _fit(self, scaled: Sequence[FloatArray], noise: Sequence[FloatArray]) -> None:
         """Regress with each run left out, and with all."""
         count, width = len(self._sets), self._scale.size
@@ -211,7 +235,8 @@ class Response:
                 both = self._whitened(np.column_stack([x, (one.next - one.mean)[:, c]]), c, own)
                 squares.append(both[:, :-1].T @ both[:, :-1])
                 products.append(both[:, :-1].T @ both[:, -1])
-            square, product, ridge = sum(squares), sum(products), np.diag(self._ridge(c))
+            before, ridge = self._before(c)
+            square, product = sum(squares), sum(products) + ridge @ before
             for left in range(count + 1):
                 out = (squares[left], products[left]) if left < count else (0.0, 0.0)
                 spreads[left, c] = np.linalg.inv(square - out[0] + ridge)

@@ -8,6 +8,7 @@ strongest effects. Under `unknown` a run differs by more than is ordinary in all
 once.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -25,7 +26,7 @@ NONE, UNKNOWN = "none", "unknown"
 #: Prior probability of nothing, of one change, of two; the rest is none of the library.
 _NOTHING, _ONE, _TWO = 0.6, 0.3, 0.05
 #: Prior widths of a change, in its units, and the probability of each: as plausible, or beyond.
-_WIDTHS = ((1.0, 0.95), (3.0, 0.05))
+_WIDTHS = ((1.0, 0.8), (3.0, 0.2))
 #: What is asked may scatter more than the few sound runs show: times their widths, and the
 #: probability of each. Under `unknown` it is more.
 _SPREADS, _STRANGE = ((1.0, 0.8), (2.0, 0.2)), 6.0
@@ -273,15 +274,20 @@ def _log_bound(p_value: float) -> float:
 
 
 def _groups(directions: Sequence[Coordinate]) -> list[tuple[tuple[int, ...], float]]:
-    """Directions of each effect at each target, and its share: one part is as likely as another.
+    """Directions of each effect at each target, and its share.
 
-    Of several parameters one alone has half of it, two the other half.
+    Half of the probability goes to each part alike, half to each effect, whose targets share it.
+    Of several parameters one alone has half, two the other half.
     """
     found: dict[tuple[str, str | None], list[int]] = {}
     for k, one in enumerate(directions):
         if not one.effect.unstated:
             found.setdefault((one.effect.id, one.target), []).append(k)
-    return [(tuple(members), 1.0 / len(found)) for members in found.values()]
+    targets = Counter(effect for effect, _ in found)
+    return [
+        (tuple(members), 0.5 / len(found) + 0.5 / (len(targets) * targets[effect]))
+        for (effect, _), members in found.items()
+    ]
 
 
 def _name(one: Coordinate) -> str:

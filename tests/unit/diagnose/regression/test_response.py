@@ -120,6 +120,24 @@ def test_a_constant_that_all_runs_have_is_not_held_against_a_model() -> None:
     assert again == pytest.approx([0.0, 0.0], abs=0.001)
 
 
+def test_force_that_sound_runs_hardly_had_moves_a_vehicle_as_its_file_says() -> None:
+    """A trim that thrust makes up for is told by that thrust, whatever the sound runs needed."""
+
+    def step(now: FloatArray, _before: FloatArray, run: GridRun, rows: IntArray) -> FloatArray:
+        return np.asarray(
+            (1.0 - DRAG * PERIOD_S) * now + PUSH * PERIOD_S * run.wrench[rows][:, [0, 5]]
+        )
+
+    runs = [flown(seed) for seed in range(4)]
+    for run in runs:  # next to nothing ahead, and what there was did not move it
+        run.velocity[:, 0] = 0.002 * np.random.default_rng(len(run.name)).standard_normal(500)
+        run.wrench[:, 0] *= 1e-4
+    blank, told = Response(runs, BENT[0]), Response(runs, BENT[0], file=step)
+    gains = [float(one.force.reshape(-1, 6, 2)[:, 0, 0].sum()) for one in (blank, told)]
+    assert gains[1] == pytest.approx(PUSH * PERIOD_S, rel=0.3)
+    assert abs(gains[0] - PUSH * PERIOD_S) > PUSH * PERIOD_S
+
+
 def test_it_may_start_from_a_motion_that_is_known() -> None:
     """What the first guess has right is not learned, and its answer to force is kept."""
 
