@@ -73,8 +73,12 @@ class BagFile(MessageLog):
     def _add(self, number: int, topic: str, kind: str, definition: str, wire: str) -> None:
         """Add a topic that is not yet counted."""
         language = "ros1msg" if wire == "ros1" else "ros2msg"
-        self.directory.schemas[number] = SchemaRecord(number, kind, language, definition.encode())
-        self.directory.channels[number] = ChannelRecord(number, number, topic, wire, {})
+        self.directory.schemas[number] = SchemaRecord(
+            id=number, name=kind, encoding=language, data=definition.encode()
+        )
+        self.directory.channels[number] = ChannelRecord(
+            id=number, schema_id=number, topic=topic, message_encoding=wire, metadata={}
+        )
 
     def _unreadable(self, why: object) -> InputError:
         return InputError.at(

@@ -224,9 +224,9 @@ def walk(data: bytes) -> ChunkBlock:
             continue
         try:
             if opcode == mcap.SCHEMA:
-                schemas.append(mcap.parse_schema(view[begin:at]))
+                schemas.append(mcap.parse(opcode, view[begin:at]))
             elif opcode == mcap.CHANNEL:
-                channels.append(mcap.parse_channel(view[begin:at]))
+                channels.append(mcap.parse(opcode, view[begin:at]))
         except mcap.BrokenRecordError as error:
             fault = str(error)
             break

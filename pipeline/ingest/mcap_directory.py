@@ -80,18 +80,19 @@ class Directory:
 
     def note(self, opcode: int, content: memoryview) -> None:
         """Take a schema, a channel or statistics in; raises `BrokenRecordError`."""
+        if opcode not in (mcap.SCHEMA, mcap.CHANNEL, mcap.STATISTICS, mcap.CHUNK_INDEX):
+            return
+        record = mcap.parse(opcode, content)
         if opcode == mcap.SCHEMA:
-            schema = mcap.parse_schema(content)
-            self.schemas.setdefault(schema.id, schema)
+            self.schemas.setdefault(record.id, record)
         elif opcode == mcap.CHANNEL:
-            channel = mcap.parse_channel(content)
             if len(self.channels) >= _MOST_CHANNELS:
                 raise mcap.BrokenRecordError(f"there are more than {_MOST_CHANNELS} channels")
-            self.channels.setdefault(channel.id, channel)
+            self.channels.setdefault(record.id, record)
         elif opcode == mcap.STATISTICS:
-            self.statistics = mcap.parse_statistics(content)
-        elif opcode == mcap.CHUNK_INDEX:
-            self.in_chunks |= mcap.parse_indexed_channels(content)
+            self.statistics = record
+        else:
+            self.in_chunks |= set(record.message_index_offsets)
 
     def take_in(self, block: ChunkBlock) -> ChunkBlock:
         """Add the schemas and channels of a block, and return the block."""

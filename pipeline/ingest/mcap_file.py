@@ -153,19 +153,19 @@ class McapFile(MessageLog):
 
     def _small(self, stream: BinaryIO, opcode: int, begin: int, length: int) -> None:
         """Take a record in that is neither a chunk nor a message; large ones are passed over."""
-        most = max(mcap.MAX_SCHEMA_BYTES, mcap.MAX_METADATA_BYTES) + 100_000
         if opcode not in (mcap.HEADER, mcap.SCHEMA, mcap.CHANNEL, mcap.METADATA):
             return
-        if length > most:
+        if length > mcap.MAX_RECORD_BYTES:
             self._faults.add(f"a record of {length} bytes at byte {begin} is passed over.")
             return
         content = memoryview(stream.read(length))
         try:
             if opcode == mcap.HEADER:
-                self.directory.profile, self.directory.library = mcap.parse_header(content)
+                header = mcap.parse(opcode, content)
+                self.directory.profile, self.directory.library = header.profile, header.library
             elif opcode == mcap.METADATA:
-                name, entries = mcap.parse_metadata(content)
-                self.directory.metadata[name] = entries
+                record = mcap.parse(opcode, content)
+                self.directory.metadata[record.name] = record.metadata
             else:
                 self.directory.note(opcode, content)
         except mcap.BrokenRecordError as error:

@@ -46,8 +46,8 @@ def log_start_ns(path: Path) -> int | None:
         return times[0] if times else None
     statistics = _statistics(path)
     if statistics is not None:
-        times += [statistics.start_time_ns, statistics.end_time_ns]
-        span_s = (statistics.end_time_ns - statistics.start_time_ns) / 1e9
+        times += [statistics.message_start_time, statistics.message_end_time]
+        span_s = (statistics.message_end_time - statistics.message_start_time) / 1e9
         if statistics.message_count > _MOST_HZ * span_s > 0.0:
             times += [times[0] * factor for factor in _FACTORS]
     return next((time for time in times if mcap.SET_NS <= time < mcap.LATEST_NS), times[0])
@@ -136,7 +136,9 @@ def _statistics(path: Path) -> mcap.StatisticsRecord | None:
             for _ in range(_MOST_RECORDS):
                 opcode, length = mcap.RECORD_HEAD.unpack(file.read(mcap.RECORD_HEAD.size))
                 if opcode == mcap.STATISTICS:
-                    return mcap.parse_statistics(memoryview(file.read(min(length, 1 << 24))))
+                    content = memoryview(file.read(min(length, 1 << 24)))
+                    found: mcap.StatisticsRecord = mcap.parse(opcode, content)
+                    return found
                 file.seek(length, 1)
     except (OSError, mcap.BrokenRecordError, struct.error, OverflowError):
         return None

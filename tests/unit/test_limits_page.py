@@ -42,7 +42,7 @@ STATED = {
     ),
     "summary, message index of a chunk": ("64 MB each", mcap_file._MAX_SUMMARY_BYTES / _MIB),
     "topics": ("20 000", mcap_directory._MOST_CHANNELS),
-    "a definition, a metadata record": ("1 MB each", mcap_records.MAX_SCHEMA_BYTES / _MB),
+    "a definition, a metadata record": ("1 MB each", mcap_records.MAX_RECORD_BYTES / _MB),
     "elements of an array in a definition": ("10 000 000", message_definitions._MAX_LENGTH),
     "characters of a ROS definition": ("200 000", message_definitions._MOST_CHARACTERS),
     "numbers of a protobuf message, sent or not": ("200 000", pool_run_codec._MOST_NUMBERS),
@@ -75,7 +75,6 @@ def test_the_page_states_the_constant(rows: list[list[str]], what: str) -> None:
 
 def test_the_constants_that_share_a_row() -> None:
     assert mcap_file._MAX_INDEX_BYTES == mcap_file._MAX_SUMMARY_BYTES
-    assert mcap_records.MAX_METADATA_BYTES == mcap_records.MAX_SCHEMA_BYTES
     assert mcap_records.MAX_RATIO == 200
     assert message_definitions._MOST == pool_schema._MOST_ELEMENTS
     assert yaml_text.MAX_BYTES == 1e6
