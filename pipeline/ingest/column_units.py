@@ -8,9 +8,9 @@ from typing import Literal
 
 from pipeline.errors import Place, Problem
 from pipeline.ingest.blocks import BlockColumn, UnitFrom
-from pipeline.ingest.cells import Row, Sheet, shorten
+from pipeline.ingest.cells import Row, Sheet, column_letter, shorten
 from pipeline.ingest.column_data import is_unclear, meaning_of_signs, without_thousands
-from pipeline.ingest.header_rows import Match, Wanted, is_mapped
+from pipeline.ingest.header_rows import Match, Wanted, is_mapped, letter_of
 from pipeline.ingest.unit_text import (
     UnitTextError,
     factor,
@@ -111,11 +111,15 @@ def _with_signs(
 
 
 def _indices(sheet: Sheet, row: int, headers: Sequence[str]) -> tuple[int, ...]:
-    """Return the columns whose names are these."""
+    """Return the columns whose names, or letters, are these."""
+    stated = [Column(header=one) for one in headers]
+    letters = {letter_of(one) for one in stated}
     return tuple(
         index
-        for index, cell in enumerate(sheet.cells(row))
-        if isinstance(cell, str) and any(is_mapped(Column(header=one), cell) for one in headers)
+        for index in range(sheet.width if stated else 0)
+        for cell in [sheet.cell(row, index)]
+        if column_letter(index) in letters
+        or (isinstance(cell, str) and any(is_mapped(one, cell) for one in stated))
     )
 
 

@@ -5,11 +5,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from pipeline.errors import Problem
-from pipeline.ingest.blocks import Block, BlockColumn, headings
+from pipeline.ingest.blocks import Block, headings
 from pipeline.ingest.cells import Sheet, column_index, is_number, is_text, shorten
-from pipeline.ingest.column_units import unit_problem, why_unknown
-from pipeline.ingest.header_rows import Wanted, is_mapped, letter_of
-from pipeline.ingest.unit_text import factor
+from pipeline.ingest.column_units import HeadRows, read_columns
+from pipeline.ingest.header_rows import Match, Wanted, is_mapped, letter_of
 from pipeline.ingest.vocabulary import HeaderText, is_other, plain, words_of
 from pipeline.vehicle.bench_schema import Column
 
@@ -20,35 +19,22 @@ def blocks_by_letter(
     sheet: Sheet, wanted: Wanted, by_letter: Mapping[str, Column]
 ) -> tuple[tuple[Block, ...], tuple[Problem, ...]]:
     """Read a table without names: vehicle.yaml states "column A" and so on."""
-    problems: list[Problem] = []
-    columns: dict[str, BlockColumn] = {}
-    for quantity, stated in by_letter.items():
-        letter = letter_of(stated) or "A"
-        column = BlockColumn(
-            quantity, column_index(letter), stated.header, unit_from="mapping", sign=stated.sign
-        )
-        kind = wanted.vocabulary[quantity].unit_kind
-        why = ""
-        if kind is not None and stated.unit is None:
-            why = "no unit is stated in vehicle.yaml"
-        elif kind is not None and stated.unit is not None:
-            why = why_unknown(stated.unit, kind)
-        if why:
-            problems.append(unit_problem(column, sheet.place(sheet.first_row), wanted, why))
-        elif kind is not None and stated.unit is not None:
-            columns[quantity] = replace(column, unit=stated.unit, factor=factor(stated.unit, kind))
-        else:
-            columns[quantity] = column
-    required = [c.index for name, c in columns.items() if any(name in g for g in wanted.required)]
+    group = {
+        quantity: Match(quantity, column_index(letter), 0, HeaderText(one.header), one.header)
+        for quantity, one in by_letter.items()
+        if (letter := letter_of(one)) is not None
+    }
+    required = [group[name].index for part in wanted.required for name in part if name in group]
+    rows = (row for row, _ in sheet.numbered())
     first = next(
-        (
-            row
-            for row, _ in sheet.numbered()
-            if all(is_number(sheet.cell(row, i)) for i in required)
-        ),
-        None,
+        (row for row in rows if all(is_number(sheet.cell(row, i)) for i in required)), None
     )
-    if not wanted.is_complete(set(columns)) or first is None:
+    if first is None:
+        return (), ()
+    names = max(first - 1, sheet.first_row)
+    place = HeadRows(sheet.first_row, names, first, sheet.last_row)
+    columns, problems = read_columns(sheet, wanted, place, group)
+    if not wanted.is_complete(set(columns)):
         return (), tuple(problems)
     above = headings(sheet, sheet.first_row, first, 0, 10_000)
     return ((Block(sheet, columns, first - 1, first, sheet.last_row, above),), tuple(problems))

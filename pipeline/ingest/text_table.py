@@ -4,6 +4,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from io import StringIO
 
 from pipeline.errors import InputError, Place, Problem
@@ -21,20 +22,18 @@ _POINT = re.compile(r"\d\.\d|\d\.$|^\.\d")
 
 def _decode(data: bytes, place: Place) -> str:
     """Decode a text file: UTF-8 and UTF-16 with or without mark, else Windows-1251."""
+    sample = data[:4000]
+    of_mark = [encoding for mark, encoding in _MARKS if data.startswith(mark)]
+    of_zeros = [
+        encoding
+        for at, encoding in ((1, "utf-16-le"), (0, "utf-16-be"))
+        if sample[at::2].count(0) > len(sample) // 4
+    ]
     text: str | None = None
-    for mark, encoding in _MARKS:
-        if data.startswith(mark):
-            text = _try(data, encoding)
+    for encoding in of_mark or of_zeros[:1] or ["utf-8", "cp1251"]:
+        with suppress(UnicodeDecodeError):
+            text = data.decode(encoding)
             break
-    else:
-        sample = data[:4000]
-        if sample[1::2].count(0) > len(sample) // 4:
-            text = _try(data, "utf-16-le")
-        elif sample[0::2].count(0) > len(sample) // 4:
-            text = _try(data, "utf-16-be")
-        else:
-            text = _try(data, "utf-8")
-            text = text if text is not None else _try(data, "cp1251")
     if text is None or _BINARY.search(text[:100_000]):
         raise InputError.at(
             place,
@@ -43,13 +42,6 @@ def _decode(data: bytes, place: Place) -> str:
             remedy="Export it again as CSV or xlsx.",
         )
     return text
-
-
-def _try(data: bytes, encoding: str) -> str | None:
-    try:
-        return data.decode(encoding)
-    except UnicodeDecodeError:
-        return None
 
 
 def read_text_table(data: bytes, place: Place, limits: Limits) -> Sheet:

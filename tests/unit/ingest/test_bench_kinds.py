@@ -172,3 +172,13 @@ def test_one_column_is_stated_by_its_letter(tmp_path: Path) -> None:
     own = Vehicle.model_validate(stated)
     record = read_mooring_tables([tmp_path / "a.csv"], own, tmp_path)
     assert max(one.code for one in record.points) == 127.0
+
+
+def test_columns_by_their_letters_have_their_scale(tmp_path: Path) -> None:
+    stated = vehicle().model_dump()
+    thrust = {"header": "column B", "unit": "N", "scale": 0.5, "plus": ["column C"]}
+    stated["columns"]["mooring"] = {"code": {"header": "column A"}, "thrust": thrust}
+    (tmp_path / "a.csv").write_text(table("", CODE, THRUST, THRUST).lstrip("\n") + "\n")
+    own = Vehicle.model_validate(stated)
+    record = read_mooring_tables([tmp_path / "a.csv"], own, tmp_path)
+    assert max(one.thrust_n for one in record.points) == pytest.approx(40.0)

@@ -244,7 +244,7 @@ def test_columns_stated_by_letter_need_a_unit() -> None:
         torque=Column(header="column B"),
     )
     assert not found.blocks
-    assert "no unit is stated in vehicle.yaml" in found.problems[0].what
+    assert "no unit is stated; known: N m" in found.problems[0].what
 
 
 def test_only_rows_with_a_text() -> None:
