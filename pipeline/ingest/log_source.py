@@ -80,9 +80,9 @@ class MessageLog:
         """What was found wrong while it was read."""
         return self._faults.problems
 
-    def topics(self, prefix: str) -> list[TopicFound]:
+    def topics(self) -> list[TopicFound]:
         """Find its topics with one message each."""
-        self._codecs, found = topics_of(self, prefix)
+        self._codecs, found = topics_of(self)
         return found
 
     def extract(self, requests: Mapping[str, Request], *, fast: bool) -> dict[str, TopicData]:
@@ -145,7 +145,7 @@ class TableLog:
         self._tables = tables
         self._facts = facts
 
-    def topics(self, prefix: str) -> list[TopicFound]:
+    def topics(self) -> list[TopicFound]:
         """Find its topics with one message each."""
         return [
             TopicFound(
@@ -157,7 +157,6 @@ class TableLog:
                 table.tree(0) if table.log_time_ns.size else None,
             )
             for number, (name, table) in enumerate(self._tables.items())
-            if name.startswith(prefix)
         ]
 
     def extract(self, requests: Mapping[str, Request], *, fast: bool) -> dict[str, TopicData]:

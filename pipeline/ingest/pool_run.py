@@ -44,44 +44,25 @@ from pipeline.vehicle.schema import Vehicle
 __all__ = ["read_pool_run", "resample", "summarize"]
 
 
-def read_pool_run(
-    path: Path, vehicle: Vehicle, raw_root: Path, *, prefix: str = "", fast: bool = True
-) -> PoolRun:
+def read_pool_run(path: Path, vehicle: Vehicle, raw_root: Path, *, fast: bool = True) -> PoolRun:
     """Read the mapped channels of a log.
 
     What is wrong with a channel is in `problems` and `marks`; the other channels are read. Raises
     `InputError` if the file is no log, holds no messages, or none of its topics can be used.
 
-    Parameters
-    ----------
-    path, vehicle, raw_root
-        The log; the vehicle, whose ``pool:`` section maps channels; the folder for names in
-        messages.
-    prefix : str
-        Read only topics that begin with it, as if they did not: ``/sim`` reads the simulated side
-        of a log that has both.
-    fast : bool
-        Gather numbers of CDR messages at once. The slow way decodes each message and gives the
-        same arrays; it is there to check the fast one.
+    The vehicle's ``pool:`` section maps channels; names in messages are relative to `raw_root`. The
+    slow way decodes each message and gives the same arrays; it is there to check the `fast` one,
+    which gathers the numbers of CDR messages at once.
     """
     shown_as = source_name(path, raw_root)
     place = Place(shown_as)
     problems: list[Problem] = []
     log = open_log(path, shown_as)
     notes = _notes_of(path, raw_root, problems)
-    topics = log.topics(prefix)
-    _check_messages(topics, log.facts(), prefix)
+    topics = log.topics()
+    _check_messages(topics, log.facts())
     facts = log.facts()
-    plans = plans_of(
-        vehicle,
-        topics,
-        place,
-        problems,
-        prefix,
-        stated=_stated(vehicle, notes),
-        usual=facts.usual,
-        recorder=facts.recorder,
-    )
+    plans = plans_of(vehicle, topics, facts, problems, _stated(vehicle, notes))
     if not plans.every:
         raise nothing_mapped(place, topics, problems)
     requests, where = requests_of(plans.every)
@@ -118,7 +99,7 @@ def read_pool_run(
     return replace(run, problems=tuple(each_once(problems)))
 
 
-def _check_messages(topics: Sequence[TopicFound], facts: LogFacts, prefix: str) -> None:
+def _check_messages(topics: Sequence[TopicFound], facts: LogFacts) -> None:
     """Refuse a log without messages."""
     if any(topic.messages for topic in topics):
         return
@@ -127,7 +108,7 @@ def _check_messages(topics: Sequence[TopicFound], facts: LogFacts, prefix: str) 
         what = f"the log was cut off after {facts.size} bytes and holds no messages"
     elif facts.problems:
         what += f" that can be read: {facts.problems[0].what.rstrip('.')}"
-    what += f" under {prefix}." if prefix else "."
+    what += "."
     expected, remedy = "messages of thrusters and sensors.", "Check that the recorder ran."
     raise InputError(facts.place.error(what, expected, remedy))
 

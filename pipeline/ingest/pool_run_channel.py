@@ -249,7 +249,6 @@ def _value_marks(
     return value_marks(
         converted.values,
         rhythm.period_s,
-        holds=False,
         is_quaternion=converted.quantity == "attitude",
         jumps=converted.quantity == "shaft_speed",
         lowest=plan.stated.lowest,

@@ -97,7 +97,6 @@ def value_marks(
     values: FloatArray,
     period_s: float,
     *,
-    holds: bool = False,
     is_quaternion: bool = False,
     jumps: bool = False,
     lowest: float | None = None,
@@ -111,8 +110,6 @@ def value_marks(
         Readings.
     period_s : float
         Median time between them. [s]
-    holds : bool
-        Commands: they may jump and stand still.
     is_quaternion : bool
         q and -q are one attitude: a change of all signs is no spike. Its components have ends of
         their own: level is w = 1.
@@ -132,7 +129,7 @@ def value_marks(
     if not finite.all():
         values = np.where(finite[:, None], values, np.nan)
     _range_marks(marks, values, _ends(lowest, highest))
-    if holds or values.shape[0] < 10 or not finite.any():
+    if values.shape[0] < 10 or not finite.any():
         return marks
     if all(np.fmin.reduce(column) == np.fmax.reduce(column) for column in values.T):
         return marks  # constant throughout: said of the channel, not of its readings

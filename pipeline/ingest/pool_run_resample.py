@@ -100,8 +100,6 @@ def resample(
     rate_hz: float,
     *,
     quantities: Sequence[str] | None = None,
-    begin_ns: int | None = None,
-    end_ns: int | None = None,
     by_step: bool = False,
 ) -> RunTable:
     """Put the channels of a run onto one evenly spaced time base.
@@ -123,8 +121,6 @@ def resample(
         Rate of the table. Below the rate of a sensor, its noise above half of it folds back. [Hz]
     quantities : sequence of str, optional
         Names of `QUANTITIES`; default all that the run has.
-    begin_ns, end_ns : int, optional
-        Times on the clock of the log; default the whole run. [ns]
     by_step : bool
         Each row has the mean of the commands over the step that follows it, for simulation from row
         to row: the one at the row would be late by half a step on average, as if the drives lagged.
@@ -132,7 +128,7 @@ def resample(
     Returns
     -------
     RunTable
-        Times count from `begin_ns`; its name is that of the file.
+        Times count from the start of the run; its name is that of the file.
 
     Raises
     ------
@@ -143,7 +139,7 @@ def resample(
     for channel in run.channels.values():
         called = _CALLED.get(channel.quantity, channel.quantity)
         by_quantity.setdefault(called, []).append(channel)
-    time_s, begin_ns = _time_base(run, rate_hz, begin_ns, end_ns)
+    time_s, begin_ns = _time_base(run, rate_hz), run.start_time_ns
     values: dict[str, FloatArray] = {}
     valid: dict[str, BoolArray] = {}
     reading: dict[str, BoolArray] = {}
@@ -214,11 +210,8 @@ def _wanted(
     return list(quantities)
 
 
-def _time_base(
-    run: PoolRun, rate_hz: float, begin_ns: int | None, end_ns: int | None
-) -> tuple[FloatArray, int]:
-    begin = run.start_time_ns if begin_ns is None else begin_ns
-    end = run.end_time_ns if end_ns is None else end_ns
+def _time_base(run: PoolRun, rate_hz: float) -> FloatArray:
+    begin, end = run.start_time_ns, run.end_time_ns
     if not 0 < rate_hz <= 1e5 or end < begin:
         raise CannotComputeError(
             f"{run.file}: no table with {rate_hz:g} Hz over {(end - begin) / 1e9:g} s"
@@ -226,7 +219,7 @@ def _time_base(
     count = int((end - begin) / 1e9 * rate_hz + 1e-6) + 1
     if count > _MOST_ROWS:
         raise CannotComputeError(f"{run.file}: a table of {count} rows is too long")
-    return np.arange(count) / rate_hz, begin
+    return np.arange(count) / rate_hz
 
 
 def _placed(

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pipeline.errors import InputError, Place, Problem
 from pipeline.ingest.mcap_chunk import ChunkBlock
@@ -22,6 +22,9 @@ from pipeline.ingest.pool_run_plan import (
 from pipeline.records.pool_schema import PoolChannel
 from pipeline.vehicle.schema import Vehicle
 
+if TYPE_CHECKING:
+    from pipeline.ingest.log_source import LogFacts
+
 #: First messages that are larger are not decoded to see what is in them (pictures, clouds).
 _MAX_PROBE_BYTES = 1_000_000
 #: So many blocks of messages that cannot be decoded, and a channel is given up.
@@ -30,11 +33,11 @@ _MOST_TRIES = 30
 _FIRST_MESSAGES = 20
 #: And so many where a field is null in all of them.
 _FIRST_OF_JSON = 2_000
-#: Records by which rig2sea's own logs are known: all of it, and what it simulated beside others'.
-_RECORDS = ("rig2sea.log", "rig2sea.run")
+#: The record by which rig2sea's own logs are known.
+_OWN_RECORD = "rig2sea.log"
 
 
-def topics_of(log: MessageFile, prefix: str) -> tuple[dict[int, Codec], list[TopicFound]]:
+def topics_of(log: MessageFile) -> tuple[dict[int, Codec], list[TopicFound]]:
     """Find the topics of a log, a decoder for each channel, and each topic's first message."""
     directory = log.directory
     codecs: dict[int, Codec] = {}
@@ -48,11 +51,9 @@ def topics_of(log: MessageFile, prefix: str) -> tuple[dict[int, Codec], list[Top
             why_not[number] = f"{error}"
     probes = _Probes(log, codecs, why_not)
     probes.read()
-    of_rig2sea = any(name in directory.metadata for name in _RECORDS[: 2 if prefix else 1])
+    of_rig2sea = _OWN_RECORD in directory.metadata
     found: dict[str, TopicFound] = {}
     for number, channel in sorted(directory.channels.items()):
-        if prefix and not channel.topic.startswith(prefix):
-            continue
         schema = directory.schemas.get(channel.schema_id)
         known = found.get(channel.topic)
         here = directory.counts.get(number, 0)
@@ -193,26 +194,22 @@ class Plans:
 def plans_of(
     vehicle: Vehicle,
     topics: Sequence[TopicFound],
-    place: Place,
+    facts: "LogFacts",
     problems: list[Problem],
-    prefix: str,
-    *,
-    stated: Sequence[Stated] = (),
-    usual: Sequence[PoolChannel] = (),
-    recorder: str = "",
+    stated: Sequence[Stated],
 ) -> Plans:
     """Make the plans that are stated, those usual for the recorder, those of the defaults.
 
-    `stated` are channels of the vehicle file and of the notes of the run; `usual` those of the
-    recorder that wrote the log, the likeliest first. At most one of a quantity is settled, or one
-    for each of its thrusters.
+    `stated` are channels of the vehicle file and of the notes of the run. At most one of a quantity
+    is settled, or one for each of its thrusters.
     """
+    place = facts.place
     names = [thruster.name for thruster in vehicle.thrusters]
     by_name = {_bare(topic.name): topic for topic in topics}
     plans: list[Plan] = []
     for one in stated:
         channel, said = one.channel, one.said
-        topic = by_name.get(_bare(prefix + channel.topic))
+        topic = by_name.get(_bare(channel.topic))
         if topic is None:
             have = ", ".join(topic.name for topic in topics[:12])
             what = f"{said}: there is no such topic. The log has {have}."
@@ -231,25 +228,19 @@ def plans_of(
     known = {one.channel.quantity for one in stated}
     groups: list[tuple[Plan, ...]] = []
     each: list[Plan] = []
-    for channel in usual:
-        topic = by_name.get(_bare(prefix + channel.topic))
+    for channel in facts.usual:
+        topic = by_name.get(_bare(channel.topic))
         if topic is None or known & set(same_quantities(channel.quantity)):
             continue
         try:
-            plan = plan_channel(channel, topic, names, f"default: {recorder}")
+            plan = plan_channel(channel, topic, names, f"default: {facts.recorder}")
         except NotThereError:
             continue
         _add_to_groups(plan, groups, each)
     known |= {plan.quantity for group in groups for plan in group} | {one.quantity for one in each}
-    unprefixed = [replace(topic, name=topic.name.removeprefix(prefix)) for topic in topics]
-    found, singles, told = choose_by_default(unprefixed, known, vehicle, place)
+    found, singles, told = choose_by_default(topics, known, vehicle, place)
     problems += told
-
-    def prefixed(plan: Plan) -> Plan:
-        return replace(plan, topic=prefix + plan.topic)
-
-    groups += [tuple(map(prefixed, group)) for group in found]
-    return Plans((*plans, *each, *map(prefixed, singles)), tuple(groups))
+    return Plans((*plans, *each, *singles), (*groups, *found))
 
 
 def _add_to_groups(plan: Plan, groups: list[tuple[Plan, ...]], each: list[Plan]) -> None:

@@ -13,10 +13,10 @@ from pipeline.types import FloatArray
 COUNT = 200
 
 
-def commands(tmp_path: Path, values: FloatArray, prefix: str = "", *records: str) -> RunChannel:
-    topic = joints_topic(f"{prefix}/thrusters/command", ticks(COUNT, 50.0), [NAMES] * COUNT, values)
+def commands(tmp_path: Path, values: FloatArray, *records: str) -> RunChannel:
+    topic = joints_topic("/thrusters/command", ticks(COUNT, 50.0), [NAMES] * COUNT, values)
     path = write_log(tmp_path / "run.mcap", [topic], metadata={name: {} for name in records})
-    return read_pool_run(path, rov(), tmp_path, prefix=prefix).channels["thruster_command"]
+    return read_pool_run(path, rov(), tmp_path).channels["thruster_command"]
 
 
 def waves(size: float, middle: float = 0.0) -> FloatArray:
@@ -42,11 +42,10 @@ def test_joint_states_are_told_by_their_numbers(
 
 
 def test_tiny_commands_of_our_own_logs_are_codes(tmp_path: Path) -> None:
-    channel = commands(tmp_path, waves(0.4), "", "rig2sea.log")
+    channel = commands(tmp_path, waves(0.4), "rig2sea.log")
     assert (channel.read.unit, channel.read.unit_from) == ("code", "message")
     assert np.abs(channel.values).max() <= 0.4
 
 
-def test_tiny_commands_simulated_beside_a_foreign_log_are_codes(tmp_path: Path) -> None:
-    assert commands(tmp_path, waves(0.4), "/sim", "rig2sea.run").read.unit == "code"
-    assert commands(tmp_path, waves(0.4), "", "rig2sea.run").read.unit == "ratio"
+def test_tiny_commands_of_a_foreign_log_are_ratios(tmp_path: Path) -> None:
+    assert commands(tmp_path, waves(0.4), "rig2sea.run").read.unit == "ratio"
