@@ -149,11 +149,12 @@ def _summary(table: Table, points: Sequence[LoadTestPoint]) -> str:
 
 
 def _curves_of(points: Sequence[LoadTestPoint]) -> dict[Hashable, dict[float, float]]:
-    """Return the size of the shaft speed by code and size of the torque."""
+    """Return the size of the shaft speed by code, voltage and size of the torque."""
     curves: dict[Hashable, dict[float, float]] = {}
     for one in points:
+        volts = None if one.voltage_v is None else round(one.voltage_v)
         if one.code is not None:
-            curves.setdefault(one.code, {})[abs(one.torque_nm)] = abs(one.shaft_speed_rpm)
+            curves.setdefault((one.code, volts), {})[abs(one.torque_nm)] = abs(one.shaft_speed_rpm)
     return curves
 
 

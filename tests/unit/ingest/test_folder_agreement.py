@@ -51,17 +51,22 @@ def test_files_of_one_thruster_are_not_suspected(tmp_path: Path) -> None:
     assert "of the others" not in said(record)
 
 
-def drive(torque: float, speed: float) -> str:
+def drive(torque: float, speed: float, volts: float = 24.0) -> str:
     load = np.tile(np.linspace(0.01, 0.4, 6), 2)
     code = np.repeat([60.0, 120.0], 6)
     rpm = 20.0 * code * (1.0 - 0.8 * load)
-    return table("Code;RPM;Torque (Nm)", code, rpm * speed, load * torque)
+    return table("Code;RPM;Torque (Nm);U (V)", code, rpm * speed, load * torque, 0 * load + volts)
 
 
 @pytest.mark.parametrize(("torque", "speed"), [(10.197, 1.0), (1.0, 1.4), (1.0, 1.0 / 60.0)])
 def test_drives_that_differ_are_told(torque: float, speed: float, tmp_path: Path) -> None:
     record = read(tmp_path, read_load_tests, a=drive(1.0, 1.0), b=drive(torque, speed))
     assert "times the shaft speed of the others" in said(record)
+
+
+def test_a_drive_at_another_voltage_is_not_suspected(tmp_path: Path) -> None:
+    record = read(tmp_path, read_load_tests, a=drive(1.0, 1.0), b=drive(1.0, 0.5, 12.0))
+    assert "of the others" not in said(record)
 
 
 def propeller(factor: float) -> str:
