@@ -59,9 +59,8 @@ def compare(  # noqa: PLR0917 - what the command is given
 
 def write_comparison(record: Comparison, to: Path, assets: Path) -> tuple[Path, Path]:
     """Write the JSON and the page; returns both."""
-    from pipeline.report.assets import placed
     from pipeline.report.comparison_page import comparison_page
-    from pipeline.report.html import write_page
+    from pipeline.report.html import placed, write_page
 
     write_atomically(to / RESULT, canonical_json(record.model_dump(mode="json")) + "\n")
     page = to / PAGE

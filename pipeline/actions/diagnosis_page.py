@@ -9,10 +9,9 @@ from pipeline.language import as_it_is
 from pipeline.plan import report_file
 from pipeline.provenance import unwritable
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.report.assets import placed
 from pipeline.report.diagnosis_page import diagnosis_line, diagnosis_page
+from pipeline.report.html import address_from, placed
 from pipeline.report.html import write_page as write_text
-from pipeline.report.links import address_from
 from pipeline.stages.diagnosis_links import RECEIPT, DiagnosisReceipt, Question, write_receipt
 from pipeline.stages.index_page import write_index_again
 

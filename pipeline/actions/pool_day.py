@@ -17,7 +17,7 @@ from pipeline.inputs.simulated_vehicle import SimulatedVehicle, load_simulated
 from pipeline.plan import POOL, report_file
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.pool_day import FlownOfPlan, PlannedRun, PoolDay, Promise
-from pipeline.report.links import address_from
+from pipeline.report.html import address_from
 from pipeline.report.plain_words import manoeuvre_words
 from pipeline.simulate.context import model_of
 
@@ -86,8 +86,7 @@ def plan_day(  # noqa: PLR0917 - what the command is given
             metadata={"planned": planned.manoeuvre},
         )
     write_atomically(result, canonical_json(record.model_dump(mode="json")) + "\n")
-    from pipeline.report.assets import placed
-    from pipeline.report.html import write_page
+    from pipeline.report.html import placed, write_page
     from pipeline.report.pool_day_page import pool_day_page
 
     page = folder / PAGE

@@ -8,9 +8,9 @@ from pathlib import Path
 from pipeline.blind.rates import Rate
 from pipeline.blind.score import Confusion
 from pipeline.campaign.campaign import CampaignRequest
+from pipeline.campaign.pictures import confusion_picture, rates_picture
 from pipeline.errors import InputError, Place
 from pipeline.provenance import write_atomically
-from pipeline.report.blind import confusion_picture, rates_picture
 
 
 def asked_for(request: CampaignRequest) -> str:

@@ -50,7 +50,7 @@ def diagnose(*, as_json: bool, **given: Any) -> None:  # noqa: ANN401 - fields o
     from pipeline.actions.diagnosis_request import DiagnosisRequest, are_tables
     from pipeline.actions.diagnosis_text import diagnosis_text
     from pipeline.report.diagnosis_page import bench_glance
-    from pipeline.report.first_screen import glance_text
+    from pipeline.report.page import glance_text
 
     request = DiagnosisRequest(**given)
     tables = are_tables(request.runs)

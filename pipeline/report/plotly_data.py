@@ -8,8 +8,7 @@ import numpy as np
 from markupsafe import escape
 
 from pipeline.language import ENGLISH, current, translate
-from pipeline.report.decimate import thinned
-from pipeline.report.panels import ZOOM_BUCKETS, Axis, Panel, Trace, label_lines
+from pipeline.report.panels import ZOOM_BUCKETS, Axis, Panel, Trace, label_lines, thinned
 from pipeline.report.plotting import GRID, INK, SOFT, VERMILLION
 from pipeline.types import FloatArray
 

@@ -1,10 +1,13 @@
-"""What a vehicle's page is made of: the vehicle file and the record of every stage that ran."""
+"""What the pages of a vehicle, a pool run and a trial day are made of."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+
+import numpy as np
 
 from pipeline.errors import Problem
 from pipeline.records.allocation import AllocationMap
+from pipeline.records.day_diagnosis import DayDiagnosis
 from pipeline.records.file_change import AppliedChange
 from pipeline.records.fits import (
     Check,
@@ -16,11 +19,21 @@ from pipeline.records.fits import (
 from pipeline.records.gains import PooledGain
 from pipeline.records.glance import Glance
 from pipeline.records.identification import IdentifiedParameter
+from pipeline.records.manoeuvre import ManoeuvreFound
 from pipeline.records.measurements import (
     LoadTestRecord,
     MooringPoint,
     MooringRecord,
     OpenWaterRecord,
+)
+from pipeline.records.run_table import RunTable
+from pipeline.records.trial import (
+    DayTables,
+    PageReceipt,
+    RunTrial,
+    SpeedChange,
+    StoredRun,
+    TrialDay,
 )
 from pipeline.records.validation import AllocatorValidation
 from pipeline.vehicle.schema import Vehicle
@@ -136,3 +149,109 @@ def _due(results: VehicleResults, stage: str) -> bool:
     if stage == "allocation":
         return results.vehicle.allocator is not None or stage in results.missing
     return stage != "validation" or results.vehicle.model is not None
+
+
+@dataclass(frozen=True)
+class RunResults:
+    """A run as far as it got: a log that cannot be read has problems alone.
+
+    `files` are label and address of files beside the page; `shown_path` names the log in messages,
+    `run` among the results, where it may be another name that is safe in paths and addresses.
+    """
+
+    vehicle: Vehicle
+    vehicle_name: str
+    run: str
+    shown_path: str
+    stored: StoredRun | None = None
+    why_not_read: str = ""
+    problems: tuple[Problem, ...] = ()
+    trial: RunTrial | None = None
+    measured: RunTable | None = None
+    windows: RunTable | None = None
+    free: RunTable | None = None
+    files: tuple[tuple[str, str], ...] = ()
+    provenance: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def manoeuvres(self) -> tuple[ManoeuvreFound, ...]:
+        """What was flown."""
+        return () if self.trial is None else self.trial.manoeuvres
+
+    @property
+    def all_problems(self) -> tuple[Problem, ...]:
+        """Problems of the log, errors first."""
+        return by_severity((*self.problems, *(self.stored.problems if self.stored else ())))
+
+    @property
+    def errors(self) -> int:
+        """Number of errors."""
+        return sum(problem.severity == "error" for problem in self.all_problems)
+
+    @property
+    def warnings(self) -> int:
+        """Number of warnings: of the log, and of the comparison with the simulation."""
+        of_log = sum(problem.severity == "warning" for problem in self.all_problems)
+        return of_log + (len(self.trial.warnings) if self.trial is not None else 0)
+
+
+#: Codes that differ by less than this leave the firmware's output as it is.
+ALIKE_CODES = 0.05
+
+
+@dataclass(frozen=True)
+class DayResults:
+    """One day: its fit, those of the days before in order of time, its runs, the tables.
+
+    `links` gives the address of each run's page, relative to this one.
+    """
+
+    vehicle: Vehicle
+    day: str
+    trial: TrialDay
+    earlier: Mapping[str, TrialDay] = field(default_factory=dict)
+    runs: tuple[PageReceipt, ...] = ()
+    links: Mapping[str, str] = field(default_factory=dict)
+    compared: tuple[PooledGain, ...] = ()
+    """The day's gains against those of the last sound day before."""
+    tables: DayTables | None = None
+    tables_before: DayTables | None = None
+    glance: Glance | None = None
+    diagnosis: DayDiagnosis | None = None
+    provenance: dict[str, str] = field(default_factory=dict)
+
+
+def table_changes(before: DayTables, now: DayTables) -> tuple[SpeedChange, ...]:
+    """Compare the codes of two days, speed by speed, over the thrusts that both reach.
+
+    Parameters
+    ----------
+    before, now : DayTables
+        Of two days.
+    """
+    found = []
+    thrust = np.array(now.thrust_n)
+    for speed, row in zip(now.speed_mps, now.code, strict=True):
+        if speed not in before.speed_mps:
+            continue
+        old_row = before.code[before.speed_mps.index(speed)]
+        old = np.array([np.nan if one is None else one for one in old_row], float)
+        new = np.array([np.nan if one is None else one for one in row], float)
+        if before.thrust_n != now.thrust_n:
+            # NaN outside: interpolation next to it is NaN, too
+            old = np.interp(thrust, np.array(before.thrust_n), old, left=np.nan, right=np.nan)
+        gap = np.abs(new - old)
+        both = np.isfinite(gap)
+        if not both.any():
+            continue
+        worst = int(np.nanargmax(gap))
+        found.append(
+            SpeedChange(
+                speed_mps=speed,
+                largest_codes=float(gap[worst]),
+                at_thrust_n=float(thrust[worst]),
+                mean_codes=float(np.mean(gap[both])),
+                thrusts=int(both.sum()),
+            )
+        )
+    return tuple(found)

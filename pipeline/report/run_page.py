@@ -5,12 +5,10 @@ from dataclasses import replace
 from pipeline.language import as_it_is
 from pipeline.records.glance import Glance
 from pipeline.report.blocks import Figure, Gallery, Paragraph, Section, fold
-from pipeline.report.day_results import DayResults
 from pipeline.report.numbers import fixed
 from pipeline.report.page import Page
 from pipeline.report.plain_words import manoeuvre_words
-from pipeline.report.results import VehicleResults
-from pipeline.report.run_results import RunResults
+from pipeline.report.results import DayResults, RunResults, VehicleResults
 from pipeline.report.sections.gains import run_gains_section
 from pipeline.report.sections.run_comparison import (
     comparison_section,

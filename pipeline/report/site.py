@@ -5,13 +5,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pipeline.records.glance import Glance
-from pipeline.report.assets import FILTER, placed
 from pipeline.report.bench_results import vehicle_glance
-from pipeline.report.first_screen import SIGNS
 from pipeline.report.glance import rank
-from pipeline.report.html import render, write_page
-from pipeline.report.links import safe_link
+from pipeline.report.html import FILTER, placed, render, safe_link, write_page
 from pipeline.report.numbers import plural
+from pipeline.report.page import SIGNS
 from pipeline.report.results import (
     TrialDayLink,
     VehicleResults,

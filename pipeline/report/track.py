@@ -12,7 +12,7 @@ from pipeline.records.run_table import RunTable
 from pipeline.report.blocks import Figure
 from pipeline.report.numbers import general
 from pipeline.report.plotting import BLUE, INK, WIDTH, axes_at, draw
-from pipeline.report.run_results import RunResults
+from pipeline.report.results import RunResults
 from pipeline.types import FloatArray, IntArray
 
 if TYPE_CHECKING:

@@ -17,16 +17,15 @@ from pipeline.report.blocks import (
     fold,
     not_computed,
 )
-from pipeline.report.day_results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.diagnosis_words import unit_text
-from pipeline.report.first_screen import SIGNS
 from pipeline.report.glance import rank
 from pipeline.report.numbers import fixed, general, plural, speed, with_interval
-from pipeline.report.page import Page
+from pipeline.report.page import SIGNS, Page
+from pipeline.report.results import ALIKE_CODES, DayResults, table_changes
 from pipeline.report.run_page import data_section, first_figure
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.sections.gains import day_gains_section, gain_warnings
-from pipeline.report.sections.trend import TREND_TITLE, apart, trend_blocks, unsettled_days
+from pipeline.report.sections.trials import TREND_TITLE, apart, trend_blocks, unsettled_days
 
 #: Said instead of any comparison of such a fit.
 _UNSETTLED = "The fit did not come to an end: do not use its values."

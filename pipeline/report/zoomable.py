@@ -16,8 +16,7 @@ from markupsafe import Markup
 
 from pipeline.language import translate
 from pipeline.report.blocks import Figure
-from pipeline.report.decimate import thinned
-from pipeline.report.panels import Axis, Panel, Resolution, Span, Style, Trace, label_lines
+from pipeline.report.panels import Axis, Panel, Resolution, Span, Style, Trace, label_lines, thinned
 from pipeline.report.plotly_data import plotly_figure
 from pipeline.report.plotting import GRID, SOFT, VERMILLION, WIDTH, axes_at, draw, log_ticks
 

@@ -4,7 +4,7 @@ import html
 import re
 from pathlib import Path
 
-from pipeline.report.links import safe_link
+from pipeline.report.html import safe_link
 
 #: The title stands before everything that is long.
 _HEAD = 4000

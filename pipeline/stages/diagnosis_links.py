@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from pipeline.provenance import canonical_json, write_atomically
 from pipeline.records.base import Record
-from pipeline.report.links import safe_link
+from pipeline.report.html import safe_link
 
 RECEIPT = "receipt.json"
 #: Diagnoses of a vehicle that a list shows.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pipeline.errors import InputError
 from pipeline.provenance import read_envelope
-from pipeline.report.links import safe_link
+from pipeline.report.html import safe_link
 from pipeline.report.results import TrialDayLink
 from pipeline.report.site import IndexEntry, Status, write_index
 from pipeline.stages.design_links import design_links

@@ -7,12 +7,10 @@ from pipeline.plan import report_file
 from pipeline.provenance import Envelope, file_digest
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import LARGEST_OVERLAY_BYTES, PageReceipt, RunTrial, StoredRun
-from pipeline.report.assets import placed
 from pipeline.report.glance import Flown, run_glance
-from pipeline.report.html import write_page
-from pipeline.report.links import address_from
+from pipeline.report.html import address_from, placed, write_page
+from pipeline.report.results import RunResults
 from pipeline.report.run_page import run_line, run_page
-from pipeline.report.run_results import RunResults
 from pipeline.stages.job import Job, leaves_record
 from pipeline.stages.page_provenance import page_provenance
 from pipeline.stages.run_table_file import read_tables

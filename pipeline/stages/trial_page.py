@@ -9,13 +9,11 @@ from pipeline.records.day_diagnosis import DayDiagnosis
 from pipeline.records.gains import PooledGain
 from pipeline.records.glance import Glance
 from pipeline.records.trial import DayTables, PageReceipt, RunLine, TrialDay
-from pipeline.report.assets import placed
-from pipeline.report.day_results import DayResults
-from pipeline.report.first_screen import with_glance
 from pipeline.report.glance import FOLLOWS, Flown, day_glance, rank, run_glance
-from pipeline.report.html import write_page
-from pipeline.report.links import address_from
+from pipeline.report.html import address_from, placed, write_page
 from pipeline.report.numbers import plural
+from pipeline.report.page import with_glance
+from pipeline.report.results import DayResults
 from pipeline.report.run_page import status_text
 from pipeline.report.sections.diagnosis_curves import finding_figure
 from pipeline.report.trial_page import day_counts, day_page

@@ -19,10 +19,8 @@ from pipeline.records.fits import (
 from pipeline.records.measurements import LoadTestRecord, MooringRecord, OpenWaterRecord
 from pipeline.records.trial import PageReceipt, RunLine
 from pipeline.records.validation import AllocatorValidation
-from pipeline.report.assets import placed
 from pipeline.report.bench_results import bench_line
-from pipeline.report.html import write_page
-from pipeline.report.links import address_from, safe_link
+from pipeline.report.html import address_from, placed, safe_link, write_page
 from pipeline.report.results import TrialDayLink
 from pipeline.report.sections.trials import has_trend
 from pipeline.report.site import index_entry

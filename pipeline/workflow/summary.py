@@ -7,7 +7,7 @@ from pipeline.errors import InputError
 from pipeline.journal import Event
 from pipeline.plan import MISSING, TITLES, processed_file, stage_log
 from pipeline.provenance import read_envelope
-from pipeline.report.first_screen import glance_text
+from pipeline.report.page import glance_text
 from pipeline.stages.receipt import PageFile
 from pipeline.workflow.outcome import Outcome
 from pipeline.workflow.page_lines import page_lines

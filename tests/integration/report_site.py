@@ -10,12 +10,10 @@ from typing import Any
 from pipeline.actions.design import DesignRequest, compute_design
 from pipeline.bundled.design import design_example
 from pipeline.records.glance import Advice, Glance
-from pipeline.report.assets import placed
-from pipeline.report.day_results import DayResults
 from pipeline.report.design_page import design_page
 from pipeline.report.diagnosis_page import diagnosis_page
-from pipeline.report.html import write_page
-from pipeline.report.results import TrialDayLink, VehicleResults
+from pipeline.report.html import placed, write_page
+from pipeline.report.results import DayResults, TrialDayLink, VehicleResults
 from pipeline.report.run_page import run_page
 from pipeline.report.site import index_entry, write_index
 from pipeline.report.trial_page import day_page

@@ -4,7 +4,7 @@ from pipeline.control.inverse import firmware_grid
 from pipeline.language import as_it_is
 from pipeline.records.fits import DriveFit, FitQuality, PolynomialFit
 from pipeline.report.blocks import Block, Links, Paragraph, Section, Table
-from pipeline.report.links import safe_link
+from pipeline.report.html import safe_link
 from pipeline.report.numbers import fixed, general, signed, speed
 from pipeline.report.results import VehicleResults
 

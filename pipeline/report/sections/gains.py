@@ -7,9 +7,8 @@ from pipeline.records.gains import PooledGain, ThrusterGain, ThrusterGains
 from pipeline.records.trial import RunTrial
 from pipeline.report.bars import gains_figure
 from pipeline.report.blocks import Block, Paragraph, Section, Table, not_computed
-from pipeline.report.day_results import DayResults
 from pipeline.report.numbers import fixed
-from pipeline.report.results import VehicleResults
+from pipeline.report.results import DayResults, VehicleResults
 
 TITLE, ANCHOR = "What each thruster gives on each axis", "gains"
 _ALL = "all"

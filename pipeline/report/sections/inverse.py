@@ -24,26 +24,24 @@ from pipeline.report.blocks import (
     Table,
     not_computed,
 )
-from pipeline.report.comparison import (
-    THRUST_FROM_N,
-    Coefficient,
-    coefficients,
-    fit_difference,
-    largest,
-    printed_row,
-    table4_difference,
-)
 from pipeline.report.curves import family_code, fit_panels, speed_index, static_thrust, table4_code
 from pipeline.report.numbers import as_printed, code, fixed, plural, speed
 from pipeline.report.results import VehicleResults, missing_reasons
 from pipeline.report.sections.tables import (
+    THRUST_FROM_N,
+    Coefficient,
     Column,
     coefficient_table,
+    coefficients,
     explained,
+    fit_difference,
+    largest,
     paper_rows,
     paper_table,
+    printed_row,
     quality_line,
     share_inside,
+    table4_difference,
 )
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable3, PublishedTable4

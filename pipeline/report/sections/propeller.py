@@ -7,11 +7,17 @@ from pipeline.records.fits import PropellerFit
 from pipeline.records.measurements import OpenWaterRecord
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Figure, Paragraph, Section, not_computed
-from pipeline.report.comparison import Coefficient, coefficients, largest_relative_difference
 from pipeline.report.curves import efficiency_curve, fit_panels
 from pipeline.report.numbers import fixed, percent
 from pipeline.report.results import VehicleResults, missing_reasons
-from pipeline.report.sections.tables import coefficient_table, quality_line, share_inside
+from pipeline.report.sections.tables import (
+    Coefficient,
+    coefficient_table,
+    coefficients,
+    largest_relative_difference,
+    quality_line,
+    share_inside,
+)
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.vehicle.bench_schema import PublishedTable1
 

@@ -21,7 +21,7 @@ from pipeline.report.blocks import (
 )
 from pipeline.report.channels import channel_name, short_name, shown_unit
 from pipeline.report.numbers import fixed, general, plural, signed
-from pipeline.report.run_results import RunResults
+from pipeline.report.results import RunResults
 from pipeline.report.zoomable import Axis, Panel, Resolution, Style, Trace, zoomable_figure
 from pipeline.types import FloatArray
 

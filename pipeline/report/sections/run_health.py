@@ -24,7 +24,7 @@ from pipeline.report.blocks import (
 )
 from pipeline.report.numbers import code, fixed, general, percent, plural
 from pipeline.report.plain_words import manoeuvre_words
-from pipeline.report.run_results import RunResults
+from pipeline.report.results import RunResults
 from pipeline.report.sections.run_comparison import TIME_LABEL, resolution_of
 from pipeline.report.sections.warnings import note_blocks, problem_blocks
 from pipeline.report.zoomable import Axis, Panel, Resolution, Span, Trace, zoomable_figure

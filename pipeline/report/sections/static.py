@@ -8,17 +8,20 @@ from pipeline.records.fits import InverseCharacteristic, StaticCharacteristic
 from pipeline.records.intervals import largest_thrust_interval, static_factor
 from pipeline.report import plotting
 from pipeline.report.blocks import Block, Details, Figure, Paragraph, Section, Table, not_computed
-from pipeline.report.comparison import THRUST_FROM_N, largest, printed_row, table2_differences
 from pipeline.report.curves import shown_speeds, speed_index, table2_thrust
 from pipeline.report.numbers import as_printed, code, fixed, signed, speed, with_interval
 from pipeline.report.results import VehicleResults, missing_reasons, mooring_points_of_tables
 from pipeline.report.sections.tables import (
+    THRUST_FROM_N,
     Column,
     coefficient_table,
     explained,
+    largest,
     paper_rows,
     paper_table,
+    printed_row,
     share_inside,
+    table2_differences,
 )
 from pipeline.report.zoomable import Panel, Trace, zoomable_figure
 from pipeline.types import FloatArray

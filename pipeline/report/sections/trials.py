@@ -1,11 +1,18 @@
-"""The vehicle's page: where the pages of its trial days and pool runs are."""
+"""Trial days of a vehicle: where their pages are, and what changed from one to the next."""
+
+import textwrap
+from collections.abc import Collection, Mapping
+
+import numpy as np
 
 from pipeline.language import as_it_is, translate
-from pipeline.report.blocks import Block, Details, Heading, Links, Paragraph, Section
-from pipeline.report.first_screen import SIGNS
+from pipeline.records.identification import IdentifiedParameter
+from pipeline.report import plotting
+from pipeline.report.blocks import Block, Details, Figure, Heading, Links, Paragraph, Section
 from pipeline.report.numbers import plural
+from pipeline.report.page import SIGNS
 from pipeline.report.results import TrialDayLink, VehicleResults
-from pipeline.report.sections.trend import TREND_TITLE, trend_blocks, unsettled_days
+from pipeline.report.zoomable import Axis, Panel, Trace, zoomable_figure
 
 #: Trial days shown in the open; older ones are folded away.
 DAYS_SHOWN = 5
@@ -70,3 +77,112 @@ def _runs(day: TrialDayLink) -> list[tuple[str, str]]:
 def has_trend(results: VehicleResults) -> bool:
     """Whether two trial days or more have a fit that settled, so that the page shows a trend."""
     return sum(day.settled and bool(day.parameters) for day in results.trials) > 1
+
+
+#: A longer line, or more of them, does not stand beside its panel.
+LONGEST_LABEL, MOST_LINES = 14, 2
+
+#: The figure shows at most so many parameters; the tables of the days have all.
+MOST_DRAWN = 24
+TREND_TITLE = "Trend over the trial days"
+
+Days = Mapping[str, Mapping[str, IdentifiedParameter]]
+
+
+def trend_blocks(days: Days, unsettled: Collection[str] = ()) -> tuple[Block, ...]:
+    """Return the figure of the latest day's parameters, nothing where no two days have a fit.
+
+    Parameters
+    ----------
+    days : mapping
+        Day -> name of a parameter -> what was found, in order of time; days without a fit are
+        passed over.
+    unsettled : collection of str
+        Days whose fit did not settle: they are named and take no part.
+    """
+    fitted = {day: own for day, own in days.items() if own and day not in unsettled}
+    if len(fitted) < 2:
+        return ()
+    latest = list(next(reversed(fitted.values())))
+    drawn = tuple(latest[:MOST_DRAWN])
+    blocks: list[Block] = [_figure(fitted, drawn)]
+    if len(latest) > len(drawn):
+        blocks.append(Paragraph(f"Not drawn: {', '.join(latest[MOST_DRAWN:])}."))
+    return (*blocks, *unsettled_days(unsettled))
+
+
+def unsettled_days(days: Collection[str]) -> tuple[Block, ...]:
+    """Name the days that take no part in a trend; nothing where there are none."""
+    if not days:
+        return ()
+    names = ", ".join(days)
+    text = f"Of these trial days the fit did not come to an end, so no trend is shown: {names}."
+    return (Paragraph(text, tone="warning"),)
+
+
+def _figure(days: Days, names: tuple[str, ...]) -> Figure:
+    """Draw value and interval of each parameter for every day, the vehicle file's value behind."""
+    moved = [name for name in names if _moved(days, name)]
+    lead = (
+        f"Since the trial day before, {', '.join(moved)} moved out of the intervals."
+        if moved
+        else "No parameter's interval lies wholly outside that of the trial day before."
+    )
+    return zoomable_figure(
+        "fig-trend",
+        lead,
+        f"From above to below: {', '.join(name.replace('_', ' ') for name in names)}. Points and "
+        "bars: value and 95 % interval of the day's fit. Grey line and band: the vehicle file's "
+        "value and its 95 % range, as far as the axis reaches.",
+        tuple(_panel(days, name) for name in names),
+        x_label="trial day",
+        x_axis=Axis(ends=(-0.4, len(days) - 0.6), names=_thinned_names(tuple(days))),
+    )
+
+
+def _thinned_names(names: tuple[str, ...], most: int = 12) -> tuple[str, ...]:
+    """Leave names out where there are too many to be read side by side; the last one stays."""
+    step = -(-len(names) // most)
+    last = len(names) - 1
+    return tuple(name if (last - at) % step == 0 else "" for at, name in enumerate(names))
+
+
+def _panel(days: Days, name: str) -> Panel:
+    found = {float(at): own[name] for at, own in enumerate(days.values()) if name in own}
+    ends = np.array([one.ci95 for one in found.values()]).T
+    latest = list(found.values())[-1]
+    # the axis is that of the values: the vehicle file's range may be far wider
+    low = min(latest.prior_value, float(ends.min()))
+    high = max(latest.prior_value, float(ends.max()))
+    room = 0.12 * (high - low) or 1.0
+    values = np.array([one.value for one in found.values()])
+    days_at = np.array(list(found))
+    return Panel(
+        f"{_in_lines(translate(name.replace('_', ' ')))}\n[{latest.unit.replace('^2', '²')}]",
+        (Trace("value of the day", days_at, values, plotting.BLUE, "points", bars=ends),),
+        height=0.9,
+        band=1.96 * latest.prior_std,
+        middle=latest.prior_value,
+        y_range=(low - room, high + room),
+    )
+
+
+def _in_lines(words: str) -> str:
+    r"""Break a name into lines; what does not fit is left out at its end.
+
+    >>> _in_lines("linear damping heave")
+    'linear damping\nheave'
+    """
+    return "\n".join(textwrap.wrap(words, LONGEST_LABEL, max_lines=MOST_LINES, placeholder="…"))
+
+
+def _moved(days: Days, name: str) -> bool:
+    # an older day that tells the parameter is not the trial day before
+    last_two = list(days.values())[-2:]
+    found = [own[name] for own in last_two if name in own]
+    return len(found) == 2 and apart(*found)
+
+
+def apart(before: IdentifiedParameter, now: IdentifiedParameter) -> bool:
+    """Whether the intervals of two days have nothing in common."""
+    return before.ci95[1] < now.ci95[0] or now.ci95[1] < before.ci95[0]

@@ -9,7 +9,7 @@ from pipeline.actions.diagnosis_page import write_page
 from pipeline.errors import InputError
 from pipeline.provenance import write_atomically
 from pipeline.records.diagnosis import DiagnosisRecord
-from pipeline.report import assets
+from pipeline.report import html
 from pipeline.stages.diagnosis_links import RECEIPT, Question, diagnosis_links
 
 ASKED = Question(("raw/mmt300/pool/dive.mcap",))
@@ -20,7 +20,7 @@ def record(monkeypatch: pytest.MonkeyPatch) -> DiagnosisRecord:
     monkeypatch.syspath_prepend(str(Path(__file__).parents[1] / "report"))
     import diagnosis_records
 
-    monkeypatch.setattr(assets, "_library", lambda: b"// library")
+    monkeypatch.setattr(html, "_library", lambda: b"// library")
     monkeypatch.setattr(diagnosis_page, "diagnosis_page", _short_page)
     return diagnosis_records.diagnosis(channels=("w",), windows=1)
 

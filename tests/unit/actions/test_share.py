@@ -10,9 +10,8 @@ from pipeline.actions.share import alone, share
 from pipeline.cli import cli
 from pipeline.errors import CannotComputeError
 from pipeline.records.comparison import Comparison, Side
-from pipeline.report.assets import placed
 from pipeline.report.comparison_page import comparison_page
-from pipeline.report.html import write_page
+from pipeline.report.html import placed, write_page
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from pipeline.records.pool_run import ChannelRead, ChannelSummary, ClockRead, To
 from pipeline.records.run_components import COMPONENTS
 from pipeline.records.run_table import RunTable
 from pipeline.records.trial import ChannelError, RunTrial, StoredRun
-from pipeline.report.run_results import RunResults
+from pipeline.report.results import RunResults
 from pipeline.types import FloatArray
 from pipeline.vehicle.schema import Vehicle
 

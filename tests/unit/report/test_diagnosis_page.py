@@ -15,7 +15,7 @@ from pipeline.records.diagnosis import (
     Series,
     Verdict,
 )
-from pipeline.report import assets
+from pipeline.report import html
 from pipeline.report.diagnosis_page import (
     diagnosis_line,
     diagnosis_page,
@@ -84,10 +84,10 @@ def test_without_assets_no_script_runs_and_the_pictures_are_there(page: str) -> 
 def test_with_assets_the_page_leads_to_one_shared_copy(
     record: DiagnosisRecord, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(assets, "_library", lambda: b"// library")
+    monkeypatch.setattr(html, "_library", lambda: b"// library")
     short = record.model_copy(update={"series": record.series[:1]})
     path = tmp_path / "reports" / "v" / "diagnoses" / "a" / "index.html"
-    text = diagnosis_page(short, assets=assets.placed(tmp_path / "reports" / "assets", path))
+    text = diagnosis_page(short, assets=html.placed(tmp_path / "reports" / "assets", path))
     assert '<script defer src="../../../assets/plotly.min.js"></script>' in text
     assert "script-src 'self' file:;" in text
     assert "unsafe-eval" not in text

@@ -9,8 +9,8 @@ from pipeline.reader_language import use
 from pipeline.records.day_diagnosis import DayDiagnosis, DayFinding
 from pipeline.records.diagnosis import FoundEvent, NextRun, RankedEffect, Series
 from pipeline.records.glance import Glance
-from pipeline.report.first_screen import first_screen, glance_text, with_glance
 from pipeline.report.glance import Flown, day_glance, run_glance
+from pipeline.report.page import first_screen, glance_text, with_glance
 from pipeline.report.plain_words import short_finding
 from pipeline.report.sections.diagnosis_curves import finding_figure
 

@@ -5,7 +5,9 @@ import pytest
 import synthetic_records
 
 from pipeline.records.fits import SpeedInverse
-from pipeline.report.comparison import (
+from pipeline.report.curves import polynomial_band, static_thrust, table2_thrust
+from pipeline.report.results import VehicleResults
+from pipeline.report.sections.tables import (
     Coefficient,
     coefficients,
     fit_difference,
@@ -14,8 +16,6 @@ from pipeline.report.comparison import (
     table2_differences,
     table4_difference,
 )
-from pipeline.report.curves import polynomial_band, static_thrust, table2_thrust
-from pipeline.report.results import VehicleResults
 from pipeline.vehicle.bench_schema import Published
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pipeline.report import assets
+from pipeline.report import html
 from pipeline.report.blocks import Table
 from pipeline.report.results import TrialDayLink, VehicleResults
 from pipeline.report.site import index_entry, status_of, write_index
@@ -84,7 +84,7 @@ def test_index_lists_days_with_runs_and_designs_and_is_whole_without_scripts(
 def test_index_with_a_filter_loads_its_script_alone(
     results: VehicleResults, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(assets, "_library", lambda: b"// library")
+    monkeypatch.setattr(html, "_library", lambda: b"// library")
     index = tmp_path / "reports/index.html"
     write_index([index_entry(results, "v/index.html")], index, assets=index.parent / "assets")
     assert re.findall(r'<script defer src="(.*?)"', index.read_text()) == ["assets/filter.js"]

@@ -15,11 +15,9 @@ from pipeline.records.identification import (
 )
 from pipeline.records.trial import DayTables, PageReceipt, TrialDay
 from pipeline.report.blocks import Details, Figure, Paragraph
-from pipeline.report.day_results import DayResults, table_changes
-from pipeline.report.decimate import thinned
-from pipeline.report.results import TrialDayLink, VehicleResults
-from pipeline.report.sections.trend import Days, trend_blocks
-from pipeline.report.sections.trials import has_trend, trials_section
+from pipeline.report.panels import thinned
+from pipeline.report.results import DayResults, TrialDayLink, VehicleResults, table_changes
+from pipeline.report.sections.trials import Days, has_trend, trend_blocks, trials_section
 from pipeline.report.trial_page import day_page, day_warnings
 
 CRUMBS = (("All vehicles", "../../index.html"),)

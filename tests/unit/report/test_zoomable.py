@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from pipeline.errors import InputError
-from pipeline.report import assets
-from pipeline.report.decimate import thinned
-from pipeline.report.panels import Panel, Resolution, Trace
+from pipeline.report import html
+from pipeline.report.panels import Panel, Resolution, Trace, thinned
 from pipeline.report.plotly_data import plotly_figure
 from pipeline.report.sections.diagnosis_curves import resolution
 from pipeline.report.sections.diagnosis_gap import MOST_DRAWN
@@ -113,42 +112,42 @@ def test_a_page_of_many_long_figures_stays_below_3_mb(count: int) -> None:
 def test_scripts_are_written_once_and_fetch_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(assets, "_library", lambda: b"// library")
+    monkeypatch.setattr(html, "_library", lambda: b"// library")
     folder = tmp_path / "reports" / "assets"
-    assets.write_assets(folder)
+    html.write_assets(folder)
     before = {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
     assert set(before) == {"plotly.min.js", "zoom.js", "filter.js"}
-    assets.write_assets(folder)
+    html.write_assets(folder)
     assert {path.name: path.stat().st_mtime_ns for path in folder.iterdir()} == before
     (folder / "plotly.min.js").write_bytes(b"half")
-    assets.write_assets(folder)
+    html.write_assets(folder)
     assert (folder / "plotly.min.js").read_bytes() == b"// library"
     script = (folder / "zoom.js").read_text()
     assert not re.search(r"https?:|fetch\(|XMLHttpRequest|eval\(", script)
     page = tmp_path / "reports" / "v" / "diagnoses" / "a" / "index.html"
-    assert assets.placed(folder, page) == "../../../assets"
-    assert assets.placed(None, page) == ""
+    assert html.placed(folder, page) == "../../../assets"
+    assert html.placed(None, page) == ""
 
 
 def test_a_folder_that_cannot_be_written_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(assets, "_library", lambda: b"// library")
+    monkeypatch.setattr(html, "_library", lambda: b"// library")
     (tmp_path / "assets").write_text("a file")
     with pytest.raises(InputError, match="scripts of the pages cannot be written"):
-        assets.write_assets(tmp_path / "assets")
+        html.write_assets(tmp_path / "assets")
 
 
 def test_a_library_that_is_missing_is_asked_for_where_there_is_no_makefile(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(assets, "find_spec", lambda _: None)
+    monkeypatch.setattr(html, "find_spec", lambda _: None)
     with pytest.raises(InputError, match="pip install plotly"):
-        assets._library()
+        html._library()
 
 
 def test_the_library_comes_with_its_package() -> None:
     pytest.importorskip("plotly", reason="plotly is not installed")
-    content = assets._library()
+    content = html._library()
     assert 1e6 < len(content) < 8e6
     assert b"Licensed under the MIT license" in content[:400]
